@@ -61,18 +61,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         [name, others @ ..] if others.len() <= 1 => {
             let results = read(&finished::folder(&args.results, name)?)?;
             let tracker = args.tracker.as_deref();
-            let first = pairs::values(&results, &args.first, tracker)?;
+            let first = pairs::side(&results, &args.first, tracker)?;
             let second = match others {
                 [other] => {
                     let other = read(&finished::folder(&args.results, other)?)?;
-                    pairs::values(&other, &args.second, tracker)?
+                    pairs::side(&other, &args.second, tracker)?
                 }
-                _ => pairs::values(&results, &args.second, tracker)?,
+                _ => pairs::side(&results, &args.second, tracker)?,
             };
-            rows.extend(compared(args, &mut measures, "", &first, &second));
-            reason = without_common(&first, &second);
+            rows.extend(compared(args, &mut measures, "", &first.values, &second.values));
+            reason = without_common(&first.values, &second.values);
             if others.is_empty() {
-                let apart = pairs::apart(&results, [&args.first, &args.second], tracker);
+                let apart = pairs::apart(&results, [(&args.first, &first), (&args.second, &second)], tracker);
                 rows.extend(together(args, &mut measures, &apart.map_err(Failure::from)?));
             }
         }
@@ -88,8 +88,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
-                let of = |results| pairs::values(results, &name, args.tracker.as_deref());
-                rows.extend(compared(args, &mut measures, &name, &of(&first)?, &of(&second)?));
+                let of = |results| pairs::side(results, &name, args.tracker.as_deref());
+                rows.extend(compared(args, &mut measures, &name, &of(&first)?.values, &of(&second)?.values));
             }
         }
     }

@@ -61,6 +61,19 @@ impl Sampling {
     ) -> Option<(f64, f64)> {
         self.draws(counts.len())?.interval(counts, statistic, LEVEL)
     }
+
+    /// The interval of the difference of a statistic between two lists of counts of the same sequences.
+    pub fn difference(
+        &self,
+        both: &[([i64; 4], [i64; 4])],
+        statistic: impl Fn(&[i64; 4]) -> Option<f64>,
+    ) -> Option<(f64, f64)> {
+        let joined: Vec<[i64; 8]> =
+            both.iter().map(|(a, b)| std::array::from_fn(|k| if k < 4 { a[k] } else { b[k - 4] })).collect();
+        self.interval(&joined, |&[a0, a1, a2, a3, b0, b1, b2, b3]| {
+            Some(statistic(&[a0, a1, a2, a3])? - statistic(&[b0, b1, b2, b3])?)
+        })
+    }
 }
 
 /// Tracker and method, with its grid point -> sequence -> TP, FP, FN and TN of all runs.

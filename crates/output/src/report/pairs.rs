@@ -37,15 +37,23 @@ pub fn names(results: &Results) -> Vec<String> {
     names
 }
 
+/// A method, or a tracker that an analysis scored, sequence by sequence.
+pub struct Side {
+    /// Its measures.
+    pub values: Values,
+    /// Counts of a method; none of a tracker.
+    counts: BTreeMap<String, Counts>,
+}
+
 /// The measures of a method, or of a tracker that an analysis scored. The counts of a method are pooled within each
 /// sequence, over its runs and, unless one is given, over all trackers.
 ///
 /// # Errors
 /// See [`PairsError`].
-pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Values, PairsError> {
+pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side, PairsError> {
     let of_tracker = of_tracker(results, name);
     if !of_tracker.is_empty() {
-        return Ok(of_tracker);
+        return Ok(Side { values: of_tracker, counts: BTreeMap::new() });
     }
     if !results.measures.iter().any(|m| method_label(&m.method, &m.params) == name) {
         let known = names(results);
@@ -73,7 +81,7 @@ pub fn values(results: &Results, name: &str, tracker: Option<&str>) -> Result<Va
         let all = pooled.iter().filter_map(|(sequence, counts)| Some((sequence.clone(), value(counts)?)));
         (metric.name().to_string(), all.collect())
     };
-    Ok(METRICS.map(of_metric).into())
+    Ok(Side { values: METRICS.map(of_metric).into(), counts: pooled })
 }
 
 /// Measures of two methods of an experiment over all sequences together, as tables have them, and how far they are apart.
@@ -89,53 +97,39 @@ pub struct Apart {
     pub bounds: Option<(f64, f64)>,
 }
 
-/// Pooled counts of two methods on the sequences that both have and, over all trackers, the differences of
+/// Metrics of the pooled counts of two methods on the sequences that both have and, over all trackers, the differences of
 /// `frame_pairs.csv`; nothing for what are no methods.
 ///
 /// # Errors
-/// When the results cannot be read.
+/// When the differences cannot be read.
 pub fn apart(
     results: &Results,
-    methods: [&str; 2],
+    [(first, a), (second, b)]: [(&str, &Side); 2],
     tracker: Option<&str>,
 ) -> Result<Vec<Apart>, ResultsError> {
-    let mut pooled: BTreeMap<&str, [Option<[i64; 4]>; 2]> = BTreeMap::new();
-    let scores = results.scores()?;
-    for row in scores.iter().filter(|row| tracker.is_none_or(|t| t == row.tracker)) {
-        let label = method_label(&row.method, &row.params);
-        for side in (0..2).filter(|side| methods[*side] == label) {
-            let sum = pooled.entry(&row.sequence).or_default()[side].get_or_insert([0; 4]);
-            sum.iter_mut().zip(numbers(row.counts)).for_each(|(sum, n)| *sum += n);
-        }
+    let both: Vec<(Counts, Counts)> =
+        a.counts.iter().filter_map(|(sequence, a)| Some((*a, *b.counts.get(sequence)?))).collect();
+    if both.is_empty() {
+        return Ok(Vec::new());
     }
-    let both: Vec<[i64; 8]> = pooled
-        .into_values()
-        .filter_map(|[a, b]| Some((a?, b?)))
-        .map(|(a, b)| std::array::from_fn(|k| if k < 4 { a[k] } else { b[k - 4] }))
-        .collect();
-    let sum = both.iter().fold([0; 8], |sum: [i64; 8], one| std::array::from_fn(|k| sum[k] + one[k]));
+    let units: Vec<([i64; 4], [i64; 4])> = both.iter().map(|(a, b)| (numbers(*a), numbers(*b))).collect();
+    let sums = [both.iter().map(|(a, _)| *a).sum(), both.iter().map(|(_, b)| *b).sum()];
     let sampling = Sampling::new(&results.experiment);
-    let mut all = Vec::new();
-    for metric in METRICS.into_iter().filter(|_| !both.is_empty()) {
-        let values = |sum: &[i64; 8]| {
-            let [a, b] = [&sum[..4], &sum[4..]].map(|half| std::array::from_fn(|k| half[k]));
-            [a, b].map(|counts| metric_of_sum(metric, None, &counts))
-        };
-        let difference = |sum: &[i64; 8]| {
-            let [a, b] = values(sum);
-            Some(a? - b?)
-        };
-        let (measure, bounds) = (format!("pooled {}", metric.name()), sampling.interval(&both, difference));
-        all.push(Apart { measure, sequences: Some(both.len()), values: values(&sum), bounds });
-    }
+    let of_metric = |metric: Metric| Apart {
+        measure: format!("pooled {}", metric.name()),
+        sequences: Some(both.len()),
+        values: sums.map(|counts| metric.value(&Pooled { counts, ..Pooled::default() })),
+        bounds: sampling.difference(&units, |sum| metric_of_sum(metric, None, sum)),
+    };
+    let mut all: Vec<Apart> = METRICS.map(of_metric).into();
     let pairs = results.frame_pairs()?;
-    if let Some(pair) = pair_of(&pairs, methods[0], methods[1]).filter(|_| tracker.is_none()) {
+    if let Some(pair) = pair_of(&pairs, first, second).filter(|_| tracker.is_none()) {
         for (name, difference) in [("auroc", pair.auroc), ("found_at_5", pair.found_at_5)] {
             let value = |method: &str| {
                 let key = [EVERY_TRACKER, method, ""].map(str::to_string);
                 results.frame_measures.get(&key)?.get(name)
             };
-            let (values, bounds) = (methods.map(value), difference.bounds);
+            let (values, bounds) = ([first, second].map(value), difference.bounds);
             all.push(Apart { measure: name.to_string(), sequences: None, values, bounds });
         }
     }

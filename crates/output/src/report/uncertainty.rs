@@ -313,16 +313,10 @@ fn duel(
     if both.len() < MIN_SEQUENCES {
         return duel;
     }
-    let joined: Vec<[i64; 8]> =
-        both.iter().map(|(x, y)| std::array::from_fn(|k| if k < 4 { x[k] } else { y[k - 4] })).collect();
-    let difference = |c: &[i64; 8]| {
-        let [a0, a1, a2, a3, b0, b1, b2, b3] = *c;
-        Some(of(&[a0, a1, a2, a3])? - of(&[b0, b1, b2, b3])?)
-    };
     if let Some(tested) = pooled::permutation(&both, &of, SAMPLES, sampling.seed_of(&[&a.label, &b.label])) {
         duel.difference = Some(tested.difference);
         duel.p = Some(tested.p);
-        duel.bounds = sampling.interval(&joined, difference);
+        duel.bounds = sampling.difference(&both, of);
     }
     duel
 }

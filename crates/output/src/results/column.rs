@@ -198,12 +198,13 @@ impl TableFile {
         self.name.replace(".csv", ".parquet")
     }
 
-    /// Reads the file from Parquet, every field as text as in CSV.
+    /// Reads the file, CSV or [packed](Self::packed), every field as text.
     ///
     /// # Errors
-    /// When the bytes are no Parquet file, or its columns are not the declared ones.
-    pub(super) fn read_packed(&self, bytes: Vec<u8>) -> Result<Rows, TableError> {
-        let rows = Rows::from_parquet(bytes)?;
+    /// When the bytes are neither, or its columns are not the declared ones.
+    pub(super) fn read(&self, bytes: Vec<u8>) -> Result<Rows, TableError> {
+        let is_packed = bytes.starts_with(b"PAR1");
+        let rows = if is_packed { Rows::from_parquet(bytes) } else { Rows::from_csv(bytes) }?;
         self.check(rows.names())?;
         Ok(rows)
     }

@@ -2,10 +2,9 @@
 
 use super::cells::{grouped, some_text};
 use super::column::{Column, METHOD, PARAMS, SUITE, TRACKER, TableFile};
-use super::frame::{Rows, TableError};
+use super::frame::TableError;
 use super::measures::Measure;
-use super::scores::written;
-use super::write::Detail;
+use polars::prelude::DataFrame;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -242,11 +241,11 @@ pub(super) fn measure<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Writes the file.
+/// The rows of the file.
 ///
 /// # Errors
 /// When polars refuses.
-pub(super) fn write(suite: &str, rows: &[Row<'_>], detail: Detail) -> Result<Vec<u8>, TableError> {
+pub(super) fn frame(suite: &str, rows: &[Row<'_>]) -> Result<DataFrame, TableError> {
     let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
     let mut columns = vec![
         SUITE.of(vec![suite; rows.len()]),
@@ -257,7 +256,7 @@ pub(super) fn write(suite: &str, rows: &[Row<'_>], detail: Detail) -> Result<Vec
     for column in &FILE.columns[KEYS..] {
         columns.push(column.of_metric(rows.iter().map(|row| row.measures.get(column.name))));
     }
-    written(FILE.frame(columns)?, detail)
+    FILE.frame(columns)
 }
 
 /// Measures by tracker, method and grid point.
@@ -268,18 +267,7 @@ pub type ByMethod = BTreeMap<[String; 3], FrameMeasures>;
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
-    measures(FILE.read_csv(bytes)?)
-}
-
-/// The same of the file in compact results.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_packed(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
-    measures(FILE.read_packed(bytes)?)
-}
-
-fn measures(rows: Rows) -> Result<ByMethod, TableError> {
+    let rows = FILE.read(bytes)?;
     let (tracker, method, params) = (rows.texts(&TRACKER)?, rows.texts(&METHOD)?, rows.texts(&PARAMS)?);
     let mut read = vec![FrameMeasures::default(); rows.len()];
     for column in &FILE.columns[KEYS..] {

@@ -252,12 +252,10 @@ struct FailedGroup {
 }
 
 fn write_failed<S: serde::Serializer>(cells: &[FailedCell], to: S) -> Result<S::Ok, S::Error> {
-    let alike = |a: &FailedCell, b: &FailedCell| {
-        let key =
-            |c: &FailedCell| (c.sequence.clone(), c.tracker.clone(), c.run, c.missing, c.reason.clone());
-        key(a) == key(b)
-    };
-    to.collect_seq(cells.chunk_by(alike).map(|group| {
+    fn but_method(c: &FailedCell) -> (&str, &str, u32, bool, &str) {
+        (&c.sequence, &c.tracker, c.run, c.missing, &c.reason)
+    }
+    to.collect_seq(cells.chunk_by(|a, b| but_method(a) == but_method(b)).map(|group| {
         let FailedCell { sequence, tracker, run, missing, reason, .. } = group[0].clone();
         let methods = group.iter().map(|cell| cell.method.clone()).collect();
         FailedGroup { sequence, tracker, run, method: None, methods, missing, reason }

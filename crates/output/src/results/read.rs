@@ -4,6 +4,7 @@
 //! and must have the digest that the manifest states; names in the manifest are compared and never opened.
 //! Links are followed for reading.
 
+use super::column::TableFile;
 use super::frame::TableError;
 use super::manifest::{self, Manifest, sha256};
 use super::measures::{self, Measure};
@@ -67,14 +68,11 @@ impl Results {
             measure.pooled.chance = experiment.chance_of(&measure.method);
         }
         let mut by_method = frame_measures::ByMethod::default();
-        if manifest.files.contains_key(frame_measures::FILE.name) {
-            by_method = read_table(folder, &manifest, frame_measures::FILE.name, frame_measures::read)?;
+        let name = name_of(&manifest, &frame_measures::FILE);
+        if manifest.files.contains_key(&name) {
+            by_method = read_table(folder, &manifest, &name, frame_measures::read)?;
+            frame_measures::attach(&by_method, &mut measures);
         }
-        let packed = frame_measures::FILE.packed();
-        if manifest.files.contains_key(&packed) {
-            by_method = read_table(folder, &manifest, &packed, frame_measures::read_packed)?;
-        }
-        frame_measures::attach(&by_method, &mut measures);
         let analyses = if manifest.files.contains_key(analyses::FILE) {
             analyses::read(folder, &read_whole(folder, &manifest, analyses::FILE, MAX_FILE)?)?
         } else {
@@ -95,11 +93,7 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn scores(&self) -> Result<Vec<CellScore>, ResultsError> {
-        let packed = scores::FILE.packed();
-        match self.has(&packed) {
-            true => self.table(&packed, scores::read_packed),
-            false => self.table(scores::FILE.name, scores::read),
-        }
+        self.table(&name_of(&self.manifest, &scores::FILE), scores::read)
     }
 
     /// Reads the ground truth; frames without annotation are left out.
@@ -172,6 +166,12 @@ impl Results {
         let bytes = read_file(&path, image::MAX_FILE_BYTES)?;
         Ok(image::decode(&bytes).map_err(|e| store::StoreError::new(&path, e))?)
     }
+}
+
+/// Name of a file that compact results have packed.
+fn name_of(manifest: &Manifest, file: &TableFile) -> String {
+    let packed = file.packed();
+    if manifest.files.contains_key(&packed) { packed } else { file.name.to_string() }
 }
 
 /// The bytes of a file of at most `limit` bytes.

@@ -5,7 +5,7 @@ use super::column::{
     Column, DETECTIONS, EVENTS, F_SCORE, FN, FP, FPR, METHOD, PARAMS, PRECISION, RECALL, RUN, SEQUENCE,
     SUITE, TN, TP, TRACKER, TableFile,
 };
-use super::frame::{Rows, TableError, to_csv, to_parquet};
+use super::frame::TableError;
 use super::write::Detail;
 use polars::prelude::DataFrame;
 use trackfail_engine::CellError;
@@ -55,11 +55,15 @@ struct Row {
     status: String,
 }
 
-/// Writes the file.
+/// The rows of the file.
 ///
 /// # Errors
 /// When polars refuses.
-pub fn write(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> Result<Vec<u8>, TableError> {
+pub(super) fn frame(
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+    detail: Detail,
+) -> Result<DataFrame, TableError> {
     let cells = sorted_cells(outcome);
     let mut rows: Vec<Row> = cells.iter().map(|cell| row_of_cell(outcome, cell)).collect();
     rows.extend(pooled_rows(outcome, cells));
@@ -87,12 +91,7 @@ pub fn write(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> 
         columns.push(column.of_metric(rows.iter().map(value)));
     }
     columns.push(STATUS.of(text(|r| &r.status)));
-    written(FILE.frame(columns)?, detail)
-}
-
-/// The bytes of a file that is Parquet in compact results.
-pub(super) fn written(frame: DataFrame, detail: Detail) -> Result<Vec<u8>, TableError> {
-    if detail == Detail::Frames { to_csv(frame) } else { to_parquet(frame) }
+    FILE.frame(columns)
 }
 
 fn row_of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Row {
@@ -175,23 +174,12 @@ pub struct CellScore {
     pub counts: Counts,
 }
 
-/// Reads the cells of the CSV file that have a result; pooled rows are left out.
+/// Reads the cells that have a result; pooled rows are left out.
 ///
 /// # Errors
 /// When the columns are not those of the file, or a count is not a number.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
-    cells(FILE.read_csv(bytes)?)
-}
-
-/// The same of the file in compact results.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_packed(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
-    cells(FILE.read_packed(bytes)?)
-}
-
-fn cells(rows: Rows) -> Result<Vec<CellScore>, TableError> {
+    let rows = FILE.read(bytes)?;
     let named = rows.texts(&SEQUENCE)?.into_iter().zip(rows.texts(&STATUS)?);
     let done = named.map(|(sequence, status)| sequence != "*" && status == "ok").collect();
     let rows = rows.filter(done)?;

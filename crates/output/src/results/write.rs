@@ -1,12 +1,14 @@
 //! Writing a results folder.
 
 use super::column::TableFile;
+use super::frame::{to_csv, to_parquet};
 use super::manifest::{self, Hashed, Manifest};
 use super::run::RunRecord;
 use super::{
     Results, ResultsError, SPEC, USER_SUITES, analyses, checks, conditions, frame_measures, frame_pairs,
     frames, json::to_json, measures, models, pieces, readings, run, scores, signals, truth,
 };
+use polars::prelude::DataFrame;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -36,6 +38,14 @@ impl Written<'_> {
         self.files.insert(name.to_string(), manifest::sha256(bytes));
         Ok(store::write(&self.folder.join(name), bytes)?)
     }
+
+    /// A file that is Parquet in compact results, and CSV in others.
+    fn put_rows(&mut self, file: &TableFile, rows: DataFrame, detail: Detail) -> Result<(), ResultsError> {
+        match detail {
+            Detail::Frames => self.put(file.name, &to_csv(rows)?),
+            Detail::Sequences => self.put(&file.packed(), &to_parquet(rows)?),
+        }
+    }
 }
 
 /// Writes everything that a run found out into an empty folder; the tables are made from it by the report.
@@ -54,16 +64,12 @@ pub fn write(
     if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
         written.put(USER_SUITES, suites.as_bytes())?;
     }
-    let name = |file: &TableFile| match detail {
-        Detail::Frames => file.name.to_string(),
-        Detail::Sequences => file.packed(),
-    };
-    written.put(&name(&scores::FILE), &scores::write(experiment, outcome, detail)?)?;
+    written.put_rows(&scores::FILE, scores::frame(experiment, outcome, detail)?, detail)?;
     written.put(measures::FILE.name, &measures::write(outcome)?)?;
     if !outcome.cells.is_empty() {
         let rows = frame_measures::measure(experiment, outcome)?;
-        let bytes = frame_measures::write(&outcome.suite, &rows, detail)?;
-        written.put(&name(&frame_measures::FILE), &bytes)?;
+        let frame = frame_measures::frame(&outcome.suite, &rows)?;
+        written.put_rows(&frame_measures::FILE, frame, detail)?;
         if experiment.leaderboard {
             written.put(frame_pairs::FILE.name, &frame_pairs::write(&outcome.suite, &rows)?)?;
         }

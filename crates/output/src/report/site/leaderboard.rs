@@ -3,8 +3,8 @@
 //!
 //! Methods are ranked on the same data: by their AUROC in the one experiment of at least [`MIN_SEQUENCES`] sequences that ran
 //! most methods of the program, on real video where there is any. All methods of that experiment are, also those that it makes
-//! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one is named only where its
-//! interval is above chance.
+//! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one
+//! is named only where its interval is above chance.
 
 use super::collect::Site;
 use super::standing::Standing;
