@@ -117,7 +117,7 @@ struct Target {
     regions: Vec<Option<Region>>,
 }
 
-/// What there is beside frames.
+/// Inputs beside frames.
 struct Tracks {
     targets: Vec<Target>,
     /// Confidence of the tracker in each frame of the video; for a single target.

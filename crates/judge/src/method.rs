@@ -186,7 +186,7 @@ impl Method {
         Ok(self)
     }
 
-    /// What its signals read of a track.
+    /// Parts of a track that its signals read.
     pub fn reads(&self) -> impl Iterator<Item = Reads> + '_ {
         self.signals.iter().map(|choice| choice.signal.reads())
     }

@@ -85,7 +85,7 @@ fn insert_placeholder(table: &mut DeTable<'_>, key: &str) -> Option<()> {
     Some(())
 }
 
-/// What was cut: a key of a table, or an item of a list of tables.
+/// Part that was cut: a key of a table, or an item of a list of tables.
 struct Removed {
     /// The key of the file.
     top: String,

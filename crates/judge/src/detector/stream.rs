@@ -54,7 +54,7 @@ pub(super) trait Causal: Detector + Clone + 'static {
     /// Judges the next frame by the values of its signals, which are finite.
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
 
-    /// What speaks for a loss in a frame with an alarm, in words; `None` for what its score says.
+    /// The reason of an alarm in words; `None` where the score is the reason.
     fn reason(&self, _values: &[f64]) -> Option<String> {
         None
     }

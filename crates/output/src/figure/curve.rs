@@ -43,7 +43,7 @@ const MAX_MARKERS: usize = 30;
 /// One of several panels with common axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Facet {
-    /// What it shows; may be empty.
+    /// Heading of the panel; may be empty.
     pub label: String,
     /// The curves, the first at the back.
     pub series: Vec<Curve>,

@@ -9,7 +9,7 @@ use trackfail_methods::score::Metric;
 /// Most claims that one with `for all` stands for.
 const MAX_EXPANDED: usize = 256;
 
-/// What is wrong with a claim.
+/// Fault of a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fault {
     pub message: String,

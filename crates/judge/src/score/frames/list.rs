@@ -42,7 +42,7 @@ pub struct Bounds {
     pub of: fn(&Scores<'_>, &Samples) -> Option<(f64, f64)>,
 }
 
-/// What a measure is made of.
+/// Source of a measure.
 #[derive(Clone, Copy)]
 pub enum Of {
     /// The scores alone, whatever the threshold.

@@ -25,7 +25,7 @@ use trackfail_core::num::readable;
 use trackfail_core::region::{Rect, Region, RegionError};
 use trackfail_dataset::{DatasetError, text};
 
-/// What the lines of a file hold.
+/// Content of the lines of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BoxFormat {
     /// Columns of a box, `xywh`, `xyxy` and `mot` among them.
