@@ -5,12 +5,14 @@ use crate::engine::store::lock_exclusive;
 use crate::report::finished::{self, FinishedError};
 use crate::report::{self, StagedReport};
 use crate::results::{Results, ResultsError};
+use crate::spec::presentation::name_of;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Experiments (default: all that have results)
+    /// Experiments, by name or by a file whose captions, titles, order and selection are to be shown (default: all that
+    /// have results)
     #[arg(value_name = "EXPERIMENT")]
     experiments: Vec<String>,
     /// Folder that results are read from
@@ -27,17 +29,19 @@ pub struct Args {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (results, all) = (&args.results, args.experiments.is_empty());
-    let names = if all { finished::names(results) } else { args.experiments.clone() };
-    if names.is_empty() {
+    let asked = if all { finished::names(results) } else { args.experiments.clone() };
+    if asked.is_empty() {
         return Err(FinishedError::NothingRun { results: results.clone() }.into());
     }
-    for name in &args.experiments {
+    let named = asked.iter().map(|asked| name_and_file(asked)).collect::<Result<Vec<_>, Failure>>()?;
+    for (name, _) in &named {
         finished::folder(results, name)?;
     }
     // A run must not replace the results while they are read and their tables written.
     let _lock = lock_exclusive(results);
-    let done = names.iter().try_for_each(|name| {
-        let results = finished::read(results, name)?;
+    let done = named.iter().try_for_each(|(name, file)| {
+        let mut results = finished::read(results, name)?;
+        file.map_or(Ok(()), |file| results.present(file))?;
         let (index, _) = render(&results, &args.reports)?
             .publish(&args.reports)
             .map_err(|e| Failure::io(format!("{name}: {e}")))?;
@@ -48,11 +52,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     done.and(site)
 }
 
+/// The name of an experiment that is asked for by name, or by a file.
+fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
+    let path = Path::new(asked);
+    if !path.is_file() {
+        return Ok((asked.to_string(), None));
+    }
+    let name = name_of(path).map_err(Failure::usage)?;
+    Ok((name, Some(path)))
+}
+
 /// Results that are not there are a wrong argument, damaged ones an error of what is on the disk: for every verb.
 impl From<ResultsError> for Failure {
     fn from(e: ResultsError) -> Self {
         match e {
-            ResultsError::Unfinished(_) => Self::usage(e),
+            ResultsError::Unfinished(_) | ResultsError::OtherNumbers { .. } | ResultsError::Spec(_) => {
+                Self::usage(e)
+            }
             _ => Self::io(e),
         }
     }

@@ -1,6 +1,6 @@
 //! Tables by attribute and tables of ranks, against the scores beside them.
 
-use crate::tools::trackfail;
+use crate::tools::{assert_same_files, trackfail};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -109,4 +109,45 @@ fn wrong_tables_are_refused() {
         let (code, stderr) = run(root.path(), &SPEC.replace(from, to));
         assert!(code == 2 && stderr.contains(what), "{to}: {code} {stderr}");
     }
+}
+
+// Presentation is not the result: a report of old results by a new file is that of a run of the new file.
+#[test]
+fn captions_order_and_selection_change_without_another_run() {
+    let root = tempfile::tempdir().unwrap();
+    let (before, after) = (root.path().join("before"), root.path().join("after"));
+    let level = "[[method]]\nname = \"level\"\nsignal.kind = \"rgb-histogram\"\ndetector = { kind = \"level\", below = 0.9 }\n";
+    let changed = SPEC.replace("title = \"t\"", "title = \"another\"\nnote = \"new\"").replace(level, "");
+    let changed = changed.replace("[[tracker]]", &format!("{level}[[tracker]]")).replace(
+        "metric = \"recall\"",
+        "metric = \"precision\"\ncaption = \"By attribute\"\nmethods = [\"strict\", \"level\"]\n[[figure]]\nname = \"soon\"\nkind = \"delay\"",
+    );
+    for (folder, spec) in [(&before, SPEC), (&after, changed.as_str())] {
+        std::fs::create_dir(folder).unwrap();
+        assert_eq!(run(folder, spec), (0, String::new()));
+    }
+    std::fs::write(before.join("b.toml"), &changed).unwrap();
+    std::fs::remove_dir_all(before.join("results/.store")).unwrap();
+    let report = |file: &str| trackfail().current_dir(&before).args(["report", file]).output().unwrap();
+    let output = report("b.toml");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let same = || {
+        for folder in ["figures", "tables"] {
+            let folder = Path::new("reports/small").join(folder);
+            assert_same_files(&before.join(&folder), &after.join(&folder));
+        }
+    };
+    same();
+    for name in ["experiment.toml", "tables/parts.md", "tables/board.csv"] {
+        let text = |folder: &Path| std::fs::read_to_string(folder.join("results/small").join(name)).unwrap();
+        assert_eq!(text(&before), text(&after), "{name}");
+    }
+    // It is kept, and what numbers rest on is no presentation.
+    assert!(report("small").status.success());
+    same();
+    std::fs::write(before.join("b.toml"), changed.replace("0.9", "0.8")).unwrap();
+    let output = report("b.toml");
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("b.toml") && told.contains("other: method"), "{told}");
 }

@@ -14,6 +14,7 @@
 //! | `extend` | files that say only how they differ from another, put together to one text |
 //! | [`method`], [`analysis`], [`table`], [`figure`], [`claim`] | the parts of an experiment |
 //! | [`builtin`] | experiments and methods that come with the program |
+//! | [`presentation`] | what may change without another run |
 //! | `recover`, `written_out`, [`read`] | the way from the text to checked plugins, which goes on after an error |
 
 pub mod analysis;
@@ -26,6 +27,7 @@ pub mod figure;
 pub mod limits;
 pub mod method;
 pub mod name;
+pub mod presentation;
 pub mod programs;
 mod raw_plugin;
 pub mod read;

@@ -42,6 +42,7 @@ mod markdown;
 pub mod measures;
 pub mod models;
 pub mod pieces;
+mod presentation;
 mod read;
 pub mod readings;
 pub mod run;
@@ -116,6 +117,20 @@ pub enum ResultsError {
     /// The experiment file kept beside the results is wrong.
     #[error(transparent)]
     Spec(#[from] SpecError),
+    /// An experiment file is not one of these results.
+    #[error(
+        "{}: not what the results in {} were run with; other: {} (captions, titles, order and selection may differ); \
+         run it",
+        path.display(), folder.display(), keys.join(", ")
+    )]
+    OtherNumbers {
+        /// The experiment file.
+        path: PathBuf,
+        /// The results.
+        folder: PathBuf,
+        /// Keys of the experiment file that differ.
+        keys: Vec<String>,
+    },
     /// The folder holds no finished run.
     #[error("{}: no manifest.json; run the experiment first", .0.display())]
     Unfinished(PathBuf),

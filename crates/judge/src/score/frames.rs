@@ -4,7 +4,7 @@
 //! frames are lost, [`sweep`] puts the frames of all tracks in the order of their scores. From that order come
 //! [`ranking`] (AUROC, average precision), [`coverage`] (risk-coverage curve) and [`alarms`] (false alarms and delay at
 //! the threshold that finds half of the losses); [`bootstrap`] says how far they depend on the sequences. [`calibration`]
-//! is for scores that are probabilities. [`range`] and [`nab`] judge the alarms of the detector's own threshold.
+//! is for scores that are probabilities, [`warning`] for frames before a loss. [`range`] and [`nab`] judge the alarms of the detector's own threshold.
 //! [`list`] has all of them, [`measures`] computes them, [`protocols`] has the rules that count alarms. Nothing here takes an alarm in one
 //! frame of a loss for alarms in all of its frames ("point adjustment").
 
@@ -20,6 +20,7 @@ pub mod range;
 pub mod ranking;
 pub mod sweep;
 pub mod truth;
+pub mod warning;
 
 pub use measures::{FrameMeasures, Method, measure};
 pub use truth::ScoredTrack;

@@ -17,8 +17,9 @@ whose denominator is 0 has no value: its cell is empty. F is the F1 score, TP0 t
 as many detections at random, and F0 the F1 score that follows from it.
 
 Metrics from `auroc` on are made of the score and the alarm of every frame, whatever the protocol: of all frames of the suite
-together, and with an interval of 95 % from a bootstrap over sequences for `auroc`, `auprc`, `auroc_clear` and
-`false_alarms_at_half`. An experiment has them in `frame_measures.csv`.
+together, and with an interval of 95 % from a bootstrap over sequences for most of them. An experiment has them in
+`frame_measures.csv`. Those from `auroc_within_5` to `auroc_within_30` ask for a warning before the loss, from frames in which
+the tracker is still on target.
 
 ";
 

@@ -78,14 +78,16 @@ impl Results {
         } else {
             Vec::new()
         };
-        Ok(Self {
+        let mut results = Self {
             folder: folder.to_path_buf(),
             experiment,
             manifest,
             measures,
             frame_measures: by_method,
             analyses,
-        })
+        };
+        results.put_in_order();
+        Ok(results)
     }
 
     /// Reads the counts of every cell that has any.

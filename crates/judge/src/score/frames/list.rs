@@ -8,6 +8,7 @@ use super::measures::Sampled;
 use super::range::RangeScore;
 use super::ranking::{auroc, average_precision};
 use super::sweep::Sweep;
+use super::warning::HORIZONS;
 use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter};
 
 /// A measure of a detector frame by frame, pooled over the tracks of a suite.
@@ -57,6 +58,8 @@ pub struct Scores<'a> {
     pub(super) all: &'a Sweep,
     /// By the rule of `frames-clear/1`.
     pub(super) clear: &'a Sweep,
+    /// Imminent and safe frames for each of [`HORIZONS`].
+    pub(super) warning: &'a [Sweep; HORIZONS.len()],
     /// At the threshold that half of the losses reach.
     pub(super) half: Option<AtHalf>,
     /// At each number of false alarms.
@@ -189,6 +192,45 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
             of: |s, _| interval(s.sampled.found_at_5.clone()),
         }),
         of: Of::Scores(|s| s.reached.found(5.0)),
+        ..REAL
+    },
+    FrameMetric {
+        name: "auroc_within_5",
+        heading: "area under the ROC curve, lost within 5 frames",
+        formula: "as auroc; lost: a loss begins within the next 5 frames, good: none does; frames that are lost are left out",
+        meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 5 frames",
+        is_recent: true,
+        bounds: Some(Bounds {
+            names: ["auroc_within_5_low", "auroc_within_5_high"],
+            of: |s, samples| interval(samples.auroc(&s.warning[0])),
+        }),
+        of: Of::Scores(|s| auroc(&s.warning[0])),
+        ..REAL
+    },
+    FrameMetric {
+        name: "auroc_within_15",
+        heading: "area under the ROC curve, lost within 15 frames",
+        formula: "as auroc; lost: a loss begins within the next 15 frames, good: none does; frames that are lost are left out",
+        meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 15 frames",
+        is_recent: true,
+        bounds: Some(Bounds {
+            names: ["auroc_within_15_low", "auroc_within_15_high"],
+            of: |s, samples| interval(samples.auroc(&s.warning[1])),
+        }),
+        of: Of::Scores(|s| auroc(&s.warning[1])),
+        ..REAL
+    },
+    FrameMetric {
+        name: "auroc_within_30",
+        heading: "area under the ROC curve, lost within 30 frames",
+        formula: "as auroc; lost: a loss begins within the next 30 frames, good: none does; frames that are lost are left out",
+        meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 30 frames",
+        is_recent: true,
+        bounds: Some(Bounds {
+            names: ["auroc_within_30_low", "auroc_within_30_high"],
+            of: |s, samples| interval(samples.auroc(&s.warning[2])),
+        }),
+        of: Of::Scores(|s| auroc(&s.warning[2])),
         ..REAL
     },
     FrameMetric {

@@ -9,6 +9,7 @@ use super::nab;
 use super::range::{self, RANGE_1};
 use super::sweep::Sorted;
 use super::truth::{Rule, ScoredTrack};
+use super::warning::{HORIZONS, all_imminent};
 use crate::direction::Direction;
 use std::borrow::Cow;
 
@@ -117,6 +118,11 @@ pub fn of_scores(
     let turned: Vec<ScoredTrack<'_>> = with_scores(tracks, &turned);
     let sorted = Sorted::new(&turned);
     let (all, clear) = (sorted.sweep(Rule::NoOverlap), sorted.sweep(Rule::Clear));
+    let warning = HORIZONS.map(|horizon| {
+        let errors = all_imminent(tracks, horizon);
+        let before = turned.iter().zip(&errors).map(|(track, error)| ScoredTrack { error, ..*track });
+        Sorted::new(&before.collect::<Vec<_>>()).sweep(Rule::NoOverlap)
+    });
     let compared = compared.map(|of| of.iter().map(|scores| turn(scores, method)).collect::<Vec<_>>());
     let raising = compared.as_ref().map(|compared| with_scores(tracks, compared));
     let of_alarms = raising.as_ref().map(|raising| Sorted::new(raising).sweep(Rule::NoOverlap));
@@ -133,7 +139,8 @@ pub fn of_scores(
         found_at_5: reached.found_in(5.0, samples),
     };
     let sampled = samples.as_ref().map(in_samples).unwrap_or_default();
-    let scores = Scores { all: &all, clear: &clear, half, reached: &reached, areas, ece, sampled };
+    let scores =
+        Scores { all: &all, clear: &clear, warning: &warning, half, reached: &reached, areas, ece, sampled };
     let mut measures = FrameMeasures {
         good_frames: Some(good as f64),
         lost_frames: Some(lost as f64),
@@ -276,6 +283,24 @@ pub(super) mod tests {
             measures
         };
         assert_eq!(without_ece(found), without_ece(other));
+    }
+
+    // A score that rises two frames before each loss and is not high in it: it warns, and does not tell the loss.
+    #[test]
+    fn a_score_that_rises_before_the_loss_warns() {
+        let error: Vec<f64> = (0..120).map(|t| f64::from(u8::from(t % 40 >= 35))).collect();
+        let score: Vec<f64> = (0..120).map(|t| f64::from(u8::from((33..35).contains(&(t % 40))))).collect();
+        let track = |sequence| ScoredTrack { sequence, error: &error, score: &score, alarm: &[] };
+        let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
+        let found = measure(&[0, 1, 2].map(track), None, method, Some(1));
+        let of = |name| found.get(name).unwrap();
+        // Imminent: 5, 15 and 30 frames of each loss, of which 2 are high; no safe frame is.
+        for (name, frames) in [("auroc_within_5", 5.0), ("auroc_within_15", 15.0), ("auroc_within_30", 30.0)]
+        {
+            assert!((of(name) - (0.5 + 1.0 / frames)).abs() < 1e-12, "{name} {}", of(name));
+        }
+        assert!((of("auroc_within_15_low") - of("auroc_within_15")).abs() < 1e-12);
+        assert!(of("auroc") < 0.5);
     }
 
     // A state that is right everywhere, and alarms that are raised in good frames alone, or in the first of each loss.

@@ -1,0 +1,41 @@
+//! Results shown by another experiment file: captions, titles, order, selection, widths and claims are not what was run.
+
+use super::manifest::{self, sha256};
+use super::{Results, ResultsError, SPEC, json::to_json, readings};
+use std::path::Path;
+use trackfail_engine::spec::presentation::other_keys;
+use trackfail_engine::spec::read_file;
+use trackfail_engine::store;
+
+impl Results {
+    /// Reads an experiment file that shows these results and keeps it beside them, in place of the one before.
+    ///
+    /// # Errors
+    /// When the file is wrong, or has other suites, trackers, methods or parameters than the run.
+    pub fn present(&mut self, path: &Path) -> Result<(), ResultsError> {
+        let experiment = read_file(path, &self.experiment.catalog, None)?;
+        let mut keys = other_keys(&self.experiment.source, &experiment.source);
+        // Readings were compared with the published numbers when they were run.
+        keys.retain(|key| key != "published" || readings::has_readings(&experiment));
+        if !keys.is_empty() {
+            let folder = self.folder.clone();
+            return Err(ResultsError::OtherNumbers { path: path.to_path_buf(), folder, keys });
+        }
+        self.manifest.spec_digest = sha256(experiment.source.as_bytes());
+        self.manifest.files.insert(SPEC.to_string(), self.manifest.spec_digest.clone());
+        store::write(&self.folder.join(SPEC), experiment.source.as_bytes())?;
+        let path = self.folder.join(manifest::FILE);
+        store::write(&path, &to_json(&path, &self.manifest)?)?;
+        self.experiment = experiment;
+        self.put_in_order();
+        Ok(())
+    }
+
+    /// Puts the pooled numbers in the order of the experiment's trackers and methods.
+    pub(super) fn put_in_order(&mut self) {
+        let Self { experiment, measures, .. } = self;
+        let tracker = |label: &str| experiment.trackers.iter().position(|t| t.label == label);
+        let method = |name: &str| experiment.methods.iter().position(|m| m.name == name);
+        measures.sort_by_key(|m| (tracker(&m.tracker), method(&m.method)));
+    }
+}
