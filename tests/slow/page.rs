@@ -6,23 +6,28 @@ use crate::tools::needs;
 use crate::tools::page::page_of_a_run;
 use serde_json::json;
 use trackfail::region::{Rect, Region};
-use trackfail::report::sequences::json::{beside, embedded};
-use trackfail::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
+use trackfail::report::sequences::json::{Said, beside, embedded};
+use trackfail::report::sequences::{Method, Sequence, Sequences, Track};
 use trackfail::report::{FigureView, Page, render};
+use trackfail::results::{MethodSeries, TrackSeries};
 use trackfail::score::protocol;
 
 /// Scores of a tracker that loses its target in frames 20 to 29 of 60, and of a method that says so.
 fn series(names: [&str; 2]) -> Sequences {
     let frames = 60;
     let lost = |t: usize| (20..30).contains(&t);
-    let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
+    let series = TrackSeries {
+        rects: (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect(),
+        error: (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect(),
+        ..TrackSeries::default()
+    };
     let said = |from: usize| {
         let alarm: Vec<bool> = (0..frames).map(|t| (from..from + 10).contains(&t) || t == 55).collect();
-        let judged = protocol("khalid2016/1").unwrap().judge(&error, &alarm, &vec![0; frames], &[]);
         let score = alarm.iter().map(|a| if *a { 0.0051 } else { 0.0032 }).collect();
-        JudgedSeries { score, alarm, changes: vec![0; frames], judged, ..JudgedSeries::default() }
+        let method = MethodSeries { score, alarm, changes: vec![0; frames], ..MethodSeries::default() };
+        let judged = series.judge(protocol("khalid2016/1").unwrap(), &method.alarm, &method.changes);
+        Said::new(&series, &method, &judged, Some(0.004))
     };
-    let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64, 10.0, 20.0, 30.0)).collect();
     let truth =
         (0..frames).map(|t| Some(Region::Rect(Rect::new(t as f64 + 2.5, 12.0, 20.0, 30.0)))).collect();
     let sequence = |name: &str| Sequence {
@@ -35,13 +40,9 @@ fn series(names: [&str; 2]) -> Sequences {
     };
     let method =
         |name: &str| Method { name: name.into(), thresholds: vec![Some(0.004); 2], counted: name.into() };
-    let track = |sequence, tracker| Track {
-        sequence,
-        tracker,
-        rects: rects.clone(),
-        background: rects.clone(),
-        error: error.clone(),
-        methods: vec![(0, said(22)), (1, said(40))],
+    let track = |sequence, tracker| {
+        let said = [(0, said(22)), (1, said(40))];
+        Track::new([sequence, tracker], &series, &series.rects, said.into_iter().collect())
     };
     Sequences {
         trackers: names.map(String::from).into(),
@@ -368,7 +369,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
                 \\input{a} $x^2_3$ %c #1 ~ `b` \u{2028}\u{0} "
         .to_string()
         + &"long".repeat(75);
-    let all = series([&long, "<b>&'\"</b>"]).packed();
+    let all = series([&long, "<b>&'\"</b>"]);
     let page = Page {
         title: long.clone(),
         sequences: all.tallies(),
@@ -399,7 +400,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
 #[test]
 fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     let mut browser = Browser::start();
-    let all = series(["Girl", "Bolt"]).packed();
+    let all = series(["Girl", "Bolt"]);
     let folder = tempfile::tempdir().unwrap();
     for name in ["data", "figures"] {
         std::fs::create_dir(folder.path().join(name)).unwrap();

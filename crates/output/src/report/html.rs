@@ -20,45 +20,42 @@ use trackfail_methods::score::tracker_metric::TRACKER_METRICS;
 /// See [`ReportError`].
 pub fn render(page: &Page) -> Result<String, ReportError> {
     page.check()?;
-    let parts = Parts {
-        template: include_str!("templates/page.html"),
-        style: include_str!("templates/page.css"),
-        script: concat!(include_str!("templates/page.js"), include_str!("templates/viewer.js")),
-    };
-    parts.fill(page)
+    let script = concat!(include_str!("templates/page.js"), include_str!("templates/viewer.js"));
+    fill(include_str!("templates/page.html"), include_str!("templates/page.css"), script, page)
 }
 
-/// The parts of an HTML file.
-pub(super) struct Parts {
-    pub(super) template: &'static str,
-    pub(super) style: &'static str,
-    /// The only script that the file's content security policy allows.
-    pub(super) script: &'static str,
+/// Fills the template of an HTML file, whose content security policy allows only its script.
+///
+/// # Errors
+/// When the template does not fit the data, which would be a bug.
+pub(super) fn fill(
+    template: &'static str,
+    style: &'static str,
+    script: &'static str,
+    about: &impl Serialize,
+) -> Result<String, ReportError> {
+    // minijinja escapes because the name ends in .html.
+    let mut environment = environment("page.html", template)?;
+    let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(script.as_bytes()));
+    environment.add_global("script", script);
+    environment.add_global("script_digest", format!("sha256-{digest}"));
+    environment.add_global("style", style);
+    environment.add_filter("visible", |text: String| visible(&text));
+    environment.add_filter("in_words", |name: String| in_words(&name));
+    environment.add_filter("address", |path: String| address(&path));
+    Ok(environment.get_template("page.html")?.render(Serde(about))?)
 }
 
-impl Parts {
-    /// Renders the file with its data.
-    ///
-    /// # Errors
-    /// When the template does not fit the data, which would be a bug.
-    pub(super) fn fill(&self, about: &impl Serialize) -> Result<String, ReportError> {
-        let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
-        let mut environment = Environment::new();
-        environment.set_undefined_behavior(UndefinedBehavior::Strict);
-        let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(failed)?;
-        environment.set_syntax(syntax);
-        let digest = base64::engine::general_purpose::STANDARD.encode(Sha256::digest(self.script.as_bytes()));
-        environment.add_global("script", self.script);
-        environment.add_global("script_digest", format!("sha256-{digest}"));
-        environment.add_global("style", self.style);
-        // minijinja escapes because the name ends in .html.
-        environment.add_template("page.html", self.template).map_err(failed)?;
-        environment.add_filter("visible", |text: String| visible(&text));
-        environment.add_filter("in_words", |name: String| in_words(&name));
-        environment.add_filter("address", |path: String| address(&path));
-        let template = environment.get_template("page.html").map_err(failed)?;
-        template.render(Serde(about)).map_err(failed)
-    }
+/// An environment with one template.
+pub(super) fn environment(
+    name: &'static str,
+    template: &'static str,
+) -> Result<Environment<'static>, ReportError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    environment.add_template(name, template)?;
+    Ok(environment)
 }
 
 /// A name of a table or a figure as a heading: a metric of trackers that it ends with is in words, as in

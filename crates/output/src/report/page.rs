@@ -106,7 +106,7 @@ pub enum ReportError {
     NotPacked,
     /// The template does not fit the data.
     #[error("the page could not be rendered: {0}")]
-    Template(String),
+    Template(#[from] minijinja::Error),
 }
 
 impl Page {

@@ -7,23 +7,21 @@
 pub mod json;
 
 use crate::results::manifest::MethodRecord;
-use crate::results::method_label;
-use crate::results::{MethodSeries, Results, ResultsError, TrackSeries};
+use crate::results::{Results, ResultsError, TrackSeries, method_label};
+use json::Said;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 use trackfail_core::region::{Rect, Region};
-use trackfail_methods::score::Counts;
-use trackfail_methods::score::{Protocol, TrackScore};
+use trackfail_methods::score::{Counts, Protocol};
 use trackfail_methods::signal::distribution_field::{self, background_region};
 
 /// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
 const MAX_METHODS: usize = 24;
 
-/// Everything that is shown sequence by sequence, with tracks as series or packed.
+/// Everything that is shown sequence by sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sequences<T = Track> {
+pub struct Sequences {
     /// Labels of the trackers, in order of the experiment.
     pub trackers: Vec<String>,
     /// Methods with their grid points, in order of the experiment.
@@ -31,16 +29,17 @@ pub struct Sequences<T = Track> {
     /// Sequences, in order of the suite.
     pub sequences: Vec<Sequence>,
     /// Tracks by sequence, then tracker.
-    pub tracks: Vec<T>,
+    pub tracks: Vec<Track>,
     /// Sentences about tracks that are left out; may be empty.
     pub note: String,
     /// Whether there is no ground truth, so that states are shown instead of errors.
     pub unannotated: bool,
 }
 
-/// A track as the page has it: what is counted on it, and its series as text, which is less than half as long as they.
+/// A tracker's first run over a sequence: what is counted on it, and its series as text, which is less than half as long as
+/// they.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct PackedTrack {
+pub struct Track {
     /// Index of the sequence.
     pub sequence: usize,
     /// Index of the tracker.
@@ -83,40 +82,6 @@ pub struct Sequence {
     pub pictures: BTreeMap<usize, String>,
 }
 
-/// A tracker's first run over a sequence.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Track {
-    /// Index of the sequence.
-    pub sequence: usize,
-    /// Index of the tracker.
-    pub tracker: usize,
-    /// The tracker's rectangles.
-    pub rects: Vec<Rect>,
-    /// The background regions of the distribution field signal; empty where no method reads it.
-    pub background: Vec<Rect>,
-    /// O_t, NaN where unknown.
-    pub error: Vec<f64>,
-    /// The series of the methods, each with the method's index.
-    pub methods: Vec<(usize, JudgedSeries)>,
-}
-
-/// The series of a method on a track, and what its protocol counts on them.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct JudgedSeries {
-    /// Score compared with the threshold.
-    pub score: Vec<f64>,
-    /// Whether there is an alarm, one entry per frame.
-    pub alarm: Vec<bool>,
-    /// Changes of the label: +1, -1, 0.
-    pub changes: Vec<i32>,
-    /// Events, detections and which of them match.
-    pub judged: TrackScore,
-    /// Runs of frames in which the method's state is lost, shown where there is no ground truth.
-    pub lost: Vec<Range<usize>>,
-    /// Runs of frames in which the tracker gives no box, shown where there is no ground truth.
-    pub absent: Vec<Range<usize>>,
-}
-
 /// How a protocol counts, in a line.
 pub fn counted_by(protocol: &Protocol) -> String {
     format!("counted by {}: {}", protocol.name, protocol.summary)
@@ -132,9 +97,9 @@ pub struct Collector<'r> {
     results: &'r Results,
     records: Vec<&'r MethodRecord>,
     regions: BTreeMap<&'r str, distribution_field::Params>,
-    all: Sequences<PackedTrack>,
-    /// The sequence of each track.
-    names: Vec<String>,
+    all: Sequences,
+    /// Tracks with the names of their sequences.
+    tracks: Vec<(String, Track)>,
     /// Frame numbers of each sequence.
     numbers: BTreeMap<String, Vec<i64>>,
 }
@@ -159,57 +124,59 @@ impl<'r> Collector<'r> {
         let methods = records.iter().map(|m| method(results, m, &trackers)).collect();
         let all = Sequences { trackers, methods, note, ..Sequences::default() };
         let regions = background_rules(results);
-        Self { results, records, regions, all, names: Vec::new(), numbers: BTreeMap::new() }
+        Self { results, records, regions, all, tracks: Vec::new(), numbers: BTreeMap::new() }
     }
 
     /// Adds tracks of [`Results::each_track`].
     pub fn add(&mut self, tracks: Vec<TrackSeries>) {
         for track in &tracks {
-            if !self.numbers.contains_key(&track.sequence) {
-                self.numbers.insert(track.sequence.clone(), track.numbers.clone());
-            }
+            self.numbers.entry(track.sequence.clone()).or_insert_with(|| track.numbers.clone());
         }
         let pack = |track: TrackSeries| {
             let tracker = self.all.trackers.iter().position(|t| *t == track.tracker)?;
-            Some((track.sequence.clone(), self.pack(tracker, track)))
+            let packed = self.pack(tracker, &track);
+            Some((track.sequence, packed))
         };
         let packed: Vec<_> = tracks.into_par_iter().filter_map(pack).collect();
-        for (name, track) in packed {
-            self.names.push(name);
-            self.all.tracks.push(track);
-        }
+        self.tracks.extend(packed);
     }
 
-    fn pack(&self, tracker: usize, mut track: TrackSeries) -> PackedTrack {
-        let rule = self.regions.get(track.tracker.as_str());
+    fn pack(&self, tracker: usize, track: &TrackSeries) -> Track {
+        let rects = &track.rects;
         let background = |rule: &distribution_field::Params| {
-            let at =
-                |t| background_region(&track.rects[..t], &track.rects[t], rule.history, rule.displacement);
-            (0..track.rects.len()).map(at).collect()
+            let at = |t| background_region(&rects[..t], &rects[t], rule.history, rule.displacement);
+            (0..rects.len()).map(at).collect()
         };
-        let background = rule.map_or_else(Vec::new, background);
-        let methods = judged_series(self.results, &self.records, &mut track);
-        let (rects, error) = (track.rects, track.error);
-        json::pack(&self.all.methods, &Track { sequence: 0, tracker, rects, background, error, methods })
+        let background: Vec<Rect> =
+            self.regions.get(track.tracker.as_str()).map_or_else(Vec::new, background);
+        let frames = track.error.len();
+        let said = |(k, (record, method)): (usize, (&&MethodRecord, &Method))| {
+            let series = track.method(&method.name)?;
+            let protocol = self.results.experiment.protocol_of(&record.name)?;
+            // A results folder from elsewhere may lack rows.
+            if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
+                return None;
+            }
+            let judged = track.judge(protocol, &series.alarm, &series.changes);
+            Some((k, Said::new(track, series, &judged, method.thresholds[tracker])))
+        };
+        let said = self.records.iter().zip(&self.all.methods).enumerate().filter_map(said).collect();
+        Track::new([0, tracker], track, &background, said)
     }
 
     /// All that was added, in the order of the suite.
     ///
     /// # Errors
     /// When the results cannot be read.
-    pub fn finish(self) -> Result<Sequences<PackedTrack>, ResultsError> {
-        let Self { results, mut all, names, numbers, .. } = self;
-        if names.is_empty() && numbers.is_empty() {
+    pub fn finish(self) -> Result<Sequences, ResultsError> {
+        let Self { results, mut all, tracks, numbers, .. } = self;
+        if numbers.is_empty() {
             return Ok(Sequences::default());
         }
         all.sequences = sequences(results, &numbers)?;
-        let place: BTreeMap<&str, usize> =
-            all.sequences.iter().enumerate().rev().map(|(k, s)| (s.name.as_str(), k)).collect();
-        let placed =
-            all.tracks.into_iter().zip(&names).filter_map(|(track, name)| {
-                Some(PackedTrack { sequence: *place.get(name.as_str())?, ..track })
-            });
-        all.tracks = placed.collect();
+        let place = |name: &str| all.sequences.iter().position(|sequence| sequence.name == name);
+        let placed = |(name, track): (String, Track)| Some(Track { sequence: place(&name)?, ..track });
+        all.tracks = tracks.into_iter().filter_map(placed).collect();
         all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
         Ok(all)
     }
@@ -263,28 +230,6 @@ fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Par
     rules
 }
 
-/// The series of the methods on a track, which loses them.
-fn judged_series(
-    results: &Results,
-    records: &[&MethodRecord],
-    track: &mut TrackSeries,
-) -> Vec<(usize, JudgedSeries)> {
-    let frames = track.error.len();
-    let of = |(k, record): (usize, &&MethodRecord)| {
-        let name = method_label(&record.name, &record.params);
-        let series = std::mem::take(track.methods.iter_mut().find(|m| m.name == name)?);
-        let protocol = results.experiment.protocol_of(&record.name)?;
-        // A results folder from elsewhere may lack rows.
-        if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
-            return None;
-        }
-        let judged = track.judge(protocol, &series.alarm, &series.changes);
-        let MethodSeries { score, alarm, changes, .. } = series;
-        Some((k, JudgedSeries { score, alarm, changes, judged, ..JudgedSeries::default() }))
-    };
-    records.iter().enumerate().filter_map(of).collect()
-}
-
 /// The table of counts.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Tallies {
@@ -324,49 +269,37 @@ pub struct TallyRow {
 }
 
 impl Sequences {
-    /// The same with packed tracks.
-    pub fn packed(&self) -> Sequences<PackedTrack> {
-        let Self { trackers, methods, sequences, tracks, note, unannotated } = self.clone();
-        let tracks = tracks.iter().map(|track| json::pack(&methods, track)).collect();
-        Sequences { trackers, methods, sequences, tracks, note, unannotated }
-    }
-}
-
-impl Sequences<PackedTrack> {
     /// The table of counts: hits, misses and false alarms of every method on every track.
     pub fn tallies(&self) -> Tallies {
-        let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
         let attributes: BTreeSet<&String> = self.sequences.iter().flat_map(|s| &s.attributes).collect();
-        let marks = |of: &[String]| {
-            let places = attributes.iter().enumerate().filter(|(_, a)| of.contains(a));
-            places.map(|(k, _)| k.to_string()).collect::<Vec<_>>().join(" ")
-        };
-        let mut rows = Vec::new();
-        for track in &self.tracks {
+        let row = |track: &Track| {
+            let sequence = &self.sequences[track.sequence];
             let mut cells = vec![String::new(); self.methods.len()];
             for (k, counts, events) in &track.counts {
                 cells[*k] = if self.unannotated { events.to_string() } else { tally(counts) };
-                let sum = totals[*k].get_or_insert_default();
-                *sum = [*sum, *counts].into_iter().sum();
             }
-            let sequence = &self.sequences[track.sequence];
-            rows.push(TallyRow {
+            let marks = attributes.iter().enumerate().filter(|(_, a)| sequence.attributes.contains(a));
+            TallyRow {
                 s: track.sequence,
                 t: track.tracker,
                 sequence: sequence.name.clone(),
                 tracker: self.trackers[track.tracker].clone(),
                 frames: track.frames,
                 attributes: sequence.attributes.join(", "),
-                marks: marks(&sequence.attributes),
+                marks: marks.map(|(k, _)| k.to_string()).collect::<Vec<_>>().join(" "),
                 cells,
-            });
+            }
+        };
+        let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
+        for (k, counts, _) in self.tracks.iter().flat_map(|track| &track.counts) {
+            totals[*k] = Some(totals[*k].into_iter().chain([*counts]).sum());
         }
         Tallies {
             note: self.note.clone(),
             unannotated: self.unannotated,
             methods: self.methods.iter().map(|m| m.name.clone()).collect(),
-            attributes: attributes.into_iter().cloned().collect(),
-            rows,
+            rows: self.tracks.iter().map(row).collect(),
+            attributes: attributes.iter().map(|a| (*a).clone()).collect(),
             totals: totals.iter().map(|c| c.as_ref().map_or_else(String::new, tally)).collect(),
         }
     }

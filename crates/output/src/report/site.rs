@@ -7,24 +7,24 @@
 //!
 //! The page has no script.
 
-mod collect;
-mod error;
 mod leaderboard;
 mod standing;
 mod summary;
-mod view;
 
-pub use collect::{Site, collect};
-pub use error::SiteError;
 pub use leaderboard::LEADERBOARD;
 pub use standing::{Estimate, Standing};
 pub use summary::{FORMAT, Summary, summary, write_summary};
-pub use view::render;
 
-use super::files::INDEX;
+use super::claims::ClaimCounts;
+use super::files::{INDEX, OWNED, SUMMARY};
+use super::html::fill;
+use super::page::ReportError;
+use super::write::WriteError;
+use serde::Serialize;
 use std::fs::File;
 use std::path::Path;
 use trackfail_dataset::text;
+use trackfail_engine::spec::check_experiment_name;
 use trackfail_engine::store::staging::Staging;
 use trackfail_engine::store::{self, StoreError};
 
@@ -37,17 +37,15 @@ const OURS: &str = "<meta name=\"generator\" content=\"trackfail\">";
 ///
 /// # Errors
 /// When the page cannot be written.
-pub fn write_index(reports: &Path) -> Result<Vec<String>, SiteError> {
+pub fn write_index(reports: &Path) -> Result<Vec<String>, WriteError> {
     // Some systems do not let a folder be opened and locked; there only the lock of the results protects the site.
     let lock = File::open(reports).ok();
     if let Some(lock) = &lock {
         let _ = lock.lock();
     }
-    let mut warnings = Vec::new();
     let site = collect(reports);
-    for (name, why) in &site.unreadable {
-        warnings.push(format!("{}: {why}", reports.join(name).display()));
-    }
+    let warning = |(name, why): &(String, String)| format!("{}: {why}", reports.join(name).display());
+    let mut warnings: Vec<String> = site.unreadable.iter().map(warning).collect();
     // Written in a folder of its own, because other runs sweep temporary files beside reports.
     let aside = Staging::new(reports)?;
     let pages = [(INDEX, Some(render(&site)?)), (LEADERBOARD, leaderboard::render(&site)?)];
@@ -79,6 +77,72 @@ fn is_foreign(path: &Path) -> bool {
         let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
         !bytes.is_empty() && !head.contains(OURS)
     })
+}
+
+/// All reports below a folder.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Site {
+    /// Folder, such as `sanmiguel2015/table4`, and summary of each report, in order of folders.
+    pub reports: Vec<(String, Summary)>,
+    /// Folders with a page whose summary cannot be read, with the reason.
+    pub unreadable: Vec<(String, String)>,
+}
+
+/// All reports below a folder, in order of names; hidden folders and links are skipped.
+pub fn collect(reports: &Path) -> Site {
+    let mut site = Site::default();
+    let hidden = |e: &walkdir::DirEntry| e.file_name().as_encoded_bytes().starts_with(b".");
+    // The folders inside a report are not reports.
+    let inside = |e: &walkdir::DirEntry| {
+        e.depth() > 1
+            && OWNED.iter().any(|owned| e.file_name() == *owned)
+            && e.path().parent().is_some_and(|parent| parent.join(INDEX).is_file())
+            && !e.path().join(INDEX).exists()
+            && !e.path().join(SUMMARY).exists()
+    };
+    let entries = walkdir::WalkDir::new(reports).sort_by_file_name().into_iter();
+    // A folder that disappears during the walk is skipped.
+    for entry in entries.filter_entry(|e| e.depth() == 0 || !(hidden(e) || inside(e))).filter_map(Result::ok)
+    {
+        if entry.depth() < 2 || entry.file_name() != INDEX || !entry.file_type().is_file() {
+            continue;
+        }
+        let Some(folder) = entry.path().parent() else { continue };
+        let name = folder.strip_prefix(reports).ok().and_then(Path::to_str).map(|n| n.replace('\\', "/"));
+        let Some(name) = name.filter(|name| check_experiment_name(name).is_ok()) else { continue };
+        match summary::read_summary(&folder.join(SUMMARY), &name) {
+            Ok(summary) => site.reports.push((name, summary)),
+            Err(why) => site.unreadable.push((name, why.to_string())),
+        }
+    }
+    site.reports.sort_by(|a, b| a.0.cmp(&b.0));
+    site.unreadable.sort();
+    site
+}
+
+/// What `index.html` shows.
+#[derive(Serialize)]
+struct View<'s> {
+    #[serde(flatten)]
+    site: &'s Site,
+    total: ClaimCounts,
+    leaderboard: Option<&'static str>,
+}
+
+/// Renders `index.html`; the same reports give the same bytes.
+fn render(site: &Site) -> Result<String, ReportError> {
+    let claims = || site.reports.iter().map(|(_, summary)| summary.claims);
+    let sum = |number: fn(ClaimCounts) -> u64| claims().map(number).fold(0, u64::saturating_add);
+    let total = ClaimCounts {
+        hold: sum(|claims| claims.hold),
+        undecided: sum(|claims| claims.undecided),
+        do_not_hold: sum(|claims| claims.do_not_hold),
+        cannot_be_tested: sum(|claims| claims.cannot_be_tested),
+    };
+    let is_ranked = site.reports.iter().any(|(_, summary)| !summary.standings.is_empty());
+    let style = concat!(include_str!("templates/page.css"), include_str!("templates/site.css"));
+    let view = View { site, total, leaderboard: is_ranked.then_some(LEADERBOARD) };
+    fill(include_str!("templates/site.html"), style, "", &view)
 }
 
 #[cfg(test)]

@@ -32,9 +32,9 @@ pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSerie
             .filter_map(|name| tracks.iter().find(|t| t.sequence == *name).copied())
             .collect();
     }
-    let events = |t: &&TrackSeries| events(results, t).len();
-    let most = tracks.iter().map(events).max().unwrap_or(0);
-    tracks.iter().find(|t| events(t) == most).copied().into_iter().collect()
+    // `max_by_key` takes the last of equal ones.
+    let most = tracks.iter().rev().max_by_key(|track| events(results, track).len());
+    most.copied().into_iter().collect()
 }
 
 /// Frames in which the tracker failed, by the experiment's protocol.

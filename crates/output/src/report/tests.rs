@@ -1,15 +1,18 @@
 use super::claims::Chip;
 use super::explain::{CellOrigin, TableOrigins};
-use super::sequences::{JudgedSeries, Method, Sequence, Sequences, Tallies, TallyRow, Track};
+use super::sequences::json::Said;
+use super::sequences::{Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
 use crate::figure::{Curve, CurveAxis, Curves, Entry, Facet, Marker, Plot, Style, Symbol};
+use crate::results::{MethodSeries, TrackSeries};
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use base64::Engine;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use trackfail_core::direction::Direction;
 use trackfail_engine::spec::table::Latex;
+use trackfail_methods::score::TrackScore;
 
 const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror='alert(1)'> & {{ 7*7 }} | `a` *b* \u{202e}abc\u{0}";
 
@@ -362,22 +365,13 @@ fn numbers_lead_to_their_sequences() {
 fn large() -> Sequences {
     let frames = 1200;
     let names = |word: &str, n: usize| (0..n).map(|k| format!("{word} {k}")).collect::<Vec<_>>();
-    let series = |m: usize| {
+    let series = TrackSeries { error: vec![0.5; frames], ..TrackSeries::default() };
+    let said = |m: usize| {
         let score = (0..frames).map(|t| ((t * 7919 + m * 104_729) % 10_007) as f64 / 10_007.0).collect();
-        JudgedSeries {
-            score,
-            alarm: vec![false; frames],
-            changes: vec![0; frames],
-            ..JudgedSeries::default()
-        }
+        let method = MethodSeries { score, ..MethodSeries::default() };
+        (m, Said::new(&series, &method, &TrackScore::default(), None))
     };
-    let methods: Vec<(usize, JudgedSeries)> = (0..10).map(|m| (m, series(m))).collect();
-    let track = |s: usize| Track {
-        sequence: s,
-        error: vec![0.5; frames],
-        methods: methods.clone(),
-        ..Track::default()
-    };
+    let track = |s: usize| Track::new([s, 0], &series, &[], (0..10).map(said).collect());
     let method = |name| Method { name, thresholds: vec![None], counted: String::new() };
     Sequences {
         unannotated: false,
@@ -395,7 +389,7 @@ fn large() -> Sequences {
 #[test]
 fn a_page_stays_small_whatever_is_in_it() {
     let most = 5 << 20;
-    let all = large().packed();
+    let all = large();
     let made = |p: &mut Page| {
         let folder = tempfile::tempdir().expect("a folder");
         p.sequences = all.tallies();

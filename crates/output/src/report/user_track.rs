@@ -13,6 +13,7 @@ pub mod plot;
 pub mod video;
 
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
+use std::collections::BTreeSet;
 use trackfail_core::region::Region;
 use trackfail_dataset::Sequence;
 
@@ -57,23 +58,15 @@ impl UserTrack {
 /// Frames that say most about the tracks, the most important ones first: where losses begin and end, the first and the last
 /// frame, then frames that divide the video evenly, at most `most` in all.
 fn telling_frames(tracks: &[UserTrack], frames: usize, most: usize) -> Vec<usize> {
-    let mut found: Vec<usize> = Vec::new();
-    let mut add = |t: usize| {
-        if t < frames && found.len() < most && !found.contains(&t) {
-            found.push(t);
-        }
-    };
-    let losses = || tracks.iter().filter_map(UserTrack::first_method).flat_map(JudgedMethod::losses);
-    losses().for_each(|run| add(run.start));
-    [0, frames.saturating_sub(1)].into_iter().for_each(&mut add);
-    losses().for_each(|run| {
-        add(run.end);
-        add(run.start + run.len() / 2);
-        add(run.start.saturating_sub(5));
-    });
+    let losses: Vec<_> =
+        tracks.iter().filter_map(UserTrack::first_method).flat_map(JudgedMethod::losses).collect();
+    let begins = losses.iter().map(|run| run.start).chain([0, frames.saturating_sub(1)]);
+    let others =
+        losses.iter().flat_map(|run| [run.end, run.start + run.len() / 2, run.start.saturating_sub(5)]);
     let even = most.min(frames);
-    (0..even).for_each(|k| add(k * frames / even.max(1)));
-    found
+    let all = begins.chain(others).chain((0..even).map(|k| k * frames / even));
+    let mut known = BTreeSet::new();
+    all.filter(|t| *t < frames && known.insert(*t)).take(most).collect()
 }
 
 #[cfg(test)]

@@ -45,51 +45,53 @@ enum End {
 /// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again there,
 /// or look at the frames from 181 on.`
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
-    let number = |t: usize| track.number(t);
     let losses = losses(method);
-    let Some(first) = losses.first() else { return without_loss(track, method) };
-    let (from, end) = (number(first.frames.start), losses.last().map_or(End::None, |loss| loss.end));
-    let last = losses.last().map_or(from, |loss| number(loss.frames.start));
+    let (Some(first), Some(last)) = (losses.first(), losses.last()) else {
+        return without_loss(track, method);
+    };
     let times = match losses.len() {
         1 => String::new(),
         n => format!(", {n} times in all"),
     };
-    let after = losses.last().map_or(0, |loss| loss.frames.end);
-    let possible = possibly_lost(method).into_iter().find(|run| run.start >= after);
-    let again = match (end, possible) {
-        (End::None, _) if times.is_empty() => String::new(),
-        (End::None, _) => "; lost at the end".to_string(),
-        (End::Found, Some(run)) => format!("; found again, but possibly lost from {} on", number(run.start)),
-        (End::Found, None) => "; found again".to_string(),
-        (End::Unsure, _) => "; not surely found again".to_string(),
+    let since = format!("since frame {}{times}", track.number(first.frames.start));
+    if last.end != End::Found {
+        let again = match last.end {
+            End::Unsure => "; not surely found again",
+            _ if losses.len() > 1 => "; lost at the end",
+            _ => "",
+        };
+        let restart = track.number(last.frames.start);
+        return format!(
+            "Lost {since}{again}. Start the tracker again at frame {restart}, or do not use its boxes from there on."
+        );
+    }
+    let possible = possibly_lost(method).into_iter().find(|run| run.start >= last.frames.end);
+    let from = possible.map(|run| track.number(run.start));
+    let but = from.map_or(String::new(), |from| format!(", but possibly lost from {from} on"));
+    let (when, there) = match losses.as_slice() {
+        [one] => (during(track, &one.frames), "there"),
+        _ => (since, "in the frames below"),
     };
-    let answer = match (losses.as_slice(), end) {
-        ([one], End::Found) if one.frames.len() > 1 => {
-            format!("Lost from frame {from} to {}{again}.", number(one.frames.end - 1))
-        }
-        ([_], End::Found) => format!("Lost in frame {from}{again}."),
-        _ => format!("Lost since frame {from}{times}{again}."),
-    };
-    let advice = match end {
-        End::None | End::Unsure => {
-            format!("Start the tracker again at frame {last}, or do not use its boxes from there on.")
-        }
-        End::Found if times.is_empty() => "Do not use its boxes there.".to_string(),
-        End::Found => "Do not use its boxes in the frames below.".to_string(),
-    };
-    format!("{answer} {advice}")
+    format!("Lost {when}; found again{but}. Do not use its boxes {there}.")
+}
+
+/// `from frame 3 to 5`, or `in frame 3`.
+fn during(track: &JudgedTrack, frames: &Range<usize>) -> String {
+    match [frames.start, frames.end - 1].map(|t| track.number(t)) {
+        [from, to] if from == to => format!("in frame {from}"),
+        [from, to] => format!("from frame {from} to {to}"),
+    }
 }
 
 /// The answer where there was no alarm.
 fn without_loss(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let possible = possibly_lost(method);
     if let Some(first) = possible.first() {
-        let (from, to) = (track.number(first.start), track.number(first.end - 1));
-        let at = if from == to { format!("in frame {from}") } else { format!("from frame {from} to {to}") };
         let more = match possible.len() {
             1 => String::new(),
             n => format!(" and in {} more stretch{}", n - 1, if n == 2 { "" } else { "es" }),
         };
+        let at = during(track, first);
         return format!("Possibly lost {at}{more}; there was no alarm. Look at these frames.");
     }
     let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
@@ -123,50 +125,34 @@ fn losses(method: &JudgedMethod) -> Vec<Loss> {
 /// a method without a probability has alarmed up to the frame before. Otherwise no alarm has come for some frames, which need not
 /// mean that the tracker is on its target.
 fn ending(method: &JudgedMethod, t: usize) -> End {
-    if method.is_probability {
-        let after = method.states.iter().skip(t).take_while(|state| **state == TargetState::Tracking).count();
-        let is_sure = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p < SURE);
-        let mut sure = 0;
-        let is_found = (t..t + after).any(|t| {
-            sure = if is_sure(t) { sure + 1 } else { 0 };
-            sure >= RECOVERY_FRAMES
-        });
-        return if is_found { End::Found } else { End::Unsure };
-    }
-    let alarms_as_long =
-        t.checked_sub(1).and_then(|last| method.label.get(last)).copied().unwrap_or_default();
-    if alarms_as_long { End::Found } else { End::Unsure }
+    let is_found = if method.is_probability {
+        let after = method.states.iter().zip(&method.score).skip(t);
+        let tracking = after.take_while(|(state, _)| **state == TargetState::Tracking);
+        let sure: Vec<bool> = tracking.map(|(_, score)| score.is_some_and(|p| p < SURE)).collect();
+        sure.windows(RECOVERY_FRAMES).any(|frames| !frames.contains(&false))
+    } else {
+        t.checked_sub(1).and_then(|last| method.label.get(last)) == Some(&true)
+    };
+    if is_found { End::Found } else { End::Unsure }
 }
 
 /// The stretches that are not plainly on the target: lost, absent, or tracking with a loss that is possible, in order.
 pub fn stretches(method: &JudgedMethod) -> Vec<Stretch> {
-    let probability = |frames: &Range<usize>| {
+    let stretch = |(state, frames): (TargetState, Range<usize>)| {
         let scores = frames.clone().filter_map(|t| method.score.get(t).copied().flatten());
-        let highest = scores.filter(|p| method.is_probability && p.is_finite()).max_by(f64::total_cmp);
         // What is said where the tracker has no box is said of another place.
-        highest.filter(|_| method.states.get(frames.start) != Some(&TargetState::Absent))
+        let has_probability = method.is_probability && state != TargetState::Absent;
+        let probability = scores.filter(|p| has_probability && p.is_finite()).max_by(f64::total_cmp);
+        let why = match state {
+            TargetState::Absent => "no box".to_string(),
+            TargetState::Lost => why_lost(method, &frames),
+            TargetState::Tracking => "possibly lost: near an alarm".to_string(),
+        };
+        Stretch { frames, state, probability, why }
     };
-    let stretch = |state: TargetState, frames: Range<usize>, why: String| Stretch {
-        probability: probability(&frames),
-        frames,
-        state,
-        why,
-    };
-    let mut found: Vec<Stretch> = method
-        .stretches()
-        .filter(|(state, _)| *state != TargetState::Tracking)
-        .map(|(state, frames)| match state {
-            TargetState::Absent => stretch(state, frames, "no box".to_string()),
-            _ => {
-                let why = why_lost(method, &frames);
-                stretch(state, frames, why)
-            }
-        })
-        .collect();
-    let possible = possibly_lost(method).into_iter();
-    found.extend(
-        possible.map(|frames| stretch(TargetState::Tracking, frames, "possibly lost: near an alarm".into())),
-    );
+    let others = method.stretches().filter(|(state, _)| *state != TargetState::Tracking);
+    let possible = possibly_lost(method).into_iter().map(|frames| (TargetState::Tracking, frames));
+    let mut found: Vec<Stretch> = others.chain(possible).map(stretch).collect();
     found.sort_by_key(|stretch| stretch.frames.start);
     found
 }
@@ -177,48 +163,37 @@ const MAX_ROWS: usize = 20;
 /// The stretches behind the verdicts on the first method of each track: headings, then a row for each of the first few, and
 /// the number of the others. Nothing but headings where all is well.
 pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
-    let several = tracks.iter().any(|track| track.target.is_some());
-    let mut headings = vec!["from", "to", "state", "probability", "why"];
-    if several {
-        headings.insert(0, "target");
-    }
-    let mut rows = vec![headings.into_iter().map(str::to_string).collect::<Vec<_>>()];
-    let of = |track: &&JudgedTrack| {
-        let found = track.methods.first().map(stretches).unwrap_or_default();
-        let row = |stretch: Stretch| {
+    let mut rows = vec![["target", "from", "to", "state", "probability", "why"].map(str::to_string)];
+    for track in tracks {
+        for stretch in track.methods.first().map(stretches).unwrap_or_default() {
             let [from, to] =
                 [stretch.frames.start, stretch.frames.end - 1].map(|t| track.number(t).to_string());
             let shown = |p| Style { decimals: 2, bare: true }.format(p);
             let probability = stretch.probability.map(shown).unwrap_or_default();
-            let row = vec![from, to, stretch.state.word().to_string(), probability, stretch.why];
-            let target = track.target.map(|id| id.to_string());
-            target.filter(|_| several).into_iter().chain(row).collect::<Vec<_>>()
-        };
-        found.into_iter().map(row).collect::<Vec<_>>()
-    };
-    rows.extend(tracks.iter().flat_map(of));
+            let target = track.target.map(|id| id.to_string()).unwrap_or_default();
+            rows.push([target, from, to, stretch.state.word().to_string(), probability, stretch.why]);
+        }
+    }
     let more = rows.len().saturating_sub(1 + MAX_ROWS);
     if more > 0 {
         rows.truncate(1 + MAX_ROWS);
-        let width = rows[0].len();
-        let mut last = vec![String::new(); width];
-        last[width - 1] = format!("and {more} more stretch{}", if more == 1 { "" } else { "es" });
+        let mut last = [const { String::new() }; 6];
+        last[5] = format!("and {more} more stretch{}", if more == 1 { "" } else { "es" });
         rows.push(last);
     }
-    rows
+    let without = usize::from(tracks.iter().all(|track| track.target.is_none()));
+    rows.into_iter().map(|row| row.into_iter().skip(without).collect()).collect()
 }
 
 /// `alarm: .97 > .80`, and how the loss ends.
 fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
-    let begins = match frames.start.checked_sub(1).and_then(|t| method.states.get(t)) {
-        Some(TargetState::Absent) if method.label.get(frames.start) != Some(&true) => {
-            "lost before, too".to_string()
-        }
-        _ => {
-            let reason =
-                comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
-            reason.map_or_else(|| "alarm".to_string(), |comparison| format!("alarm: {comparison}"))
-        }
+    let before = frames.start.checked_sub(1).and_then(|t| method.states.get(t));
+    let comparison =
+        || comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
+    let begins = if before == Some(&TargetState::Absent) && method.label.get(frames.start) != Some(&true) {
+        "lost before, too".to_string()
+    } else {
+        comparison().map_or_else(|| "alarm".to_string(), |comparison| format!("alarm: {comparison}"))
     };
     let ends = match method.states.get(frames.end) {
         Some(TargetState::Tracking) if ending(method, frames.end) == End::Found => "; then found again",
@@ -265,21 +240,19 @@ pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
     let is_near = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p >= NEAR * threshold);
     let is_loss = |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&TargetState::Lost);
     let mut found: Vec<Range<usize>> = Vec::new();
-    for (_, run) in method.stretches().filter(|(state, _)| *state == TargetState::Tracking) {
-        let mut near: Vec<usize> = run.clone().filter(|t| is_near(*t)).collect();
+    for (_, mut run) in method.stretches().filter(|(state, _)| *state == TargetState::Tracking) {
         if is_loss(run.start.checked_sub(1)) {
-            let fall = near.iter().zip(run.start..).take_while(|(t, expected)| *t == expected).count();
-            near.drain(..fall);
+            while !run.is_empty() && is_near(run.start) {
+                run.start += 1;
+            }
         }
         if is_loss(Some(run.end)) {
-            let mut expected = run.end;
-            while near.last().is_some_and(|t| t + 1 == expected) {
-                expected -= 1;
-                near.pop();
+            while !run.is_empty() && is_near(run.end - 1) {
+                run.end -= 1;
             }
         }
         let begin = found.len();
-        for t in near {
+        for t in run.filter(|t| is_near(*t)) {
             match found.get_mut(begin..).and_then(<[Range<usize>]>::last_mut) {
                 Some(last) if t < last.end + RECOVERY_FRAMES => last.end = t + 1,
                 _ => found.push(t..t + 1),

@@ -13,20 +13,18 @@ use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
 use super::readings;
-use super::sequences::{self, Collector, PackedTrack, Sequences, json};
-use super::site::SiteError;
+use super::sequences::{self, Collector, Sequences, json};
 use super::stills::{self, StillRequest};
 use super::uncertainty::{self, Uncertainty};
 use super::{breakdown, differences};
 use crate::figure::{Files, Plot, WIDTH};
-use crate::results::{CellScore, Results, ResultsError, TrackSeries, unfinished};
+use crate::results::{CellScore, Manifest, Results, ResultsError, TrackSeries, unfinished};
 use crate::table;
 use crate::table::layout::TableLayout;
 use crate::table::suites::targets_note;
 use rayon::prelude::*;
 use std::path::Path;
 use trackfail_core::image;
-use trackfail_engine::spec::figure::Figure;
 use trackfail_engine::store::{self, StoreError};
 
 /// Content of a written report.
@@ -41,7 +39,7 @@ pub struct WrittenReport {
     pub verdict: String,
 }
 
-/// A report that could not be written.
+/// A report, or the page over all of them, that could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The results cannot be read.
@@ -53,9 +51,6 @@ pub enum WriteError {
     /// The page cannot be rendered.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// The summary cannot be written.
-    #[error(transparent)]
-    Site(#[from] SiteError),
     /// A file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -148,33 +143,28 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     Ok(WrittenReport { findings, answer, scores, verdict: page.verdict.join(" ") })
 }
 
-/// Draws the figures that the experiment asks for into the folder, and shows them on the page.
+/// Draws the figures that the experiment asks for into the folder, several at once, and shows them on the page.
 fn figures_of_experiment(
     results: &Results,
     folder: &Path,
     (tracks, scores): (&[TrackSeries], &[CellScore]),
     page: &mut Page,
 ) -> Result<(), WriteError> {
-    for (figure, drawn) in results.experiment.figures.iter().zip(draw_all(results, tracks, scores)) {
+    let figures = &results.experiment.figures;
+    let draw = |figure| figures::draw(results, tracks, scores, figure);
+    let drawn: Vec<Result<FigureOutcome, DrawError>> = figures.par_iter().map(draw).collect();
+    for (figure, drawn) in figures.iter().zip(drawn) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
                 let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
                 page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
             }
-            FigureOutcome::NoData(reason) => page.warnings.push(not_drawn(figure, &reason)),
+            FigureOutcome::NoData(reason) => {
+                page.warnings.push(format!("Figure {} is not drawn: {reason}.", figure.name));
+            }
         }
     }
     Ok(())
-}
-
-/// Draws all figures, several at once.
-fn draw_all(
-    results: &Results,
-    tracks: &[TrackSeries],
-    scores: &[CellScore],
-) -> Vec<Result<FigureOutcome, DrawError>> {
-    let draw = |figure| figures::draw(results, tracks, scores, figure);
-    results.experiment.figures.par_iter().map(draw).collect()
 }
 
 /// Draws a figure that reports make by themselves, under a name that no figure of the experiment has.
@@ -218,12 +208,13 @@ fn keep_stills(
     results: &Results,
     folder: &Path,
     requests: &[StillRequest],
-    sequences: &mut Sequences<PackedTrack>,
+    sequences: &mut Sequences,
 ) -> Result<(), WriteError> {
     for request in requests {
-        let Some(s) = sequences.sequences.iter().position(|q| q.name == request.sequence) else { continue };
+        let named = |(_, sequence): &(usize, &mut sequences::Sequence)| sequence.name == request.sequence;
+        let Some((s, sequence)) = sequences.sequences.iter_mut().enumerate().find(named) else { continue };
         for &t in &request.frames {
-            if sequences.sequences[s].stills.contains(&t) {
+            if sequence.stills.contains(&t) {
                 continue;
             }
             // A run that could not decode the frame again has written no still.
@@ -231,7 +222,7 @@ fn keep_stills(
             let path = folder.join(sequences::still_file(s, t));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
             store::write_derived(&path, &png)?;
-            sequences.sequences[s].stills.insert(t);
+            sequence.stills.insert(t);
         }
     }
     Ok(())
@@ -242,19 +233,13 @@ fn keep_stills(
 pub(super) fn small_enough(
     page: &mut Page,
     folder: &Path,
-    sequences: &Sequences<PackedTrack>,
+    sequences: &Sequences,
     most: usize,
 ) -> Result<String, WriteError> {
     let drawn: usize = page.figures.iter().map(|f| f.svg.len() + f.narrow.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
-    let room = most.checked_sub(drawn);
-    let mut fits = room.is_some();
-    if !page.sequences.rows.is_empty() {
-        let series = room.and_then(|room| json::embedded(sequences, room));
-        fits = series.is_some();
-        page.series = series.unwrap_or_default();
-    }
-    if fits {
+    if let Some(series) = most.checked_sub(drawn).and_then(|room| json::embedded(sequences, room)) {
+        page.series = series;
         let html = render(page)?;
         if html.len() <= most {
             return Ok(html);
@@ -268,20 +253,19 @@ pub(super) fn small_enough(
         page.sequences.note.push_str(&format!(
             " The series of the strips and the viewer are in {files} files in the folder data beside this page."
         ));
-        if page.series.len() + drawn <= most {
-            let html = render(page)?;
-            if html.len() <= most {
-                return Ok(html);
-            }
+    }
+    page.figures_beside = page.series.len() + drawn > most;
+    let smaller: [fn(&mut Page); 3] =
+        [|_| {}, |page| page.figures_beside = true, |page| page.origins.clear()];
+    let mut html = String::new();
+    for make in smaller {
+        make(page);
+        html = render(page)?;
+        if html.len() <= most {
+            break;
         }
     }
-    page.figures_beside = true;
-    let html = render(page)?;
-    if html.len() <= most {
-        return Ok(html);
-    }
-    page.origins.clear();
-    Ok(render(page)?)
+    Ok(html)
 }
 
 /// Refuses to write into a folder that is a link: a results folder from elsewhere may have links, which are followed for
@@ -294,26 +278,41 @@ fn refuse_link(folder: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
-fn not_drawn(figure: &Figure, reason: &str) -> String {
-    format!("Figure {} is not drawn: {reason}.", figure.name)
-}
-
 /// The page without tables, figures and claims.
 fn page_frame(results: &Results) -> Page {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
-    let mut data_note = format!(
-        "suite {}, {} ({} frames)",
-        suite.name,
-        table::data_note(experiment, manifest),
-        suite.present.iter().map(|(_, frames)| frames).sum::<usize>()
-    );
-    if !suite.missing.is_empty() {
-        data_note.push_str(&match suite.missing.as_slice() {
-            few if few.len() <= MAX_MISSING => format!("; missing: {}", few.join(", ")),
-            many => format!("; {} more are missing, manifest.json names them", many.len()),
-        });
+    let missing = match suite.missing.as_slice() {
+        [] => String::new(),
+        few if few.len() <= MAX_MISSING => format!("; missing: {}", few.join(", ")),
+        many => format!("; {} more are missing, manifest.json names them", many.len()),
+    };
+    let frames: usize = suite.present.iter().map(|(_, frames)| frames).sum();
+    let data = table::data_note(experiment, manifest);
+    let failed = |group: unfinished::Unfinished| FailedCell {
+        cell: group.cells,
+        reason: format!("{}: {}", if group.missing { "not there" } else { "failed" }, group.reason),
+    };
+    Page {
+        title: experiment.title.clone(),
+        home: format!("{}index.html", "../".repeat(experiment.name.split('/').count())),
+        experiment: experiment.name.clone(),
+        paper: experiment.paper.clone().unwrap_or_default(),
+        object: experiment.object.clone().unwrap_or_default(),
+        data_note: format!("suite {}, {data} ({frames} frames){missing}", suite.name),
+        warnings: warnings(manifest),
+        summary: experiment.note.iter().cloned().collect(),
+        failed: unfinished::groups(&manifest.cells_failed).into_iter().map(failed).collect(),
+        provenance: provenance(results),
+        // The experiment's file, protocol, seed and version, and the suites.
+        provenance_head: 4 + manifest.digests.len(),
+        ..Page::default()
     }
+}
+
+/// What is to be known before a number is believed.
+fn warnings(manifest: &Manifest) -> Vec<String> {
+    let suite = &manifest.suite;
     let mut warnings = Vec::new();
     if !suite.missing.is_empty() {
         warnings.push(format!(
@@ -325,39 +324,15 @@ fn page_frame(results: &Results) -> Page {
         let names = manifest.differing.join(", ");
         warnings.push(format!("Not the data that datasets.lock pins: {names}."));
     }
-    for method in &manifest.methods {
-        if let Some((parameter, trained_on)) = &method.trained
-            && *trained_on == suite.name
-        {
-            let warning =
-                format!("{}: parameter {parameter} was tuned on the test suite itself.", method.name);
-            if !warnings.contains(&warning) {
-                warnings.push(warning);
-            }
-        }
-    }
+    let on_test = manifest.methods.iter().filter_map(|method| {
+        let (parameter, _) = method.trained.as_ref().filter(|(_, on)| *on == suite.name)?;
+        Some(format!("{}: parameter {parameter} was tuned on the test suite itself.", method.name))
+    });
+    warnings.extend(on_test);
+    // The points of a grid are of one method, and stand together.
+    warnings.dedup();
     warnings.extend(learned_on_test::warnings(manifest));
     warnings.extend(unfinished::not_run(&manifest.not_run).into_iter().map(|line| line + "."));
-    for (rule, count) in &manifest.rules {
-        warnings.push(format!("{rule}: {count} times."));
-    }
-    let failed = unfinished::groups(&manifest.cells_failed).into_iter().map(|group| FailedCell {
-        cell: group.cells,
-        reason: format!("{}: {}", if group.missing { "not there" } else { "failed" }, group.reason),
-    });
-    Page {
-        title: experiment.title.clone(),
-        home: format!("{}index.html", "../".repeat(experiment.name.split('/').count())),
-        experiment: experiment.name.clone(),
-        paper: experiment.paper.clone().unwrap_or_default(),
-        object: experiment.object.clone().unwrap_or_default(),
-        data_note,
-        warnings,
-        summary: experiment.note.iter().cloned().collect(),
-        failed: failed.collect(),
-        provenance: provenance(results),
-        // The experiment's file, protocol, seed and version, and the suites.
-        provenance_head: 4 + manifest.digests.len(),
-        ..Page::default()
-    }
+    warnings.extend(manifest.rules.iter().map(|(rule, count)| format!("{rule}: {count} times.")));
+    warnings
 }

@@ -20,16 +20,19 @@
 //! `truth` and `data` are in the index, or, where that would be too long, in files of their own, each with one call of
 //! `trackfail({truth, data})`.
 
-use super::{JudgedSeries, Method, PackedTrack, Sequence, Sequences, Track};
+use super::{Method, Sequence, Sequences, Track};
 use crate::figure::spans_where;
-use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome};
+use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome, Moment};
+use crate::results::{MethodSeries, TrackSeries};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt::Display;
 use std::ops::Range;
 use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::visible;
+use trackfail_methods::score::{Counts, TrackScore};
 
 /// Words of the ends of a loss, where there is no ground truth.
 const STATE_WORDS: [&str; 2] = ["lost", "loss over"];
@@ -37,23 +40,106 @@ const STATE_WORDS: [&str; 2] = ["lost", "loss over"];
 /// Maximum size of a file of series in bytes, which only a single longer track exceeds.
 const MAX_FILE: usize = 2 << 20;
 
-/// Packs all series into the page; `None` where that takes more than `most` bytes.
-pub fn embedded(all: &Sequences<PackedTrack>, most: usize) -> Option<String> {
-    let places: Vec<Option<usize>> = vec![None; all.tracks.len()];
-    let mut left = most;
-    let mut fits = |text: &str| {
-        left = left.checked_sub(text.len())?;
-        Some(())
-    };
-    all.tracks.iter().try_for_each(|track| fits(&track.series))?;
-    let mut truths = Vec::new();
-    for (s, sequence) in all.sequences.iter().enumerate() {
-        let truth = truth(sequence);
-        fits(&truth)?;
-        truths.push((s, truth));
+/// The rectangle of a frame without one.
+pub const NOWHERE: Rect = Rect { x: f64::NAN, y: f64::NAN, w: f64::NAN, h: f64::NAN };
+
+/// A column of differences.
+type Column = Vec<Option<i64>>;
+
+/// A track as the page's script reads it.
+#[derive(Serialize)]
+struct Packed {
+    #[serde(rename = "box")]
+    rects: Vec<Column>,
+    error: Column,
+    said: BTreeMap<usize, Said>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    background: Vec<Column>,
+}
+
+/// What a method says of a track, and what its protocol counts there.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Said {
+    marks: Vec<(Option<usize>, Option<usize>, u8, u8)>,
+    alarms: Vec<usize>,
+    digits: i32,
+    score: Column,
+    /// First and last frame of each run of frames in which the method's state is lost, one after the other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lost: Vec<usize>,
+    /// The same of the runs in which the tracker gives no box.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<usize>,
+    #[serde(skip)]
+    counts: Counts,
+    /// Number of events, or of losses without ground truth.
+    #[serde(skip)]
+    events: usize,
+}
+
+impl Said {
+    /// The series of a method on a track, as its protocol judged them; `threshold` is that of the score.
+    pub fn new(
+        track: &TrackSeries,
+        method: &MethodSeries,
+        judged: &TrackScore,
+        threshold: Option<f64>,
+    ) -> Self {
+        let digits = digits(&method.score, threshold);
+        let mark = |moment: &Moment| {
+            let found = moment.event.is_some_and(|t| trace::is_recovery(&track.error, t));
+            let clear = moment.detection.is_some_and(|t| trace::is_all_clear(&method.changes, t));
+            (moment.event, moment.detection, u8::from(found), u8::from(clear))
+        };
+        Self {
+            marks: trace::moments(judged).iter().map(mark).collect(),
+            alarms: ends(&spans_where(&method.alarm)),
+            digits,
+            score: differences(method.score.iter().map(|v| whole(v * 10_f64.powi(digits)))),
+            counts: judged.counts,
+            events: judged.events.len(),
+            ..Self::default()
+        }
     }
-    let series = object(all.tracks.iter().map(|track| (key(track), &track.series)));
-    let index = index(all, &places, &[], &object(truths), &series);
+
+    /// The same with the runs of frames in which the target is lost and absent, where there is no ground truth.
+    #[must_use]
+    pub fn in_states(self, lost: &[Range<usize>], absent: &[Range<usize>]) -> Self {
+        Self { lost: ends(lost), absent: ends(absent), events: lost.len(), ..self }
+    }
+}
+
+impl Track {
+    /// Packs the track of a tracker, with the regions of its background, if there are any, and what each method says of it.
+    pub fn new(
+        [sequence, tracker]: [usize; 2],
+        track: &TrackSeries,
+        background: &[Rect],
+        said: BTreeMap<usize, Said>,
+    ) -> Self {
+        let counts = said.iter().map(|(k, said)| (*k, said.counts, said.events)).collect();
+        let packed = Packed {
+            rects: boxes(&track.rects),
+            error: differences(track.error.iter().map(|error| thousandths(*error))),
+            said,
+            background: if background.is_empty() { Vec::new() } else { boxes(background) },
+        };
+        Self { sequence, tracker, frames: track.error.len(), counts, series: text(&packed) }
+    }
+
+    fn key(&self) -> String {
+        format!("{}-{}", self.sequence, self.tracker)
+    }
+}
+
+/// Packs all series into the page; `None` where that takes more than `most` bytes.
+pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
+    if all.tracks.iter().map(|track| track.series.len()).sum::<usize>() > most {
+        return None;
+    }
+    let truth = object(all.sequences.iter().map(truth).enumerate());
+    let series = object(all.tracks.iter().map(|track| (track.key(), &track.series)));
+    let index = index(all, &vec![None; all.tracks.len()], &[], &parts(&truth, &series));
     (index.len() <= most).then_some(index)
 }
 
@@ -63,73 +149,53 @@ pub fn embedded(all: &Sequences<PackedTrack>, most: usize) -> Option<String> {
 /// # Errors
 /// Those of `keep`.
 pub fn beside<E>(
-    all: &Sequences<PackedTrack>,
+    all: &Sequences,
     mut keep: impl FnMut(&str, &str) -> Result<(), E>,
 ) -> Result<(String, usize), E> {
-    let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
-    let mut names: Vec<String> = Vec::new();
     let truths: Vec<String> = all.sequences.par_iter().map(truth).collect();
+    let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
+    let mut files: Vec<(String, Vec<&Track>)> = Vec::new();
     for tracker in 0..all.trackers.len() {
-        let mine = all.tracks.iter().enumerate().filter(|(_, t)| t.tracker == tracker);
-        let (mut of_file, mut size): (Vec<&PackedTrack>, usize) = (Vec::new(), 0);
-        let mut part = 0;
-        let mut finish = |of_file: &mut Vec<&PackedTrack>| {
-            if !of_file.is_empty() {
-                let truth = object(of_file.iter().map(|t| (t.sequence, &truths[t.sequence])));
-                let series = object(of_file.drain(..).map(|t| (key(t), &t.series)));
-                let text = json_of_parts(&truth, &series);
-                let name = format!("data/{tracker:02}-{part:03}.js");
-                keep(&name, &format!("trackfail({text});\n"))?;
-                names.push(name);
-                part += 1;
-            }
-            Ok(names.len())
-        };
-        let mut next = finish(&mut of_file)?;
-        for (k, t) in mine {
-            let more = truths[t.sequence].len() + t.series.len();
+        // Nothing fits into the file of the tracker before.
+        let (mut part, mut size) = (0, MAX_FILE);
+        for (place, track) in places.iter_mut().zip(&all.tracks).filter(|(_, t)| t.tracker == tracker) {
+            let more = truths[track.sequence].len() + track.series.len();
             size += more;
             if size > MAX_FILE {
-                next = finish(&mut of_file)?;
-                size = more;
+                files.push((format!("data/{tracker:02}-{part:03}.js"), Vec::new()));
+                (part, size) = (part + 1, more);
             }
-            places[k] = Some(next);
-            of_file.push(t);
+            *place = files.len().checked_sub(1);
+            if let Some((_, tracks)) = files.last_mut() {
+                tracks.push(track);
+            }
         }
-        finish(&mut of_file)?;
     }
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Ok((index(all, &places, &names, "{}", "{}"), names.len()))
+    for (name, tracks) in &files {
+        let truth = object(tracks.iter().map(|track| (track.sequence, &truths[track.sequence])));
+        let series = object(tracks.iter().map(|track| (track.key(), &track.series)));
+        keep(name, &format!("trackfail({});\n", parts(&truth, &series)))?;
+    }
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    Ok((index(all, &places, &names, &parts("{}", "{}")), names.len()))
 }
 
-fn key(track: &PackedTrack) -> String {
-    format!("{}-{}", track.sequence, track.tracker)
-}
-
-fn json_of_parts(truth: &str, data: &str) -> String {
+fn parts(truth: &str, data: &str) -> String {
     format!("{{\"truth\":{truth},\"data\":{data}}}")
 }
 
 /// A JSON object of values that are JSON already, under keys that need no escapes.
-fn object<K: std::fmt::Display, T: AsRef<str>>(parts: impl IntoIterator<Item = (K, T)>) -> String {
-    let mut out = String::from("{");
-    for (k, (key, json)) in parts.into_iter().enumerate() {
-        // Writing to a string cannot fail.
-        let _ = write!(out, "{}\"{key}\":", if k > 0 { "," } else { "" });
-        out.push_str(json.as_ref());
-    }
-    out.push('}');
-    out
+fn object<K: Display, V: Display>(parts: impl Iterator<Item = (K, V)>) -> String {
+    let parts: Vec<String> = parts.map(|(key, json)| format!("\"{key}\":{json}")).collect();
+    format!("{{{}}}", parts.join(","))
 }
 
-fn index(
-    all: &Sequences<PackedTrack>,
-    places: &[Option<usize>],
-    files: &[&str],
-    truth: &str,
-    data: &str,
-) -> String {
-    let shown = |names: Vec<&str>| -> Vec<String> { names.into_iter().map(visible).collect() };
+/// Numbers under names as JSON, which cannot fail.
+fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], parts: &str) -> String {
     let method =
         |m: &Method| json!({"name": visible(&m.name), "thresholds": m.thresholds, "counted": m.counted});
     let sequence = |s: &Sequence| {
@@ -143,10 +209,10 @@ fn index(
             "attributes": visible(&s.attributes.join(", ")),
         })
     };
-    let track = |(t, place): (&PackedTrack, &Option<usize>)| json!([t.sequence, t.tracker, place]);
+    let track = |(track, place): (&Track, &Option<usize>)| json!([track.sequence, track.tracker, place]);
     let names = json!({
         "unannotated": all.unannotated,
-        "trackers": shown(all.trackers.iter().map(String::as_str).collect()),
+        "trackers": all.trackers.iter().map(|name| visible(name)).collect::<Vec<_>>(),
         "methods": all.methods.iter().map(method).collect::<Vec<_>>(),
         "sequences": all.sequences.iter().map(sequence).collect::<Vec<_>>(),
         "start": all.start(),
@@ -158,7 +224,6 @@ fn index(
             "outcome": EventOutcome::ALL.map(EventOutcome::words),
         },
     });
-    let parts = json_of_parts(truth, data);
     let names = names.to_string();
     // Both are objects: the second one's members follow the first one's.
     let (names, parts) = (names.strip_suffix('}'), parts.strip_prefix('{'));
@@ -168,37 +233,24 @@ fn index(
 /// JSON that is safe in a script element: characters that could end it, begin a comment or end a line are escaped, which
 /// JSON allows because they can only be in strings.
 pub fn in_a_page(json: &str) -> String {
-    let mut out = String::with_capacity(json.len());
-    for c in json.chars() {
-        match c {
-            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => out.push_str(&format!("\\u{:04x}", c as u32)),
-            c => out.push(c),
-        }
-    }
-    out
+    let escaped = |text: String, c: char| text.replace(c, &format!("\\u{:04x}", u32::from(c)));
+    ['<', '>', '&', '\u{2028}', '\u{2029}'].into_iter().fold(json.to_string(), escaped)
 }
 
+/// The ground truth: four columns where all regions are upright, else the eight of their corners.
 fn truth(sequence: &Sequence) -> String {
-    let rects = sequence.truth.iter().flatten().all(is_upright);
-    let column = |number: &dyn Fn(&Region) -> f64| {
-        differences(sequence.truth.iter().map(|r| r.as_ref().and_then(|r| tenths(number(r)))))
+    let rect = |region: &Option<Region>| region.as_ref().map_or(NOWHERE, Region::rect);
+    if sequence.truth.iter().flatten().all(is_upright) {
+        return text(&boxes(&sequence.truth.iter().map(rect).collect::<Vec<_>>()));
+    }
+    let corners = |region: &Option<Region>| {
+        let corners = region.as_ref().map(Region::corners).unwrap_or_default();
+        corners.try_into().unwrap_or_else(|_| rect(region).corners())
     };
-    let columns: Vec<String> = if rects {
-        let sides: [fn(&Rect) -> f64; 4] = [|r| r.x, |r| r.y, |r| r.w, |r| r.h];
-        sides.iter().map(|side| column(&|r| side(&r.rect()))).collect()
-    } else {
-        let corner = |k: usize| {
-            column(&|r: &Region| {
-                let corners = match r.corners() {
-                    four if four.len() == 4 => four,
-                    _ => r.rect().corners().to_vec(),
-                };
-                corners.get(k / 2).map_or(f64::NAN, |p| if k.is_multiple_of(2) { p.0 } else { p.1 })
-            })
-        };
-        (0..8).map(corner).collect()
-    };
-    format!("[{}]", columns.join(","))
+    let corners: Vec<[(f64, f64); 4]> = sequence.truth.iter().map(corners).collect();
+    let x = |k: usize| differences(corners.iter().map(|corners| tenths(corners[k].0)));
+    let y = |k: usize| differences(corners.iter().map(|corners| tenths(corners[k].1)));
+    text(&[x(0), y(0), x(1), y(1), x(2), y(2), x(3), y(3)])
 }
 
 /// Whether the corners are those of its rectangle, to the precision that is shown.
@@ -207,64 +259,14 @@ fn is_upright(region: &Region) -> bool {
     region.corners().iter().map(shown).eq(region.rect().corners().iter().map(shown))
 }
 
-fn boxes(rects: &[Rect]) -> String {
+fn boxes(rects: &[Rect]) -> Vec<Column> {
     let sides: [fn(&Rect) -> f64; 4] = [|r| r.x, |r| r.y, |r| r.w, |r| r.h];
-    let columns = sides.map(|side| differences(rects.iter().map(|r| tenths(side(r)))));
-    format!("[{}]", columns.join(","))
-}
-
-/// Packs a track, with the series of the methods.
-pub fn pack(methods: &[Method], track: &Track) -> PackedTrack {
-    let error = differences(track.error.iter().map(|e| thousandths(*e)));
-    let threshold = |k: usize| methods.get(k).and_then(|m| m.thresholds.get(track.tracker).copied()?);
-    let said = track.methods.iter().map(|(k, s)| (*k, series(track, s, threshold(*k))));
-    let said = object(said.collect::<BTreeMap<_, _>>());
-    let mut parts = vec![("box", boxes(&track.rects)), ("error", error), ("said", said)];
-    if !track.background.is_empty() {
-        parts.push(("background", boxes(&track.background)));
-    }
-    PackedTrack {
-        sequence: track.sequence,
-        tracker: track.tracker,
-        frames: track.error.len(),
-        counts: track
-            .methods
-            .iter()
-            .map(|(k, s)| (*k, s.judged.counts, s.judged.events.len() + s.lost.len()))
-            .collect(),
-        series: object(parts),
-    }
-}
-
-fn series(track: &Track, series: &JudgedSeries, threshold: Option<f64>) -> String {
-    let digits = digits(&series.score, threshold);
-    let step = |v: &f64| whole(v * 10_f64.powi(digits));
-    let marks: Vec<Value> = trace::moments(&series.judged)
-        .iter()
-        .map(|m| {
-            let found = m.event.is_some_and(|t| trace::is_recovery(&track.error, t));
-            let clear = m.detection.is_some_and(|t| trace::is_all_clear(&series.changes, t));
-            json!([m.event, m.detection, u8::from(found), u8::from(clear)])
-        })
-        .collect();
-    let text = |value: Value| value.to_string();
-    let mut parts = vec![
-        ("marks", text(json!(marks))),
-        ("alarms", text(ends(&spans_where(&series.alarm)))),
-        ("digits", digits.to_string()),
-        ("score", differences(series.score.iter().map(step))),
-    ];
-    for (name, runs) in [("lost", &series.lost), ("absent", &series.absent)] {
-        if !runs.is_empty() {
-            parts.push((name, text(ends(runs))));
-        }
-    }
-    object(parts)
+    sides.iter().map(|side| differences(rects.iter().map(|rect| tenths(side(rect))))).collect()
 }
 
 /// First and last frame of each run, one after the other.
-fn ends(runs: &[Range<usize>]) -> Value {
-    json!(runs.iter().flat_map(|run| [run.start, run.end - 1]).collect::<Vec<_>>())
+fn ends(runs: &[Range<usize>]) -> Vec<usize> {
+    runs.iter().flat_map(|run| [run.start, run.end - 1]).collect()
 }
 
 /// Decimals that leave four digits of the threshold, or of the largest score where there is none.
@@ -289,21 +291,8 @@ fn whole(v: f64) -> Option<i64> {
     v.is_finite().then(|| v.round().clamp(-LARGEST, LARGEST) as i64)
 }
 
-fn differences(values: impl Iterator<Item = Option<i64>>) -> String {
+/// Each value less the one before.
+fn differences(values: impl Iterator<Item = Option<i64>>) -> Column {
     let mut last = 0;
-    let mut out = String::from("[");
-    for (k, value) in values.enumerate() {
-        if k > 0 {
-            out.push(',');
-        }
-        match value {
-            Some(v) => {
-                out.push_str(itoa::Buffer::new().format(v - last));
-                last = v;
-            }
-            None => out.push_str("null"),
-        }
-    }
-    out.push(']');
-    out
+    values.map(|value| value.map(|v| v - std::mem::replace(&mut last, v))).collect()
 }

@@ -1,27 +1,36 @@
 use super::json::{beside, embedded, in_a_page};
 use super::*;
+use crate::results::MethodSeries;
 use proptest::prelude::*;
 use serde_json::Value;
 use trackfail_dataset::text::visible;
-use trackfail_methods::score::khalid2016;
+use trackfail_methods::score::{TrackScore, khalid2016};
 
-/// Two trackers on two sequences of `frames` frames; the target is lost in frames 20 to 29, and the alarm of
-/// the first method starts 2 frames later, that of the second 12.
-fn sequences(name: &str, frames: usize) -> Sequences {
-    let lost = |t: usize| (20..30).contains(&t);
-    let error: Vec<f64> = (0..frames).map(|t| if lost(t) { 1.0 } else { 0.25 }).collect();
-    let series = |late: usize| {
-        let alarm: Vec<bool> = (0..frames).map(|t| t >= late && lost(t - late)).collect();
-        let judged = khalid2016::PROTOCOL.judge(&error, &alarm, &vec![0; frames], &[]);
-        JudgedSeries {
-            score: (0..frames).map(|t| t as f64 * 1e-4).collect(),
-            alarm,
-            changes: vec![0; frames],
-            judged,
-            ..JudgedSeries::default()
-        }
+/// A track of `frames` frames; the target is lost in frames 20 to 29.
+fn track(frames: usize) -> TrackSeries {
+    TrackSeries {
+        rects: (0..frames).map(|t| Rect::new(t as f64 / 3.0, 10.0, 20.0, 30.0)).collect(),
+        error: (0..frames).map(|t| if (20..30).contains(&t) { 1.0 } else { 0.25 }).collect(),
+        ..TrackSeries::default()
+    }
+}
+
+/// What a method says of a track whose alarm starts `late` frames later than the loss.
+fn said(track: &TrackSeries, late: usize, threshold: Option<f64>) -> Said {
+    let frames = track.error.len();
+    let series = MethodSeries {
+        score: (0..frames).map(|t| t as f64 * 1e-4).collect(),
+        alarm: (0..frames).map(|t| (20 + late..30 + late).contains(&t)).collect(),
+        changes: vec![0; frames],
+        ..MethodSeries::default()
     };
-    let rects: Vec<Rect> = (0..frames).map(|t| Rect::new(t as f64 / 3.0, 10.0, 20.0, 30.0)).collect();
+    let judged = track.judge(&khalid2016::PROTOCOL, &series.alarm, &series.changes);
+    Said::new(track, &series, &judged, threshold)
+}
+
+/// Two trackers on two sequences of `frames` frames; the alarm of the first method starts 2 frames after the loss, that
+/// of the second 12.
+fn sequences(name: &str, frames: usize) -> Sequences {
     let truth = |slant: f64| {
         let polygon = vec![(0.0, slant), (4.04, 0.0), (4.04, 3.0), (0.0, 3.0)];
         (0..frames).map(|t| (t != 1).then(|| Region::Polygon(polygon.clone()))).collect()
@@ -35,14 +44,9 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         stills: BTreeSet::from([3]),
         ..Sequence::default()
     };
-    let track = |sequence, tracker| Track {
-        sequence,
-        tracker,
-        rects: rects.clone(),
-        background: if tracker == 0 { rects.clone() } else { Vec::new() },
-        error: error.clone(),
-        methods: if tracker == 0 { vec![(0, series(2)), (1, series(12))] } else { vec![(1, series(12))] },
-    };
+    let series = track(frames);
+    let first = [(0_usize, said(&series, 2, Some(0.0041))), (1, said(&series, 12, Some(0.0041)))];
+    let second = [(1_usize, said(&series, 12, None))];
     let method = |name: &str| Method {
         name: name.into(),
         thresholds: vec![Some(0.0041), None],
@@ -52,7 +56,11 @@ fn sequences(name: &str, frames: usize) -> Sequences {
         trackers: vec![name.to_string(), "KCF".into()],
         methods: vec![method(name), method("RAW")],
         sequences: vec![sequence(name, 0.0), sequence("Bolt", 1.0)],
-        tracks: vec![track(0, 0), track(0, 1), track(1, 0)],
+        tracks: vec![
+            Track::new([0, 0], &series, &series.rects, first.clone().into()),
+            Track::new([0, 1], &series, &[], second.into()),
+            Track::new([1, 0], &series, &series.rects, first.into()),
+        ],
         ..Sequences::default()
     }
 }
@@ -69,12 +77,12 @@ fn column(differences: &Value) -> Vec<Option<i64>> {
 
 /// All series as the page has them.
 fn packed(all: &Sequences) -> Value {
-    serde_json::from_str(&embedded(&all.packed(), usize::MAX).unwrap()).unwrap()
+    serde_json::from_str(&embedded(all, usize::MAX).unwrap()).unwrap()
 }
 
 #[test]
 fn series_that_are_too_long_are_not_packed() {
-    let all = sequences("Girl", 60).packed();
+    let all = sequences("Girl", 60);
     let whole = embedded(&all, usize::MAX).unwrap();
     assert_eq!(embedded(&all, whole.len()), Some(whole.clone()));
     for most in [0, 1000, whole.len() / 2, whole.len() - 1] {
@@ -84,7 +92,7 @@ fn series_that_are_too_long_are_not_packed() {
 
 #[test]
 fn counts_by_hand() {
-    let tallies = sequences("Girl", 60).packed().tallies();
+    let tallies = sequences("Girl", 60).tallies();
     assert_eq!(tallies.rows.len(), 3);
     let cells: Vec<_> = tallies.rows.iter().map(|r| r.cells.clone()).collect();
     assert_eq!(cells, [["1 / 0 / 0", "0 / 1 / 1"], ["", "0 / 1 / 1"], ["1 / 0 / 0", "0 / 1 / 1"]]);
@@ -128,8 +136,8 @@ fn series_by_hand() {
 #[test]
 fn no_error_below_one_is_rounded_to_lost() {
     let mut all = sequences("Girl", 4);
-    all.tracks.truncate(1);
-    all.tracks[0].error = vec![0.99999, 1.0, f64::NAN, 0.5];
+    let series = TrackSeries { error: vec![0.99999, 1.0, f64::NAN, 0.5], ..track(4) };
+    all.tracks = vec![Track::new([0, 0], &series, &[], BTreeMap::new())];
     let all = packed(&all);
     assert_eq!(column(&all["data"]["0-0"]["error"]), [Some(999), Some(1000), None, Some(500)]);
 }
@@ -138,13 +146,12 @@ fn no_error_below_one_is_rounded_to_lost() {
 fn long_series_lie_in_files_that_hold_the_same() {
     let all = sequences("Girl", 40_000);
     let mut files: Vec<(String, String)> = Vec::new();
-    let packed_tracks = all.packed();
-    let split = beside::<()>(&packed_tracks, |name, text| {
+    let split = beside::<()>(&all, |name, text| {
         files.push((name.to_string(), text.to_string()));
         Ok(())
     });
     let (split, count) = split.unwrap();
-    assert_eq!(beside(&packed_tracks, |_, _| Err("full")), Err("full"));
+    assert_eq!(beside(&all, |_, _| Err("full")), Err("full"));
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!((count, &names[..]), (3, &["data/00-000.js", "data/00-001.js", "data/01-000.js"][..]));
     let whole = packed(&all);
@@ -165,7 +172,7 @@ fn long_series_lie_in_files_that_hold_the_same() {
 proptest! {
     #[test]
     fn any_name_is_the_same_name_in_the_page(name in "\\PC{0,40}|[<>&\"'/!\\\\\\-\u{2028}\u{2029}\u{202e}\\x00-\\x1f]{0,40}") {
-        let packed = embedded(&sequences(&name, 25).packed(), usize::MAX).unwrap();
+        let packed = embedded(&sequences(&name, 25), usize::MAX).unwrap();
         let is_markup = packed.contains(['<', '>', '&', '\u{2028}', '\u{2029}']);
         prop_assert!(!is_markup);
         let all: Value = serde_json::from_str(&packed).unwrap();
@@ -178,10 +185,11 @@ proptest! {
     #[test]
     fn any_numbers_are_read_back_as_near_as_shown(values in prop::collection::vec(prop::num::f64::ANY, 1..30)) {
         let mut all = sequences("Girl", values.len());
-        all.tracks.truncate(1);
-        let series = &mut all.tracks[0].methods[0].1;
-        series.score = values.clone();
-        all.tracks[0].rects = values.iter().map(|v| Rect::new(*v, *v, *v, *v)).collect();
+        let rects = values.iter().map(|v| Rect::new(*v, *v, *v, *v)).collect();
+        let series = TrackSeries { rects, ..track(values.len()) };
+        let method = MethodSeries { score: values.clone(), ..MethodSeries::default() };
+        let said = Said::new(&series, &method, &TrackScore::default(), Some(0.0041));
+        all.tracks = vec![Track::new([0, 0], &series, &[], BTreeMap::from([(0, said)]))];
         let all = packed(&all);
         let track = &all["data"]["0-0"];
         for (got, v) in column(&track["box"][1]).into_iter().zip(&values) {

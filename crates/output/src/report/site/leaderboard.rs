@@ -6,10 +6,10 @@
 //! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one
 //! is named only where its interval is above chance.
 
-use super::collect::Site;
 use super::standing::Standing;
+use super::{Site, Summary};
 use crate::report::differences::CHANCE;
-use crate::report::html::Parts;
+use crate::report::html::fill;
 use crate::report::page::ReportError;
 use serde::Serialize;
 use std::cmp::Ordering;
@@ -34,25 +34,25 @@ const MOST_HAVE: usize = 3;
 
 #[derive(Serialize)]
 struct View<'s> {
-    verdict: Vec<String>,
+    /// The best method of the experiment of the ranks.
+    best: Option<Best<'s>>,
+    /// The same with each thing that most trackers have.
+    by_need: Vec<(&'s str, Best<'s>)>,
     /// All experiments, that of the ranks first.
-    experiments: Vec<Experiment<'s>>,
+    experiments: &'s [Experiment<'s>],
     /// Those of them that are asked for the best method.
-    asked: Vec<Experiment<'s>>,
-    answers: Vec<Answer<'s>>,
+    asked: &'s [&'s Experiment<'s>],
+    /// The best method of each of them among those that need one thing.
+    answers: Vec<(&'s str, Vec<Option<Best<'s>>>)>,
     rows: Vec<Row<'s>>,
     has_cost: bool,
 }
 
 /// A column of the page.
-#[derive(Serialize, Clone)]
+#[derive(Serialize)]
 struct Experiment<'s> {
     folder: &'s str,
-    title: &'s str,
-    data: &'s str,
-    suite: &'s str,
-    synthetic: bool,
-    sequences: u64,
+    summary: &'s Summary,
     trackers: u64,
     /// Its methods, the best first.
     standings: Vec<&'s Standing>,
@@ -60,14 +60,7 @@ struct Experiment<'s> {
     ranks: Vec<String>,
 }
 
-/// The best method of each experiment among those that need one thing.
-#[derive(Serialize)]
-struct Answer<'s> {
-    needs: &'s str,
-    best: Vec<Best<'s>>,
-}
-
-/// The best method of an experiment with some needs.
+/// The best method of an experiment with some needs, or several that are equal.
 #[derive(Serialize)]
 struct Best<'s> {
     standings: Vec<&'s Standing>,
@@ -82,10 +75,8 @@ struct Row<'s> {
     rank: String,
     /// Why it is not.
     reason: String,
-    method: &'s str,
-    needs: &'s str,
-    anchor: bool,
-    cost: &'s str,
+    /// The standing that says its cost.
+    method: &'s Standing,
     standings: Vec<Option<&'s Standing>>,
 }
 
@@ -98,10 +89,15 @@ fn competes(standing: &Standing) -> bool {
     !standing.anchor
 }
 
+/// Whether an experiment has enough sequences for ranks.
+fn is_large(summary: &Summary) -> bool {
+    summary.present >= MIN_SEQUENCES as u64
+}
+
 /// Rank of a method among those of an experiment, `3`, or `3=` where another one has it too; empty for anchors, without a value,
 /// and with too few sequences.
-fn rank_in(standings: &[&Standing], sequences: u64, standing: &Standing) -> String {
-    let value = |s: &Standing| auroc(s).filter(|_| competes(s) && sequences >= MIN_SEQUENCES as u64);
+fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> String {
+    let value = |s: &Standing| auroc(s).filter(|_| competes(s) && is_large(summary));
     let Some(mine) = value(standing) else { return String::new() };
     let all = || standings.iter().filter_map(|s| value(s));
     let above = all().filter(|v| *v > mine).count();
@@ -127,27 +123,19 @@ fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>
 
 /// All experiments with standings, the one that the ranks are of first: of those on real video and of enough sequences it
 /// has most methods of the program.
-fn experiments(site: &Site) -> Vec<Experiment<'_>> {
-    let mut all: Vec<Experiment<'_>> = Vec::new();
-    for (folder, s) in site.reports.iter().filter(|(_, s)| !s.standings.is_empty()) {
-        let mut standings: Vec<&Standing> = s.standings.iter().collect();
+fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
+    let experiment = |(folder, summary): &'s (String, Summary)| {
+        let mut standings: Vec<&Standing> = summary.standings.iter().collect();
         standings.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b))));
-        let ranks = standings.iter().map(|one| rank_in(&standings, s.present, one)).collect();
-        all.push(Experiment {
-            folder,
-            title: &s.title,
-            data: &s.data,
-            suite: &s.suite,
-            synthetic: s.synthetic,
-            sequences: s.present,
-            trackers: s.standings.iter().map(|s| s.trackers).max().unwrap_or(0),
-            standings,
-            ranks,
-        });
-    }
+        let ranks = standings.iter().map(|one| rank_in(&standings, summary, one)).collect();
+        let trackers = standings.iter().map(|s| s.trackers).max().unwrap_or(0);
+        Experiment { folder, summary, trackers, standings, ranks }
+    };
+    let ranked = site.reports.iter().filter(|(_, summary)| !summary.standings.is_empty());
+    let mut all: Vec<Experiment<'s>> = ranked.map(experiment).collect();
     let key = |e: &Experiment<'_>| {
         let methods = e.standings.iter().filter(|s| names().contains(&s.method.as_str())).count();
-        (e.sequences >= MIN_SEQUENCES as u64, !e.synthetic, methods, e.sequences)
+        (is_large(e.summary), !e.summary.synthetic, methods, e.summary.present)
     };
     // The first of equal ones.
     if let Some(k) = (0..all.len()).rev().max_by_key(|k| key(&all[*k])) {
@@ -158,121 +146,41 @@ fn experiments(site: &Site) -> Vec<Experiment<'_>> {
 
 /// All methods: those that are ranked in their order, then the others with the reason, anchors last.
 fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
-    let mut methods: Vec<&Standing> = Vec::new();
+    let mut methods: Vec<&'s Standing> = Vec::new();
     for standing in experiments.iter().flat_map(|e| &e.standings) {
         match methods.iter_mut().find(|known| known.method == standing.method) {
             None => methods.push(standing),
-            // The one that says its cost.
             Some(known) if known.cost.is_empty() => *known = standing,
             Some(_) => {}
         }
     }
-    let Some(base) = experiments.first() else { return Vec::new() };
-    let of = |e: &Experiment<'s>, method: &str| e.standings.iter().find(|s| s.method == method).copied();
-    let rank = |e: &Experiment<'s>, method: &str| {
-        let place = e.standings.iter().position(|s| s.method == method)?;
-        e.ranks.get(place).cloned().filter(|rank| !rank.is_empty())
-    };
-    let row = |s: &&'s Standing| {
-        let elsewhere = || experiments.iter().find_map(|e| Some((e, rank(e, &s.method)?)));
-        let rank = rank(base, &s.method).unwrap_or_default();
-        let reason = match (rank.as_str(), elsewhere()) {
-            ("", _) if s.anchor => "anchor".to_string(),
-            ("", None) => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
-            ("", Some((e, rank))) => {
+    let place = |e: &Experiment<'s>, s: &Standing| e.standings.iter().position(|of| of.method == s.method);
+    let row = |method: &'s Standing| {
+        let standings: Vec<Option<&Standing>> =
+            experiments.iter().map(|e| Some(e.standings[place(e, method)?])).collect();
+        let rank = |e: &Experiment<'s>| place(e, method).map_or(String::new(), |k| e.ranks[k].clone());
+        let ranks: Vec<String> = experiments.iter().map(rank).collect();
+        let elsewhere = ranks.iter().zip(experiments).find(|(rank, _)| !rank.is_empty());
+        let own = ranks.first().cloned().unwrap_or_default();
+        let reason = match elsewhere {
+            _ if !own.is_empty() => String::new(),
+            _ if method.anchor => "anchor".to_string(),
+            None => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
+            Some((rank, e)) => {
                 let of = e.standings.iter().filter(|s| competes(s)).count();
                 format!("rank {rank} of {of} in {}", e.folder)
             }
-            _ => String::new(),
         };
-        let standings = experiments.iter().map(|e| of(e, &s.method)).collect();
-        let value = of(base, &s.method).filter(|_| !rank.is_empty()).and_then(auroc);
-        (
-            value,
-            Row {
-                rank,
-                reason,
-                method: &s.method,
-                needs: &s.needs,
-                anchor: s.anchor,
-                cost: &s.cost,
-                standings,
-            },
-        )
+        Row { rank: own, reason, method, standings }
     };
-    let mut rows: Vec<(Option<f64>, Row<'s>)> = methods.iter().map(row).collect();
+    let mut rows: Vec<Row<'s>> = methods.into_iter().map(row).collect();
+    let value =
+        |row: &Row<'s>| row.standings.first().filter(|_| !row.rank.is_empty()).and_then(|s| auroc((*s)?));
     rows.sort_by(|a, b| {
-        a.1.anchor.cmp(&b.1.anchor).then(better_first(a.0, b.0)).then(a.1.method.cmp(b.1.method))
+        let by_value = better_first(value(a), value(b));
+        a.method.anchor.cmp(&b.method.anchor).then(by_value).then(a.method.method.cmp(&b.method.method))
     });
-    rows.into_iter().map(|(_, row)| row).collect()
-}
-
-/// The verdict of the page in a sentence or two: the best method of all, and with each thing that most trackers have.
-fn verdict(base: &Experiment<'_>) -> Vec<String> {
-    let names = |best: &Best<'_>| {
-        let names: Vec<&str> = best.standings.iter().map(|s| s.method.as_str()).collect();
-        names.join(" and ")
-    };
-    let Some(first) = best(base, None) else { return Vec::new() };
-    let auroc = &first.standings[0].auroc;
-    let interval = if auroc.low.is_empty() {
-        String::new()
-    } else {
-        format!(" (95 %: {} to {})", auroc.low, auroc.high)
-    };
-    let is_better = if first.is_better { "" } else { ", which is not beyond chance" };
-    let overall = format!(
-        "{} {} lost frames from good ones best: AUROC {}{interval}{is_better}, on {} sequences of {}.",
-        names(&first),
-        if first.standings.len() == 1 { "tells" } else { "tell" },
-        auroc.value,
-        base.sequences,
-        base.folder
-    );
-    let with = |needs: &&str| {
-        let best = best(base, Some(needs))?;
-        Some(match best.is_better {
-            true => format!("with {needs} it is {} ({})", names(&best), best.standings[0].auroc.value),
-            false => format!("with {needs} none is better than chance"),
-        })
-    };
-    let by_need: Vec<String> = NEEDS[..MOST_HAVE].iter().filter_map(with).collect();
-    if by_need.is_empty() {
-        return vec![overall];
-    }
-    // The sentence begins with its first `with`.
-    let by_need = by_need.join("; ").replacen('w', "W", 1);
-    vec![format!("{overall} {by_need}.")]
-}
-
-fn view(site: &Site) -> View<'_> {
-    let experiments = experiments(site);
-    let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| competes(s)).count();
-    let is_asked = |e: &&Experiment<'_>| e.sequences >= MIN_SEQUENCES as u64 && competing(e) > 1;
-    let asked: Vec<Experiment<'_>> = experiments.iter().filter(is_asked).cloned().collect();
-    let mut needs: Vec<&str> = NEEDS.into();
-    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| competes(s)) {
-        if !needs.contains(&standing.needs.as_str()) {
-            needs.push(&standing.needs);
-        }
-    }
-    let mut answers: Vec<Answer<'_>> = Vec::new();
-    for needs in &needs {
-        let best: Vec<Option<Best<'_>>> = asked.iter().map(|e| best(e, Some(needs))).collect();
-        if best.iter().any(Option::is_some) {
-            let none = || Best { standings: Vec::new(), is_better: false };
-            answers.push(Answer { needs, best: best.into_iter().map(|b| b.unwrap_or_else(none)).collect() });
-        }
-    }
-    let rows = rows(&experiments);
-    View {
-        verdict: asked.first().map_or_else(Vec::new, |base| verdict(base)),
-        has_cost: rows.iter().any(|row| !row.cost.is_empty()),
-        asked,
-        answers,
-        rows,
-        experiments,
-    }
+    rows
 }
 
 /// Renders the page; `None` if no experiment asks for it.
@@ -280,14 +188,33 @@ fn view(site: &Site) -> View<'_> {
 /// # Errors
 /// When the template does not fit, which would be a bug.
 pub fn render(site: &Site) -> Result<Option<String>, ReportError> {
-    let view = view(site);
-    if view.experiments.is_empty() {
+    let experiments = experiments(site);
+    if experiments.is_empty() {
         return Ok(None);
     }
-    let parts = Parts {
-        template: include_str!("../templates/leaderboard.html"),
-        style: concat!(include_str!("../templates/page.css"), include_str!("../templates/leaderboard.css")),
-        script: "",
+    let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| competes(s)).count();
+    let asked: Vec<&Experiment<'_>> =
+        experiments.iter().filter(|e| is_large(e.summary) && competing(e) > 1).collect();
+    let mut needs: Vec<&str> = NEEDS.into();
+    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| competes(s)) {
+        if !needs.contains(&standing.needs.as_str()) {
+            needs.push(&standing.needs);
+        }
+    }
+    let answer = |needs: &str| asked.iter().map(|e| best(e, Some(needs))).collect::<Vec<_>>();
+    let answers = needs.into_iter().map(|needs| (needs, answer(needs)));
+    let base = asked.first();
+    let with = |needs: &&'static str| Some((*needs, best(base?, Some(needs))?));
+    let rows = rows(&experiments);
+    let view = View {
+        best: base.and_then(|base| best(base, None)),
+        by_need: NEEDS[..MOST_HAVE].iter().filter_map(with).collect(),
+        has_cost: rows.iter().any(|row| !row.method.cost.is_empty()),
+        answers: answers.filter(|(_, best)| best.iter().any(Option::is_some)).collect(),
+        rows,
+        asked: &asked,
+        experiments: &experiments,
     };
-    parts.fill(&view).map(Some)
+    let style = concat!(include_str!("../templates/page.css"), include_str!("../templates/leaderboard.css"));
+    fill(include_str!("../templates/leaderboard.html"), style, "", &view).map(Some)
 }

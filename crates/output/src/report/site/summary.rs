@@ -1,10 +1,9 @@
 //! A report in short: the file `summary.json` beside its page.
 
-use super::error::SiteError;
 use super::standing::{Standing, standings};
 use crate::report::claims::{ClaimCounts, Finding};
 use crate::report::files::SUMMARY;
-use crate::report::write::WrittenReport;
+use crate::report::write::{WriteError, WrittenReport};
 use crate::results::{self, Results};
 use crate::table;
 use serde::{Deserialize, Serialize};
@@ -90,7 +89,7 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), SiteError> {
+pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), WriteError> {
     let path = report.join(SUMMARY);
     let summary = summary(results, written);
     Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)

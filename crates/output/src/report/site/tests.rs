@@ -1,6 +1,4 @@
 use super::*;
-use crate::report::claims::ClaimCounts;
-use crate::report::files::SUMMARY;
 
 const HOSTILE: &str =
     "</h3></style><script>alert(1)</script><img src=x onerror='a()'>\"&amp;{{ 7*7 }}\u{202e}\u{1b}[2J\u{0}\n";

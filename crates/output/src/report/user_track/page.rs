@@ -3,10 +3,11 @@
 use super::{UserTrack, UserVideo, telling_frames};
 use crate::report::html;
 use crate::report::page::{Page, ReportError};
-use crate::report::sequences::json::embedded;
-use crate::report::sequences::{JudgedSeries, Method, Sequence, Sequences, Track};
+use crate::report::sequences::json::{NOWHERE, Said, embedded};
+use crate::report::sequences::{Method, Sequence, Sequences, Track};
 use crate::report::verdict::{of_target, table, verdict};
 use crate::results::detections::{JudgedMethod, TargetState};
+use crate::results::{MethodSeries, TrackSeries};
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -14,7 +15,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trackfail_core::image::Frame;
 use trackfail_core::image::patch::halved;
-use trackfail_core::region::{Rect, Region};
+use trackfail_core::region::Region;
 use trackfail_dataset::DatasetError;
 use trackfail_methods::score::TrackScore;
 
@@ -52,8 +53,8 @@ impl UserVideo<'_> {
     /// # Errors
     /// See [`UserPageError`].
     pub fn page(&self) -> Result<String, UserPageError> {
-        let packed = self.sequences()?.packed();
-        let series = embedded(&packed, MAX_SERIES).ok_or(UserPageError::TooLong)?;
+        let sequences = self.sequences()?;
+        let series = embedded(&sequences, MAX_SERIES).ok_or(UserPageError::TooLong)?;
         let sentence = |track: &UserTrack| {
             let method = track.first_method()?;
             Some(of_target(&track.judged, &verdict(&track.judged, method)))
@@ -62,7 +63,7 @@ impl UserVideo<'_> {
             title: format!("Is the tracker on its target? {}", self.sequence.name),
             verdict: self.tracks.iter().filter_map(sentence).collect(),
             stretches: table(&self.tracks.iter().map(|track| &track.judged).collect::<Vec<_>>()),
-            sequences: packed.tallies(),
+            sequences: sequences.tallies(),
             series,
             provenance: self.facts.clone(),
             provenance_head: self.facts.len(),
@@ -72,21 +73,18 @@ impl UserVideo<'_> {
     }
 
     fn sequences(&self) -> Result<Sequences, UserPageError> {
-        let first = self.tracks.first();
-        let methods = first.map_or(&[][..], |track| &track.judged.methods);
+        let methods = self.tracks.first().map_or(&[][..], |track| &track.judged.methods);
         let method = |method: &JudgedMethod| Method {
             name: method.name.clone(),
-            thresholds: vec![method.threshold.filter(|v| v.is_finite()); self.tracks.len()],
+            thresholds: vec![threshold(method); self.tracks.len()],
             counted: String::new(),
         };
-        let frames = self.sequence.len();
         let has_frames = self.sequence.has_frames();
-        let size = if has_frames { Some(self.sequence.size()?) } else { None };
         let sequence = Sequence {
             name: self.sequence.name.clone(),
             first: i64::from(self.sequence.number(0)),
-            size,
-            truth: vec![None; frames],
+            size: has_frames.then(|| self.sequence.size()).transpose()?,
+            truth: vec![None; self.sequence.len()],
             pictures: if has_frames { self.pictures()? } else { BTreeMap::new() },
             ..Sequence::default()
         };
@@ -108,9 +106,7 @@ impl UserVideo<'_> {
         ranked.sort_unstable_by_key(|(_, t)| *t);
         let frames = ranked.into_iter().map(|(rank, t)| (rank, t, self.sequence.frame(t)));
         let picture = |(rank, t, frame): (usize, usize, Result<Frame, DatasetError>)| {
-            let jpeg = jpeg(&small(frame?))?;
-            let text = format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(jpeg));
-            Ok::<_, UserPageError>((rank, (t, text)))
+            Ok::<_, UserPageError>((rank, (t, thumbnail(frame?)?)))
         };
         let all: BTreeMap<usize, (usize, String)> =
             frames.par_bridge().map(picture).collect::<Result<_, _>>()?;
@@ -124,38 +120,36 @@ impl UserVideo<'_> {
     }
 }
 
-/// The frame, halved until it is small.
-fn small(mut frame: Frame) -> Frame {
+/// The frame, halved until it is small, as an address `data:...`.
+fn thumbnail(mut frame: Frame) -> Result<String, ::image::ImageError> {
     while frame.width().max(frame.height()) > MAX_PICTURE_SIDE {
         frame = halved(&frame);
     }
-    frame
-}
-
-fn jpeg(frame: &Frame) -> Result<Vec<u8>, ::image::ImageError> {
     let mut bytes = Vec::new();
     let (width, height) = (frame.width() as u32, frame.height() as u32);
     let encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
     encoder.write_image(frame.bytes(), width, height, ExtendedColorType::Rgb8)?;
-    Ok(bytes)
+    Ok(format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(bytes)))
+}
+
+fn threshold(method: &JudgedMethod) -> Option<f64> {
+    method.threshold.filter(|v| v.is_finite())
 }
 
 /// A track as the page shows it.
 fn shown(tracker: usize, track: &UserTrack) -> Track {
-    const NOWHERE: Rect = Rect { x: f64::NAN, y: f64::NAN, w: f64::NAN, h: f64::NAN };
     let rect = |region: &Option<Region>| region.as_ref().map_or(NOWHERE, Region::rect);
-    Track {
-        sequence: 0,
-        tracker,
+    let series = TrackSeries {
         rects: track.regions.iter().map(rect).collect(),
-        background: Vec::new(),
         error: vec![f64::NAN; track.regions.len()],
-        methods: track.judged.methods.iter().map(series).enumerate().collect(),
-    }
+        ..TrackSeries::default()
+    };
+    let said = track.judged.methods.iter().map(|method| said(&series, method)).enumerate().collect();
+    Track::new([0, tracker], &series, &[], said)
 }
 
-/// The series of a method; its changes are those of the state.
-pub(super) fn series(method: &JudgedMethod) -> JudgedSeries {
+/// What a method says; its changes are those of the state.
+pub(super) fn said(track: &TrackSeries, method: &JudgedMethod) -> Said {
     let in_state = |wanted: TargetState| {
         let runs = method.stretches().filter(move |(state, _)| *state == wanted);
         runs.map(|(_, run)| run).collect::<Vec<_>>()
@@ -169,12 +163,12 @@ pub(super) fn series(method: &JudgedMethod) -> JudgedSeries {
         }
     }
     let detections = (0..changes.len()).filter(|t| changes[*t] != 0).collect();
-    JudgedSeries {
+    let judged = TrackScore { detections, ..TrackScore::default() };
+    let series = MethodSeries {
         score: method.score.iter().map(|score| score.unwrap_or(f64::NAN)).collect(),
         alarm: method.label.clone(),
         changes,
-        judged: TrackScore { detections, ..TrackScore::default() },
-        lost,
-        absent: in_state(TargetState::Absent),
-    }
+        ..MethodSeries::default()
+    };
+    Said::new(track, &series, &judged, threshold(method)).in_states(&lost, &in_state(TargetState::Absent))
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::figure::Plot;
 use crate::report::verdict::{Stretch, stretches, verdict};
+use crate::results::TrackSeries;
 use crate::results::detections;
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -160,7 +161,8 @@ proptest! {
         let words: Vec<String> =
             text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_string()).collect();
         let stretches = stretches(method);
-        let series = page::series(method);
+        let said = page::said(&TrackSeries::default(), method);
+        let is_within = |runs: &[usize], t: usize| runs.chunks(2).any(|run| (run[0]..=run[1]).contains(&t));
         let region = Some(Region::Rect(Rect::new(1.0, 1.0, 5.0, 5.0)));
         let track = UserTrack { regions: vec![region; frames.len()], judged: judged.clone() };
         for (t, word) in words.iter().enumerate() {
@@ -168,8 +170,8 @@ proptest! {
             prop_assert!(here.len() <= 1, "frame {t} is in {here:?}");
             let of_table = here.first().map_or("tracking", |stretch| stretch.state.word());
             prop_assert_eq!(of_table, word, "frame {}", t);
-            prop_assert_eq!(series.lost.iter().any(|run| run.contains(&t)), word == "lost");
-            prop_assert_eq!(series.absent.iter().any(|run| run.contains(&t)), word == "absent");
+            prop_assert_eq!(is_within(&said.lost, t), word == "lost");
+            prop_assert_eq!(is_within(&said.absent, t), word == "absent");
             prop_assert_eq!(track.state(t).word(), word);
         }
         let sentence = verdict(&judged, method);
