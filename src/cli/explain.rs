@@ -6,7 +6,6 @@ use crate::report::explain::explain;
 use crate::report::explain::listing::{self, Digits, Listing, NAMED};
 use crate::report::explain::select::{self, SelectError, Selection};
 use crate::report::trace::{self, frame_range};
-use crate::results::method_label;
 use std::path::PathBuf;
 
 /// Arguments of `explain`.
@@ -66,11 +65,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         };
         select::check_sequence(&explained, sequence)?;
-        let label = method_label(&cell.method, &cell.params);
-        let traces = trace::read(&results, &cell.tracker, &label, Some(sequence)).map_err(|e| io(&e))?;
+        let traces =
+            trace::read(&results, &cell.tracker, &cell.label(), Some(sequence)).map_err(|e| io(&e))?;
         select::check_counts(&explained, sequence, &traces).map_err(|e| io(&e))?;
         if let Some((from, to)) = args.frames {
-            let numbers = || traces.iter().flat_map(|trace| &trace.numbers);
+            let numbers = || traces.iter().flat_map(|trace| &trace.track.numbers);
             if let (Some(first), Some(last)) = (numbers().min(), numbers().max())
                 && (to < *first || from > *last)
             {

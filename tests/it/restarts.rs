@@ -9,7 +9,7 @@ use trackfail::report::figures::{self, FigureOutcome};
 use trackfail::report::sequences::Collector;
 use trackfail::results::{Results, TrackSeries};
 use trackfail::score::pooled::median_delay;
-use trackfail::table::layout::{CellRef, cell_refs};
+use trackfail::table::layout::{Origin, origins};
 
 // Worked by hand on `ball`, which has 180 frames; frames count from 0 here. The tracker loses its target in 42 and 88, is
 // silent for four frames, and starts anew in 47 and 93.
@@ -184,11 +184,11 @@ fn explain_takes_the_frames_that_count() {
     results.manifest.suite.attributes =
         names.into_iter().map(|name| (name, vec!["any".to_string()])).collect();
     let scores = results.scores().unwrap();
-    let cells = cell_refs(&results.experiment, &results.experiment.tables[0], &results.measures);
+    let cells = origins(&results.experiment, &results.experiment.tables[0], &results.measures);
     assert_eq!(cells.len(), 10 * 7);
     for cell in &cells {
         let printed = explain(&results, &scores, cell).unwrap();
-        let again = CellRef { attribute: Some("any".to_string()), ..cell.clone() };
+        let again = Origin { attribute: Some("any".to_string()), ..cell.clone() };
         let again = explain(&results, &scores, &again).unwrap().value;
         let is_same = match (printed.value, again) {
             (Some(one), Some(other)) => (one - other).abs() < 1e-9,

@@ -4,17 +4,16 @@
 //! Its contribution is the change of the measure without it: `m - m(without it)`, which for a count is the sequence's
 //! count.
 
+mod links;
 pub mod listing;
-mod origins;
 pub mod select;
 
-pub use origins::{CellOrigin, TableOrigins, origins};
+pub use links::link;
 
 use super::trace::{self, Trace};
 use crate::results::frame_measures::reading;
-use crate::results::{CellScore, method_label};
-use crate::results::{Results, ResultsError};
-use crate::table::layout::CellRef;
+use crate::results::{CellScore, Results, ResultsError};
+use crate::table::layout::Origin;
 use std::collections::BTreeMap;
 use trackfail_methods::score::frames::{self, ScoredTrack};
 use trackfail_methods::score::metric::Source;
@@ -30,7 +29,7 @@ fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> Strin
 /// A number of a table and its parts.
 pub struct Explained {
     /// Which it is.
-    pub spot: CellRef,
+    pub of: Origin,
     /// The number as the table has it.
     pub value: Option<f64>,
     /// Counts over all sequences and runs.
@@ -75,12 +74,12 @@ struct SequenceShare {
 }
 
 impl SequenceShare {
-    fn add(&mut self, mut track: Trace, protocol: Option<&Protocol>) {
-        self.delays.extend(protocol.map(|p| track.judge(p)).iter().flat_map(TrackScore::delays));
-        let pieces = protocol.map(|p| p.restarts.apart(&track.pieces)).unwrap_or_default();
-        self.scores.push(restarts::counted(pieces, &track.score).into_owned());
-        track.error = restarts::counted_errors(pieces, &track.error).into_owned();
-        self.tracks.push(track);
+    fn add(&mut self, mut trace: Trace, protocol: Option<&Protocol>) {
+        self.delays.extend(protocol.map(|p| trace.judge(p)).iter().flat_map(TrackScore::delays));
+        let pieces = protocol.map(|p| p.restarts.apart(&trace.track.pieces)).unwrap_or_default();
+        self.scores.push(restarts::counted(pieces, &trace.method.score).into_owned());
+        trace.track.error = restarts::counted_errors(pieces, &trace.track.error).into_owned();
+        self.tracks.push(trace);
     }
 }
 
@@ -88,44 +87,42 @@ impl SequenceShare {
 ///
 /// # Errors
 /// When the frames are needed and cannot be read.
-pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Result<Explained, ResultsError> {
-    let label = method_label(&spot.method, &spot.params);
+pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<Explained, ResultsError> {
     let mut shares: BTreeMap<String, SequenceShare> = BTreeMap::new();
-    let mine =
-        |s: &&CellScore| s.tracker == spot.tracker && s.method == spot.method && s.params == spot.params;
     let attributes = &results.manifest.suite.attributes;
-    let concerned = |sequence: &str| {
+    let concerns = |sequence: &str| {
         let own = attributes.get(sequence);
-        spot.attribute.as_ref().is_none_or(|a| own.is_some_and(|own| own.contains(a)))
+        of.attribute.as_ref().is_none_or(|a| own.is_some_and(|own| own.contains(a)))
     };
-    for score in scores.iter().filter(mine).filter(|s| concerned(&s.sequence)) {
+    let is_mine = |tracker: &str, method: &str, params: &str| {
+        (tracker, method, params) == (of.tracker.as_str(), of.method.as_str(), of.params.as_str())
+    };
+    for score in scores.iter().filter(|s| is_mine(&s.tracker, &s.method, &s.params) && concerns(&s.sequence))
+    {
         let part = shares.entry(score.sequence.clone()).or_default();
         part.runs += 1;
         part.counts = [part.counts, score.counts].into_iter().sum();
     }
-    let protocol = results.experiment.protocol_of(&spot.method);
-    if matches!(spot.metric.source(), Source::Scores | Source::Delays | Source::Frames) {
-        for track in trace::read(results, &spot.tracker, &label, None)? {
-            if let Some(share) = shares.get_mut(&track.sequence) {
-                share.add(track, protocol);
+    let protocol = results.experiment.protocol_of(&of.method);
+    if matches!(of.metric.source(), Source::Scores | Source::Delays | Source::Frames) {
+        for trace in trace::read(results, &of.tracker, &of.label(), None)? {
+            if let Some(share) = shares.get_mut(&trace.track.sequence) {
+                share.add(trace, protocol);
             }
         }
     }
-    let measure = results
-        .measures
-        .iter()
-        .find(|m| m.tracker == spot.tracker && m.method == spot.method && m.params == spot.params);
-    let method = reading(&results.experiment, &spot.method, &spot.params);
-    let pooled = |shares: &[&SequenceShare]| pooled(shares, protocol, method, spot.metric);
+    let method = reading(&results.experiment, &of.method, &of.params);
+    let pooled = |shares: &[&SequenceShare]| pooled(shares, protocol, method, of.metric);
     let all: Vec<&SequenceShare> = shares.values().collect();
-    let value = match spot.attribute {
-        None => measure.and_then(|m| m.value(spot.metric)),
+    let value = match of.attribute {
+        None => {
+            let measure = results.measures.iter().find(|m| is_mine(&m.tracker, &m.method, &m.params));
+            measure.and_then(|m| m.value(of.metric))
+        }
         Some(_) => pooled(&all),
     };
     let part = |(k, (sequence, part)): (usize, (&String, &SequenceShare))| {
-        let others: Vec<&SequenceShare> =
-            all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, g)| *g).collect();
-        let without = pooled(&others);
+        let without = pooled(&[&all[..k], &all[k + 1..]].concat());
         Part {
             sequence: sequence.clone(),
             runs: part.runs,
@@ -136,23 +133,19 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
         }
     };
     let mut parts: Vec<Part> = shares.iter().enumerate().map(part).collect();
-    let weight = |p: &Part| {
-        let counted = p.counts.tp + p.counts.fp + p.counts.fn_;
-        (p.moves.map_or(f64::INFINITY, f64::abs), counted)
-    };
     // A sequence without which there is no number moves it most. The sort is stable: equal ones stay in order of name.
-    parts.sort_by(|a, b| {
-        let (a, b) = (weight(a), weight(b));
-        b.0.total_cmp(&a.0).then(b.1.cmp(&a.1))
-    });
+    let moves = |p: &Part| p.moves.map_or(f64::INFINITY, f64::abs);
+    let counted = |p: &Part| p.counts.tp + p.counts.fp + p.counts.fn_;
+    parts.sort_by(|a, b| moves(b).total_cmp(&moves(a)).then(counted(b).cmp(&counted(a))));
+    let label = of.label();
     let failed = results.manifest.cells_failed.iter();
-    let failed = failed.filter(|c| c.tracker == spot.tracker && c.method == label && concerned(&c.sequence));
+    let failed = failed.filter(|c| c.tracker == of.tracker && c.method == label && concerns(&c.sequence));
     let counts = all.iter().map(|g| g.counts).sum();
     Ok(Explained {
-        spot: spot.clone(),
+        of: of.clone(),
         value,
         counts,
-        formula: formula(spot.metric, counts, protocol),
+        formula: formula(of.metric, counts, protocol),
         protocol,
         parts,
         failed: failed.map(|c| (c.sequence.clone(), c.run, c.reason.clone())).collect(),
@@ -160,8 +153,8 @@ pub fn explain(results: &Results, scores: &[CellScore], spot: &CellRef) -> Resul
 }
 
 /// A metric of some sequences together.
-fn pooled(
-    shares: &[&SequenceShare],
+fn pooled<'a>(
+    shares: &[&'a SequenceShare],
     protocol: Option<&Protocol>,
     method: frames::Method,
     metric: Metric,
@@ -174,22 +167,20 @@ fn pooled(
     let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
     let frames = metric.is_of_frames().then(|| {
-        let compared: Vec<&[f64]> = shares.iter().flat_map(|s| &s.tracks).map(Trace::compared).collect();
-        let differs = shares.iter().flat_map(|s| &s.tracks).any(|trace| !trace.alarm_score.is_empty());
-        frames::measure(&tracks(shares), differs.then_some(&compared[..]), method, None)
+        let traces = || shares.iter().enumerate().flat_map(|(k, s)| s.tracks.iter().map(move |t| (k, t)));
+        let compared: Vec<&[f64]> = traces().map(|(_, trace)| trace.compared()).collect();
+        let differs = traces().any(|(_, trace)| !trace.method.alarm_score.is_empty());
+        let scored = |(sequence, Trace { track, method }): (usize, &'a Trace)| ScoredTrack {
+            sequence,
+            error: &track.error,
+            score: &method.score,
+            alarm: &method.alarm,
+        };
+        let tracks: Vec<ScoredTrack<'_>> = traces().map(scored).collect();
+        frames::measure(&tracks, differs.then_some(&compared[..]), method, None)
     });
     let chance = protocol.map(|p| p.chance);
     metric.value(&Pooled { counts, score, delay, chance, frames, ..Pooled::default() })
-}
-
-/// The tracks of some sequences.
-fn tracks<'a>(shares: &[&'a SequenceShare]) -> Vec<ScoredTrack<'a>> {
-    let of_sequence = |(sequence, share): (usize, &&'a SequenceShare)| {
-        let track =
-            move |t: &'a Trace| ScoredTrack { sequence, error: &t.error, score: &t.score, alarm: &t.alarm };
-        share.tracks.iter().map(track)
-    };
-    shares.iter().enumerate().flat_map(of_sequence).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! The head of a page: the figure and the table that show what its verdict says, beside each other where the table has
 //! room there.
 
-use super::explain::TableOrigins;
 use super::page::{FigureView, Page};
 use crate::table::layout::{self, Cell, Label, LabelKind, TableLayout};
 use trackfail_engine::spec::Experiment;
@@ -98,25 +97,10 @@ pub fn table_first(
     }
     let main = main_table(experiment, metric);
     match (main, ranked) {
-        (Some((k, table)), _) if has_most(&table.methods, best) => {
-            if k < page.tables.len() {
-                page.tables[..=k].rotate_right(1);
-            }
-            if k < page.origins.len() {
-                page.origins[..=k].rotate_right(1);
-            }
+        (Some((k, table)), _) if k < page.tables.len() && has_most(&table.methods, best) => {
+            page.tables[..=k].rotate_right(1);
         }
-        (_, Some(ranked)) if !best.is_empty() => {
-            let none: TableOrigins = ranked
-                .groups
-                .iter()
-                .map(|g| g.rows.iter().map(|r| vec![None; r.cells.len()]).collect())
-                .collect();
-            page.tables.insert(0, ranked);
-            if !page.origins.is_empty() {
-                page.origins.insert(0, none);
-            }
-        }
+        (_, Some(ranked)) if !best.is_empty() => page.tables.insert(0, ranked),
         _ => {}
     }
 }

@@ -1,7 +1,6 @@
 //! The page of a report as plain data, before it becomes HTML or Markdown.
 
 use super::claims::ClaimView;
-use super::explain::TableOrigins;
 use super::sequences::Tallies;
 use crate::table::layout::TableLayout;
 use serde::Serialize;
@@ -35,8 +34,8 @@ pub struct Page {
     pub tables: Vec<TableLayout>,
     /// Whether the main table has room beside the figure at the head.
     pub is_beside: bool,
-    /// Origins of the cells of the first of these tables; may be empty.
-    pub origins: Vec<TableOrigins>,
+    /// Whether their numbers lead to the sequences that they come from, where these are shown.
+    pub links: bool,
     /// Figures, the one that stands at the head first.
     pub figures: Vec<FigureView>,
     /// Whether the page shows figures from their files instead of embedding them.
@@ -120,15 +119,6 @@ impl Page {
             let rows = table.groups.iter().flat_map(|g| &g.rows);
             if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
                 let (table, row, got) = (table.name.clone(), row.label.name.clone(), row.cells.len());
-                return Err(ReportError::Row { table, row, got, expected });
-            }
-        }
-        for (table, origins) in self.tables.iter().zip(&self.origins) {
-            let cells = |t: &TableLayout| t.groups.iter().flat_map(|g| &g.rows).map(|r| r.cells.len()).sum();
-            let (expected, got): (usize, usize) =
-                (cells(table), origins.iter().flatten().map(Vec::len).sum());
-            if got != expected {
-                let (table, row) = (table.name.clone(), "origins".to_string());
                 return Err(ReportError::Row { table, row, got, expected });
             }
         }

@@ -1,12 +1,11 @@
 use super::claims::Chip;
-use super::explain::{CellOrigin, TableOrigins};
 use super::sequences::json::Said;
 use super::sequences::{Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
 use crate::figure::{Curve, CurveAxis, Curves, Entry, Facet, Marker, Plot, Style, Symbol};
 use crate::results::{MethodSeries, TrackSeries};
-use crate::table::layout::{Cell, Group, Row, TableLayout};
+use crate::table::layout::{Cell, Group, Link, Row, TableLayout};
 use base64::Engine;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -116,7 +115,7 @@ fn page(name: &str) -> Page {
                 ],
             }],
         }],
-        origins: Vec::new(),
+        links: false,
         figures: vec![figure("Sweep"), figure(name)],
         is_beside: true,
         figures_beside: false,
@@ -159,7 +158,7 @@ fn hostile_names_are_text() {
     // Everything else is markup of the template, whatever the names are.
     let tags = |name: &str| {
         let mut page = Page { figures: vec![], ..page(name) };
-        page.origins = origins(&page, name);
+        link(&mut page, name);
         render(&page).expect("a page").matches('<').count()
     };
     assert_eq!(tags(HOSTILE), tags("Girl"));
@@ -321,9 +320,9 @@ fn parts_that_do_not_fit_are_errors() {
     }
 }
 
-/// The origin of every cell of the page's tables.
-fn origins(p: &Page, name: &str) -> Vec<TableOrigins> {
-    let origin = CellOrigin {
+/// Links every cell of the page's tables.
+fn link(p: &mut Page, name: &str) {
+    let link = Link {
         number: format!("recall of {name}"),
         formula: "TP / (TP + FN) = 2 / (2 + 1)".into(),
         command: "trackfail explain t recall DTEF".into(),
@@ -331,14 +330,16 @@ fn origins(p: &Page, name: &str) -> Vec<TableOrigins> {
         method: Some(1),
         attribute: None,
     };
-    let of_group = |g: &Group| g.rows.iter().map(|r| vec![Some(origin.clone()); r.cells.len()]).collect();
-    p.tables.iter().map(|t| t.groups.iter().map(of_group).collect()).collect()
+    p.links = true;
+    let rows = p.tables.iter_mut().flat_map(|t| &mut t.groups).flat_map(|g| &mut g.rows);
+    rows.flat_map(|row| &mut row.cells).for_each(|cell| cell.link = Some(link.clone()));
 }
 
 #[test]
 fn numbers_lead_to_their_sequences() {
     let mut p = page("Girl");
-    p.origins = origins(&p, HOSTILE);
+    let without = p.tables[0].clone();
+    link(&mut p, HOSTILE);
     let html = render(&p).expect("a page");
     assert_eq!(
         html.matches(
@@ -351,14 +352,12 @@ fn numbers_lead_to_their_sequences() {
         html.contains("&#10;TP &#x2f; (TP + FN) = 2 &#x2f; (2 + 1)&#10;trackfail explain t recall DTEF\">"),
         "{html}"
     );
-    // Tables without origins, and pages without sequences, have numbers all the same.
-    p.tables.push(p.tables[0].clone());
+    // Tables without links, and pages without sequences, have numbers all the same.
+    p.tables.push(without);
     assert_eq!(render(&p).expect("a page").matches("class=\"origin\"").count(), 6);
     p.sequences.rows.clear();
     let html = render(&p).expect("a page");
     assert!(!html.contains("class=\"origin\"") && html.contains("<strong><bdi>.120</bdi></strong>"));
-    p.origins[0][0].pop();
-    assert!(matches!(render(&p), Err(ReportError::Row { got: 3, expected: 6, .. })));
 }
 
 /// 100 sequences, 10 methods and a tracker, whose series fill 6 million characters.
@@ -414,7 +413,7 @@ fn a_page_stays_small_whatever_is_in_it() {
     assert!(html.contains("img-src data: 'self' file:") && !html.contains("xmlns="));
     // And so is what is behind the numbers.
     let mut p = page("Girl");
-    p.origins = origins(&p, &"long".repeat(most / 8));
+    link(&mut p, &"long".repeat(most / 8));
     assert!(!made(&mut p).contains("class=\"origin\""));
     // A small one is in one piece.
     let mut p = page("Girl");
@@ -431,10 +430,10 @@ proptest! {
         prop_assume!(!name.is_empty() && name.parse::<f64>().is_err());
         let mut plain = page("Girl");
         plain.figures.clear();
-        plain.origins = origins(&plain, "Girl");
+        link(&mut plain, "Girl");
         let mut p = page(&name);
         p.figures.clear();
-        p.origins = origins(&p, &name);
+        link(&mut p, &name);
         let (html, expected) = (render(&p).expect("a page"), render(&plain).expect("a page"));
         prop_assert_eq!(html.matches('<').count(), expected.matches('<').count());
         prop_assert_eq!(html.matches('"').count(), expected.matches('"').count());

@@ -1,39 +1,16 @@
 //! A method on a track, frame by frame, with its events and detections as the protocol matches them; from results alone.
 
-use crate::results::checks::ReverseCheck;
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
-use std::ops::Range;
-use trackfail_core::region::Rect;
 use trackfail_methods::score::counts::Place;
 use trackfail_methods::score::{Protocol, TrackScore};
 
 /// The series of a method on one run of a tracker over one sequence.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Sequence.
-    pub sequence: String,
-    /// Number of the run, from 0.
-    pub run: i64,
-    /// Frame numbers, as the sequence has them.
-    pub numbers: Vec<i64>,
-    /// The tracker's rectangles.
-    pub rects: Vec<Rect>,
-    /// Pieces that a protocol may score by themselves; empty for a track without restarts.
-    pub pieces: Vec<Range<usize>>,
-    /// O_t, NaN where unknown.
-    pub error: Vec<f64>,
-    /// Score.
-    pub score: Vec<f64>,
-    /// The number compared with the threshold; empty where it is the score.
-    pub alarm_score: Vec<f64>,
-    /// Whether there is an alarm.
-    pub alarm: Vec<bool>,
-    /// Changes of the label: +1, -1, 0.
-    pub changes: Vec<i32>,
-    /// Condition of the tracker, from 0 (scanning) to 1 (locked on); empty where the method does not follow it.
-    pub condition: Vec<f64>,
-    /// Checks of the track by running the tracker backwards.
-    pub checks: Vec<ReverseCheck>,
+    /// The track; its other methods are left out.
+    pub track: TrackSeries,
+    /// The method.
+    pub method: MethodSeries,
 }
 
 /// The outcome of an event or a detection.
@@ -124,52 +101,38 @@ pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
 }
 
 impl Trace {
-    fn of_first_method(track: TrackSeries) -> Option<Self> {
-        let TrackSeries { sequence, run, numbers, rects, pieces, error, methods, .. } = track;
-        let method = methods.into_iter().next()?;
-        let MethodSeries { score, alarm_score, alarm, changes, condition, checks, .. } = method;
-        Some(Self {
-            sequence,
-            run,
-            numbers,
-            rects,
-            pieces,
-            error,
-            score,
-            alarm_score,
-            alarm,
-            changes,
-            condition,
-            checks,
-        })
+    fn of_first_method(mut track: TrackSeries) -> Option<Self> {
+        let methods = std::mem::take(&mut track.methods);
+        Some(Self { method: methods.into_iter().next()?, track })
     }
 
     /// The number that is compared with the threshold.
     pub fn compared(&self) -> &[f64] {
-        if self.alarm_score.is_empty() { &self.score } else { &self.alarm_score }
+        let MethodSeries { score, alarm_score, .. } = &self.method;
+        if alarm_score.is_empty() { score } else { alarm_score }
     }
 
     /// Events, detections and matches, computed again by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
-        protocol.judge(&self.error, &self.alarm, &self.changes, &self.pieces)
+        self.track.judge(protocol, &self.method.alarm, &self.method.changes)
     }
 
     /// Word of an event: `lost` or `found`.
     pub fn event_word(&self, t: usize) -> &'static str {
-        EVENT_WORDS[usize::from(is_recovery(&self.error, t))]
+        EVENT_WORDS[usize::from(is_recovery(&self.track.error, t))]
     }
 
     /// Word of a detection: `alarm` or `all clear`.
     pub fn detection_word(&self, t: usize) -> &'static str {
-        DETECTION_WORDS[usize::from(is_all_clear(&self.changes, t))]
+        DETECTION_WORDS[usize::from(is_all_clear(&self.method.changes, t))]
     }
 
     /// Frames that follow each other and count alike, for protocols that say how a frame counts.
     pub fn stretches(&self, frame: fn(f64, bool) -> Option<Place>) -> Vec<Stretch> {
         let mut stretches: Vec<Stretch> = Vec::new();
-        for (t, &alarm) in self.alarm.iter().enumerate() {
-            let lost = lost(&self.error, t);
-            let counts = self.error.get(t).and_then(|e| frame(*e, alarm));
+        for (t, &alarm) in self.method.alarm.iter().enumerate() {
+            let lost = lost(&self.track.error, t);
+            let counts = self.track.error.get(t).and_then(|e| frame(*e, alarm));
             let alike = |s: &&mut Stretch| (s.lost, s.alarm, s.counts) == (lost, alarm, counts);
             match stretches.last_mut().filter(alike) {
                 Some(last) => last.to = t,
@@ -183,24 +146,23 @@ impl Trace {
 /// Events and detections with their outcomes, in order of time.
 pub fn moments(judged: &TrackScore) -> Vec<Moment> {
     let TrackScore { events, detections, matches, .. } = judged;
-    let partner_of_event = |i: usize| matches.iter().find(|m| m.0 == i).map(|m| detections[m.1]);
-    let partner_of_detection = |j: usize| matches.iter().find(|m| m.1 == j).map(|m| events[m.0]);
+    let of_event = |i: usize| matches.iter().find(|m| m.0 == i).map(|m| detections[m.1]);
+    let of_detection = |j: usize| matches.iter().find(|m| m.1 == j).map(|m| events[m.0]);
     let nearest = |t: usize, of: &[usize]| (0..of.len()).min_by_key(|k| of[*k].abs_diff(t));
-    let mut moments = Vec::new();
-    for (i, &event) in events.iter().enumerate() {
-        let detection = partner_of_event(i);
+    let event = |(i, &event): (usize, &usize)| {
+        let detection = of_event(i);
         let outcome = if detection.is_some() { EventOutcome::Hit } else { EventOutcome::Missed };
         let near = nearest(event, detections).filter(|_| detection.is_none());
-        let nearest = near.map(|j| (detections[j], partner_of_detection(j)));
-        moments.push(Moment { event: Some(event), detection, outcome, nearest });
-    }
-    for (j, &detection) in detections.iter().enumerate() {
-        if partner_of_detection(j).is_none() {
-            let nearest = nearest(detection, events).map(|i| (events[i], partner_of_event(i)));
-            let detection = Some(detection);
-            moments.push(Moment { event: None, detection, outcome: EventOutcome::FalseAlarm, nearest });
-        }
-    }
+        let nearest = near.map(|j| (detections[j], of_detection(j)));
+        Moment { event: Some(event), detection, outcome, nearest }
+    };
+    let alone = detections.iter().enumerate().filter(|(j, _)| of_detection(*j).is_none());
+    let false_alarm = |(_, &detection): (usize, &usize)| {
+        let nearest = nearest(detection, events).map(|i| (events[i], of_event(i)));
+        Moment { event: None, detection: Some(detection), outcome: EventOutcome::FalseAlarm, nearest }
+    };
+    let mut moments: Vec<Moment> =
+        events.iter().enumerate().map(event).chain(alone.map(false_alarm)).collect();
     moments.sort_by_key(Moment::frame);
     moments
 }
@@ -251,7 +213,10 @@ mod tests {
         };
         let error = on(&[20..30, 45..60]).iter().map(|lost| if *lost { 1.0 } else { 0.3 }).collect();
         let alarm = on(&[18..22, 30..31, 52..60]);
-        let trace = Trace { error, alarm, ..Trace::default() };
+        let trace = Trace {
+            track: TrackSeries { error, ..TrackSeries::default() },
+            method: MethodSeries { alarm, ..MethodSeries::default() },
+        };
         let told: Vec<_> = moments(&trace.judge(&khalid2016::PROTOCOL))
             .into_iter()
             .map(|m| (m.frame(), m.outcome, m.distance(), m.nearest))

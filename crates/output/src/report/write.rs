@@ -128,7 +128,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let mut sequences = collector.finish()?;
     keep_stills(results, folder, &requests, &mut sequences)?;
     page.sequences = sequences.tallies();
-    page.origins = explain::origins(results, &scores, &layouts, &sequences.trackers, &page.sequences);
+    explain::link(results, &mut layouts, &sequences.trackers, &page.sequences);
+    page.links = !results.experiment.tables.is_empty();
     page.tables = layouts;
     let answer =
         ranked.clone().filter(|ranked| pairs.is_empty() && !readings_first && !ranked.groups.is_empty());
@@ -255,8 +256,7 @@ pub(super) fn small_enough(
         ));
     }
     page.figures_beside = page.series.len() + drawn > most;
-    let smaller: [fn(&mut Page); 3] =
-        [|_| {}, |page| page.figures_beside = true, |page| page.origins.clear()];
+    let smaller: [fn(&mut Page); 3] = [|_| {}, |page| page.figures_beside = true, |page| page.links = false];
     let mut html = String::new();
     for make in smaller {
         make(page);

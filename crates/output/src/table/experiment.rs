@@ -5,7 +5,7 @@ use super::macros::Fact;
 use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::results::manifest::{self, Manifest, TrackerRecord};
-use crate::results::{CellScore, Results, ResultsError, measures, tables};
+use crate::results::{CellScore, Measure, Results, ResultsError, measures, tables};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use trackfail_engine::spec::method::Method;
@@ -76,27 +76,43 @@ fn runs_note(trackers: &[(&str, u32, u32)], what: &str) -> String {
     groups.iter().map(note).collect()
 }
 
+/// The pooled numbers of an experiment's tables: over all sequences, then over those with each attribute where a table is by
+/// attribute; `scores` are those of [`Results::scores`].
+pub fn pooled<'t>(
+    results: &Results,
+    scores: &[CellScore],
+    tables: impl IntoIterator<Item = &'t Table>,
+) -> Vec<Measure> {
+    let Results { experiment, manifest, .. } = results;
+    let mut pooled = results.measures.clone();
+    if tables.into_iter().any(by_attribute) {
+        let without = &manifest.cells_failed;
+        let mut parts = measures::by_attribute(scores, without, &manifest.suite.attributes);
+        parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
+        pooled.append(&mut parts);
+    }
+    pooled
+}
+
 fn by_attribute(table: &Table) -> bool {
     [&table.rows, &table.columns].contains(&&Side::Attribute)
 }
 
 /// The experiment's tables; `scores` are those of [`Results::scores`].
 pub fn layouts(results: &Results, scores: &[CellScore]) -> Vec<TableLayout> {
-    let Results { experiment, measures: pooled, analyses, manifest, .. } = results;
+    let Results { experiment, measures, analyses, manifest, .. } = results;
     let note = data_note(experiment, manifest);
-    let attributes = &manifest.suite.attributes;
-    let mut parts = measures::by_attribute(scores, &manifest.cells_failed, attributes);
-    parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
-    let all = [pooled.as_slice(), &parts].concat();
+    let pooled = pooled(results, scores, &experiment.tables);
     let layout = |t: &Table| match &t.shows {
         Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
-        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, pooled, scores, &note),
-        None if by_attribute(t) => {
-            let mut layout = layout::layout(experiment, t, &all, &note);
-            layout.caption.push_str(&attributes_note(attributes));
+        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, measures, scores, &note),
+        None => {
+            let mut layout = layout::layout(experiment, t, &pooled, &note);
+            if by_attribute(t) {
+                layout.caption.push_str(&attributes_note(&manifest.suite.attributes));
+            }
             layout
         }
-        None => layout::layout(experiment, t, pooled, &note),
     };
     experiment.tables.iter().map(layout).collect()
 }
@@ -126,37 +142,26 @@ pub fn write_tables(
     facts: &[Fact],
     layouts: &[TableLayout],
 ) -> Result<(), ResultsError> {
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for layout in layouts {
-        write_table(folders, &experiment.name, layout)?;
+        let mut add = |ending: &str, bytes| files.push((format!("{}.{ending}", layout.name), bytes));
+        add("csv", render::csv(layout)?);
+        add("md", render::markdown(layout).into_bytes());
+        add("parquet", render::parquet(layout)?);
+        add("tex", latex::latex(&experiment.name, layout).into_bytes());
+        add("body.tex", latex::body(layout).into_bytes());
+        if let Some(counts) = latex::counts(&experiment.name, layout) {
+            add("counts.tex", counts.into_bytes());
+        }
     }
     if !layouts.is_empty() {
         let commands = macros::macros(&experiment.name, facts, layouts);
-        write_file(folders, macros::FILE, commands.as_bytes())?;
+        files.push((macros::FILE.to_string(), commands.into_bytes()));
     }
-    Ok(())
-}
-
-/// Writes one table as CSV, Parquet, Markdown and LaTeX.
-///
-/// # Errors
-/// When a file cannot be written.
-fn write_table(folders: [&Path; 2], experiment: &str, layout: &TableLayout) -> Result<(), ResultsError> {
-    let write = |ending: &str, bytes: &[u8]| write_file(folders, &format!("{}.{ending}", layout.name), bytes);
-    write("csv", &render::csv(layout)?)?;
-    write("md", render::markdown(layout).as_bytes())?;
-    write("parquet", &render::parquet(layout)?)?;
-    write("tex", latex::latex(experiment, layout).as_bytes())?;
-    write("body.tex", latex::body(layout).as_bytes())?;
-    if let Some(counts) = latex::counts(experiment, layout) {
-        write("counts.tex", counts.as_bytes())?;
-    }
-    Ok(())
-}
-
-/// Writes a file into the folder `tables` of each of the folders.
-fn write_file(folders: [&Path; 2], name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
     for folder in folders {
-        store::write_derived(&folder.join(tables::FOLDER).join(name), bytes)?;
+        for (name, bytes) in &files {
+            store::write_derived(&folder.join(tables::FOLDER).join(name), bytes)?;
+        }
     }
     Ok(())
 }

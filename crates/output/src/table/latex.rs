@@ -5,16 +5,15 @@
 //! a number stands in braces, which siunitx leaves alone.
 //!
 //! A paper shows the methods: anchors are left out unless the experiment names them ([`Latex`]), counts are a table of
-//! their own. A table is made for the width of a column (3.3 in) or of the text (7 in): in letters of ten, nine or eight
-//! points by what they take on average, else as several tables below each other. One that is longer than a sheet is several floats. What is wider all the same is scaled
-//! down to its line when LaTeX has measured it.
+//! their own. A table is made for the width of a column or of the text, by its number of columns; one that has more is
+//! several below each other, one that is longer than a sheet several floats. What is wider than its line is scaled down
+//! when LaTeX has measured it.
 //!
 //! [`Latex`]: trackfail_engine::spec::table::Latex
 
-mod shape;
-
-use super::layout::{Group, LabelKind, TableLayout};
-use super::render::{Mark, lines};
+use super::layout::{LabelKind, TableLayout};
+use super::render::lines;
+use std::ops::Range;
 use trackfail_dataset::text::visible;
 use trackfail_engine::spec::width::Width;
 
@@ -25,60 +24,47 @@ const NEEDS: &str = "% needs \\usepackage{booktabs,graphicx,siunitx}\n";
 /// LuaTeX; pdfTeX shows `?` for them.
 pub fn latex_escape(text: &str) -> String {
     let mut out = String::new();
-    // A run of characters that pdfTeX does not know.
-    let mut foreign = String::new();
-    for c in visible(text).chars() {
-        if !is_common(c) {
-            foreign.push(c);
-            continue;
-        }
-        end_foreign(&mut out, &mut foreign);
-        match c {
-            '\\' => out.push_str("\\textbackslash{}"),
-            '{' | '}' | '$' | '&' | '#' | '%' | '_' => {
-                out.push('\\');
-                out.push(c);
-            }
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '<' => out.push_str("\\textless{}"),
-            '>' => out.push_str("\\textgreater{}"),
-            '±' => out.push_str("$\\pm$"),
-            '×' => out.push_str("$\\times$"),
-            '↑' => out.push_str("$\\uparrow$"),
-            '↓' => out.push_str("$\\downarrow$"),
-            '†' => out.push_str("\\textdagger{}"),
-            '|' => out.push_str("\\textbar{}"),
-            '"' => out.push_str("''"),
-            // A `[` or `*` at the beginning of a row would be read as an argument of the line end before it, and
-            // these quotes and dashes would form ligatures.
-            '[' | ']' | '*' | '`' => {
-                out.push('{');
-                out.push(c);
-                out.push('}');
-            }
-            '-' if out.ends_with('-') => out.push_str("{}-"),
-            // The replacement character is in hardly any font.
-            '\u{fffd}' => out.push('?'),
-            c => out.push(c),
+    let chars: Vec<char> = visible(text).chars().collect();
+    for run in chars.chunk_by(|a, b| is_common(*a) == is_common(*b)) {
+        if is_common(run[0]) {
+            run.iter().for_each(|c| push_escaped(&mut out, *c));
+        } else {
+            let (known, unknown) = (run.iter().collect::<String>(), "?".repeat(run.len()));
+            // Only XeTeX and LuaTeX, which read Unicode, have this command.
+            out.push_str(&format!("{{\\ifdefined\\Umathcode {known}\\else {unknown}\\fi}}"));
         }
     }
-    end_foreign(&mut out, &mut foreign);
     out
+}
+
+fn push_escaped(out: &mut String, c: char) {
+    match c {
+        '\\' => out.push_str("\\textbackslash{}"),
+        '{' | '}' | '$' | '&' | '#' | '%' | '_' => out.extend(['\\', c]),
+        '~' => out.push_str("\\textasciitilde{}"),
+        '^' => out.push_str("\\textasciicircum{}"),
+        '<' => out.push_str("\\textless{}"),
+        '>' => out.push_str("\\textgreater{}"),
+        '±' => out.push_str("$\\pm$"),
+        '×' => out.push_str("$\\times$"),
+        '↑' => out.push_str("$\\uparrow$"),
+        '↓' => out.push_str("$\\downarrow$"),
+        '†' => out.push_str("\\textdagger{}"),
+        '|' => out.push_str("\\textbar{}"),
+        '"' => out.push_str("''"),
+        // A `[` or `*` at the beginning of a row would be read as an argument of the line end before it, and these quotes
+        // and dashes would form ligatures.
+        '[' | ']' | '*' | '`' => out.extend(['{', c, '}']),
+        '-' if out.ends_with('-') => out.push_str("{}-"),
+        // The replacement character is in hardly any font.
+        '\u{fffd}' => out.push('?'),
+        c => out.push(c),
+    }
 }
 
 /// Whether every engine knows a character: ASCII, accented letters of every font encoding, and what has a command.
 fn is_common(c: char) -> bool {
     c.is_ascii() || (('À'..='ÿ').contains(&c) && !"ÐÞðþ÷".contains(c)) || "±↑↓†\u{fffd}".contains(c)
-}
-
-fn end_foreign(out: &mut String, foreign: &mut String) {
-    if !foreign.is_empty() {
-        let unknown = "?".repeat(foreign.chars().count());
-        // Only XeTeX and LuaTeX, which read Unicode, have this command.
-        out.push_str(&format!("{{\\ifdefined\\Umathcode {foreign}\\else {unknown}\\fi}}"));
-        foreign.clear();
-    }
 }
 
 /// A number as siunitx reads it: its digits before and after the point, and whether it has a sign.
@@ -129,47 +115,40 @@ fn upright(text: &str) -> String {
     out + &latex_escape(rest)
 }
 
-/// A line of a table: its heading, and for each column its text and whether it is the best.
+/// A line of a table: its group, its heading, and for each column its text and whether it is the best.
 struct Line {
+    group: usize,
     heading: String,
     cells: Vec<(String, bool)>,
 }
 
-/// A group's heading with its lines.
-struct Block {
-    heading: String,
-    lines: Vec<Line>,
-}
-
-/// The part of a table that is shown: headings and lines.
+/// The part of a table that is shown: headings of columns and groups, and lines.
 struct Part {
     corner: String,
     columns: Vec<String>,
-    blocks: Vec<Block>,
+    groups: Vec<String>,
+    lines: Vec<Line>,
 }
 
 /// The lines of some kinds of rows under the given columns.
 fn part(layout: &TableLayout, columns: &[usize], keep: fn(LabelKind) -> bool) -> Part {
-    let block = |group: &Group| {
+    let mut lines_of_part = Vec::new();
+    for (k, group) in layout.groups.iter().enumerate() {
         let rows = group.rows.iter().filter(|row| keep(row.label.kind));
-        let line = |(heading, cells): (String, Vec<(String, Mark)>)| Line {
-            heading,
-            cells: columns
-                .iter()
-                .filter_map(|k| cells.get(*k))
-                .map(|(t, m)| (t.clone(), *m != Mark::Plain))
-                .collect(),
-        };
-        let lines: Vec<Line> = rows.flat_map(|row| lines(group, row)).map(line).collect();
-        // Long headings have notes for readers of the page.
-        let is_short = group.label.chars().count() <= MAX_HEADING;
-        let heading = if is_short { &group.label } else { &group.key };
-        (!lines.is_empty()).then(|| Block { heading: heading.clone(), lines })
-    };
+        for (heading, cells) in rows.flat_map(|row| lines(group, row)) {
+            let shown = columns.iter().filter_map(|k| cells.get(*k));
+            let cells = shown.map(|(text, mark)| (text.clone(), !mark.is_empty())).collect();
+            lines_of_part.push(Line { group: k, heading, cells });
+        }
+    }
+    // Long headings have notes for readers of the page.
+    let is_short = |label: &str| label.chars().count() <= MAX_HEADING;
+    let heading = layout.groups.iter().map(|g| if is_short(&g.label) { &g.label } else { &g.key });
     let part = Part {
         corner: layout.corner.clone(),
         columns: columns.iter().filter_map(|k| layout.columns.get(*k)).map(|c| c.shown.clone()).collect(),
-        blocks: layout.groups.iter().filter_map(block).collect(),
+        groups: heading.cloned().collect(),
+        lines: lines_of_part,
     };
     part.with_intervals()
 }
@@ -189,172 +168,186 @@ fn columns(layout: &TableLayout) -> Vec<usize> {
 /// Characters of a group's heading; of a longer one the name alone is shown.
 const MAX_HEADING: usize = 48;
 
-/// Width of a character of ten points, in points.
-const CHARACTER: f64 = 5.0;
+/// Most lines of a float with its headings: a sheet of small letters, with room for a caption of five lines.
+const MAX_LINES: usize = 50;
 
-/// Space on each side of a column, in points.
-const SPACE: f64 = 3.0;
+/// Headings of the columns of lower and upper bounds, and of both together.
+const BOUNDS: [&str; 3] = ["95 % from", "95 % to", "95 %"];
 
-/// Sizes of letters, as parts of ten points, the largest first.
-const SIZES: [(&str, f64); 3] = [("\\normalsize", 1.0), ("\\small", 0.9), ("\\footnotesize", 0.8)];
+/// Most columns beside the headings of rows, in letters of eight points.
+fn most_columns(width: Width) -> usize {
+    match width {
+        Width::Column => 5,
+        Width::Text => 12,
+    }
+}
 
 impl Part {
-    /// The width of the row headings and of each column in points of letters of ten points, about.
-    fn widths(&self) -> (f64, Vec<f64>) {
-        let points = |text: &str| text.chars().count() as f64 * CHARACTER;
-        let lines = || self.blocks.iter().flat_map(|b| &b.lines);
-        let widest = |texts: &mut dyn Iterator<Item = &str>| texts.map(points).fold(0.0, f64::max);
-        let first = widest(&mut lines().map(|l| l.heading.as_str()).chain([self.corner.as_str()]));
-        let of = |(k, heading): (usize, &String)| {
-            let cells = lines().filter_map(|l| l.cells.get(k)).map(|c| c.0.as_str());
-            widest(&mut cells.chain([heading.as_str()]))
-        };
-        (first, self.columns.iter().enumerate().map(of).collect())
-    }
-
-    /// The largest letters that fit, and how many columns each of the tables below each other has.
-    fn fit(&self, width: f64) -> (&'static str, Vec<usize>) {
-        let (first, widths) = self.widths();
-        let whole = |scale: f64| {
-            scale * (first + widths.iter().sum::<f64>()) + 2.0 * SPACE * (widths.len() + 1) as f64
-        };
-        if let Some((size, _)) = SIZES.iter().find(|(_, scale)| whole(*scale) <= width) {
-            return (size, vec![widths.len()]);
-        }
-        let (size, scale) = SIZES[SIZES.len() - 1];
-        let mut parts = Vec::new();
-        let mut left = 0.0;
-        for (from, count) in self.together() {
-            let columns = widths[from..from + count].iter();
-            let more = columns.map(|column| scale * column + 2.0 * SPACE).sum::<f64>();
-            match parts.last_mut() {
-                Some(before) if left >= more => {
-                    *before += count;
-                    left -= more;
-                }
-                _ => {
-                    parts.push(count);
-                    left = width - scale * first - 2.0 * SPACE - more;
+    /// The table with the two bounds of each interval in one column: `[low, high]`.
+    fn with_intervals(mut self) -> Self {
+        let mut k = 0;
+        while k + 1 < self.columns.len() {
+            if self.columns[k..k + 2] == BOUNDS[..2] {
+                self.columns[k] = BOUNDS[2].to_string();
+                self.columns.remove(k + 1);
+                for line in self.lines.iter_mut().filter(|line| k + 1 < line.cells.len()) {
+                    let (high, _) = line.cells.remove(k + 1);
+                    let low = &mut line.cells[k].0;
+                    if !(low.is_empty() && high.is_empty()) {
+                        *low = format!("[{low}, {high}]");
+                    }
                 }
             }
+            k += 1;
         }
-        (size, parts)
+        self
     }
 
-    /// The columns from one to another.
-    fn slice(&self, from: usize, count: usize) -> Self {
-        let line = |l: &Line| Line {
-            heading: l.heading.clone(),
-            cells: l.cells.iter().skip(from).take(count).cloned().collect(),
-        };
-        let block =
-            |b: &Block| Block { heading: b.heading.clone(), lines: b.lines.iter().map(line).collect() };
-        Self {
-            corner: self.corner.clone(),
-            columns: self.columns.iter().skip(from).take(count).cloned().collect(),
-            blocks: self.blocks.iter().map(block).collect(),
-        }
-    }
-
-    /// How each column is aligned: by a `table-format` of siunitx, or flush right (`None`).
-    fn formats(&self) -> Vec<Option<String>> {
-        let of_column = |k: usize| {
-            let cells = self.blocks.iter().flat_map(|b| &b.lines).filter_map(|l| l.cells.get(k));
-            let texts: Vec<&str> = cells.map(|(text, _)| text.trim_end_matches(FAILED)).collect();
-            if texts.iter().any(|t| is_bare(t)) {
-                return None;
+    /// The columns of each of the tables below each other; an interval stays with its value.
+    fn side_by_side(&self, width: Width) -> Vec<Range<usize>> {
+        let mut tables: Vec<Range<usize>> = vec![Range::default()];
+        for (k, column) in self.columns.iter().enumerate() {
+            match tables.last_mut() {
+                Some(last) if last.len() < most_columns(width) || column == BOUNDS[2] => last.end = k + 1,
+                _ => tables.push(k..k + 1),
             }
-            let found: Vec<(usize, usize, bool)> = texts.iter().filter_map(|t| digits(t)).collect();
-            let whole = found.iter().map(|d| d.0).max()?;
-            let part = found.iter().map(|d| d.1).max()?;
-            let sign = if found.iter().any(|d| d.2) { "+" } else { "" };
-            Some(if part == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") })
-        };
-        (0..self.columns.len()).map(of_column).collect()
+        }
+        tables
     }
 
-    fn tabular(&self) -> String {
-        let formats = self.formats();
+    /// The heading of a line's group where it begins, behind the line `before`; empty for a group without a name.
+    fn heading(&self, line: &Line, before: Option<&Line>) -> Option<&str> {
+        let begins = before.is_none_or(|before| before.group != line.group);
+        begins.then(|| self.groups[line.group].as_str())
+    }
+
+    /// The lines of each float, where a float has so many tables below each other.
+    fn sheets(&self, below_each_other: usize) -> Vec<&[Line]> {
+        // Each of these has a line of headings and three rules.
+        let most = (MAX_LINES / below_each_other).saturating_sub(3).max(5);
+        let mut sheets = Vec::new();
+        let (mut from, mut used) = (0, 0);
+        for (k, line) in self.lines.iter().enumerate() {
+            let height = |from: usize| {
+                let before = self.lines[from..k].last();
+                1 + usize::from(self.heading(line, before).is_some_and(|heading| !heading.is_empty()))
+            };
+            if used + height(from) > most {
+                sheets.push(&self.lines[from..k]);
+                (from, used) = (k, 0);
+            }
+            used += height(from);
+        }
+        sheets.push(&self.lines[from..]);
+        sheets
+    }
+
+    fn tabular(&self, lines: &[Line], columns: Range<usize>) -> String {
+        let formats: Vec<Option<String>> = columns.clone().map(|k| format_of(lines, k)).collect();
         let column = |format: &Option<String>| match format {
             Some(format) => format!("S[table-format={format}]"),
             None => "r".to_string(),
         };
-        let columns: String = formats.iter().map(column).collect();
-        let mut text = format!("\\begin{{tabular}}{{l{columns}}}\n\\toprule\n{}", latex_escape(&self.corner));
-        for column in &self.columns {
+        let aligned: String = formats.iter().map(column).collect();
+        let mut text = format!("\\begin{{tabular}}{{l{aligned}}}\n\\toprule\n{}", latex_escape(&self.corner));
+        for column in &self.columns[columns.clone()] {
             text.push_str(&format!(" & {{{}}}", latex_escape(column)));
         }
         text.push_str(" \\\\\n");
-        for block in &self.blocks {
-            text.push_str("\\midrule\n");
-            if !block.heading.is_empty() {
-                let (columns, label) = (self.columns.len() + 1, latex_escape(&block.heading));
-                text.push_str(&format!("\\multicolumn{{{columns}}}{{l}}{{\\textit{{{label}}}}} \\\\\n"));
-            }
-            for line in &block.lines {
-                text.push_str(&latex_escape(&line.heading));
-                for ((shown, best), format) in line.cells.iter().zip(&formats) {
-                    text.push_str(&format!(" & {}", cell(shown, *best, format.is_some())));
+        for (k, line) in lines.iter().enumerate() {
+            if let Some(heading) = self.heading(line, lines[..k].last()) {
+                text.push_str("\\midrule\n");
+                if !heading.is_empty() {
+                    let (all, label) = (columns.len() + 1, latex_escape(heading));
+                    text.push_str(&format!("\\multicolumn{{{all}}}{{l}}{{\\textit{{{label}}}}} \\\\\n"));
                 }
-                text.push_str(" \\\\\n");
             }
+            text.push_str(&latex_escape(&line.heading));
+            let cells = line.cells.iter().skip(columns.start).zip(&formats);
+            for ((shown, best), format) in cells {
+                text.push_str(&format!(" & {}", cell(shown, *best, format.is_some())));
+            }
+            text.push_str(" \\\\\n");
         }
         text.push_str("\\bottomrule\n\\end{tabular}");
         text
     }
 
-    /// The tables below each other, in letters that fit; what is wider than its line all the same is made smaller.
-    fn body(&self, width: f64) -> String {
-        let (size, counts) = self.fit(width);
-        let mut text = format!(
-            "\\begingroup{size}\n\\setlength{{\\tabcolsep}}{{{SPACE}pt}}\n\
-             \\sisetup{{detect-weight, retain-explicit-plus}}\n"
-        );
-        let mut from = 0;
-        for (k, count) in counts.into_iter().enumerate() {
-            if k > 0 {
-                text.push_str("\\par\\medskip\n");
-            }
-            text.push_str(&format!(
+    /// The tables below each other; what is wider than its line is made smaller.
+    fn body(&self, lines: &[Line], width: Width) -> String {
+        let one = |columns: Range<usize>| {
+            format!(
                 "\\setbox0\\hbox{{%\n{}}}%\n\\ifdim\\wd0>\\linewidth\\resizebox{{\\linewidth}}{{!}}{{\\box0}}\\else\\leavevmode\\box0\\fi\n",
-                self.slice(from, count).tabular()
-            ));
-            from += count;
+                self.tabular(lines, columns)
+            )
+        };
+        let tables: Vec<String> = self.side_by_side(width).into_iter().map(one).collect();
+        format!(
+            "\\begingroup\\footnotesize\n\\setlength{{\\tabcolsep}}{{3pt}}\n\\sisetup{{detect-weight, retain-explicit-plus}}\n\
+             {}\\endgroup\n",
+            tables.join("\\par\\medskip\n")
+        )
+    }
+
+    /// The width that a table is made for: what the experiment says, or a column where it fits.
+    fn width(&self, layout: &TableLayout) -> Width {
+        layout.latex.width.unwrap_or_else(|| match self.side_by_side(Width::Column).len() {
+            1 => Width::Column,
+            _ => Width::Text,
+        })
+    }
+
+    /// Floats with caption and label, a sheet each.
+    fn floating(&self, layout: &TableLayout, caption: &str, label: &str) -> String {
+        let width = self.width(layout);
+        // A table* goes over both columns of a paper that has two.
+        let float = if width == Width::Column { "table" } else { "table*" };
+        let sheets = self.sheets(self.side_by_side(width).len());
+        let mut text = String::from(NEEDS);
+        for (k, lines) in sheets.iter().enumerate() {
+            // The parts of a table have one number, and the first one has its caption and label.
+            let head = match k {
+                0 => format!("\\caption{{{}}}\n\\label{{{label}}}", latex_escape(caption)),
+                _ => {
+                    format!("\\addtocounter{{table}}{{-1}}\n\\caption{{Part {} of {}.}}", k + 1, sheets.len())
+                }
+            };
+            let body = self.body(lines, width);
+            text.push_str(&format!("\\begin{{{float}}}\n\\centering\n{head}\n{body}\\end{{{float}}}\n"));
         }
-        text.push_str("\\endgroup\n");
         text
     }
 }
 
-/// The width that a table is made for: what the experiment says, or a column where it fits.
-fn width(layout: &TableLayout, part: &Part) -> Width {
-    layout.latex.width.unwrap_or_else(|| match part.fit(points(Width::Column)).1.as_slice() {
-        [] | [_] => Width::Column,
-        _ => Width::Text,
-    })
-}
-
-/// A width in points of TeX.
-fn points(width: Width) -> f64 {
-    72.27 * width.inches()
+/// How a column is aligned: by a `table-format` of siunitx, or flush right (`None`).
+fn format_of(lines: &[Line], column: usize) -> Option<String> {
+    let cells = lines.iter().filter_map(|line| line.cells.get(column));
+    let texts: Vec<&str> = cells.map(|(text, _)| text.trim_end_matches(FAILED)).collect();
+    if texts.iter().any(|text| is_bare(text)) {
+        return None;
+    }
+    let found: Vec<(usize, usize, bool)> = texts.iter().filter_map(|text| digits(text)).collect();
+    let whole = found.iter().map(|d| d.0).max()?;
+    let part = found.iter().map(|d| d.1).max()?;
+    let sign = if found.iter().any(|d| d.2) { "+" } else { "" };
+    Some(if part == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") })
 }
 
 /// The rows that a paper shows; where a table has nothing but counts, these.
 fn main_part(layout: &TableLayout) -> Part {
     let shown = part(layout, &columns(layout), |kind| kind == LabelKind::Result);
-    if shown.blocks.is_empty() { part(layout, &columns(layout), |_| true) } else { shown }
+    if shown.lines.is_empty() { part(layout, &columns(layout), |_| true) } else { shown }
 }
 
 /// The `tabular` alone, for documents with their own caption and label.
 pub fn body(layout: &TableLayout) -> String {
     let part = main_part(layout);
-    part.body(points(width(layout, &part)))
+    part.body(&part.lines, part.width(layout))
 }
 
 /// The whole floating table, with caption and label; several where it is longer than a sheet.
 pub fn latex(experiment: &str, layout: &TableLayout) -> String {
-    let part = main_part(layout);
-    floating(layout, &part, &layout.caption, &label(experiment, &layout.name))
+    main_part(layout).floating(layout, &layout.caption, &label(experiment, &layout.name))
 }
 
 /// The label of a table, `tab:khalid2016-table1-counts`: no two tables of all experiments have the same. As in the names of
@@ -373,25 +366,7 @@ pub fn counts(experiment: &str, layout: &TableLayout) -> Option<String> {
     }
     let part = part(layout, &columns(layout), |kind| kind == LabelKind::Count);
     let caption = format!("Counts behind {}. {}.", layout.name, layout.data);
-    Some(floating(layout, &part, &caption, &format!("{}-counts", label(experiment, &layout.name))))
-}
-
-fn floating(layout: &TableLayout, part: &Part, caption: &str, label: &str) -> String {
-    let width = width(layout, part);
-    // A table* goes over both columns of a paper that has two.
-    let float = if width == Width::Column { "table" } else { "table*" };
-    let sheets = part.sheets(part.fit(points(width)).1.len());
-    let mut text = String::from(NEEDS);
-    for (k, sheet) in sheets.iter().enumerate() {
-        // The parts of a table have one number, and the first one has its caption and label.
-        let head = match k {
-            0 => format!("\\caption{{{}}}\n\\label{{{label}}}", latex_escape(caption)),
-            _ => format!("\\addtocounter{{table}}{{-1}}\n\\caption{{Part {} of {}.}}", k + 1, sheets.len()),
-        };
-        let body = sheet.body(points(width));
-        text.push_str(&format!("\\begin{{{float}}}\n\\centering\n{head}\n{body}\\end{{{float}}}\n"));
-    }
-    text
+    Some(part.floating(layout, &caption, &format!("{}-counts", label(experiment, &layout.name))))
 }
 
 #[cfg(test)]

@@ -1,26 +1,27 @@
 //! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
 //!
-//! Trackers, methods and grid axes that are on neither side of a table make groups of rows.
-//! Published numbers of a tracker that was run stand beside that tracker's; those of a paper's only
-//! tracker stand beside every tracker, and say whose they are; those of further trackers make groups
-//! of their own without numbers of ours.
+//! Trackers, methods and grid axes that are on neither side of a table make groups of rows. Every cell knows the pooled
+//! number that it shows ([`Origin`]). Published numbers of a tracker that was run stand beside that tracker's; those of
+//! a paper's only tracker stand beside every tracker, and say whose they are; those of further trackers make groups of
+//! their own without numbers of ours.
 
 mod analysed;
 mod place;
+mod printed;
 
 pub use analysed::analysed;
-pub use place::{CellRef, cell_refs};
 
-use super::number::{Style, printed_value};
-use crate::results::Measure;
-use place::{Place, find, group_places, merge, steps};
+use super::number::Style;
+use crate::results::{Measure, method_label};
+use place::{Place, Step, find, groups, steps};
+use printed::Printed;
 use serde::Serialize;
 use trackfail_core::direction::Direction;
 use trackfail_core::num::readable;
-use trackfail_engine::spec::Experiment;
-use trackfail_engine::spec::table::{Latex, Published, Side, Table};
-use trackfail_methods::score::Metric;
+use trackfail_engine::spec::table::{Latex, Side, Table};
+use trackfail_engine::spec::{Experiment, TEST};
 use trackfail_methods::score::metric::Kind;
+use trackfail_methods::score::{Counts, Metric};
 
 /// A table whose texts are ready for any format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -90,36 +91,14 @@ pub enum LabelKind {
     Anchor,
 }
 
-impl Label {
-    /// A column of results that people read by another name.
-    pub fn shown_as(name: String, shown: String) -> Self {
-        Self { name, shown, kind: LabelKind::Result }
-    }
-}
-
-impl<T: Into<String>> From<T> for Label {
-    fn from(name: T) -> Self {
-        let name = name.into();
-        Self { shown: name.clone(), name, kind: LabelKind::Result }
-    }
-}
-
-impl Label {
-    /// The heading of a metric, with an arrow for its direction.
-    pub fn of_metric(metric: Metric) -> Self {
-        let arrow = match metric.direction() {
-            Direction::HigherIsBetter => " ↑",
-            Direction::LowerIsBetter => " ↓",
-            Direction::Neither => "",
-        };
-        let (name, shown) = (metric.name().to_string(), format!("{}{arrow}", metric.title()));
-        Self { name, shown, kind: if metric.is_count() { LabelKind::Count } else { LabelKind::Result } }
-    }
-}
-
 /// One cell.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Cell {
+    /// The pooled number that it shows; none of an analysis, or where nothing was run.
+    #[serde(skip)]
+    pub of: Option<Origin>,
+    /// How a page explains the number.
+    pub link: Option<Link>,
     /// Our number as it is.
     pub value: Option<f64>,
     /// Our number as the paper would print it.
@@ -139,34 +118,133 @@ pub struct Cell {
     pub failed: usize,
 }
 
-/// Says how many cells have no result because their data is not there, or because they failed.
-fn left_out(measures: &[Measure]) -> Option<String> {
-    let count =
-        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
-    let not_there = count(|m| m.not_there);
-    let failed = count(|m| m.failed).saturating_sub(not_there);
-    let cells = |n: usize| if n == 1 { "1 cell".to_string() } else { format!("{n} cells") };
-    let them = if not_there + failed == 1 { "it is" } else { "they are" };
-    match (not_there, failed) {
-        (0, 0) => None,
-        (n, 0) => Some(format!("The data of {} is not there; {them} left out.", cells(n))),
-        (0, n) => Some(format!("{} failed; {them} left out.", cells(n))),
-        (n, m) => Some(format!(
-            "The data of {} is not there, and {} failed; they are left out.",
-            cells(n),
-            cells(m)
-        )),
+/// A pooled number, with the names of its row and column in a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin {
+    /// Name of the row.
+    pub row: String,
+    /// Name of the column.
+    pub column: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// Method.
+    pub method: String,
+    /// Grid point as in `scores.csv`, empty without a grid.
+    pub params: String,
+    /// The attribute of the sequences that it is about; all sequences when `None`.
+    pub attribute: Option<String>,
+    /// The metric that it shows.
+    pub metric: Metric,
+    /// Counts over all of these sequences and runs.
+    pub counts: Counts,
+}
+
+/// The explanation of a number on a page, and what that shows of it sequence by sequence.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Link {
+    /// The number: `f_score of DTEF on NCC is 0.242`.
+    pub number: String,
+    /// How it comes about, with the counts filled in.
+    pub formula: String,
+    /// The command that takes it apart.
+    pub command: String,
+    /// Index of its tracker among those shown sequence by sequence.
+    pub tracker: Option<usize>,
+    /// Index of its method with its grid point among those.
+    pub method: Option<usize>,
+    /// Index of the attribute of the sequences it is about; all sequences when `None`.
+    pub attribute: Option<usize>,
+}
+
+impl TableLayout {
+    /// Its cells in order, each with its group, row and column.
+    pub fn cells(&self) -> impl Iterator<Item = (&Group, &Row, &Label, &Cell)> {
+        let rows = self.groups.iter().flat_map(|group| group.rows.iter().map(move |row| (group, row)));
+        rows.flat_map(move |(group, row)| {
+            row.cells.iter().zip(&self.columns).map(move |(cell, column)| (group, row, column, cell))
+        })
+    }
+}
+
+impl Label {
+    /// A column of results that people read by another name.
+    pub fn shown_as(name: String, shown: String) -> Self {
+        Self { name, shown, kind: LabelKind::Result }
+    }
+
+    /// The heading of a metric, with an arrow for its direction.
+    pub fn of_metric(metric: Metric) -> Self {
+        let shown = format!("{}{}", metric.title(), arrow(metric.direction()));
+        let kind = if metric.is_count() { LabelKind::Count } else { LabelKind::Result };
+        Self { name: metric.name().to_string(), shown, kind }
+    }
+}
+
+impl<T: Into<String>> From<T> for Label {
+    fn from(name: T) -> Self {
+        let name = name.into();
+        Self { shown: name.clone(), name, kind: LabelKind::Result }
+    }
+}
+
+impl Origin {
+    /// The number of a measure in a cell.
+    pub fn new(row: &str, column: &str, measure: &Measure, metric: Metric) -> Self {
+        Self {
+            row: row.to_string(),
+            column: column.to_string(),
+            tracker: measure.tracker.clone(),
+            method: measure.method.clone(),
+            params: measure.params.clone(),
+            attribute: measure.attribute.clone(),
+            metric,
+            counts: measure.pooled.counts,
+        }
+    }
+
+    /// The number by which a leaderboard ranks a method.
+    pub fn ranked(measure: &Measure, metric: Metric) -> Self {
+        Self::new(&method_label(&measure.method, &measure.params), metric.name(), measure, metric)
+    }
+
+    /// The method with its grid point.
+    pub fn label(&self) -> String {
+        method_label(&self.method, &self.params)
+    }
+}
+
+/// The arrow behind the heading of a metric.
+fn arrow(direction: Direction) -> &'static str {
+    match direction {
+        Direction::HigherIsBetter => " ↑",
+        Direction::LowerIsBetter => " ↓",
+        Direction::Neither => "",
+    }
+}
+
+/// The pooled numbers that a table shows, group by group and row by row; none for the table of an analysis.
+pub fn origins(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<Origin> {
+    match table.ranked {
+        Some(metric) => {
+            let is_shown = |m: &&Measure| m.attribute.is_none() && table.methods.contains(&m.method);
+            measures.iter().filter(is_shown).map(|m| Origin::ranked(m, metric)).collect()
+        }
+        None => {
+            let layout = layout(experiment, table, measures, "");
+            layout.cells().filter_map(|(.., cell)| cell.of.clone()).collect()
+        }
     }
 }
 
 /// The pooled numbers of a tracker and method at a grid point, where there are any; for claims.
-pub fn measure_of<'a>(
-    measures: &'a [Measure],
+pub fn measure_of<'m>(
+    measures: &'m [Measure],
     tracker: &str,
     method: &str,
     axes: &[(String, f64)],
-) -> Option<&'a Measure> {
-    find(measures, tracker, method, axes, None)
+) -> Option<&'m Measure> {
+    let (tracker, method) = (Some(tracker), Some(method));
+    find(measures, &Place { tracker, method, axes: axes.to_vec(), ..Place::default() })
 }
 
 /// Whether a method is an anchor: a detector that looks at no signal.
@@ -181,53 +259,65 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
 
 /// Makes a table of pooled numbers; `data_note` says what they rest on.
 pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> TableLayout {
-    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
-    let rows = steps(&table.rows, table, experiment, measures);
-    let columns = steps(&table.columns, table, experiment, measures);
-    let context = TableContext {
-        experiment,
-        metric: table.metric,
-        published: &published,
-        rows: &rows,
-        columns: &columns,
-    };
-    let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
-    let positives = protocol.map_or("events", |p| p.positives);
-    let counted = |n: u64| format!("{n} {}", if n == 1 { singular(positives) } else { positives });
-    let mut groups = Vec::new();
-    let mut shown_trackers: Vec<&str> = Vec::new();
-    for (label, place) in group_places(experiment, table, measures) {
-        let tracker = place.tracker.clone();
-        let source = published_for(&published, tracker.as_deref(), experiment);
-        if let Some(source) = source {
-            shown_trackers.push(source);
-        }
-        let key = if label.is_empty() { tracker.clone().unwrap_or_default() } else { label.clone() };
-        let heading = match (&tracker, events(table, measures, tracker.as_deref())) {
-            (Some(t), Some(events)) if label.is_empty() => format!("{t} ({})", counted(events)),
-            (Some(_), Some(events)) => format!("{label} ({})", counted(events)),
-            _ => label,
+    let rows = steps(&table.rows, experiment, table, measures);
+    let columns = steps(&table.columns, experiment, table, measures);
+    let printed = Printed::of(experiment, table);
+    // Parts of a suite do not compete with each other.
+    let compete = columns.iter().all(|(_, at)| at.attribute.is_none());
+    let row = |group: &Place<'_>, source: Option<&str>, ours: &[Measure], (name, at_row): &Step<'_>| {
+        let metric = at_row.metric.or(table.metric).unwrap_or(Metric::F_SCORE);
+        let style = printed.style(name).unwrap_or_else(|| Style::of_metric(metric));
+        let cell = |(column, at_column): &Step<'_>| {
+            let measure = find(ours, &group.and(at_row).and(at_column));
+            let value = measure.and_then(|m| m.value(metric));
+            let mut cell = printed.cell(value, Some(style), printed.text(source, name, column));
+            if let Some(m) = measure {
+                cell.failed = m.failed;
+                cell.of = Some(Origin::new(name, column, m, metric));
+                if let (Kind::MeanAndDeviation, Some((_, deviation))) = (metric.kind(), m.pooled.score) {
+                    let deviation = printed.shown(deviation, Some(style));
+                    cell.ours = cell.ours.map(|mean| format!("{mean}±{deviation}"));
+                }
+            }
+            cell
         };
-        groups.push(Group { key, ..make_group(&context, measures, heading, source, &place) });
+        let mut cells: Vec<Cell> = columns.iter().map(cell).collect();
+        if compete {
+            // Nor does a number with those of more sequences.
+            let fewest = cells.iter().filter(|c| c.value.is_some()).map(|c| c.failed).min().unwrap_or(0);
+            mark_best(cells.iter_mut(), metric.direction(), style, |k, cell| {
+                let method = columns[k].1.method;
+                cell.failed <= fewest && method.is_none_or(|m| !is_anchor(experiment, m))
+            });
+        }
+        Row { label: heading(experiment, name, at_row, false), direction: metric.direction(), cells }
+    };
+    let group =
+        |key: String, label: String, at: &Place<'_>, source: Option<&str>, ours: Option<&[Measure]>| {
+            let rows = rows.iter().map(|step| row(at, source, ours.unwrap_or_default(), step));
+            let published_tracker = source.map(|label| printed.name(label));
+            Group { key, label, published_tracker, has_ours: ours.is_some(), rows: rows.collect() }
+        };
+    let mut of_table = Vec::new();
+    let mut shown: Vec<&str> = Vec::new();
+    for (label, at) in groups(experiment, table, measures) {
+        let source = printed.beside(at.tracker);
+        shown.extend(source);
+        let key = if label.is_empty() { at.tracker.unwrap_or_default().to_string() } else { label.clone() };
+        let events = at.tracker.and_then(|tracker| events(experiment, table, measures, tracker));
+        let heading = events.map_or(label, |events| format!("{key} ({events})"));
+        of_table.push(group(key, heading, &at, source, Some(measures)));
     }
-    let mut others: Vec<&str> = Vec::new();
-    for p in &published {
-        if !shown_trackers.contains(&p.tracker.as_str()) && !others.contains(&p.tracker.as_str()) {
-            others.push(&p.tracker);
+    for tracker in printed.trackers() {
+        if !shown.contains(&tracker) {
+            shown.push(tracker);
+            let heading = format!("{tracker} (published; not run here)");
+            let at = Place { tracker: Some(tracker), ..Place::default() };
+            of_table.push(group(tracker.to_string(), heading, &at, Some(tracker), None));
         }
     }
-    for tracker in others {
-        let label = format!("{tracker} (published; not run here)");
-        let place = Place { tracker: Some(tracker.to_string()), ..Place::default() };
-        let group = make_group(&context, &[], label, Some(tracker), &place);
-        groups.push(Group { key: tracker.to_string(), has_ours: false, ..group });
-    }
-    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
-    if !caption.ends_with('.') {
-        caption.push('.');
-    }
-    caption.push_str(&format!(" Suite {}: {data_note}", experiment.suites[trackfail_engine::spec::TEST]));
-    caption.push('.');
+    let caption = table.caption.as_ref().unwrap_or(&experiment.title).clone();
+    let mut caption = format!("{} Suite {}: {data_note}.", sentence(caption), experiment.suites[TEST]);
     if let Some(left_out) = left_out(measures) {
         caption.push_str(&format!(" † {left_out}"));
     }
@@ -247,169 +337,89 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         caption,
         data: data_note.to_string(),
         corner,
-        columns: columns.iter().map(|(name, place)| heading(experiment, name, place, true)).collect(),
+        columns: columns.iter().map(|(name, at)| heading(experiment, name, at, true)).collect(),
         latex: table.latex.clone(),
-        groups,
+        groups: of_table,
     }
 }
 
+/// A text with a full stop.
+fn sentence(mut text: String) -> String {
+    if !text.ends_with('.') {
+        text.push('.');
+    }
+    text
+}
+
 /// The heading of a row or a column. A grid value has the name of its axis beside it where no corner names that.
-fn heading(experiment: &Experiment, name: &str, place: &Place, is_column: bool) -> Label {
-    if let Some(metric) = place.metric {
+fn heading(experiment: &Experiment, name: &str, at: &Place<'_>, is_column: bool) -> Label {
+    if let Some(metric) = at.metric {
         return Label::of_metric(metric);
     }
-    let is_anchor = place.method.as_deref().is_some_and(|m| is_anchor(experiment, m));
+    let is_anchor = at.method.is_some_and(|m| is_anchor(experiment, m));
     let kind = if is_anchor { LabelKind::Anchor } else { LabelKind::Result };
-    let shown = match place.axes.as_slice() {
+    let shown = match at.axes.as_slice() {
         [(axis, value)] if is_column => format!("{axis} = {}", readable(value)),
         _ => name.to_string(),
     };
     Label { name: name.to_string(), shown, kind }
 }
 
-/// One of the things that protocols count, such as `events` or `losses`.
-fn singular(positives: &str) -> &str {
-    match positives {
-        "losses" => "loss",
-        plural => plural.strip_suffix('s').unwrap_or(plural),
-    }
-}
-
-/// Number of events of a tracker (of the only one when `None`) for the table's methods. All methods have the same
-/// events unless their protocols differ.
-fn events(table: &Table, measures: &[Measure], tracker: Option<&str>) -> Option<u64> {
-    let mine = |m: &&Measure| {
-        m.attribute.is_none() && tracker.is_none_or(|t| m.tracker == t) && table.methods.contains(&m.method)
+/// `12 losses`: the events of a tracker for the table's methods. All methods have the same events unless their protocols
+/// differ.
+fn events(experiment: &Experiment, table: &Table, measures: &[Measure], tracker: &str) -> Option<String> {
+    let is_it = |m: &&Measure| m.tracker == tracker && table.methods.contains(&m.method);
+    let m = measures.iter().filter(is_it).find(|m| m.attribute.is_none() && m.done > 0)?;
+    let n = m.pooled.counts.tp + m.pooled.counts.fn_;
+    let protocol = table.methods.first().and_then(|m| experiment.protocol_of(m));
+    let things = match (n, protocol.map_or("events", |p| p.positives)) {
+        (1, "losses") => "loss",
+        (1, things) => things.strip_suffix('s').unwrap_or(things),
+        (_, things) => things,
     };
-    let m = measures.iter().find(|m| mine(m) && m.done > 0)?;
-    Some(m.pooled.counts.tp + m.pooled.counts.fn_)
+    Some(format!("{n} {things}"))
 }
 
-fn published_for<'a>(
-    published: &[&'a Published],
-    tracker: Option<&str>,
-    experiment: &Experiment,
-) -> Option<&'a str> {
-    let own = published.iter().find(|p| Some(p.tracker.as_str()) == tracker);
-    if let Some(own) = own {
-        return Some(&own.tracker);
-    }
-    let first = published.first()?;
-    let only = published.iter().all(|p| p.tracker == first.tracker);
-    let is_run = experiment.trackers.iter().any(|t| t.label == first.tracker);
-    (only && !is_run).then_some(first.tracker.as_str())
+/// Says how many cells have no result because their data is not there, or because they failed.
+fn left_out(measures: &[Measure]) -> Option<String> {
+    let count =
+        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
+    let not_there = count(|m| m.not_there);
+    let failed = count(|m| m.failed).saturating_sub(not_there);
+    let cells = |n: usize| if n == 1 { "1 cell".to_string() } else { format!("{n} cells") };
+    let reasons = [
+        (not_there > 0).then(|| format!("The data of {} is not there", cells(not_there))),
+        (failed > 0).then(|| format!("{} failed", cells(failed))),
+    ];
+    let reasons: Vec<String> = reasons.into_iter().flatten().collect();
+    let them = if not_there + failed == 1 { "it is" } else { "they are" };
+    (!reasons.is_empty()).then(|| format!("{}; {them} left out.", reasons.join(", and ")))
 }
 
-/// The tracker that a paper prints numbers of: for a reading the one that it is like.
-fn printed_for(experiment: &Experiment, label: &str) -> String {
-    let tracker = experiment.trackers.iter().find(|t| t.label == label);
-    tracker.and_then(|t| t.like.as_deref()).unwrap_or(label).to_string()
-}
-
-/// Properties that all groups of a table share.
-struct TableContext<'a> {
-    experiment: &'a Experiment,
-    metric: Option<Metric>,
-    published: &'a [&'a Published],
-    rows: &'a [(String, Place)],
-    columns: &'a [(String, Place)],
-}
-
-fn make_group(
-    context: &TableContext<'_>,
-    measures: &[Measure],
-    label: String,
-    source: Option<&str>,
-    place: &Place,
-) -> Group {
-    let TableContext { experiment, metric: of_table, published, rows, columns } = *context;
-    let rows = rows.iter().map(|(row_label, row)| {
-        let printed = |column: &str| {
-            published
-                .iter()
-                .filter(|p| Some(p.tracker.as_str()) == source && p.row == *row_label)
-                .flat_map(|p| &p.values)
-                .find(|(c, _)| c == column)
-                .map(|(_, text)| text.clone())
-        };
-        let metric = row.metric.or(of_table).unwrap_or(Metric::F_SCORE);
-        // As the paper prints the metric, for whichever tracker it does: a column has one rounding.
-        let first = || {
-            let of_row = published.iter().filter(|p| p.row == *row_label);
-            of_row.flat_map(|p| &p.values).map(|(_, text)| text.as_str()).next()
-        };
-        let style = first().map_or_else(|| Style::of_metric(metric), Style::of);
-        let mut cells: Vec<Cell> = columns
-            .iter()
-            .map(|(column_label, column)| {
-                let at = merge(&[place, row, column]);
-                let tracker = at.tracker.as_deref().or(experiment.trackers.first().map(|t| t.label.as_str()));
-                let method = at.method.as_deref().or(experiment.methods.first().map(|m| m.name.as_str()));
-                let attribute = at.attribute.as_deref();
-                let of = |(t, m): (&str, &str)| find(measures, t, m, &at.axes, attribute);
-                let measure = tracker.zip(method).and_then(of);
-                make_cell(measure, metric, style, printed(column_label))
-            })
-            .collect();
-        // Parts of a suite do not compete with each other.
-        if columns.iter().all(|c| c.1.attribute.is_none()) {
-            // Nor does a number with those of more sequences.
-            let fewest = cells.iter().filter(|c| c.value.is_some()).map(|c| c.failed).min().unwrap_or(0);
-            let is_partial: Vec<bool> = cells.iter().map(|c| c.failed > fewest).collect();
-            mark_best(&mut cells, metric.direction(), style, |k| {
-                let name = columns[k].1.method.as_deref();
-                is_partial[k] || name.is_some_and(|m| is_anchor(experiment, m))
-            });
-        }
-        let label = heading(experiment, row_label, row, false);
-        Row { label, direction: metric.direction(), cells }
-    });
-    Group {
-        key: label.clone(),
-        label,
-        published_tracker: source.map(|label| printed_for(experiment, label)),
-        has_ours: true,
-        rows: rows.collect(),
-    }
-}
-
-fn make_cell(measure: Option<&Measure>, metric: Metric, style: Style, published: Option<String>) -> Cell {
-    let value = measure.and_then(|m| m.value(metric));
-    let ours = value.map(|v| match (metric.kind(), measure.and_then(|m| m.pooled.score)) {
-        (Kind::MeanAndDeviation, Some((_, std))) => format!("{}±{}", style.format(v), style.format(std)),
-        _ => style.format(v),
-    });
-    let printed = published.as_deref().and_then(printed_value);
-    let difference = value.zip(printed).map(|(v, p)| style.format_signed(style.round(v) - p));
-    Cell { value, ours, published, difference, failed: measure.map_or(0, |m| m.failed), ..Cell::default() }
-}
-
-/// Marks the best cells and the second best one, by their numbers as they are printed.
-fn mark_best(cells: &mut [Cell], direction: Direction, style: Style, is_anchor: impl Fn(usize) -> bool) {
+/// Marks the best cells and the second best one of those that compete, by their numbers as they are printed.
+fn mark_best<'c>(
+    cells: impl Iterator<Item = &'c mut Cell>,
+    direction: Direction,
+    style: Style,
+    competes: impl Fn(usize, &Cell) -> bool,
+) {
     let sign = match direction {
         Direction::HigherIsBetter => 1.0,
         Direction::LowerIsBetter => -1.0,
         Direction::Neither => return,
     };
-    let competing = |k: usize, c: &Cell| c.value.filter(|_| !is_anchor(k)).map(|v| sign * style.round(v));
-    let best = cells.iter().enumerate().filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
-    let count = cells.iter().enumerate().filter(|(k, c)| competing(*k, c).is_some()).count();
-    if count < 2 {
-        return;
-    }
-    for (k, cell) in cells.iter_mut().enumerate() {
-        let value = competing(k, cell);
-        cell.best = value.is_some() && value == best;
-    }
-    if cells.iter().filter(|c| c.best).count() > 1 {
-        cells.iter_mut().for_each(|cell| cell.tied = cell.best);
-        return;
-    }
-    let rest = cells.iter().enumerate().filter(|(_, c)| !c.best);
-    let second = rest.filter_map(|(k, c)| competing(k, c)).max_by(f64::total_cmp);
-    for (k, cell) in cells.iter_mut().enumerate().filter(|(_, c)| !c.best) {
-        let value = competing(k, cell);
-        cell.second = value.is_some() && value == second;
+    let competing = |(k, cell): (usize, &'c mut Cell)| {
+        let value = cell.value.filter(|_| competes(k, cell))?;
+        Some((cell, sign * style.round(value)))
+    };
+    let mut competing: Vec<(&mut Cell, f64)> = cells.enumerate().filter_map(competing).collect();
+    competing.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let [(_, first), (_, second), ..] = competing[..] else { return };
+    let is_tied = first == second;
+    for (cell, value) in &mut competing {
+        cell.best = *value == first;
+        cell.tied = cell.best && is_tied;
+        cell.second = !is_tied && *value == second;
     }
 }
 

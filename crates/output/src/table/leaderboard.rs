@@ -12,7 +12,7 @@
 //! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
-use super::layout::{Cell, Group, Label, LabelKind, Row, TableLayout, is_anchor};
+use super::layout::{Cell, Group, Label, LabelKind, Origin, Row, TableLayout, is_anchor};
 use super::number::Style;
 use crate::results::Measure;
 use crate::results::{CellScore, method_label};
@@ -29,6 +29,7 @@ use trackfail_methods::score::{Counts, Metric, Pooled};
 /// One method of a leaderboard.
 struct Candidate {
     label: String,
+    of: Origin,
     is_anchor: bool,
     /// Cells without a result, where other methods have one.
     failed: usize,
@@ -135,6 +136,7 @@ fn candidates(
         }
         Candidate {
             label: method_label(&m.method, &m.params),
+            of: Origin::ranked(m, metric),
             is_anchor,
             failed: most.unwrap_or(0) - m.done,
             value: m.value(metric),
@@ -193,6 +195,7 @@ pub fn leaderboard(
             };
             let mut cells = cells.map(cell);
             cells[1].failed = c.failed;
+            cells[1].of = Some(c.of.clone());
             let kind = if c.is_anchor { LabelKind::Anchor } else { LabelKind::Result };
             let label = Label { kind, ..c.label.as_str().into() };
             Row { label, direction: Direction::Neither, cells: cells.into() }

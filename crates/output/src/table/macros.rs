@@ -35,53 +35,43 @@ pub struct Fact {
     pub shown: String,
 }
 
-/// The command that gives a number, and the one that stores it.
-const COMMANDS: &str = "\\providecommand{\\tf}[1]{\\ifcsname tf/#1\\endcsname\\csname tf/#1\\endcsname\\else\\errmessage{no \
-                        number of trackfail has the name #1}\\fi}\n\\providecommand{\\tfset}[2]{\\expandafter\\gdef\\csname \
-                        tf/#1\\endcsname{#2}}\n";
+/// What stands before the numbers: the command that gives one, and the one that stores it.
+const HEAD: &str = "% Every number of the tables, for \\input{macros} and \\tf{NAME}, where NAME stands in this file.\n\
+                    \\providecommand{\\tf}[1]{\\ifcsname tf/#1\\endcsname\\csname tf/#1\\endcsname\\else\\errmessage{no \
+                    number of trackfail has the name #1}\\fi}\n\\providecommand{\\tfset}[2]{\\expandafter\\gdef\\csname \
+                    tf/#1\\endcsname{#2}}\n";
 
 /// All numbers: first those of the text, then table by table.
 pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
-    let mut text = String::from(
-        "% Every number of the tables, for \\input{macros} and \\tf{NAME}, where NAME stands in this file.\n",
-    );
-    text.push_str(COMMANDS);
     let of_experiment: Vec<&str> = experiment.split('/').collect();
+    let mut numbers: Vec<(Vec<&str>, &str)> = Vec::new();
+    for Fact { parts, shown } in facts {
+        numbers.push((
+            std::iter::once("about").chain(parts.iter().map(String::as_str)).collect(),
+            shown.as_str(),
+        ));
+    }
+    for layout in layouts {
+        let is_named = of_experiment.last() != Some(&layout.name.as_str());
+        let table = if is_named { layout.name.as_str() } else { "" };
+        for (group, row, column, cell) in layout.cells() {
+            let place = [table, group.key.as_str(), row.label.name.as_str(), column.name.as_str()];
+            let kinds = [("", &cell.ours), ("published", &cell.published), ("difference", &cell.difference)];
+            for (kind, shown) in kinds {
+                let parts = place.into_iter().chain([kind]).filter(|part| !part.is_empty());
+                numbers.extend(shown.as_deref().map(|shown| (parts.collect(), shown)));
+            }
+        }
+    }
+    let mut text = HEAD.to_string();
     // Tables of analyses can have several rows of one name; names of the later ones end in a number.
     let mut times: BTreeMap<String, usize> = BTreeMap::new();
-    let mut set = |text: &mut String, parts: &[&str], shown: &str| {
-        let plain = name(&[of_experiment.as_slice(), parts].concat());
+    for (parts, shown) in numbers {
+        let plain = name(&[of_experiment.as_slice(), &parts].concat());
         let time = times.entry(plain.clone()).or_default();
         *time += 1;
         let again = if *time > 1 { format!("/{time}") } else { String::new() };
         text.push_str(&format!("\\tfset{{{plain}{again}}}{{{}}}\n", number(shown)));
-    };
-    for fact in facts {
-        let parts: Vec<&str> =
-            std::iter::once("about").chain(fact.parts.iter().map(String::as_str)).collect();
-        set(&mut text, &parts, &fact.shown);
-    }
-    for layout in layouts {
-        let table = (of_experiment.last() != Some(&layout.name.as_str())).then_some(layout.name.as_str());
-        for group in &layout.groups {
-            let key = (!group.key.is_empty()).then_some(group.key.as_str());
-            for row in &group.rows {
-                for (cell, column) in row.cells.iter().zip(&layout.columns) {
-                    let place = table.into_iter().chain(key).chain([row.label.name.as_str(), &column.name]);
-                    let place: Vec<&str> = place.filter(|part| !part.is_empty()).collect();
-                    let kinds = [
-                        (None, &cell.ours),
-                        (Some("published"), &cell.published),
-                        (Some("difference"), &cell.difference),
-                    ];
-                    for (kind, shown) in kinds {
-                        let Some(shown) = shown else { continue };
-                        let parts: Vec<&str> = place.iter().copied().chain(kind).collect();
-                        set(&mut text, &parts, shown);
-                    }
-                }
-            }
-        }
     }
     text
 }

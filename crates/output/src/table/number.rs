@@ -32,27 +32,32 @@ impl Style {
 
     /// Prints `v` in this style; a rounded zero has no sign.
     pub fn format(self, v: f64) -> String {
-        let mut text = format!("{v:.*}", self.decimals);
-        if text.trim_start_matches('-').bytes().all(|b| b == b'0' || b == b'.') {
-            text = text.trim_start_matches('-').to_string();
-        }
-        if self.bare {
-            text = text.replacen("0.", ".", usize::from(v.abs() < 1.0 && text.contains("0.")));
-        }
-        text
+        let text = format!("{v:.*}", self.decimals);
+        let text = if is_zero(&text) { text.trim_start_matches('-') } else { &text };
+        if self.bare { bare(text) } else { text.to_string() }
     }
 
     /// Prints `v` with its sign, for differences.
     pub fn format_signed(self, v: f64) -> String {
         let text = self.format(v);
-        let is_zero = text.bytes().all(|b| b == b'0' || b == b'.');
-        if text.starts_with('-') || is_zero { text } else { format!("+{text}") }
+        if text.starts_with('-') || is_zero(&text) { text } else { format!("+{text}") }
     }
 
     /// Rounds `v` to the digits that this style shows.
     pub fn round(self, v: f64) -> f64 {
         format!("{v:.*}", self.decimals).parse().unwrap_or(v)
     }
+}
+
+/// Whether a printed number is zero.
+fn is_zero(text: &str) -> bool {
+    text.trim_start_matches('-').bytes().all(|b| b == b'0' || b == b'.')
+}
+
+/// A printed number without a zero before its point.
+pub fn bare(text: &str) -> String {
+    let is_small = text.trim_start_matches('-').starts_with("0.");
+    text.replacen("0.", ".", usize::from(is_small))
 }
 
 /// The first number of a printed cell: 0.17 of `.17±.18`; `None` where there is none.
@@ -116,5 +121,6 @@ mod tests {
         assert_eq!(Style::of(".110").format_signed(0.02), "+.020");
         assert_eq!(Style::of(".110").format_signed(-0.0001), ".000");
         assert_eq!(printed_value(".17±.18"), Some(0.17));
+        assert_eq!(["0.5", "-0.5", "10.5", "0"].map(bare), [".5", "-.5", "10.5", "0"]);
     }
 }

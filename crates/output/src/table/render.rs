@@ -23,65 +23,47 @@ pub fn parquet(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
 
 fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
     let mut cells = Vec::new();
-    for group in &layout.groups {
-        for row in &group.rows {
-            for (cell, column) in row.cells.iter().zip(&layout.columns) {
-                cells.push(TableRow {
-                    group: &group.key,
-                    published_tracker: group.published_tracker.as_deref(),
-                    row: &row.label.name,
-                    column: &column.name,
-                    ours: cell.value,
-                    published: cell.published.as_deref(),
-                    difference: cell.difference.as_deref(),
-                });
-            }
-        }
+    for (group, row, column, cell) in layout.cells() {
+        cells.push(TableRow {
+            group: &group.key,
+            published_tracker: group.published_tracker.as_deref(),
+            row: &row.label.name,
+            column: &column.name,
+            ours: cell.value,
+            published: cell.published.as_deref(),
+            difference: cell.difference.as_deref(),
+        });
     }
     cells
 }
 
-fn ours(cell: &Cell) -> String {
-    let mark = if cell.failed > 0 { "†" } else { "" };
-    cell.ours.as_ref().map_or(String::new(), |text| format!("{text}{mark}"))
-}
-
-/// How a number stands among those of its row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
-    Plain,
-    Best,
-    Tied,
-}
-
-impl Mark {
-    fn of(cell: &Cell) -> Self {
-        match (cell.best, cell.tied) {
-            (true, true) => Self::Tied,
-            (true, false) => Self::Best,
-            (false, _) => Self::Plain,
-        }
-    }
-}
+/// Mark of a number that is the best of its row or column, and of one that others are as good as.
+const BEST: &str = "*";
+const TIED: &str = "=";
 
 /// The lines of one row: ours, published and difference, as far as there are any. Each has its heading, and for every
-/// cell its text and whether it is the best.
-pub(super) fn lines<'a>(group: &'a Group, row: &'a Row) -> Vec<(String, Vec<(String, Mark)>)> {
+/// cell its text and mark; that is empty where the cell is not the best.
+pub(super) fn lines(group: &Group, row: &Row) -> Vec<(String, Vec<(String, &'static str)>)> {
+    let ours = |cell: &Cell| {
+        let mark = if cell.tied { TIED } else { BEST };
+        let failed = if cell.failed > 0 { "†" } else { "" };
+        let text = cell.ours.as_ref().map_or_else(String::new, |text| format!("{text}{failed}"));
+        (text, if cell.best { mark } else { "" })
+    };
+    let plain = |of: fn(&Cell) -> &Option<String>| -> Vec<(String, &'static str)> {
+        row.cells.iter().map(|cell| (of(cell).clone().unwrap_or_default(), "")).collect()
+    };
+    let name = row.label.shown.trim_end_matches(['↑', '↓', ' ']);
     let mut lines = Vec::new();
     if group.has_ours {
-        let cells = row.cells.iter().map(|c| (ours(c), Mark::of(c)));
-        lines.push((row.label.shown.clone(), cells.collect()));
+        lines.push((row.label.shown.clone(), row.cells.iter().map(ours).collect()));
     }
     if row.cells.iter().any(|c| c.published.is_some()) {
         // With trackers as columns there is no one name.
         let who = group.published_tracker.as_deref().map_or_else(String::new, |who| format!(" ({who})"));
-        let plain = |f: &dyn Fn(&Cell) -> Option<String>| {
-            row.cells.iter().map(|c| (f(c).unwrap_or_default(), Mark::Plain)).collect::<Vec<_>>()
-        };
-        let name = row.label.shown.trim_end_matches(['↑', '↓', ' ']);
-        lines.push((format!("{name} published{who}"), plain(&|c| c.published.clone())));
+        lines.push((format!("{name} published{who}"), plain(|c| &c.published)));
         if row.cells.iter().any(|c| c.difference.is_some()) {
-            lines.push((format!("{name} difference"), plain(&|c| c.difference.clone())));
+            lines.push((format!("{name} difference"), plain(|c| &c.difference)));
         }
     }
     lines
@@ -129,9 +111,9 @@ pub fn markdown(layout: &TableLayout) -> String {
                 for (cell, mark) in cells {
                     let cell = escape(&cell);
                     text.push_str(&match mark {
-                        Mark::Plain => format!(" {cell} |"),
-                        Mark::Best => format!(" **{cell}** |"),
-                        Mark::Tied => format!(" **{cell}** = |"),
+                        BEST => format!(" **{cell}** |"),
+                        TIED => format!(" **{cell}** = |"),
+                        _ => format!(" {cell} |"),
                     });
                 }
                 text.push('\n');
@@ -143,23 +125,22 @@ pub fn markdown(layout: &TableLayout) -> String {
 
 /// Aligned text for a terminal of so many columns and rows: columns of results, from the first on, and what is left out.
 pub fn plain(layout: &TableLayout, width: usize, height: usize) -> String {
-    let is_result = |k: &usize| layout.columns[*k].kind == LabelKind::Result;
-    let mut shown: Vec<usize> = (0..layout.columns.len()).filter(is_result).collect();
+    let all = 0..layout.columns.len();
+    let mut shown: Vec<usize> =
+        all.clone().filter(|k| layout.columns[*k].kind == LabelKind::Result).collect();
     if shown.is_empty() {
-        shown = (0..layout.columns.len()).collect();
+        shown = all.collect();
     }
-    let mut all = aligned(layout, &shown);
-    while shown.len() > 1 && all.iter().any(|line| line.chars().count() > width) {
+    let mut lines = aligned(layout, &shown);
+    while shown.len() > 1 && lines.iter().any(|line| line.chars().count() > width) {
         shown.pop();
-        all = aligned(layout, &shown);
+        lines = aligned(layout, &shown);
     }
-    let rows = all.len().min(height);
-    let mut text = format!("{}\n{}\n", wrapped(&told(&layout.caption), width), all[..rows].join("\n"));
-    let left_out = [(all.len() - rows, "row"), (layout.columns.len() - shown.len(), "column")];
-    let left_out = left_out
-        .iter()
-        .filter(|(n, _)| *n > 0)
-        .map(|(n, what)| format!("{n} more {what}{}", if *n == 1 { "" } else { "s" }));
+    let rows = lines.len().min(height);
+    let mut text = format!("{}\n{}\n", wrapped(&told(&layout.caption), width), lines[..rows].join("\n"));
+    let left_out = [(lines.len() - rows, "row"), (layout.columns.len() - shown.len(), "column")];
+    let left_out = left_out.into_iter().filter(|(n, _)| *n > 0);
+    let left_out = left_out.map(|(n, what)| format!("{n} more {what}{}", if n == 1 { "" } else { "s" }));
     let left_out: Vec<String> = left_out.collect();
     if !left_out.is_empty() {
         text.push_str(&format!(" ({} on the page)\n", left_out.join(" and ")));
@@ -196,9 +177,8 @@ fn aligned(layout: &TableLayout, shown: &[usize]) -> Vec<String> {
         for row in &group.rows {
             for (heading, cells) in lines(group, row) {
                 let cell = |k: &usize| match cells.get(*k) {
-                    Some((text, Mark::Plain)) => text.clone(),
-                    Some((text, Mark::Best)) => format!("{text} *"),
-                    Some((text, Mark::Tied)) => format!("{text} ="),
+                    Some((text, "")) => text.clone(),
+                    Some((text, mark)) => format!("{text} {mark}"),
                     None => String::new(),
                 };
                 table.add_row(std::iter::once(heading).chain(shown.iter().map(cell)));

@@ -47,3 +47,45 @@ fn numbers_have_a_minus_and_words_a_hyphen() {
         ("Two-MChi".into(), "2010-2015".into(), "-".into())
     );
 }
+
+/// A part with a line of cells named like their columns, in groups of so many lines.
+fn part_of(columns: &[&str], groups: &[usize]) -> Part {
+    let line = |(group, k): (usize, usize)| {
+        let cells = columns.iter().map(|c| (format!("{c} {k}"), false)).collect();
+        Line { group, heading: format!("row {k}"), cells }
+    };
+    let places = groups.iter().enumerate().flat_map(|(group, n)| (0..*n).map(move |k| (group, k)));
+    Part {
+        corner: "method".into(),
+        columns: columns.iter().map(|c| (*c).to_string()).collect(),
+        groups: vec!["group".into(); groups.len()],
+        lines: places.map(line).collect(),
+    }
+}
+
+#[test]
+fn bounds_are_one_column_that_stays_with_its_value() {
+    let columns =
+        ["reads", "AUROC", "95 % from", "95 % to", "a", "b", "c", "95 % from", "95 % to", "d", "e", "f"];
+    let part = part_of(&columns, &[1]).with_intervals();
+    assert_eq!(part.columns, ["reads", "AUROC", "95 %", "a", "b", "c", "95 %", "d", "e", "f"]);
+    assert_eq!(part.lines[0].cells[2].0, "[95 % from 0, 95 % to 0]");
+    assert_eq!(part.side_by_side(Width::Column), [0..5, 5..10]);
+    let ends_in_interval = part_of(&["a", "b", "c", "d", "e", "95 % from", "95 % to", "f"], &[1]);
+    assert_eq!(ends_in_interval.with_intervals().side_by_side(Width::Column), [0..6, 6..7]);
+    assert_eq!(part.side_by_side(Width::Text).len(), 1);
+}
+
+// A sheet has 47 lines; a group that goes over its end has its heading again.
+#[test]
+fn a_long_table_is_several() {
+    let lines = |groups: &[usize], below| {
+        part_of(&["F"], groups).sheets(below).iter().map(|sheet| sheet.len()).collect::<Vec<_>>()
+    };
+    assert_eq!(lines(&[30, 40, 5], 1), [45, 30]);
+    assert_eq!(lines(&[30], 2), [21, 9]);
+    assert_eq!(lines(&[46], 1), [46]);
+    let part = part_of(&["F"], &[30, 40, 5]);
+    let second = part.tabular(part.sheets(1)[1], 0..1);
+    assert_eq!(second.matches("\\multicolumn{2}{l}{\\textit{group}}").count(), 2);
+}

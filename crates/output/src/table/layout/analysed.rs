@@ -1,12 +1,13 @@
 //! Tables that show what an analysis found.
 
-use super::{Cell, Group, Label, Row, TableLayout, mark_best, printed_for, published_for};
-use crate::table::number::{Style, four_digits, printed_value, style_of_column};
+use super::printed::Printed;
+use super::{Cell, Group, Label, Row, TableLayout, arrow, mark_best, sentence};
+use crate::table::number::{Style, style_of_column};
 use crate::table::suites::{suites_note, tracker_note};
 use trackfail_core::direction::Direction;
 use trackfail_engine::execute::analyse::Analysed;
 use trackfail_engine::spec::Experiment;
-use trackfail_engine::spec::table::{FindingName, Published, Table};
+use trackfail_engine::spec::table::{FindingName, Table};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::TrackerMetric;
 
@@ -18,83 +19,73 @@ pub fn analysed(
     analyses: &[Analysed],
     data_note: &str,
 ) -> TableLayout {
-    let published: Vec<&Published> = experiment.published.iter().filter(|p| p.table == table.name).collect();
+    let printed = Printed::of(experiment, table);
     let found: Vec<(&Analysed, &Grid)> = analyses
         .iter()
         .filter(|a| a.analysis == shows.analysis)
         .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
         .collect();
-    let single = found.len() == 1;
     // A column has one rounding for all trackers.
-    let of_column = |k: usize| {
+    let style = |k: usize| {
         let rows = found.iter().flat_map(|(_, grid)| &grid.rows);
         style_of_column(rows.filter_map(move |(_, values)| values.get(k).copied().flatten()))
     };
     let widest = found.iter().map(|(_, grid)| grid.columns.len()).max().unwrap_or(0);
-    let of_columns: Vec<Option<Style>> = (0..widest).map(of_column).collect();
-    let group = |(analysed, grid): &(&Analysed, &Grid)| {
-        let source = published_for(&published, Some(&analysed.tracker), experiment);
+    let styles: Vec<Option<Style>> = (0..widest).map(style).collect();
+    let rows = |(analysed, grid): &(&Analysed, &Grid)| -> Vec<Row> {
+        let source = printed.beside(Some(&analysed.tracker));
         let row = |(label, values): &(String, Vec<Option<f64>>)| {
-            let printed = |column: &str| {
-                let mine = published.iter().filter(|p| Some(p.tracker.as_str()) == source && p.row == *label);
-                let mut values = mine.flat_map(|p| &p.values);
-                values.find(|(c, _)| c == column).map(|(_, text)| text.clone())
-            };
-            let style = grid.columns.iter().find_map(|c| printed(c)).map(|text| Style::of(&text));
-            let cell = |(k, (column, value)): (usize, (&String, &Option<f64>))| {
-                let style = style.or(of_columns[k]);
-                let published = printed(column);
-                let number = published.as_deref().and_then(printed_value);
-                let shown = |v: f64| style.map_or_else(|| four_digits(v), |s| s.format(v));
-                let difference =
-                    value.zip(number).zip(style).map(|((v, p), s)| s.format_signed(s.round(v) - p));
-                Cell { value: *value, ours: value.map(shown), published, difference, ..Cell::default() }
-            };
-            let cells = grid.columns.iter().zip(values).enumerate().map(cell).collect();
-            Row { label: label.as_str().into(), direction: Direction::Neither, cells }
+            let texts: Vec<Option<&str>> =
+                grid.columns.iter().map(|column| printed.text(source, label, column)).collect();
+            let of_row = texts.iter().flatten().next().map(|text| Style::of(text));
+            let cells = values.iter().zip(&texts).zip(&styles);
+            let cells = cells.map(|((value, text), style)| printed.cell(*value, of_row.or(*style), *text));
+            Row { label: label.as_str().into(), direction: Direction::Neither, cells: cells.collect() }
         };
-        Group {
-            key: analysed.tracker.clone(),
-            label: if single { String::new() } else { tracker_note(analysed) },
-            published_tracker: source.map(|label| printed_for(experiment, label)),
-            has_ours: true,
-            rows: grid.rows.iter().map(row).collect(),
-        }
+        grid.rows.iter().map(row).collect()
     };
-    let mut groups: Vec<Group> = found.iter().map(group).collect();
     let columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
+    let style = |k: usize| styles[k].unwrap_or(Style::DEFAULT);
     let mut headings: Vec<Label> = columns.iter().map(|c| heading(c)).collect();
-    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
-    if let Some(column) = &table.column {
+    let mut caption = table.caption.as_ref().unwrap_or(&experiment.title).clone();
+    let is_one_row =
+        |(_, grid): &(&Analysed, &Grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty());
+    let groups = if let Some(column) = &table.column {
+        headings = found.iter().map(|(analysed, _)| tracker_heading(analysed)).collect();
         let place = columns.iter().position(|known| known == column);
-        let mut rows = place.map_or_else(Vec::new, |k| side_by_side(&groups, k));
-        let style = place.and_then(|k| of_columns[k]).unwrap_or(Style::DEFAULT);
-        rows.iter_mut().for_each(|row| mark_best(&mut row.cells, direction(column), style, |_| false));
         caption.push_str(&match place {
             Some(_) => format!(": {column}"),
             None => format!(" (there is no column `{column}`, only {})", columns.join(", ")),
         });
-        headings = found.iter().map(|(analysed, _)| tracker_heading(analysed)).collect();
-        groups = vec![Group { rows, ..ungrouped() }];
-    } else if found.iter().all(|(_, grid)| matches!(grid.rows.as_slice(), [(label, _)] if label.is_empty())) {
-        let named = |(mut group, (analysed, _)): (Group, &(&Analysed, &Grid))| {
-            group.rows.iter_mut().for_each(|row| row.label = tracker_heading(analysed));
-            group.rows
+        let of_trackers: Vec<Vec<Row>> = found.iter().map(rows).collect();
+        let mut rows = place.map_or_else(Vec::new, |k| side_by_side(&of_trackers, k));
+        let style = place.map_or(Style::DEFAULT, style);
+        rows.iter_mut().for_each(|r| mark_best(r.cells.iter_mut(), direction(column), style, |_, _| true));
+        vec![ungrouped(rows)]
+    } else if found.iter().all(is_one_row) {
+        let named = |one: &(&Analysed, &Grid)| -> Vec<Row> {
+            rows(one).into_iter().map(|row| Row { label: tracker_heading(one.0), ..row }).collect()
         };
-        let mut rows: Vec<Row> = groups.into_iter().zip(&found).flat_map(named).collect();
+        let mut rows: Vec<Row> = found.iter().flat_map(named).collect();
         for (k, column) in columns.iter().enumerate() {
-            mark_best_of_column(&mut rows, k, direction(column), of_columns[k].unwrap_or(Style::DEFAULT));
+            let cells = rows.iter_mut().filter_map(|row| row.cells.get_mut(k));
+            mark_best(cells, direction(column), style(k), |_, _| true);
         }
-        groups = vec![Group { rows, ..ungrouped() }];
-    }
+        vec![ungrouped(rows)]
+    } else {
+        let group = |one: &(&Analysed, &Grid)| Group {
+            key: one.0.tracker.clone(),
+            label: if found.len() == 1 { String::new() } else { tracker_note(one.0) },
+            published_tracker: printed.beside(Some(&one.0.tracker)).map(|label| printed.name(label)),
+            ..ungrouped(rows(one))
+        };
+        found.iter().map(group).collect()
+    };
     let suites = found.first().map_or_else(String::new, |(a, _)| suites_note(a));
     let is_whole = found.iter().all(|(a, _)| a.shares.is_empty());
-    if !caption.ends_with('.') {
-        caption.push('.');
-    }
     TableLayout {
         name: table.name.clone(),
-        caption: format!("{caption} Suites: {suites}; {data_note}."),
+        caption: format!("{} Suites: {suites}; {data_note}.", sentence(caption)),
         data: if is_whole { data_note.to_string() } else { format!("{suites}; {data_note}") },
         corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
         columns: headings,
@@ -108,51 +99,31 @@ fn direction(column: &str) -> Direction {
     TrackerMetric::of_heading(column).map_or(Direction::Neither, |m| m.direction)
 }
 
-/// Marks the best cells and the second best one of column `k`, where rows are trackers.
-fn mark_best_of_column(rows: &mut [Row], k: usize, direction: Direction, style: Style) {
-    let mut cells: Vec<Cell> = rows.iter().filter_map(|row| row.cells.get(k).cloned()).collect();
-    if cells.len() == rows.len() {
-        mark_best(&mut cells, direction, style, |_| false);
-        rows.iter_mut().zip(cells).for_each(|(row, cell)| row.cells[k] = cell);
-    }
-}
-
 /// The heading of a column, with an arrow where it is a metric of trackers that has a direction.
 fn heading(column: &str) -> Label {
-    let arrow = match direction(column) {
-        Direction::HigherIsBetter => " ↑",
-        Direction::LowerIsBetter => " ↓",
-        Direction::Neither => "",
-    };
-    Label { shown: format!("{column}{arrow}"), ..column.into() }
+    Label::shown_as(column.to_string(), format!("{column}{}", arrow(direction(column))))
 }
 
 /// The heading of a tracker's row or column.
 fn tracker_heading(analysed: &Analysed) -> Label {
-    Label { shown: tracker_note(analysed), ..analysed.tracker.as_str().into() }
+    Label::shown_as(analysed.tracker.clone(), tracker_note(analysed))
 }
 
-/// A group without heading and rows, for all trackers together.
-fn ungrouped() -> Group {
-    Group {
-        label: String::new(),
-        key: String::new(),
-        published_tracker: None,
-        has_ours: true,
-        rows: Vec::new(),
-    }
+/// Rows without a heading, of all trackers together.
+fn ungrouped(rows: Vec<Row>) -> Group {
+    Group { label: String::new(), key: String::new(), published_tracker: None, has_ours: true, rows }
 }
 
-/// Puts column `k` of every group side by side; rows in the order in which they first occur.
-fn side_by_side(groups: &[Group], k: usize) -> Vec<Row> {
+/// Column `k` of every tracker side by side; rows in the order in which they first occur.
+fn side_by_side(of_trackers: &[Vec<Row>], k: usize) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
-    for row in groups.iter().flat_map(|g| &g.rows) {
+    for row in of_trackers.iter().flatten() {
         if rows.iter().all(|known| known.label != row.label) {
-            let of_group = |g: &Group| {
-                let mine = g.rows.iter().find(|r| r.label == row.label);
+            let cell = |of_tracker: &Vec<Row>| -> Cell {
+                let mine = of_tracker.iter().find(|r| r.label == row.label);
                 mine.and_then(|r| r.cells.get(k).cloned()).unwrap_or_default()
             };
-            rows.push(Row { cells: groups.iter().map(of_group).collect(), ..row.clone() });
+            rows.push(Row { cells: of_trackers.iter().map(cell).collect(), ..row.clone() });
         }
     }
     rows
@@ -165,21 +136,16 @@ mod tests {
     // As printed with one decimal .52 and .48 are equal; fewer failures are better.
     #[test]
     fn the_best_tracker_of_a_column_is_marked_as_it_is_printed() {
-        let cell = |value: f64| Cell { value: Some(value), ..Cell::default() };
-        let row = |values: [f64; 2]| Row {
-            label: "tracker".into(),
-            direction: Direction::Neither,
-            cells: values.map(cell).to_vec(),
+        let marks = |values: [f64; 3], column: &str, style: Style| {
+            let mut cells = values.map(|value| Cell { value: Some(value), ..Cell::default() });
+            mark_best(cells.iter_mut(), direction(column), style, |_, _| true);
+            cells.map(|cell| (cell.best, cell.tied, cell.second))
         };
-        let mut rows = vec![row([0.52, 3.0]), row([0.48, 1.0]), row([0.3, 2.0])];
-        let style = Style { decimals: 1, ..Style::DEFAULT };
-        mark_best_of_column(&mut rows, 0, direction("success AUC"), style);
-        mark_best_of_column(&mut rows, 1, direction("failures"), Style::COUNT);
-        let marks =
-            |k: usize| rows.iter().map(move |r| (r.cells[k].best, r.cells[k].tied, r.cells[k].second));
-        let tie = (true, true, false);
-        assert!(marks(0).eq([tie, tie, (false, false, false)]), "{rows:?}");
-        assert!(marks(1).eq([(false, false, false), (true, false, false), (false, false, true)]), "{rows:?}");
-        assert_eq!(direction("frames"), Direction::Neither);
+        let (none, tie) = ((false, false, false), (true, true, false));
+        let one_decimal = Style { decimals: 1, ..Style::DEFAULT };
+        assert_eq!(marks([0.52, 0.48, 0.3], "success AUC", one_decimal), [tie, tie, none]);
+        let best = [none, (true, false, false), (false, false, true)];
+        assert_eq!(marks([3.0, 1.0, 2.0], "failures", Style::COUNT), best);
+        assert_eq!(marks([3.0, 1.0, 2.0], "frames", Style::COUNT), [none; 3]);
     }
 }

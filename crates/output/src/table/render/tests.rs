@@ -11,9 +11,8 @@ pub fn sample() -> TableLayout {
         published: Some(published.into()),
         difference: Some("+.010".into()),
         best,
-        tied: false,
-        second: false,
         failed: usize::from(best),
+        ..Cell::default()
     };
     TableLayout {
         name: "table1".into(),
