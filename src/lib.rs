@@ -19,6 +19,7 @@
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
 //! | output | [`results`] | judged cells | the files of a results folder, written and read |
+//! | | [`sampling`] | counts of sequences | intervals of what is made of them |
 //! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | | [`figure`] | plain series | SVG, PDF and PNG |
 //! | | [`report`] | results alone | an offline HTML page for each experiment, one over all; the parts of a number |
@@ -35,4 +36,4 @@ pub use trackfail_dataset as dataset;
 pub use trackfail_engine::{self as engine, spec};
 pub use trackfail_judge::{self as judge, method, monitor};
 pub use trackfail_methods::{analysis, detector, score, signal, tracker};
-pub use trackfail_output::{figure, report, results, table};
+pub use trackfail_output::{figure, report, results, sampling, table};

@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for cell in &select::find_cells(&results, &scores, table, &wanted)? {
         let explained = explain(&results, &scores, cell).map_err(|e| io(&e))?;
         let Some(sequence) = &args.sequence else {
-            let headline = listing::headline(&results, table, &explained);
+            let headline = listing::about(&results, table, &explained);
             printed.add(args.format, &headline, listing::sequences(&explained, digits))?;
             continue;
         };
@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 return Err(Failure::usage(message));
             }
         }
-        let headline = listing::sequence_headline(&results, &explained, sequence);
+        let headline = listing::about_sequence(&results, &explained, sequence);
         let listing = match (args.frames, explained.protocol.and_then(|p| p.frame)) {
             (Some(range), _) => listing::frames(&explained, &traces, range, digits),
             (None, Some(frame)) => listing::stretches(&explained, &traces, frame),

@@ -8,6 +8,7 @@ use trackfail::report::explain::explain;
 use trackfail::report::figures::{self, FigureOutcome};
 use trackfail::report::sequences::Collector;
 use trackfail::results::{Results, TrackSeries};
+use trackfail::sampling::Units;
 use trackfail::score::pooled::median_delay;
 use trackfail::table::layout::{Origin, origins};
 
@@ -144,8 +145,8 @@ fn the_page_marks_what_the_run_counted() {
 
 /// The figures of the experiment over these tracks.
 fn drawn(results: &Results, tracks: &[TrackSeries]) -> Vec<String> {
-    let scores = results.scores().unwrap();
-    let svg = |figure| match figures::draw(results, tracks, &scores, figure) {
+    let units = Units::new(&results.experiment, &results.scores().unwrap());
+    let svg = |figure| match figures::draw(results, tracks, &units, figure) {
         Ok(FigureOutcome::Drawn(figure)) => figure.files.svg,
         Ok(FigureOutcome::NoData(reason)) => panic!("{reason}"),
         Err(e) => panic!("{e}"),

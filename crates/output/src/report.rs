@@ -16,9 +16,9 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
-//! | [`breakdown`] | says what each method is worth by family of trackers and source of videos |
-//! | [`differences`] | says how far methods are behind the best one frame by frame |
-//! | [`uncertainty`] | says how far headline numbers can be trusted |
+//! | `breakdown` | says what each method is worth by family of trackers and source of videos |
+//! | `differences` | says how far methods are behind the best one frame by frame |
+//! | `standings` | says which method or tracker is the best, and how sure that is |
 //! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
 //! | [`explain`](mod@explain) | takes numbers of tables apart |
 //! | [`verdict`] | says in sentences when a user's tracker has lost its target |
@@ -28,17 +28,16 @@
 //! | [`site`] | the page over all reports |
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
 
-pub mod breakdown;
+mod breakdown;
 pub mod claims;
 mod colors;
-pub mod differences;
+mod differences;
 pub mod explain;
 mod facts;
 pub mod figures;
 mod files;
 pub mod finished;
 mod glance;
-mod headline;
 mod html;
 mod layouts;
 mod learned_on_test;
@@ -51,14 +50,14 @@ mod readings;
 pub mod sequences;
 pub mod site;
 mod staged;
+mod standings;
 pub mod stills;
 pub mod trace;
-pub mod uncertainty;
 pub mod user_track;
 pub mod verdict;
 pub mod write;
 
-pub use claims::{ClaimOutcome, ClaimView};
+pub use claims::{ClaimOutcome, Finding};
 pub use files::{INDEX, OWNED};
 pub use html::render;
 pub use markdown::markdown;

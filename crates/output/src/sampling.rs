@@ -7,11 +7,12 @@
 //! Seed: that of the experiment with its name. Measures of frames and readings have intervals of their own in the files of
 //! the results.
 
-use crate::results::{CellScore, method_label};
-use std::collections::BTreeMap;
+use crate::results::{CellScore, Measure, method_label};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use trackfail_core::num::pooled::Draws;
 use trackfail_core::num::seed;
+use trackfail_engine::execute::analyse::Analysed;
 use trackfail_engine::spec::Experiment;
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
@@ -46,11 +47,20 @@ impl Sampling {
         seed::seed(self.seed, names)
     }
 
-    /// Samples of so many sequences; `None` for fewer than [`MIN_SEQUENCES`].
-    pub fn draws(&self, sequences: usize) -> Option<Arc<Draws>> {
+    fn draws(&self, sequences: usize) -> Option<Arc<Draws>> {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         let new = || Arc::new(Draws::new(sequences, SAMPLES, self.seed));
         (sequences >= MIN_SEQUENCES).then(|| drawn.entry(sequences).or_insert_with(new).clone())
+    }
+
+    /// A statistic of the summed counts of each sample, NaN where it has no value; `None` for fewer sequences than
+    /// [`MIN_SEQUENCES`].
+    pub fn values(
+        &self,
+        counts: &[[i64; 4]],
+        statistic: impl Fn(&[i64; 4]) -> Option<f64>,
+    ) -> Option<Vec<f64>> {
+        self.draws(counts.len())?.values(counts, statistic)
     }
 
     /// The interval of a statistic of summed counts; `None` where it has none, or with few sequences.
@@ -76,24 +86,70 @@ impl Sampling {
     }
 }
 
-/// Tracker and method, with its grid point -> sequence -> TP, FP, FN and TN of all runs.
-pub type UnitCounts = BTreeMap<(String, String), BTreeMap<String, [i64; 4]>>;
+/// Sequence -> TP, FP, FN and TN of all runs, or those of [`counts_of_column`].
+pub type BySequence = BTreeMap<String, [i64; 4]>;
 
-/// Counts as numbers that are summed: more than any sequence has is cut, so that sums of forged ones do not overflow.
-pub fn numbers(counts: Counts) -> [i64; 4] {
-    let Counts { tp, fp, fn_, tn } = counts;
-    [tp, fp, fn_, tn].map(|c| c.min(1 << 40) as i64)
+/// The counts of an experiment by sequence, and the samples of its sequences.
+pub struct Units {
+    /// The samples.
+    pub sampling: Sampling,
+    /// Tracker and method, with its grid point -> counts.
+    counts: BTreeMap<(String, String), BySequence>,
 }
 
-/// The counts of every method on every tracker, by sequence.
-pub fn counts_of_sequences(scores: &[CellScore]) -> UnitCounts {
-    let mut counts = UnitCounts::new();
-    for row in scores {
-        let key = (row.tracker.clone(), method_label(&row.method, &row.params));
-        let sum = counts.entry(key).or_default().entry(row.sequence.clone()).or_default();
-        sum.iter_mut().zip(numbers(row.counts)).for_each(|(s, c)| *s = (*s + c).min(1 << 40));
+impl Units {
+    /// Those of an experiment with the counts of its cells.
+    pub fn new(experiment: &Experiment, scores: &[CellScore]) -> Self {
+        let mut counts: BTreeMap<_, BySequence> = BTreeMap::new();
+        for row in scores {
+            let key = (row.tracker.clone(), method_label(&row.method, &row.params));
+            add(counts.entry(key).or_default(), &row.sequence, numbers(row.counts));
+        }
+        Self { sampling: Sampling::new(experiment), counts }
     }
-    counts
+
+    /// The counts of a method, with its grid point, on a tracker.
+    pub fn of(&self, tracker: &str, label: &str) -> Option<&BySequence> {
+        self.counts.get(&(tracker.to_string(), label.to_string()))
+    }
+
+    /// The counts that a measure is of.
+    pub fn of_measure(&self, measure: &Measure) -> Option<&BySequence> {
+        self.of(&measure.tracker, &method_label(&measure.method, &measure.params))
+    }
+
+    /// All sequences that anything has counts on.
+    pub fn sequences(&self) -> BTreeSet<&String> {
+        self.counts.values().flat_map(BTreeMap::keys).collect()
+    }
+
+    /// The counts of a method, with its grid point, on one tracker or, without one, on all together.
+    pub fn pooled(&self, label: &str, tracker: Option<&str>) -> BySequence {
+        let mut pooled = BySequence::new();
+        let is_it = |(t, l): &(String, String)| l == label && tracker.is_none_or(|wanted| wanted == t);
+        for (sequence, counts) in self.counts.iter().filter(|(key, _)| is_it(key)).flat_map(|(_, c)| c) {
+            add(&mut pooled, sequence, *counts);
+        }
+        pooled
+    }
+}
+
+fn add(sums: &mut BySequence, sequence: &str, counts: [i64; 4]) {
+    let sum = sums.entry(sequence.to_string()).or_default();
+    sum.iter_mut().zip(counts).for_each(|(s, c)| *s = (*s + c).min(MOST));
+}
+
+/// Counts above this are cut, so that sums of forged ones do not overflow.
+const MOST: i64 = 1 << 40;
+
+fn numbers(counts: Counts) -> [i64; 4] {
+    let Counts { tp, fp, fn_, tn } = counts;
+    [tp, fp, fn_, tn].map(|c| i64::try_from(c).unwrap_or(MOST).min(MOST))
+}
+
+/// The counts on each of some sequences, zeros where there are none.
+pub fn along<'s>(counts: &BySequence, sequences: impl IntoIterator<Item = &'s String>) -> Vec<[i64; 4]> {
+    sequences.into_iter().map(|s| counts.get(s).copied().unwrap_or_default()).collect()
 }
 
 /// A metric of counts of the sum over units; `None` where it has no value.
@@ -102,12 +158,17 @@ pub fn metric_of_sum(metric: Metric, chance: Option<Chance>, sum: &[i64; 4]) -> 
     metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
 }
 
+/// The table of an analysis that has a row for each sequence.
+pub fn by_sequence(analysed: &Analysed) -> Option<&Grid> {
+    analysed.findings.tables.iter().find(|table| table.name == "sequences")
+}
+
 /// Factor of the values of a column.
 const BILLION: f64 = 1e9;
 
 /// A column of a table of sequences as counts: sequence -> its value in billionths, an integer, so that the sum is the same
 /// in any order, and 1. Sequences without a value are left out.
-pub fn counts_of_column(table: &Grid, column: usize) -> BTreeMap<String, [i64; 4]> {
+pub fn counts_of_column(table: &Grid, column: usize) -> BySequence {
     let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
         // Measures of a sequence are far below a million.
         let value = cells.get(column).copied().flatten()?.clamp(-1e6, 1e6);
@@ -127,7 +188,7 @@ pub fn total_of_sum(sum: &[i64; 4]) -> Option<f64> {
 }
 
 /// The sum of the counts of all units.
-pub fn sum_of(counts: &BTreeMap<String, [i64; 4]>) -> [i64; 4] {
+pub fn sum_of(counts: &BySequence) -> [i64; 4] {
     counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
 }
 

@@ -136,7 +136,7 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
     }
     for (what, checks) in [("claims", false), ("checks of the arithmetic", true)] {
         let mine = written.findings.iter().filter(|f| f.is_check == checks);
-        let words = ClaimCounts::of(mine.map(Finding::overall)).words();
+        let words = ClaimCounts::of(mine.map(|f| f.outcome)).words();
         if !words.is_empty() {
             text.push_str(&format!("{what}: {words}\n"));
         }
@@ -174,7 +174,7 @@ pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(),
             results.experiment.name
         )));
     }
-    if let Some(unmet) = findings.iter().find(|f| f.required && !f.is_met()) {
+    if let Some(unmet) = findings.iter().find(|f| f.required && !f.is_met) {
         let message = format!("{}: required but not met: {}", results.experiment.name, unmet.text);
         return Err(Failure::expectation(message));
     }

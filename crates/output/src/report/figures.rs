@@ -18,7 +18,8 @@ mod sweep;
 pub use drawer::{DrawError, Drawer, Drawing, Scope};
 
 use crate::figure::{Files, PER_INCH};
-use crate::results::{CellScore, Results, TrackSeries};
+use crate::results::{Results, TrackSeries};
+use crate::sampling::Units;
 use crate::table;
 use trackfail_engine::spec::figure::Figure;
 
@@ -50,14 +51,14 @@ pub fn show_tracks(figures: &[Figure]) -> bool {
     figures.iter().any(shows)
 }
 
-/// Draws one figure; `tracks` are those of [`Results::all_tracks`], `scores` those of [`Results::scores`].
+/// Draws one figure; `tracks` are those of [`Results::all_tracks`], `units` the counts of [`Results::scores`].
 ///
 /// # Errors
 /// When results cannot be read or the drawing fails.
 pub fn draw(
     results: &Results,
     tracks: &[TrackSeries],
-    scores: &[CellScore],
+    units: &Units,
     figure: &Figure,
 ) -> Result<FigureOutcome, DrawError> {
     let note = table::data_note(&results.experiment, &results.manifest);
@@ -66,7 +67,7 @@ pub fn draw(
     let Some(drawer) = DRAWERS.iter().find(|d| d.word == kind) else {
         return Err(DrawError::Kind { name, kind });
     };
-    let scope = Scope { results, tracks, scores, figure, note };
+    let scope = Scope { results, tracks, units, figure, note };
     let (plot, remark) = match (drawer.draw)(&scope)? {
         Drawing::Plot { plot, remark } => (plot, remark),
         Drawing::NoData(reason) => return Ok(FigureOutcome::NoData(reason)),

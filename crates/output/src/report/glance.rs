@@ -1,8 +1,7 @@
-//! The head of a page: the figure and the table that show what its verdict says, beside each other where the table has
-//! room there.
+//! The head of a page: the figure and the table that show what its verdict says.
 
 use super::page::{FigureView, Page};
-use crate::table::layout::{self, Cell, Label, LabelKind, TableLayout};
+use crate::table::layout::{TableLayout, is_anchor};
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::figure::Figure;
 use trackfail_engine::spec::table::{Side, Table};
@@ -10,15 +9,6 @@ use trackfail_methods::score::Metric;
 
 /// Name of the figure of all methods with their intervals.
 pub const HEADLINE: &str = "headline";
-
-/// Room for a table beside a figure on a screen of 1400 pixels, in pixels.
-const ROOM: f64 = 700.0;
-/// Most width of a heading of rows, in pixels; longer ones are broken.
-const MAX_HEADING: f64 = 288.0;
-/// Least width of a column without its padding, and that padding, in pixels.
-const COLUMN: (f64, f64) = (64.0, 15.0);
-/// Width of a letter of a heading, of a number, and of the small text below a number, in pixels.
-const LETTERS: [f64; 3] = [11.0, 10.4, 7.8];
 
 /// Whether a figure shows a metric: along its curves or, for F, by lines of equal F.
 fn shows(figure: &Figure, metric: Metric) -> bool {
@@ -42,41 +32,38 @@ pub fn figure_first(
     (metric, best): (Option<Metric>, &[String]),
     is_about_readings: bool,
 ) {
-    let of_file = |file: &str| {
-        let is_it = |f: &&Figure| file == format!("figures/{}.svg", f.name);
-        experiment.figures.iter().find(is_it)
-    };
     let own = experiment.figures.len();
     let place = if is_about_readings {
-        (figures.len() > own).then_some(own)
+        Some(own)
     } else if experiment.methods.is_empty() {
         None
     } else {
+        let is_it = |view: &FigureView, figure: &Figure| view.file == format!("figures/{}.svg", figure.name);
+        let answers = |view: &FigureView| {
+            let figure = experiment.figures.iter().find(|figure| is_it(view, figure));
+            let fits = |(metric, figure): (Metric, &Figure)| {
+                shows(figure, metric) && has_most(&figure.params.methods, best)
+            };
+            metric.zip(figure).is_some_and(fits)
+        };
         let headline = format!("figures/{HEADLINE}");
-        let place = figures.iter().position(|f| {
-            metric
-                .zip(of_file(&f.file))
-                .is_some_and(|(m, f)| shows(f, m) && has_most(&f.params.methods, best))
-        });
-        place.or_else(|| figures.iter().position(|f| f.file.starts_with(&headline)))
+        let of_all = |view: &FigureView| view.file.starts_with(&headline);
+        figures.iter().position(answers).or_else(|| figures.iter().position(of_all))
     };
     if let Some(place) = place.filter(|place| *place < figures.len()) {
         figures[..=place].rotate_right(1);
     }
 }
 
-/// Whether a table has a metric of methods.
-fn has(table: &Table, metric: Metric) -> bool {
-    let of_rows = matches!(&table.rows, Side::Metrics(metrics) if metrics.contains(&metric));
-    table.shows.is_none() && (of_rows || table.metric == Some(metric) || table.ranked == Some(metric))
-}
-
 /// The table of an experiment that shows its metric for most of its methods without anchors, with its place among its
 /// tables; the first of equal ones.
 fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)> {
-    let competing =
-        |t: &Table| t.methods.iter().filter(|method| !layout::is_anchor(experiment, method)).count();
-    let with = experiment.tables.iter().enumerate().filter(|(_, t)| has(t, metric));
+    let has = |table: &Table| {
+        let of_rows = matches!(&table.rows, Side::Metrics(metrics) if metrics.contains(&metric));
+        table.shows.is_none() && (of_rows || [table.metric, table.ranked].contains(&Some(metric)))
+    };
+    let competing = |t: &Table| t.methods.iter().filter(|method| !is_anchor(experiment, method)).count();
+    let with = experiment.tables.iter().enumerate().filter(|(_, t)| has(t));
     with.rev().max_by_key(|(_, t)| competing(t))
 }
 
@@ -95,41 +82,13 @@ pub fn table_first(
     if experiment.methods.is_empty() || begins_with_analysis {
         return;
     }
-    let main = main_table(experiment, metric);
-    match (main, ranked) {
+    match (main_table(experiment, metric), ranked) {
         (Some((k, table)), _) if k < page.tables.len() && has_most(&table.methods, best) => {
             page.tables[..=k].rotate_right(1);
         }
         (_, Some(ranked)) if !best.is_empty() => page.tables.insert(0, ranked),
         _ => {}
     }
-}
-
-/// Whether a table has room beside a figure, by the letters of what it shows.
-pub fn fits_beside(table: &TableLayout) -> bool {
-    let is_result = |label: &Label| label.kind == LabelKind::Result;
-    let all = !table.columns.iter().any(is_result);
-    let shown = (0..table.columns.len()).filter(|k| all || is_result(&table.columns[*k]));
-    let [heading, number, small] = LETTERS;
-    let letters = |text: &str| text.chars().count() as f64;
-    let rows = || table.groups.iter().flat_map(|g| &g.rows);
-    let of_cell = |cell: &Cell| {
-        let ours = cell.ours.as_deref().map_or(0.0, |text| number * letters(text));
-        let below = [("published ", &cell.published), ("difference ", &cell.difference)];
-        let below =
-            below.map(|(word, text)| text.as_ref().map_or(0.0, |t| small * (letters(word) + letters(t))));
-        below.into_iter().fold(ours, f64::max)
-    };
-    let width = |k: usize| {
-        let words = table.columns[k].shown.split_whitespace().map(|word| heading * letters(word));
-        let cells = rows().filter_map(|row| row.cells.get(k)).map(of_cell);
-        words.chain(cells).fold(COLUMN.0, f64::max) + COLUMN.1
-    };
-    let names = rows()
-        .filter(|row| row.label.kind == LabelKind::Result)
-        .map(|row| heading * letters(&row.label.shown));
-    let first = names.fold(heading * letters(&table.corner), f64::max).min(MAX_HEADING);
-    first + COLUMN.1 + shown.map(width).sum::<f64>() <= ROOM
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The page of a report as plain data, before it becomes HTML or Markdown.
 
-use super::claims::ClaimView;
+use super::claims::Finding;
 use super::sequences::Tallies;
 use crate::table::layout::TableLayout;
 use serde::Serialize;
@@ -29,11 +29,9 @@ pub struct Page {
     /// Notes on how to read the numbers, in paragraphs behind the main table.
     pub summary: Vec<String>,
     /// The conclusions of the paper, and whether they hold here.
-    pub claims: Vec<ClaimView>,
+    pub claims: Vec<Finding>,
     /// Tables, the main one first.
     pub tables: Vec<TableLayout>,
-    /// Whether the main table has room beside the figure at the head.
-    pub is_beside: bool,
     /// Whether their numbers lead to the sequences that they come from, where these are shown.
     pub links: bool,
     /// Figures, the one that stands at the head first.

@@ -3,10 +3,10 @@
 use super::differences::pair_of;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{Results, ResultsError, method_label};
-use crate::sampling::{Sampling, metric_of_sum, numbers};
+use crate::sampling::{BySequence, Sampling, Units, by_sequence, metric_of_sum};
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
-use trackfail_methods::score::{Counts, Metric, Pooled, TrackerMetric};
+use trackfail_methods::score::{Metric, TrackerMetric};
 
 /// Measure -> sequence -> value; sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;
@@ -42,7 +42,7 @@ pub struct Side {
     /// Its measures.
     pub values: Values,
     /// Counts of a method; none of a tracker.
-    counts: BTreeMap<String, Counts>,
+    counts: BySequence,
 }
 
 /// The measures of a method, or of a tracker that an analysis scored. The counts of a method are pooled within each
@@ -51,37 +51,27 @@ pub struct Side {
 /// # Errors
 /// See [`PairsError`].
 pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side, PairsError> {
-    let of_tracker = of_tracker(results, name);
-    if !of_tracker.is_empty() {
-        return Ok(Side { values: of_tracker, counts: BTreeMap::new() });
+    let values = of_tracker(results, name);
+    if !values.is_empty() {
+        return Ok(Side { values, counts: BySequence::new() });
     }
     if !results.measures.iter().any(|m| method_label(&m.method, &m.params) == name) {
         let known = names(results);
-        return Err(PairsError::Unknown(unknown(
-            "tracker or method",
-            name,
-            known.iter().map(String::as_str),
-        )));
+        let known = known.iter().map(String::as_str);
+        return Err(PairsError::Unknown(unknown("tracker or method", name, known)));
     }
-    if let Some(wanted) = tracker
-        && !results.measures.iter().any(|m| m.tracker == wanted)
-    {
-        let known: BTreeSet<&str> = results.measures.iter().map(|m| m.tracker.as_str()).collect();
-        return Err(PairsError::Unknown(unknown("tracker", wanted, known)));
+    let trackers: BTreeSet<&str> = results.measures.iter().map(|m| m.tracker.as_str()).collect();
+    if let Some(wanted) = tracker.filter(|wanted| !trackers.contains(wanted)) {
+        return Err(PairsError::Unknown(unknown("tracker", wanted, trackers)));
     }
-    let mut pooled: BTreeMap<String, Counts> = BTreeMap::new();
-    for row in results.scores()? {
-        if method_label(&row.method, &row.params) == name && tracker.is_none_or(|t| t == row.tracker) {
-            let sum = pooled.entry(row.sequence).or_default();
-            *sum = [*sum, row.counts].into_iter().sum();
-        }
-    }
+    let counts = Units::new(&results.experiment, &results.scores()?).pooled(name, tracker);
     let of_metric = |metric: Metric| {
-        let value = |counts: &Counts| metric.value(&Pooled { counts: *counts, ..Pooled::default() });
-        let all = pooled.iter().filter_map(|(sequence, counts)| Some((sequence.clone(), value(counts)?)));
-        (metric.name().to_string(), all.collect())
+        let value = |(sequence, sum): (&String, &[i64; 4])| {
+            Some((sequence.clone(), metric_of_sum(metric, None, sum)?))
+        };
+        (metric.name().to_string(), counts.iter().filter_map(value).collect())
     };
-    Ok(Side { values: METRICS.map(of_metric).into(), counts: pooled })
+    Ok(Side { values: METRICS.map(of_metric).into(), counts })
 }
 
 /// Measures of two methods of an experiment over all sequences together, as tables have them, and how far they are apart.
@@ -107,19 +97,19 @@ pub fn apart(
     [(first, a), (second, b)]: [(&str, &Side); 2],
     tracker: Option<&str>,
 ) -> Result<Vec<Apart>, ResultsError> {
-    let both: Vec<(Counts, Counts)> =
+    let both: Vec<([i64; 4], [i64; 4])> =
         a.counts.iter().filter_map(|(sequence, a)| Some((*a, *b.counts.get(sequence)?))).collect();
     if both.is_empty() {
         return Ok(Vec::new());
     }
-    let units: Vec<([i64; 4], [i64; 4])> = both.iter().map(|(a, b)| (numbers(*a), numbers(*b))).collect();
-    let sums = [both.iter().map(|(a, _)| *a).sum(), both.iter().map(|(_, b)| *b).sum()];
     let sampling = Sampling::new(&results.experiment);
+    let add = |sum: [i64; 4], counts: &[i64; 4]| std::array::from_fn(|k| sum[k] + counts[k]);
+    let sums = both.iter().fold([[0; 4]; 2], |[one, other], (a, b)| [add(one, a), add(other, b)]);
     let of_metric = |metric: Metric| Apart {
         measure: format!("pooled {}", metric.name()),
         sequences: Some(both.len()),
-        values: sums.map(|counts| metric.value(&Pooled { counts, ..Pooled::default() })),
-        bounds: sampling.difference(&units, |sum| metric_of_sum(metric, None, sum)),
+        values: sums.map(|sum| metric_of_sum(metric, None, &sum)),
+        bounds: sampling.difference(&both, |sum| metric_of_sum(metric, None, sum)),
     };
     let mut all: Vec<Apart> = METRICS.map(of_metric).into();
     let pairs = results.frame_pairs()?;
@@ -146,19 +136,17 @@ pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)>
     first.iter().filter_map(of_measure).collect()
 }
 
-/// The columns of the tables `sequences` that analyses made for a tracker.
+/// The columns of the tables of sequences that analyses made for a tracker.
 fn of_tracker(results: &Results, name: &str) -> Values {
     let mut values = Values::new();
-    for analysed in results.analyses.iter().filter(|a| a.tracker == name) {
-        for table in analysed.findings.tables.iter().filter(|t| t.name == "sequences") {
-            for (k, column) in table.columns.iter().enumerate() {
-                let measure = measure_name(column);
-                if values.iter().all(|(known, _)| *known != measure) {
-                    let value = |(row, cells): &(String, Vec<Option<f64>>)| {
-                        Some((row.clone(), cells.get(k).copied().flatten()?))
-                    };
-                    values.push((measure, table.rows.iter().filter_map(value).collect()));
-                }
+    for table in results.analyses.iter().filter(|a| a.tracker == name).filter_map(by_sequence) {
+        for (k, column) in table.columns.iter().enumerate() {
+            let measure = measure_name(column);
+            if values.iter().all(|(known, _)| *known != measure) {
+                let value = |(row, cells): &(String, Vec<Option<f64>>)| {
+                    Some((row.clone(), cells.get(k).copied().flatten()?))
+                };
+                values.push((measure, table.rows.iter().filter_map(value).collect()));
             }
         }
     }

@@ -25,6 +25,11 @@ impl Group<'_> {
     fn is_judged(&self) -> bool {
         self.readings.iter().any(|r| r.discrepancy().is_some())
     }
+
+    /// The published number of a statistic.
+    fn published(&self, statistic: &str) -> Option<f64> {
+        self.readings.iter().find_map(|r| r.rows.get(statistic)?.published)
+    }
 }
 
 /// One reading with its rows by statistic.
@@ -50,26 +55,29 @@ impl Reading<'_> {
     }
 }
 
+/// The item of a list that fits, or a new one at its end.
+fn entry<T>(list: &mut Vec<T>, is_it: impl Fn(&T) -> bool, new: T) -> &mut T {
+    let place = list.iter().position(is_it).unwrap_or(list.len());
+    if place == list.len() {
+        list.push(new);
+    }
+    &mut list[place]
+}
+
 fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group<'_>> = Vec::new();
     for row in rows {
         let of = (row.of_tracker.as_str(), row.of_method.as_str());
-        let place = groups.iter().position(|g| g.of == of).unwrap_or_else(|| {
-            groups.push(Group { of, statistics: Vec::new(), readings: Vec::new() });
-            groups.len() - 1
-        });
-        let group = &mut groups[place];
-        let statistic = row.statistic.as_str();
+        let (tracker, method, statistic) =
+            (row.tracker.as_str(), row.method.as_str(), row.statistic.as_str());
+        let new = Group { of, statistics: Vec::new(), readings: Vec::new() };
+        let group = entry(&mut groups, |g| g.of == of, new);
         if statistic != DISCREPANCY && !group.statistics.contains(&statistic) {
             group.statistics.push(statistic);
         }
-        let is_it = |r: &Reading<'_>| (r.tracker, r.method) == (row.tracker.as_str(), row.method.as_str());
-        let place = group.readings.iter().position(is_it).unwrap_or_else(|| {
-            let (tracker, method) = (row.tracker.as_str(), row.method.as_str());
-            group.readings.push(Reading { tracker, method, rows: BTreeMap::new() });
-            group.readings.len() - 1
-        });
-        group.readings[place].rows.insert(statistic, row);
+        let new = Reading { tracker, method, rows: BTreeMap::new() };
+        let is_it = |r: &Reading<'_>| (r.tracker, r.method) == (tracker, method);
+        entry(&mut group.readings, is_it, new).rows.insert(statistic, row);
     }
     for group in &mut groups {
         let key = |r: &Reading<'_>| r.discrepancy().unwrap_or(f64::INFINITY);
@@ -139,34 +147,29 @@ fn style(statistic: &str) -> Style {
 /// The tables; none for results without readings.
 pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     let groups = groups(rows);
-    let mut statistics: Vec<&str> = Vec::new();
-    for name in groups.iter().flat_map(|g| &g.statistics) {
-        if !statistics.contains(name) {
-            statistics.push(name);
-        }
-    }
     if groups.is_empty() {
         return Vec::new();
+    }
+    let mut statistics: Vec<&str> = Vec::new();
+    for &name in groups.iter().flat_map(|g| &g.statistics) {
+        entry(&mut statistics, |known| *known == name, name);
     }
     let headings: Vec<String> = statistics.iter().map(|s| heading(s)).collect();
     let columns: Vec<&str> =
         ["discrepancy", "nearest in"].into_iter().chain(headings.iter().map(String::as_str)).collect();
     let of = |g: &Group<'_>| {
-        let mut lines: Vec<(String, Vec<Cell>)> = Vec::new();
-        let number = |statistic: &str, value: Option<f64>| cell(value, |v| style(statistic).format(v));
-        let published = |s: &&str| g.readings.iter().find_map(|r| r.rows.get(s)?.published);
-        let mut first = vec![Cell::default(), Cell::default()];
-        first.extend(statistics.iter().map(|s| number(s, published(s))));
-        lines.push(("published".to_string(), first));
-        for reading in &g.readings {
+        let numbers = |of: &dyn Fn(&str) -> Option<f64>| -> Vec<Cell> {
+            statistics.iter().map(|s| cell(of(s), |v| style(s).format(v))).collect()
+        };
+        let first = [vec![Cell::default(); 2], numbers(&|s| g.published(s))].concat();
+        let line = |reading: &Reading<'_>| {
             let share = reading.rows.get(DISCREPANCY).and_then(|row| row.first);
-            let mut cells = vec![
-                cell(reading.discrepancy(), |v| D.format(v)),
-                cell(share, |v| format!("{:.0} %", 100.0 * v)),
-            ];
-            cells.extend(statistics.iter().map(|s| number(s, reading.rows.get(s).and_then(|row| row.ours))));
-            lines.push((reading.name(g.of), cells));
-        }
+            let nearest = cell(share, |v| format!("{:.0} %", 100.0 * v));
+            let head = vec![cell(reading.discrepancy(), |v| D.format(v)), nearest];
+            (reading.name(g.of), [head, numbers(&|s| reading.rows.get(s)?.ours)].concat())
+        };
+        let first = std::iter::once(("published".to_string(), first));
+        let lines = first.chain(g.readings.iter().map(line)).collect();
         group(&format!("{} {}", g.of.0, g.of.1), format!("{} on {}", g.of.1, g.of.0), lines)
     };
     let judged = "Which reading of the text the published numbers speak for: the smallest discrepancy first. The discrepancy is \
@@ -185,17 +188,17 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
 /// The figures: name, figure and caption, one for each method on a tracker, in the color of the method.
 pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots, String)> {
     let figure = |g: &Group<'_>| {
-        let panel = |statistic: &&str| DotPanel {
-            label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
-            published: Vec::new(),
-            mark: g.readings.iter().find_map(|r| r.rows.get(statistic)?.published),
-            values: g
-                .readings
-                .iter()
-                .map(|r| {
-                    r.rows.get(statistic).and_then(|row| Some(Dot { value: row.ours?, bounds: row.bounds }))
-                })
-                .collect(),
+        let panel = |statistic: &&str| {
+            let dot = |r: &Reading<'_>| {
+                let row = r.rows.get(statistic)?;
+                Some(Dot { value: row.ours?, bounds: row.bounds })
+            };
+            DotPanel {
+                label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
+                published: Vec::new(),
+                mark: g.published(statistic),
+                values: g.readings.iter().map(dot).collect(),
+            }
         };
         // F is not what readings are judged by; it is drawn where nothing else is published.
         let counted: Vec<&str> = g.statistics.iter().copied().filter(|s| !s.starts_with("f_")).collect();
@@ -223,15 +226,8 @@ pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots
 /// Name of a group's figure: letters, digits and hyphens.
 fn file_name(of: (&str, &str)) -> String {
     let text = format!("readings {} {}", of.1, of.0).to_lowercase();
-    let mut name = String::new();
-    for c in text.chars() {
-        match c {
-            'a'..='z' | '0'..='9' => name.push(c),
-            _ if !name.ends_with('-') => name.push('-'),
-            _ => {}
-        }
-    }
-    name.trim_end_matches('-').to_string()
+    let words = text.split(|c: char| !c.is_ascii_lowercase() && !c.is_ascii_digit());
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
 }
 
 #[cfg(test)]

@@ -50,12 +50,14 @@ fn cell(ours: &str, published: &str, difference: &str, best: bool) -> Cell {
     }
 }
 
-fn claim(text: &str, verdict: ClaimOutcome, detail: &str) -> ClaimView {
-    let chip = Chip { tracker: detail.into(), verdict };
-    ClaimView {
+fn claim(text: &str, outcome: ClaimOutcome, detail: &str) -> Finding {
+    let chip = Chip { tracker: detail.into(), outcome };
+    Finding {
         text: text.into(),
-        verdict,
+        outcome,
+        required: false,
         is_check: false,
+        is_met: true,
         counts: detail.into(),
         predicate: "a > b".into(),
         chips: vec![chip],
@@ -117,7 +119,6 @@ fn page(name: &str) -> Page {
         }],
         links: false,
         figures: vec![figure("Sweep"), figure(name)],
-        is_beside: true,
         figures_beside: false,
         sequences: Tallies {
             unannotated: false,

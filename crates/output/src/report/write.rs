@@ -14,11 +14,12 @@ use super::page::{FailedCell, FigureView, Page, ReportError};
 use super::provenance::provenance;
 use super::readings;
 use super::sequences::{self, Collector, Sequences, json};
+use super::standings::{self, Uncertainty};
 use super::stills::{self, StillRequest};
-use super::uncertainty::{self, Uncertainty};
-use super::{breakdown, differences};
+use super::{breakdown, differences, layouts};
 use crate::figure::{Files, Plot, WIDTH};
-use crate::results::{CellScore, Manifest, Results, ResultsError, TrackSeries, unfinished};
+use crate::results::{Manifest, Results, ResultsError, TrackSeries, unfinished};
+use crate::sampling::Units;
 use crate::table;
 use crate::table::layout::TableLayout;
 use crate::table::suites::targets_note;
@@ -33,8 +34,8 @@ pub struct WrittenReport {
     pub findings: Vec<Finding>,
     /// The table that answers its question: that of the ranked methods, of differences or readings, or else the first one.
     pub answer: Option<TableLayout>,
-    /// Counts of every cell.
-    pub scores: Vec<CellScore>,
+    /// Counts by sequence.
+    pub units: Units,
     /// The answer of the page in a sentence; may be empty.
     pub verdict: String,
 }
@@ -68,27 +69,31 @@ const MAX_PAGE: usize = 5 << 20;
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
     let scores = results.scores()?;
+    let units = Units::new(&results.experiment, &scores);
     // All trackers together come first: that is what a leaderboard is asked for.
     let pairs = results.frame_pairs()?;
-    let mut layouts: Vec<TableLayout> =
-        differences::table(results, &pairs).into_iter().chain(breakdown::table(results)).collect();
+    let by_frames = standings::of_frames(results, &pairs);
+    let of_frames = by_frames.as_ref().map(|of| differences::table(of, results, &pairs));
+    let mut layouts: Vec<TableLayout> = of_frames.into_iter().chain(breakdown::table(results)).collect();
     let of_readings = results.readings()?;
-    let mut of_experiment = [readings::tables(results, &of_readings), table::layouts(results, &scores)];
+    let mut of_experiment =
+        [readings::tables(results, &of_readings), table::layouts(results, &scores, &units)];
     // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.
     let readings_first = readings::are_the_answer(&results.experiment);
     if !readings_first {
         of_experiment.reverse();
     }
     layouts.extend(of_experiment.into_iter().flatten());
-    let Uncertainty { tables, ranks, note, verdict, headline, ranked, best } =
-        uncertainty::measure(results, &scores);
+    let Uncertainty { tables, ranks, note, verdict, dots, ranked, best } =
+        standings::uncertainty(results, &units);
     layouts.extend(tables);
     refuse_link(&results.folder.join("tables"))?;
-    let findings = claims::test(results, &scores);
     let mut page = page_frame(results);
-    page.claims = findings.iter().map(claims::view).collect();
+    page.claims = claims::test(results, &units);
     let facts = facts::facts(results, &page.claims);
-    page.verdict = differences::verdict(results, &pairs)
+    let by_frames = by_frames.as_ref();
+    page.verdict = by_frames
+        .and_then(standings::frames_verdict)
         .or(readings::verdict(results, &of_readings))
         .or(verdict)
         .or_else(|| claims::verdict(&page.claims))
@@ -100,10 +105,12 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&results.experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
-    figures_of_experiment(results, folder, (&tracks, &scores), &mut page)?;
+    figures_of_experiment(results, folder, (&tracks, &units), &mut page)?;
     let of_readings = readings::figures(&of_readings, |method| colors::color(&results.experiment, method));
     let is_about_readings = readings_first && !of_readings.is_empty();
-    let headline = differences::dots(results, &pairs).or(headline).filter(|_| !is_about_readings);
+    let of_frames =
+        by_frames.and_then(|of| standings::dots(of, &results.experiment, &layouts::suite(results)));
+    let headline = of_frames.or(dots).filter(|_| !is_about_readings);
     let headline = headline.into_iter().map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
     for (name, dots, caption) in of_readings.into_iter().chain(headline) {
         page.figures.push(draw_own(results, folder, name, &dots, caption)?);
@@ -112,8 +119,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
     }
     // Differences and readings have a verdict of their own, and their tables stand first.
-    let counted = uncertainty::headline(&results.experiment);
-    let metric = if pairs.is_empty() { Some(counted) } else { differences::metric() };
+    let counted = standings::ordering_metric(&results.experiment);
+    let metric = if pairs.is_empty() { Some(counted) } else { standings::frames_metric() };
     glance::figure_first(&mut page.figures, &results.experiment, (metric, &best), is_about_readings);
     // The others are looked at more closely; a second picture of each would double what a page has to carry.
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
@@ -137,22 +144,21 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     if pairs.is_empty() && !readings_first {
         glance::table_first(&mut page, &results.experiment, counted, (ranked, &best));
     }
-    page.is_beside = page.tables.first().is_some_and(glance::fits_beside);
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
-    Ok(WrittenReport { findings, answer, scores, verdict: page.verdict.join(" ") })
+    Ok(WrittenReport { answer, units, verdict: page.verdict.join(" "), findings: page.claims })
 }
 
 /// Draws the figures that the experiment asks for into the folder, several at once, and shows them on the page.
 fn figures_of_experiment(
     results: &Results,
     folder: &Path,
-    (tracks, scores): (&[TrackSeries], &[CellScore]),
+    (tracks, units): (&[TrackSeries], &Units),
     page: &mut Page,
 ) -> Result<(), WriteError> {
     let figures = &results.experiment.figures;
-    let draw = |figure| figures::draw(results, tracks, scores, figure);
+    let draw = |figure| figures::draw(results, tracks, units, figure);
     let drawn: Vec<Result<FigureOutcome, DrawError>> = figures.par_iter().map(draw).collect();
     for (figure, drawn) in figures.iter().zip(drawn) {
         match drawn? {

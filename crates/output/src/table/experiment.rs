@@ -6,6 +6,7 @@ use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::results::manifest::{self, Manifest, TrackerRecord};
 use crate::results::{CellScore, Measure, Results, ResultsError, measures, tables};
+use crate::sampling::Units;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use trackfail_engine::spec::method::Method;
@@ -98,14 +99,14 @@ fn by_attribute(table: &Table) -> bool {
     [&table.rows, &table.columns].contains(&&Side::Attribute)
 }
 
-/// The experiment's tables; `scores` are those of [`Results::scores`].
-pub fn layouts(results: &Results, scores: &[CellScore]) -> Vec<TableLayout> {
+/// The experiment's tables; `scores` are those of [`Results::scores`], `units` the same by sequence.
+pub fn layouts(results: &Results, scores: &[CellScore], units: &Units) -> Vec<TableLayout> {
     let Results { experiment, measures, analyses, manifest, .. } = results;
     let note = data_note(experiment, manifest);
     let pooled = pooled(results, scores, &experiment.tables);
     let layout = |t: &Table| match &t.shows {
         Some(shows) => layout::analysed(experiment, t, shows, analyses, &note),
-        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, measures, scores, &note),
+        None if t.ranked.is_some() => leaderboard::leaderboard(experiment, t, measures, units, &note),
         None => {
             let mut layout = layout::layout(experiment, t, &pooled, &note);
             if by_attribute(t) {

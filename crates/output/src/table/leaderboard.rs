@@ -14,138 +14,56 @@
 
 use super::layout::{Cell, Group, Label, LabelKind, Origin, Row, TableLayout, is_anchor};
 use super::number::Style;
-use crate::results::Measure;
-use crate::results::{CellScore, method_label};
-use crate::sampling::{SAMPLES, Sampling, metric_of_sum, numbers};
+use crate::results::{Measure, method_label};
+use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Units, along, metric_of_sum};
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use trackfail_core::direction::Direction;
-use trackfail_core::num::pooled::Draws;
 use trackfail_engine::spec::table::Table;
 use trackfail_engine::spec::{Experiment, TEST};
-use trackfail_methods::score::chance::Chance;
-use trackfail_methods::score::{Counts, Metric, Pooled};
-
-/// One method of a leaderboard.
-struct Candidate {
-    label: String,
-    of: Origin,
-    is_anchor: bool,
-    /// Cells without a result, where other methods have one.
-    failed: usize,
-    value: Option<f64>,
-    /// Interval of the value, for metrics of frames.
-    interval: Option<(f64, f64)>,
-    /// Counts on each sequence.
-    counts: Vec<Counts>,
-    chance: Option<Chance>,
-}
-
-impl Candidate {
-    fn is_ranked(&self) -> bool {
-        !self.is_anchor && self.failed == 0
-    }
-}
+use trackfail_methods::score::Metric;
 
 /// How sure a rank is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stability {
+struct Stability {
     /// The rank on all sequences.
-    pub rank: usize,
+    rank: usize,
     /// Share of samples with rank 1.
-    pub first: f64,
+    first: f64,
     /// Share of samples with the rank on all sequences.
-    pub keeps: f64,
+    keeps: f64,
 }
 
-/// A method's counts on every sequence, and how its protocol matches random detections.
-type CountsOfMethod<'a> = (&'a [Counts], Option<Chance>);
-
-fn value(counts: Counts, chance: Option<Chance>, metric: Metric) -> Option<f64> {
-    metric.value(&Pooled { counts, chance, ..Pooled::default() })
-}
-
-/// Orders values of a metric, better ones first; a value is better than none.
-fn compare(a: Option<f64>, b: Option<f64>, metric: Metric) -> Ordering {
-    let order = match (a, b) {
-        (Some(a), Some(b)) => a.total_cmp(&b),
-        (a, b) => return b.is_some().cmp(&a.is_some()),
-    };
-    if metric.direction() == Direction::LowerIsBetter { order } else { order.reverse() }
+/// Orders values, better ones first; a value is better than none.
+pub fn better_first(a: Option<f64>, b: Option<f64>, direction: Direction) -> Ordering {
+    match (a, b) {
+        (Some(a), Some(b)) if direction == Direction::LowerIsBetter => a.total_cmp(&b),
+        (Some(a), Some(b)) => b.total_cmp(&a),
+        (a, b) => b.is_some().cmp(&a.is_some()),
+    }
 }
 
 /// The rank of each value, from 1; equal values share theirs.
-fn ranks(values: &[Option<f64>], metric: Metric) -> Vec<usize> {
-    let better = |v: &Option<f64>| values.iter().filter(|w| compare(**w, *v, metric).is_lt()).count();
-    values.iter().map(|v| 1 + better(v)).collect()
+fn ranks(values: &[Option<f64>], direction: Direction) -> Vec<usize> {
+    let is_better = |a: &Option<f64>, b: &Option<f64>| better_first(*a, *b, direction).is_lt();
+    values.iter().map(|v| 1 + values.iter().filter(|w| is_better(w, v)).count()).collect()
 }
 
-/// The ranks of methods on all sequences, and how often samples give the same ranks; never without samples.
-fn stability(methods: &[CountsOfMethod<'_>], metric: Metric, draws: Option<&Draws>) -> Vec<Stability> {
-    let all: Vec<Option<f64>> =
-        methods.iter().map(|(c, chance)| value(c.iter().copied().sum(), *chance, metric)).collect();
-    let on_all = ranks(&all, metric);
-    let in_samples = |(counts, chance): &CountsOfMethod<'_>| {
-        let units: Vec<[i64; 4]> = counts.iter().copied().map(numbers).collect();
-        draws?.values(&units, |sum| metric_of_sum(metric, *chance, sum))
-    };
-    let sampled: Vec<Vec<f64>> = methods.iter().filter_map(in_samples).collect();
+/// The ranks of values on all sequences, and how often samples give the same ranks: the values of each sample, NaN for none.
+fn stability(values: &[Option<f64>], sampled: &[Vec<f64>], direction: Direction) -> Vec<Stability> {
+    let of_value = |rank| Stability { rank, first: 0.0, keeps: 0.0 };
+    let mut all: Vec<Stability> = ranks(values, direction).into_iter().map(of_value).collect();
     let samples = sampled.first().map_or(0, Vec::len);
-    let (mut first, mut keeps) = (vec![0_usize; methods.len()], vec![0_usize; methods.len()]);
     for sample in 0..samples {
         let values: Vec<Option<f64>> =
             sampled.iter().map(|values| Some(values[sample]).filter(|v| !v.is_nan())).collect();
-        for (k, rank) in ranks(&values, metric).into_iter().enumerate() {
-            first[k] += usize::from(rank == 1);
-            keeps[k] += usize::from(rank == on_all[k]);
+        for (method, rank) in all.iter_mut().zip(ranks(&values, direction)) {
+            method.first += f64::from(u8::from(rank == 1));
+            method.keeps += f64::from(u8::from(rank == method.rank));
         }
     }
-    let share = |n: usize| n as f64 / samples.max(1) as f64;
-    let of = |(k, rank): (usize, usize)| Stability { rank, first: share(first[k]), keeps: share(keeps[k]) };
-    on_all.into_iter().enumerate().map(of).collect()
-}
-
-/// The methods of a tracker with their counts, in the order of the experiment.
-fn candidates(
-    experiment: &Experiment,
-    table: &Table,
-    metric: Metric,
-    measures: &[Measure],
-    scores: &[CellScore],
-    tracker: &str,
-) -> Vec<Candidate> {
-    let shown = |m: &&Measure| {
-        m.tracker == tracker && m.attribute.is_none() && table.methods.contains(&m.method) && m.done > 0
-    };
-    let shown: Vec<&Measure> = measures.iter().filter(shown).collect();
-    // Indices of the sequences on which any method has a result, in order of their names.
-    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-    let mut mine: BTreeMap<(&str, &str), Vec<&CellScore>> = BTreeMap::new();
-    for s in scores.iter().filter(|s| s.tracker == tracker && table.methods.contains(&s.method)) {
-        places.insert(&s.sequence, 0);
-        mine.entry((&s.method, &s.params)).or_default().push(s);
-    }
-    places.values_mut().enumerate().for_each(|(k, place)| *place = k);
-    let most = shown.iter().map(|m| m.done).max();
-    let candidate = |m: &&Measure| {
-        let mut counts = vec![Counts::default(); places.len()];
-        let is_anchor = is_anchor(experiment, &m.method);
-        for s in mine.get(&(m.method.as_str(), m.params.as_str())).into_iter().flatten() {
-            let sum = &mut counts[places[s.sequence.as_str()]];
-            *sum = [*sum, s.counts].into_iter().sum();
-        }
-        Candidate {
-            label: method_label(&m.method, &m.params),
-            of: Origin::ranked(m, metric),
-            is_anchor,
-            failed: most.unwrap_or(0) - m.done,
-            value: m.value(metric),
-            interval: metric.interval(&m.pooled),
-            counts,
-            chance: m.pooled.chance,
-        }
-    };
-    shown.iter().map(candidate).collect()
+    let share = |n: f64| n / samples.max(1) as f64;
+    all.into_iter().map(|s| Stability { first: share(s.first), keeps: share(s.keeps), ..s }).collect()
 }
 
 /// Makes the table that an experiment asks for with `rank`, a group for each tracker.
@@ -153,67 +71,26 @@ pub fn leaderboard(
     experiment: &Experiment,
     table: &Table,
     measures: &[Measure],
-    scores: &[CellScore],
+    units: &Units,
     data_note: &str,
 ) -> TableLayout {
     let metric = table.ranked.unwrap_or(Metric::F_SCORE);
-    let (mut groups, sampling) = (Vec::new(), Sampling::new(experiment));
-    for tracker in experiment.trackers.iter().map(|t| t.label.as_str()) {
-        let mut all = candidates(experiment, table, metric, measures, scores, tracker);
-        if all.is_empty() {
-            continue;
-        }
-        // Equal methods stay in the order of the experiment.
-        all.sort_by(|a, b| compare(a.value, b.value, metric));
-        let ranked: Vec<CountsOfMethod<'_>> =
-            all.iter().filter(|c| c.is_ranked()).map(|c| (c.counts.as_slice(), c.chance)).collect();
-        let draws = sampling.draws(all[0].counts.len()).filter(|_| !metric.is_of_frames());
-        let enough = draws.is_some();
-        let mut sure = if metric.is_of_frames() {
-            let values: Vec<Option<f64>> = all.iter().filter(|c| c.is_ranked()).map(|c| c.value).collect();
-            let ranks = ranks(&values, metric).into_iter();
-            ranks.map(|rank| Stability { rank, first: 0.0, keeps: 0.0 }).collect()
-        } else {
-            stability(&ranked, metric, draws.as_deref())
-        }
-        .into_iter();
-        let rows = all.iter().map(|c| {
-            let sure = if c.is_ranked() { sure.next() } else { None };
-            let (first, keeps) =
-                (sure.filter(|_| enough).map(|s| s.first), sure.filter(|_| enough).map(|s| s.keeps));
-            let beside = if metric.is_of_frames() { c.interval.unzip() } else { (first, keeps) };
-            let cells = [
-                (sure.map(|s| s.rank as f64), Style::COUNT),
-                (c.value, Style::of_metric(metric)),
-                (beside.0, Style::DEFAULT),
-                (beside.1, Style::DEFAULT),
-            ];
-            let cell = |(value, style): (Option<f64>, Style)| Cell {
-                value,
-                ours: value.map(|v| style.format(v)),
-                ..Cell::default()
+    let trackers = experiment.trackers.iter().map(|t| t.label.as_str());
+    let groups: Vec<Group> = trackers
+        .filter_map(|tracker| {
+            let is_shown = |m: &&Measure| {
+                m.tracker == tracker
+                    && m.attribute.is_none()
+                    && m.done > 0
+                    && table.methods.contains(&m.method)
             };
-            let mut cells = cells.map(cell);
-            cells[1].failed = c.failed;
-            cells[1].of = Some(c.of.clone());
-            let kind = if c.is_anchor { LabelKind::Anchor } else { LabelKind::Result };
-            let label = Label { kind, ..c.label.as_str().into() };
-            Row { label, direction: Direction::Neither, cells: cells.into() }
-        });
-        groups.push(Group {
-            label: format!("{tracker} ({} sequences)", all[0].counts.len()),
-            key: tracker.to_string(),
-            published_tracker: None,
-            has_ours: true,
-            rows: rows.collect(),
-        });
-    }
+            group(experiment, tracker, metric, measures.iter().filter(is_shown).collect(), units)
+        })
+        .collect();
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
     }
-    let suite = &experiment.suites[TEST];
-    let name = metric.heading();
     let (beside, how) = if metric.is_of_frames() {
         let how = "low, high: bounds of its 95 % bootstrap interval over sequences, where it has one (equal methods share a \
                    rank; anchors have none)";
@@ -225,12 +102,9 @@ pub fn leaderboard(
         );
         (["first", "keeps rank"], how)
     };
-    let is_left_out =
-        |group: &Group| group.rows.iter().any(|row| row.cells.iter().any(|cell| cell.failed > 0));
-    let left_out = match groups.iter().any(is_left_out) {
-        true => " † No result where other methods have one, so no rank.",
-        false => "",
-    };
+    let has_failed = groups.iter().flat_map(|g| &g.rows).flat_map(|r| &r.cells).any(|c| c.failed > 0);
+    let left_out = if has_failed { " † No result where other methods have one, so no rank." } else { "" };
+    let (name, suite) = (metric.heading(), &experiment.suites[TEST]);
     TableLayout {
         name: table.name.clone(),
         caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}.{left_out}"),
@@ -240,6 +114,64 @@ pub fn leaderboard(
         latex: table.latex.clone(),
         groups,
     }
+}
+
+/// The rows of a tracker, from the measures of its methods; `None` without any.
+fn group(
+    experiment: &Experiment,
+    tracker: &str,
+    metric: Metric,
+    mut all: Vec<&Measure>,
+    units: &Units,
+) -> Option<Group> {
+    let most = all.iter().map(|m| m.done).max()?;
+    // Equal methods stay in the order of the experiment.
+    all.sort_by(|a, b| better_first(a.value(metric), b.value(metric), metric.direction()));
+    let is_ranked = |m: &Measure| m.done == most && !is_anchor(experiment, &m.method);
+    let ranked: Vec<&Measure> = all.iter().copied().filter(|m| is_ranked(m)).collect();
+    let counts = all.iter().filter_map(|m| units.of_measure(m));
+    let sequences: BTreeSet<&String> = counts.flat_map(|counts| counts.keys()).collect();
+    let none = BySequence::new();
+    let samples = |m: &&Measure| {
+        let counts = along(units.of_measure(m).unwrap_or(&none), sequences.iter().copied());
+        units.sampling.values(&counts, |sum| metric_of_sum(metric, m.pooled.chance, sum))
+    };
+    let sampled: Vec<Vec<f64>> =
+        if metric.is_of_frames() { Vec::new() } else { ranked.iter().filter_map(samples).collect() };
+    let values: Vec<Option<f64>> = ranked.iter().map(|m| m.value(metric)).collect();
+    let mut sure = stability(&values, &sampled, metric.direction()).into_iter();
+    let row = |m: &&Measure| {
+        let sure = if is_ranked(m) { sure.next() } else { None };
+        let (low, high) = if metric.is_of_frames() {
+            metric.interval(&m.pooled).unzip()
+        } else {
+            sure.filter(|_| sequences.len() >= MIN_SEQUENCES).map(|s| (s.first, s.keeps)).unzip()
+        };
+        let cell = |value: Option<f64>, style: Style| Cell {
+            value,
+            ours: value.map(|v| style.format(v)),
+            ..Cell::default()
+        };
+        let rank = cell(sure.map(|s| s.rank as f64), Style::COUNT);
+        let value = Cell {
+            failed: most - m.done,
+            of: Some(Origin::ranked(m, metric)),
+            ..cell(m.value(metric), Style::of_metric(metric))
+        };
+        let kind = if is_anchor(experiment, &m.method) { LabelKind::Anchor } else { LabelKind::Result };
+        Row {
+            label: Label { kind, ..method_label(&m.method, &m.params).into() },
+            direction: Direction::Neither,
+            cells: vec![rank, value, cell(low, Style::DEFAULT), cell(high, Style::DEFAULT)],
+        }
+    };
+    Some(Group {
+        rows: all.iter().map(row).collect(),
+        label: format!("{tracker} ({} sequences)", sequences.len()),
+        key: tracker.to_string(),
+        published_tracker: None,
+        has_ours: true,
+    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! The numbers of claims, with how far other sequences might move them.
 
-use crate::results::{CellScore, Measure, Results, method_label};
+use crate::results::{Measure, Results};
 use crate::sampling::{
-    MIN_SEQUENCES, Sampling, UnitCounts, counts_of_column, counts_of_sequences, mean_of_sum, metric_of_sum,
-    sum_of, total_of_sum,
+    MIN_SEQUENCES, Units, along, by_sequence, counts_of_column, mean_of_sum, metric_of_sum, sum_of,
+    total_of_sum,
 };
 use crate::table::layout;
 use std::cell::RefCell;
@@ -26,35 +26,33 @@ fn statistic_of(sum: &[i64; 4], value: f64) -> Option<Statistic> {
     [mean_of_sum as Statistic, total_of_sum].into_iter().find(gives)
 }
 
-/// A metric by name, and of what tracker and method.
-type Drawn = (&'static str, (String, String));
+/// A metric by name, and of what tracker, method and grid point.
+type Drawn<'a> = (&'static str, [&'a str; 3]);
 
 /// Numbers of an experiment, computed from the same samples of its sequences.
 pub struct Samples<'a> {
     results: &'a Results,
-    counts: UnitCounts,
-    sequences: Vec<&'a str>,
-    sampling: Sampling,
+    units: &'a Units,
+    sequences: BTreeSet<&'a String>,
     /// What was drawn before: claims speak of the same numbers again and again.
-    known: RefCell<BTreeMap<Drawn, Spread>>,
+    known: RefCell<BTreeMap<Drawn<'a>, Spread>>,
 }
 
 impl<'a> Samples<'a> {
-    /// Draws the samples; `scores` are those of [`Results::scores`].
-    pub fn new(results: &'a Results, scores: &'a [CellScore]) -> Self {
-        let sequences: BTreeSet<&str> = scores.iter().map(|s| s.sequence.as_str()).collect();
-        let (counts, sampling) = (counts_of_sequences(scores), Sampling::new(&results.experiment));
-        let sequences = sequences.into_iter().collect();
-        Self { results, counts, sequences, sampling, known: RefCell::default() }
+    /// Those of results with their counts.
+    pub fn new(results: &'a Results, units: &'a Units) -> Self {
+        Self { results, units, sequences: units.sequences(), known: RefCell::default() }
+    }
+
+    fn measure(&self, tracker: &str, method: &str, r: &Reference) -> Option<&'a Measure> {
+        layout::measure_of(&self.results.measures, tracker, method, &r.point)
     }
 
     /// The number of a reference that names its tracker, where there is one.
     pub fn value(&self, r: &Reference) -> Option<f64> {
         let tracker = r.tracker.as_deref()?;
         match &r.quantity {
-            Quantity::Metric(metric, method) => {
-                layout::measure_of(&self.results.measures, tracker, method, &r.point)?.value(*metric)
-            }
+            Quantity::Metric(metric, method) => self.measure(tracker, method, r)?.value(*metric),
             Quantity::Finding(made) => {
                 let mine = |a: &&Analysed| a.analysis == made.analysis && a.tracker == tracker;
                 self.results.analyses.iter().find(mine)?.findings.number(&made.part)
@@ -65,67 +63,58 @@ impl<'a> Samples<'a> {
     /// The number with its spread: samples for what is made of counts, and for numbers of analyses that are the mean or
     /// the total of their column by sequence; bounds for measures of frames; all others are taken as they are.
     pub fn measured(&self, r: &Reference) -> Option<Measured> {
-        let value = self.value(r)?;
-        Some(Measured { value, spread: self.spread(r, value) })
+        let (value, tracker) = (self.value(r)?, r.tracker.as_deref()?);
+        let spread = match &r.quantity {
+            Quantity::Metric(metric, method) => self.of_metric(*metric, self.measure(tracker, method, r)?),
+            Quantity::Finding(made) => self.of_column(made, tracker, value).unwrap_or(Spread::Exact),
+        };
+        Some(Measured { value, spread })
     }
 
-    fn spread(&self, r: &Reference, value: f64) -> Spread {
-        let Some(tracker) = r.tracker.as_deref() else { return Spread::Exact };
-        let (metric, method) = match &r.quantity {
-            Quantity::Metric(metric, method) => (metric, method),
-            Quantity::Finding(made) => return self.of_column(made, tracker, value).unwrap_or(Spread::Exact),
-        };
-        let Some(found) = layout::measure_of(&self.results.measures, tracker, method, &r.point) else {
-            return Spread::Exact;
-        };
+    fn of_metric(&self, metric: Metric, measure: &'a Measure) -> Spread {
         match metric.source() {
-            Source::Counts => self.draws(*metric, found),
+            Source::Counts => self.draws(metric, measure),
             Source::Frames => {
-                metric.interval(&found.pooled).map_or(Spread::TooFew, |(low, high)| Spread::Bounds(low, high))
+                let bounds = metric.interval(&measure.pooled);
+                bounds.map_or(Spread::TooFew, |(low, high)| Spread::Bounds(low, high))
             }
             Source::Scores | Source::Delays | Source::Effort => Spread::Exact,
         }
     }
 
-    /// The spread of a number of an analysis that is the mean or the total of its column in the table `sequences`; `None`
+    /// The spread of a number of an analysis that is the mean or the total of its column in the table of sequences; `None`
     /// where it is neither.
     fn of_column(&self, made: &FindingName, tracker: &str, value: f64) -> Option<Spread> {
-        let mine = self.results.analyses.iter().filter(|a| a.analysis == made.analysis);
-        let tables = mine.filter_map(|a| {
-            let table = a.findings.tables.iter().find(|table| table.name == "sequences")?;
+        let column = |a: &'a Analysed| {
+            let table = by_sequence(a).filter(|_| a.analysis == made.analysis)?;
             let is_it =
                 |heading: &String| TrackerMetric::of_heading(heading).is_some_and(|m| m.name == made.part);
             let column = table.columns.iter().position(is_it)?;
             Some((a.tracker.as_str(), counts_of_column(table, column)))
-        });
-        let tables: Vec<_> = tables.collect();
-        let (_, counts) = tables.iter().find(|(label, _)| *label == tracker)?;
+        };
+        let columns: Vec<_> = self.results.analyses.iter().filter_map(column).collect();
+        let (_, counts) = columns.iter().find(|(label, _)| *label == tracker)?;
         let statistic = statistic_of(&sum_of(counts), value)?;
         if counts.len() < MIN_SEQUENCES {
             return Some(Spread::TooFew);
         }
         // Those of all trackers: a claim compares numbers from the same samples.
-        let sequences: BTreeSet<&String> = tables.iter().flat_map(|(_, counts)| counts.keys()).collect();
-        let units: Vec<[i64; 4]> =
-            sequences.iter().map(|s| counts.get(*s).copied().unwrap_or_default()).collect();
-        let values = self.sampling.draws(units.len()).and_then(|draws| draws.values(&units, statistic));
+        let sequences: BTreeSet<&String> = columns.iter().flat_map(|(_, counts)| counts.keys()).collect();
+        let values = self.units.sampling.values(&along(counts, sequences), statistic);
         Some(values.map_or(Spread::TooFew, Spread::Draws))
     }
 
-    fn draws(&self, metric: Metric, measure: &Measure) -> Spread {
-        let key = (measure.tracker.clone(), method_label(&measure.method, &measure.params));
-        let Some(counts) = self.counts.get(&key).filter(|c| c.len() >= MIN_SEQUENCES) else {
+    fn draws(&self, metric: Metric, measure: &'a Measure) -> Spread {
+        let Some(counts) = self.units.of_measure(measure).filter(|c| c.len() >= MIN_SEQUENCES) else {
             return Spread::TooFew;
         };
         let drawn = || {
-            let chance = self.results.experiment.chance_of(&measure.method);
-            let units: Vec<[i64; 4]> =
-                self.sequences.iter().map(|s| counts.get(*s).copied().unwrap_or_default()).collect();
-            let draws = self.sampling.draws(units.len());
-            let values = draws.and_then(|d| d.values(&units, |sum| metric_of_sum(metric, chance, sum)));
-            values.map_or(Spread::TooFew, Spread::Draws)
+            let counts = along(counts, self.sequences.iter().copied());
+            let of = |sum: &[i64; 4]| metric_of_sum(metric, measure.pooled.chance, sum);
+            self.units.sampling.values(&counts, of).map_or(Spread::TooFew, Spread::Draws)
         };
-        self.known.borrow_mut().entry((metric.name(), key)).or_insert_with(drawn).clone()
+        let key = (metric.name(), [&measure.tracker, &measure.method, &measure.params].map(String::as_str));
+        self.known.borrow_mut().entry(key).or_insert_with(drawn).clone()
     }
 }
 

@@ -56,7 +56,7 @@ fn number(digits: Digits, value: Option<f64>) -> String {
 }
 
 /// Describes a number in lines: its meaning, its formula, and what it leaves out.
-pub fn headline(results: &Results, table: &Table, explained: &Explained) -> String {
+pub fn about(results: &Results, table: &Table, explained: &Explained) -> String {
     let (of, experiment) = (&explained.of, &results.experiment);
     let value = explained.value.map_or("no value".to_string(), |v| v.to_string());
     let mut lines = vec![
@@ -86,7 +86,7 @@ pub fn headline(results: &Results, table: &Table, explained: &Explained) -> Stri
 }
 
 /// Describes a number on one sequence, in lines.
-pub fn sequence_headline(results: &Results, explained: &Explained, sequence: &str) -> String {
+pub fn about_sequence(results: &Results, explained: &Explained, sequence: &str) -> String {
     let of = &explained.of;
     let mut lines =
         vec![format!("{}, {sequence}: {} on tracker {}", results.experiment.name, of.label(), of.tracker)];

@@ -1,34 +1,31 @@
 //! Bootstrap bands: intervals over sequences of the values that a curve is made of.
 
-use crate::results::{CellScore, Measure, Results, method_label};
-use crate::sampling::{MIN_SEQUENCES, Sampling, UnitCounts, counts_of_sequences, metric_of_sum};
+use crate::results::{Measure, Results};
+use crate::sampling::{Sampling, Units, metric_of_sum};
 use trackfail_methods::score::Metric;
 use trackfail_methods::score::metric::Source;
 
 /// The counts of every cell, by sequence.
 pub struct Bands<'r> {
     results: &'r Results,
-    counts: UnitCounts,
-    sampling: Sampling,
+    units: &'r Units,
 }
 
 impl<'r> Bands<'r> {
     /// Counts that intervals are drawn from.
-    pub fn new(results: &'r Results, scores: &[CellScore]) -> Self {
-        Self { results, counts: counts_of_sequences(scores), sampling: Sampling::new(&results.experiment) }
+    pub fn new(results: &'r Results, units: &'r Units) -> Self {
+        Self { results, units }
     }
 
     /// Bounds of a metric's value; NaN where there are none: for metrics that are not of counts, and with few sequences.
     pub fn bounds(&self, measure: &Measure, metric: Metric) -> (f64, f64) {
-        let key = (measure.tracker.clone(), method_label(&measure.method, &measure.params));
-        let units = self.counts.get(&key).filter(|u| u.len() >= MIN_SEQUENCES);
-        let Some(units) = units.filter(|_| metric.source() == Source::Counts) else {
-            return (f64::NAN, f64::NAN);
-        };
+        let counts = self.units.of_measure(measure).filter(|_| metric.source() == Source::Counts);
         let chance = self.results.experiment.chance_of(&measure.method);
-        let value = |sum: &[i64; 4]| metric_of_sum(metric, chance, sum);
-        let units: Vec<[i64; 4]> = units.values().copied().collect();
-        self.sampling.interval(&units, value).unwrap_or((f64::NAN, f64::NAN))
+        let bounds = counts.and_then(|counts| {
+            let counts: Vec<[i64; 4]> = counts.values().copied().collect();
+            self.units.sampling.interval(&counts, |sum| metric_of_sum(metric, chance, sum))
+        });
+        bounds.unwrap_or((f64::NAN, f64::NAN))
     }
 }
 

@@ -6,7 +6,7 @@ use super::lines::{Line, arrange, drawing, with_remark};
 use super::published;
 use crate::figure::{CurveAxis, Curves, Range};
 use crate::report::operating;
-use crate::report::uncertainty::headline;
+use crate::report::standings::ordering_metric;
 use crate::table::layout::is_anchor;
 use crate::table::number::Style;
 use trackfail_methods::score::Metric;
@@ -62,8 +62,8 @@ fn ordered(points: &mut [At], y: Metric) {
 /// One metric over another: a curve for each tracker, method and combination of the axes after the first.
 fn curve(scope: &Scope<'_>, y: Metric, x: Metric, methods: &[String]) -> (Curves, String) {
     let (results, experiment) = (scope.results, &scope.results.experiment);
-    let best_by = headline(experiment);
-    let bands = Bands::new(results, scope.scores);
+    let best_by = ordering_metric(experiment);
+    let bands = Bands::new(results, scope.units);
     let mut groups: Vec<(Line, Vec<At>)> = Vec::new();
     for method in methods {
         let known = experiment.methods.iter().find(|m| m.name == *method);

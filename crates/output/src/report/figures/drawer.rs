@@ -1,7 +1,8 @@
 //! Types that all drawers share: their entry, their input and their result.
 
 use crate::figure::{FigureError, Plot};
-use crate::results::{CellScore, Results, ResultsError, TrackSeries};
+use crate::results::{Results, ResultsError, TrackSeries};
+use crate::sampling::Units;
 use trackfail_engine::spec::figure::{Figure, FigureParams};
 
 /// Draws the figures of one kind.
@@ -20,8 +21,8 @@ pub struct Scope<'r> {
     pub results: &'r Results,
     /// Its tracks, from [`Results::all_tracks`], for drawers that show some.
     pub tracks: &'r [TrackSeries],
-    /// Counts of every cell, from [`Results::scores`].
-    pub scores: &'r [CellScore],
+    /// Counts by sequence, from [`Results::scores`].
+    pub units: &'r Units,
     /// The figure that is asked for.
     pub figure: &'r Figure,
     /// Which data there is: `suite d1: 12 of 21 targets`.

@@ -40,7 +40,7 @@ fn sweep(scope: &Scope<'_>, metric: Metric, x: &str, methods: &[String]) -> Curv
         shown().flat_map(Measure::point).filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
     ends.sort_by(f64::total_cmp);
     ends.dedup();
-    let bands = Bands::new(results, scope.scores);
+    let bands = Bands::new(results, scope.units);
     let mut lines: Vec<Line> = Vec::new();
     for m in shown() {
         let point = m.point();

@@ -97,20 +97,3 @@ fn the_table_at_the_head_has_the_metric_and_the_best_method() {
     assert_eq!(first_tables(&["DTEF", "CovF"]), ["two", "precision", "one"]);
     assert_eq!(first_tables(&["CovF"]), ["ranked", "precision", "one", "two"]);
 }
-
-// Six columns with "difference -.055" below each number take 6 x 140 pixels; three without take 3 x 79.
-#[test]
-fn a_wide_table_stands_below_its_figure() {
-    let with = |columns: &[&str], difference: Option<&str>| {
-        let one = || Cell {
-            ours: Some(".136".into()),
-            difference: difference.map(String::from),
-            ..Cell::default()
-        };
-        let rows = vec![("F1 score".to_string(), columns.iter().map(|_| one()).collect())];
-        table("t", String::new(), "metric", columns, vec![group("", String::new(), rows)])
-    };
-    let six = ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist"];
-    assert!(!fits_beside(&with(&six, Some("-.055"))));
-    assert!(fits_beside(&with(&six[..3], None)) && fits_beside(&with(&six[..3], Some("-.055"))));
-}

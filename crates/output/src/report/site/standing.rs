@@ -1,14 +1,15 @@
 //! Standings: the methods of one experiment with all of its trackers pooled, as the leaderboard shows them.
 
+use crate::report::standings;
+use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
-use crate::results::{CellScore, Results};
-use crate::sampling::{Sampling, metric_of_sum, numbers};
+use crate::sampling::{Units, metric_of_sum, sum_of};
 use crate::table::layout;
 use crate::table::number::Style;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use trackfail_engine::spec::method::Method;
-use trackfail_methods::score::{Counts, Metric, Pooled};
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::Metric;
 
 /// A method on all trackers of an experiment together. Numbers are as they are printed; empty where there is none.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,74 +48,60 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    fn new(style: Style, [value, low, high]: [Option<f64>; 3]) -> Self {
-        let shown = |number: Option<f64>| number.map_or(String::new(), |n| style.format(n));
-        Self { value: shown(value), low: shown(low), high: shown(high) }
+    fn printed(style: Style, of: standings::Estimate) -> Self {
+        let [value, low, high] = of.cells(|v| style.format(v)).map(|cell| cell.ours.unwrap_or_default());
+        Self { value, low, high }
     }
 }
 
-/// The standings of an experiment that asks for them, in its order; `scores` are those of [`Results::scores`]; methods without a result and the points of grids are
+/// The standings of an experiment that asks for them, in its order; methods without a result and the points of grids are
 /// left out.
-pub fn standings(results: &Results, scores: &[CellScore]) -> Vec<Standing> {
+pub fn standings(results: &Results, units: &Units) -> Vec<Standing> {
     let experiment = &results.experiment;
     if !experiment.leaderboard {
         return Vec::new();
     }
-    let (costs, sampling) = (costs(results), Sampling::new(experiment));
     let standing = |method: &Method| {
         let variant = method.variants.first().filter(|_| !method.has_grid())?;
         let name = &method.name;
-        let key = [EVERY_TRACKER.to_string(), name.clone(), String::new()];
+        let key = [EVERY_TRACKER, name.as_str(), ""].map(str::to_string);
         let frames = results.frame_measures.get(&key)?;
-        let mine = || results.measures.iter().filter(|m| m.method == *name && m.done > 0);
-        let needs = variant.needs().join(", ");
-        let (real, rate) = (Style::DEFAULT, Style { decimals: 1, ..Style::DEFAULT });
-        let of = |[value, low, high]: [&str; 3]| [value, low, high].map(|column| frames.get(column));
-        let alarms = of(["false_alarms_at_half", "false_alarms_at_half_low", "false_alarms_at_half_high"]);
-        (mine().count() > 0).then(|| Standing {
+        let trackers = results.measures.iter().filter(|m| m.method == *name && m.done > 0).count();
+        let of = |style, measure| Estimate::printed(style, standings::Estimate::of_frames(frames, measure));
+        let (needs, (real, rate)) =
+            (variant.needs(), (Style::DEFAULT, Style { decimals: 1, ..Style::DEFAULT }));
+        (trackers > 0).then(|| Standing {
             method: name.clone(),
-            needs: if needs.is_empty() { "nothing".to_string() } else { needs },
+            needs: if needs.is_empty() { "nothing".to_string() } else { needs.join(", ") },
             anchor: layout::is_anchor(experiment, name),
-            trackers: mine().count() as u64,
-            auroc: Estimate::new(real, of(["auroc", "auroc_low", "auroc_high"])),
-            auprc: Estimate::new(real, of(["auprc", "auprc_low", "auprc_high"])),
-            false_alarms: Estimate::new(rate, alarms),
-            f_over_chance: Estimate::new(real, f_over_chance(results, scores, name, &sampling)),
-            cost: costs.get(name).cloned().unwrap_or_default(),
+            trackers: trackers as u64,
+            auroc: of(real, "auroc"),
+            auprc: of(real, "auprc"),
+            false_alarms: of(rate, "false_alarms_at_half"),
+            f_over_chance: Estimate::printed(real, f_over_chance(results, units, name)),
+            cost: cost(results, name),
         })
     };
     experiment.methods.iter().filter_map(standing).collect()
 }
 
-/// F over chance of the counts of all trackers, with its interval.
-fn f_over_chance(
-    results: &Results,
-    scores: &[CellScore],
-    method: &str,
-    sampling: &Sampling,
-) -> [Option<f64>; 3] {
-    let mut by_sequence: BTreeMap<&str, Counts> = BTreeMap::new();
-    for score in scores.iter().filter(|s| s.method == method && s.params.is_empty()) {
-        let sum = by_sequence.entry(&score.sequence).or_default();
-        *sum = [*sum, score.counts].into_iter().sum();
-    }
-    let chance = results.experiment.chance_of(method);
-    let value = |counts: Counts| Metric::F_OVER_CHANCE.value(&Pooled { counts, chance, ..Pooled::default() });
-    let list: Vec<[i64; 4]> = by_sequence.values().copied().map(numbers).collect();
-    let bounds = sampling.interval(&list, |sum| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum));
-    [value(by_sequence.values().copied().sum()), bounds.map(|b| b.0), bounds.map(|b| b.1)]
+/// F over chance of the counts of all trackers.
+fn f_over_chance(results: &Results, units: &Units, method: &str) -> standings::Estimate {
+    let (counts, chance) = (units.pooled(method, None), results.experiment.chance_of(method));
+    let of = |sum: &[i64; 4]| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum);
+    let list: Vec<[i64; 4]> = counts.values().copied().collect();
+    standings::Estimate { value: of(&sum_of(&counts)), bounds: units.sampling.interval(&list, of) }
 }
 
-/// Milliseconds a frame of the methods that an analysis of the experiment has timed: signal, detection and reverse runs.
-fn costs(results: &Results) -> BTreeMap<String, String> {
-    let mut costs = BTreeMap::new();
-    for stages in results.analyses.iter().flat_map(|a| &a.findings.tables).filter(|t| t.name == "stages") {
-        let total = stages.rows.iter().find(|(heading, _)| heading == "total");
-        for (method, value) in stages.columns.iter().zip(total.map_or(&[][..], |(_, values)| values)) {
-            if let Some(value) = value {
-                costs.insert(method.clone(), format!("{value:.3}"));
-            }
-        }
-    }
-    costs
+/// Milliseconds a frame of a method, for its signal, detection and reverse runs, where an analysis of the experiment has timed
+/// it; else empty.
+fn cost(results: &Results, method: &str) -> String {
+    let tables = results.analyses.iter().flat_map(|a| &a.findings.tables).filter(|t| t.name == "stages");
+    let total = |stages: &Grid| {
+        let column = stages.columns.iter().position(|name| name == method)?;
+        let (_, values) = stages.rows.iter().find(|(heading, _)| heading == "total")?;
+        values.get(column).copied().flatten()
+    };
+    // The last one that has it.
+    tables.filter_map(total).next_back().map_or_else(String::new, |value| format!("{value:.3}"))
 }

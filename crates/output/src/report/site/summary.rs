@@ -1,7 +1,7 @@
 //! A report in short: the file `summary.json` beside its page.
 
 use super::standing::{Standing, standings};
-use crate::report::claims::{ClaimCounts, Finding};
+use crate::report::claims::ClaimCounts;
 use crate::report::files::SUMMARY;
 use crate::report::write::{WriteError, WrittenReport};
 use crate::results::{self, Results};
@@ -64,7 +64,7 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
     let counts = |checks: bool| {
-        ClaimCounts::of(written.findings.iter().filter(|f| f.is_check == checks).map(Finding::overall))
+        ClaimCounts::of(written.findings.iter().filter(|f| f.is_check == checks).map(|f| f.outcome))
     };
     Summary {
         format: FORMAT,
@@ -81,7 +81,7 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
         synthetic: synthetic::is_rendered(&suite.name),
         failed: manifest.cells_failed.len() as u64,
         verdict: written.verdict.clone(),
-        standings: standings(results, &written.scores),
+        standings: standings(results, &written.units),
     }
 }
 

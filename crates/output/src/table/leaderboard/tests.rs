@@ -1,25 +1,37 @@
 use super::*;
+use crate::sampling::Sampling;
 use proptest::prelude::*;
+use trackfail_core::num::pooled::Draws;
+use trackfail_methods::score::chance::Chance;
 
-fn counts(tp: u64, fp: u64, fn_: u64) -> Counts {
-    Counts { tp, fp, fn_, tn: 10 }
+/// True and false positives, misses and rejections.
+fn counts(tp: i64, fp: i64, fn_: i64) -> [i64; 4] {
+    [tp, fp, fn_, 10]
 }
 
-fn draws(sequences: usize) -> Option<std::sync::Arc<Draws>> {
-    Sampling::with_seed(7).draws(sequences)
+/// How sure the ranks of methods are, which have counts on as many sequences.
+fn sure(methods: &[(&[[i64; 4]], Option<Chance>)], metric: Metric) -> Vec<Stability> {
+    let sampling = Sampling::with_seed(7);
+    let values = |(counts, chance): &(&[[i64; 4]], Option<Chance>)| {
+        let sum = counts.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]));
+        let of = |sum: &[i64; 4]| metric_of_sum(metric, *chance, sum);
+        (of(&sum), sampling.values(counts, of).unwrap())
+    };
+    let (values, sampled): (Vec<_>, Vec<_>) = methods.iter().map(values).unzip();
+    stability(&values, &sampled, metric.direction())
 }
 
 #[test]
 fn equal_methods_share_a_rank_and_those_without_a_value_come_last() {
     let values = [Some(0.5), None, Some(0.7), Some(0.5), Some(0.1)];
-    assert_eq!(ranks(&values, Metric::F_SCORE), [2, 5, 1, 2, 4]);
-    assert_eq!(ranks(&values, Metric::FPR), [2, 5, 4, 2, 1]);
+    assert_eq!(ranks(&values, Direction::HigherIsBetter), [2, 5, 1, 2, 4]);
+    assert_eq!(ranks(&values, Direction::LowerIsBetter), [2, 5, 4, 2, 1]);
 }
 
 #[test]
 fn a_method_that_is_better_on_every_sequence_is_first_in_every_draw() {
     let (good, bad) = ([counts(3, 0, 1); 4], [counts(2, 1, 2); 4]);
-    let sure = stability(&[(&bad, None), (&good, None)], Metric::F_SCORE, draws(4).as_deref());
+    let sure = sure(&[(&bad, None), (&good, None)], Metric::F_SCORE);
     assert_eq!(sure[1], Stability { rank: 1, first: 1.0, keeps: 1.0 });
     assert_eq!(sure[0], Stability { rank: 2, first: 0.0, keeps: 1.0 });
 }
@@ -28,8 +40,8 @@ fn a_method_that_is_better_on_every_sequence_is_first_in_every_draw() {
 #[test]
 fn every_method_is_compared_with_chance_by_its_own_protocol() {
     let list = [counts(2, 1, 0); 4];
-    let both: [CountsOfMethod<'_>; 2] = [(&list, Some(Chance::within(5))), (&list, Some(Chance::within(0)))];
-    let sure = stability(&both, Metric::F_OVER_CHANCE, draws(4).as_deref());
+    let both = [(&list[..], Some(Chance::within(5))), (&list[..], Some(Chance::within(0)))];
+    let sure = sure(&both, Metric::F_OVER_CHANCE);
     assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
     assert_eq!(sure[1].first, 1.0);
 }
@@ -41,27 +53,33 @@ fn every_method_is_compared_with_chance_by_its_own_protocol() {
 fn shares_are_those_of_the_binomial_distribution() {
     let (hit, miss) = (counts(1, 0, 0), counts(0, 0, 1));
     let (a, b) = ([hit, miss, miss], [miss, hit, hit]);
-    let two: [CountsOfMethod<'_>; 2] = [(&a, None), (&b, None)];
-    let sure = stability(&two, Metric::RECALL, draws(3).as_deref());
-    assert_eq!((sure[0].rank, sure[1].rank), (2, 1));
-    assert!((sure[0].first - 7.0 / 27.0).abs() < 4.0 * 0.0062, "{sure:?}");
-    assert!((sure[0].first - (1.0 - sure[1].keeps)).abs() < 1e-12);
-    assert_eq!(sure, stability(&two, Metric::RECALL, draws(3).as_deref()));
+    let two = [(&a[..], None), (&b[..], None)];
+    let found = sure(&two, Metric::RECALL);
+    assert_eq!((found[0].rank, found[1].rank), (2, 1));
+    assert!((found[0].first - 7.0 / 27.0).abs() < 4.0 * 0.0062, "{found:?}");
+    assert!((found[0].first - (1.0 - found[1].keeps)).abs() < 1e-12);
+    assert_eq!(found, sure(&two, Metric::RECALL));
 }
 
 proptest! {
     #[test]
     fn every_draw_has_a_first_method_and_the_order_of_methods_does_not_matter(
-        list in prop::collection::vec(prop::collection::vec((0..4_u64, 0..4_u64, 0..4_u64), 5), 1..5),
+        list in prop::collection::vec(prop::collection::vec((0..4_i64, 0..4_i64, 0..4_i64), 5), 1..5),
     ) {
-        let list: Vec<Vec<Counts>> =
-            list.iter().map(|m| m.iter().map(|c| counts(c.0, c.1, c.2)).collect()).collect();
-        let methods: Vec<CountsOfMethod<'_>> = list.iter().map(|m| (m.as_slice(), None)).collect();
+        let f = |sum: &[i64; 4]| metric_of_sum(Metric::F_SCORE, None, sum);
         let few = Draws::new(5, 50, 3);
-        let sure = stability(&methods, Metric::F_SCORE, Some(&few));
+        let of = |method: &Vec<(i64, i64, i64)>| {
+            let list: Vec<[i64; 4]> = method.iter().map(|c| counts(c.0, c.1, c.2)).collect();
+            let sum = list.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]));
+            (f(&sum), few.values(&list, f).unwrap())
+        };
+        let of_all = |list: Vec<(Option<f64>, Vec<f64>)>| {
+            let (values, sampled): (Vec<_>, Vec<_>) = list.into_iter().unzip();
+            stability(&values, &sampled, Direction::HigherIsBetter)
+        };
+        let sure = of_all(list.iter().map(of).collect());
         prop_assert!(sure.iter().map(|s| s.first).sum::<f64>() >= 1.0 - 1e-9);
-        let turned: Vec<CountsOfMethod<'_>> = methods.iter().rev().copied().collect();
-        let mut again = stability(&turned, Metric::F_SCORE, Some(&few));
+        let mut again = of_all(list.iter().rev().map(of).collect());
         again.reverse();
         prop_assert_eq!(sure, again);
     }

@@ -1,37 +1,41 @@
-use super::diagram::diagram;
+use super::tables::{diagram, intervals, pairs, ranked};
 use super::*;
 use crate::figure::Plot;
-use crate::sampling::counts_of_column;
+use crate::sampling::{counts_of_column, mean_of_sum, metric_of_sum};
 use crate::table::layout::Row;
+use trackfail_engine::spec::parse;
 use trackfail_methods::analysis::Grid;
-
-const CHANCE: Chance = Chance::within(5);
+use trackfail_methods::score::chance::Chance;
 
 /// A competitor with true and false positives and misses, sequence by sequence.
-fn competitor(label: &str, competes: bool, counts: &[[i64; 3]]) -> Competitor {
+fn competitor(label: &str, competes: bool, counts: &[[i64; 3]]) -> Standing {
     let of = |(k, c): (usize, &[i64; 3])| (format!("s{k:02}"), [c[0], c[1], c[2], 90]);
-    Competitor {
-        label: label.into(),
-        name: label.into(),
-        competes,
-        counts: counts.iter().enumerate().map(of).collect(),
-    }
+    let counts = counts.iter().enumerate().map(of).collect();
+    Standing { label: label.into(), name: label.into(), competes, counts, ..Standing::default() }
 }
 
-fn field() -> Field {
+fn competitors() -> Vec<Standing> {
     let (good, bad) = ([3, 1, 0], [1, 3, 2]);
-    let competitors = vec![
+    vec![
         competitor("never", false, &[[0, 0, 3]; 8]),
         competitor("good", true, &[good; 8]),
         competitor("mixed", true, &[good, bad, good, bad, good, bad, good, bad]),
         competitor("bad", true, &[bad; 8]),
         competitor("swept[a=1]", false, &[good; 8]),
-    ];
-    Field { label: "NCC".into(), tracker: "NCC".into(), chance: CHANCE, competitors }
+    ]
+}
+const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
+
+/// The field of methods on a tracker by a metric.
+fn field_of(tracker: &str, standings: Vec<Standing>, metric: Metric) -> Field {
+    let of = |sum: &[i64; 4]| metric_of_sum(metric, Some(Chance::within(5)), sum);
+    let names = (tracker.to_string(), tracker.to_string());
+    field(names, standings, of, metric.direction(), &Sampling::with_seed(1))
 }
 
-fn intervals(fields: &[Field], ranked: &[Option<Ranked>], measured: &Measured, seed: u64) -> TableLayout {
-    super::intervals(fields, ranked, measured, &Sampling::with_seed(seed))
+fn by(metric: Metric, standings: Vec<Standing>) -> Standings {
+    let fields = vec![field_of("NCC", standings, metric)];
+    Standings { measured: Measured::metric(metric), fields }
 }
 
 fn values(row: &Row) -> Vec<Option<f64>> {
@@ -42,9 +46,8 @@ fn values(row: &Row) -> Vec<Option<f64>> {
 // spread. Ranks are 1, 1.5 or 2.5, 3, so 1.25, 2 and 2.75.
 #[test]
 fn intervals_and_ranks_by_hand() {
-    let fields = [field()];
-    let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
-    let table = intervals(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), 1);
+    let of = by(Metric::F_SCORE, competitors());
+    let table = intervals(&of);
     let rows = &table.groups[0].rows;
     assert_eq!(rows.iter().map(|r| r.label.name.as_str()).collect::<Vec<_>>(), LABELS);
     let f = |n: f64| Some(n / 7.0);
@@ -60,15 +63,21 @@ fn intervals_and_ranks_by_hand() {
     assert_eq!((mixed[0], mixed[4]), (f(4.0), Some(2.0)));
     assert!(mixed[1] < f(4.0) && f(4.0) < mixed[2], "{mixed:?}");
     assert!(table.groups[0].label.starts_with("NCC (ranks over 8 sequences, Friedman's p 0."), "{table:?}");
-    assert_eq!(table, intervals(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), 1));
+    assert_eq!(of, by(Metric::F_SCORE, competitors()));
+    // Those that compete, the best first, under their names in sentences.
+    let mut more = competitors();
+    more.push(Standing { name: "best".into(), ..competitor("best[a=1;b=2]", true, &[[3, 0, 0]; 8]) });
+    let of = by(Metric::F_SCORE, more);
+    let head = ranked(&of, intervals(&of));
+    let names: Vec<&str> = head.groups[0].rows.iter().map(|r| r.label.shown.as_str()).collect();
+    assert_eq!(names, ["best (a 1, b 2)", "good", "mixed", "bad"]);
 }
-const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 
 // By hand: good and bad differ in all 8 sequences, and only exchanging none or all reaches 4/7, so p = 2/256. Where
 // mixed is good or bad they differ in 4, so p = 2/16. Holm: 3 * 2/256, then 2 * 2/16 for both.
 #[test]
 fn pairs_by_hand() {
-    let table = duels(&[field()], &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1));
+    let table = pairs(&by(Metric::F_SCORE, competitors()));
     let rows = &table.groups[0].rows;
     let labels: Vec<&str> = rows.iter().map(|r| r.label.name.as_str()).collect();
     assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
@@ -79,74 +88,51 @@ fn pairs_by_hand() {
     assert_eq!(rows[1].cells[0].ours.as_deref(), Some("+0.571"));
     let is_all = |v: Option<f64>| v.is_some_and(|v| (v - 4.0 / 7.0).abs() < 1e-12);
     assert!(is_all(rows[1].cells[1].value) && is_all(rows[1].cells[2].value), "equal sequences");
-    assert_eq!(table, duels(&[field()], &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1)));
 }
 
 // Precision of the silent method has no value anywhere; those of the others are 3/4 and 1/4.
 #[test]
 fn missing_values_stay_empty() {
-    let silent = |competes| competitor("silent", competes, &[[0, 0, 3]; 8]);
-    let mut field = field();
-    field.competitors.push(silent(true));
-    assert!(rank(&field, &Measured::Counted(Metric::PRECISION)).is_none());
-    let table =
-        duels(std::slice::from_ref(&field), &Measured::Counted(Metric::PRECISION), &Sampling::with_seed(1));
+    let mut with_silent = competitors();
+    with_silent.push(competitor("silent", true, &[[0, 0, 3]; 8]));
+    let of = by(Metric::PRECISION, with_silent);
+    assert!(of.fields[0].friedman.is_none());
+    let table = pairs(&of);
     let row = table.groups[0].rows.iter().find(|r| r.label.name == "good against silent").unwrap();
     assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
     let first = &table.groups[0].rows[1];
     assert_eq!((first.label.name.as_str(), first.cells[0].value), ("good against bad", Some(0.5)));
     assert_eq!(first.cells[4].value, Some(6.0 / 256.0), "three pairs have a p-value");
 
-    let few = Field {
-        competitors: vec![competitor("a", true, &[[1, 0, 0]; 2]), competitor("b", true, &[[1, 1, 0]; 2])],
-        ..field
-    };
-    assert!(rank(&few, &Measured::Counted(Metric::F_SCORE)).is_none());
-    assert_eq!(
-        values(
-            &duels(std::slice::from_ref(&few), &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1))
-                .groups[0]
-                .rows[0]
-        )[3],
-        None
-    );
-    let alone = Field { competitors: vec![competitor("a", true, &[[1, 0, 0]; 4])], ..few };
-    assert!(
-        duels(std::slice::from_ref(&alone), &Measured::Counted(Metric::F_SCORE), &Sampling::with_seed(1))
-            .groups
-            .is_empty()
-    );
-    assert!(
-        diagram(std::slice::from_ref(&alone), &[None], &Measured::Counted(Metric::F_SCORE), "").is_none()
-    );
+    let few = vec![competitor("a", true, &[[1, 0, 0]; 2]), competitor("b", true, &[[1, 1, 0]; 2])];
+    let few = by(Metric::F_SCORE, few);
+    assert!(few.fields[0].friedman.is_none() && few.fields[0].pairs[0].p.is_none());
+    let alone = by(Metric::F_SCORE, vec![competitor("a", true, &[[1, 0, 0]; 4])]);
+    assert!(pairs(&alone).groups.is_empty() && diagram(&alone, "").is_none());
 }
 
 #[test]
 fn the_diagram_shows_those_that_compete() {
-    let fields = [field()];
-    let ranked = [rank(&fields[0], &Measured::Counted(Metric::F_SCORE))];
     let (ranks, caption) =
-        diagram(&fields, &ranked, &Measured::Counted(Metric::F_SCORE), "Suite s: 8 targets.")
-            .unwrap()
-            .unwrap();
+        diagram(&by(Metric::F_SCORE, competitors()), "Suite s: 8 targets.").unwrap().unwrap();
     let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
     assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
     assert!(caption.starts_with("Mean ranks by F1 score") && caption.ends_with("8 targets."));
     assert!(ranks.to_svg().is_ok());
     // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.
-    let fewer = rank(&fields[0], &Measured::Counted(Metric::FP)).unwrap();
-    assert_eq!(fewer.mean_ranks["good"], 1.25);
+    assert_eq!(by(Metric::FP, competitors()).fields[0].standings[1].mean_rank, Some(1.25));
 }
 
 #[test]
-fn a_diagram_of_more_than_twelve_methods_is_a_sentence() {
+fn of_more_than_twelve_methods_the_best_is_tested_and_no_diagram_is_drawn() {
     let name = |k: usize| format!("m{k:02}");
-    let competitors = (0..13).map(|k| competitor(&name(k), true, &[[1 + k as i64, 1, 1]; 4])).collect();
-    let fields = [Field { competitors, ..field() }];
-    let measured = Measured::Counted(Metric::F_SCORE);
-    let ranked = [rank(&fields[0], &measured)];
-    let reason = diagram(&fields, &ranked, &measured, "").unwrap().unwrap_err();
+    let many: Vec<Standing> =
+        (0..13).map(|k| competitor(&name(k), true, &[[1 + k as i64, 1, 1]; 4])).collect();
+    let of = by(Metric::F_SCORE, many);
+    let reason = diagram(&of, "").unwrap().unwrap_err();
     assert!(reason.contains("13 methods are more than a diagram can show"), "{reason}");
+    let tested: Vec<[String; 2]> = of.fields[0].pairs.iter().map(|pair| pair.labels.clone()).collect();
+    assert_eq!(tested, (0..12).map(|k| [name(12), name(k)]).collect::<Vec<_>>());
 }
 
 // By hand: means .5 and .4; the first is better in 3 of 4 sequences by .2 and worse by .2 in one. Of 16 patterns those
@@ -159,68 +145,61 @@ fn trackers_are_compared_by_their_mean() {
         let column = vec!["success AUC".to_string()];
         let table = Grid { name: "sequences".into(), corner: "sequence".into(), columns: column, rows };
         let counts = counts_of_column(&table, 0);
-        Competitor { label: label.into(), name: label.into(), competes: true, counts }
+        Standing { label: label.into(), name: label.into(), competes: true, counts, ..Standing::default() }
     };
-    let (a, b) = (tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7]));
-    let field = Field {
-        label: String::new(),
-        tracker: String::new(),
-        chance: Chance::within(0),
-        competitors: vec![a, b],
-    };
-    let mean = Measured::Mean("success AUC".into());
-    let ranked = [rank(&field, &mean)];
-    let table = intervals(std::slice::from_ref(&field), &ranked, &mean, 1);
+    let both = vec![tracker("A", [0.5, 0.6, 0.4, 0.5]), tracker("B", [0.3, 0.4, 0.2, 0.7])];
+    let measured = Measured::column("success AUC");
+    let names = (String::new(), String::new());
+    let fields = vec![field(names, both, mean_of_sum, measured.direction, &Sampling::with_seed(1))];
+    let of = Standings { measured, fields };
+    let table = intervals(&of);
     let rows = &table.groups[0].rows;
     assert_eq!((rows[0].cells[0].value, rows[0].cells[4].value), (Some(0.5), Some(1.25)));
     assert_eq!(table.corner, "tracker");
-    let table = duels(std::slice::from_ref(&field), &mean, &Sampling::with_seed(1));
-    let row = &table.groups[0].rows[0];
+    let row = &pairs(&of).groups[0].rows[0];
     assert!((row.cells[0].value.unwrap() - 0.1).abs() < 1e-12);
     assert_eq!(row.cells[3].value, Some(10.0 / 16.0));
-    assert_eq!(Measured::Mean("failures".into()).direction(), Direction::LowerIsBetter);
+    assert_eq!(Measured::column("failures").direction, Direction::LowerIsBetter);
 }
 
 // By hand: F is 6/7, 4/7 and 2/7 for good, mixed and bad, without spread for good and bad; two goods are equal.
 #[test]
 fn many_trackers_are_counted_and_few_are_named() {
-    let f_score = Measured::Counted(Metric::F_SCORE);
-    let told = |fields: &[Field]| {
-        let ranked: Vec<Option<Ranked>> = fields.iter().map(|f| rank(f, &f_score)).collect();
-        let tables =
-            [&intervals(fields, &ranked, &f_score, 1), &duels(fields, &f_score, &Sampling::with_seed(1))];
-        verdict::verdict(fields, tables, &f_score).unwrap()
+    let told = |fields: &[(&str, Vec<Standing>)]| {
+        let field =
+            |(tracker, list): &(&str, Vec<Standing>)| field_of(tracker, list.clone(), Metric::F_SCORE);
+        let fields = fields.iter().map(field).collect();
+        verdict(&Standings { measured: Measured::metric(Metric::F_SCORE), fields }).unwrap()
     };
-    let on = |tracker: &str, first: &str| {
-        let mut f = Field { label: tracker.into(), ..field() };
-        f.competitors.retain(|c| ["good", "bad"].contains(&c.label.as_str()));
-        f.competitors[0].label = first.into();
-        f
+    let on = |tracker: &'static str, first: &str| {
+        let mut list = competitors();
+        list.retain(|c| ["good", "bad"].contains(&c.label.as_str()));
+        (list[0].label, list[0].name) = (first.into(), first.into());
+        (tracker, list)
     };
     let even = || {
-        let mut even = on("EVEN", "good");
-        even.competitors.push(competitor("as good", true, &[[3, 1, 0]; 8]));
-        even
+        let (tracker, mut list) = on("EVEN", "good");
+        list.push(competitor("as good", true, &[[3, 1, 0]; 8]));
+        (tracker, list)
     };
     assert_eq!(
         told(&[on("A", "x"), on("B", "y"), even()]),
         "Largest F1 score, of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; \
          on 2 of them the lead is more than chance."
     );
-    let one = told(&[even()]);
     assert_eq!(
-        one,
+        told(&[even()]),
         "Largest F1 score on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000)."
     );
     let mut three = even();
-    three.competitors.push(competitor("too", true, &[[3, 1, 0]; 8]));
+    three.1.push(competitor("too", true, &[[3, 1, 0]; 8]));
     assert_eq!(told(&[three]), "Largest F1 score on EVEN: good, as good and 1 more are equal, 0.857.");
     // Numbers of fewer sequences are no best ones.
     let mut part = on("A", "x");
-    part.competitors.push(competitor("easy", true, &[[3, 0, 0]; 7]));
+    part.1.push(competitor("easy", true, &[[3, 0, 0]; 7]));
     assert!(told(&[part]).starts_with("Largest F1 score on A: x, 0.857"));
     let many = [("A", "x"), ("B", "y"), ("C", "y"), ("D", "z"), ("E", "u"), ("F", "v"), ("G", "u")];
-    let mut many: Vec<Field> = many.map(|(tracker, first)| on(tracker, first)).into();
+    let mut many: Vec<(&str, Vec<Standing>)> = many.map(|(tracker, first)| on(tracker, first)).into();
     many.push(even());
     assert_eq!(
         told(&many),
@@ -229,15 +208,17 @@ fn many_trackers_are_counted_and_few_are_named() {
     );
 }
 
+fn experiment(tables: &str) -> Experiment {
+    let text = format!(
+        "schema = 1\nname = \"mine/try\"\ntitle = \"T\"\nprotocol = \"khalid2016/1\"\nseed = 1\n\
+         [suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n[[method]]\nname = \"DTEF\"\n{tables}"
+    );
+    parse("try.toml", &text).unwrap()
+}
+
 #[test]
-fn the_headline_orders_methods_by_itself_where_it_can() {
-    let text = |table: &str| {
-        format!(
-            "schema = 1\nname = \"mine/try\"\ntitle = \"T\"\nprotocol = \"khalid2016/1\"\nseed = 1\n\
-             [suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n[[method]]\nname = \"DTEF\"\n{table}"
-        )
-    };
-    let of = |table: &str| headline(&trackfail_engine::spec::parse("try.toml", &text(table)).unwrap()).name();
+fn a_report_is_ordered_by_a_metric_that_orders_by_itself_where_it_can() {
+    let of = |tables: &str| ordering_metric(&experiment(tables)).name();
     let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
     assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
     assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");
@@ -245,4 +226,29 @@ fn the_headline_orders_methods_by_itself_where_it_can() {
     assert_eq!(of(&rows("\"reverse_runs\", \"fpr\"")), "fpr");
     assert_eq!(of(&rows("\"events\"")), "f_score");
     assert_eq!(of(""), "f_score");
+}
+
+#[test]
+fn a_published_value_has_a_sign_and_a_word() {
+    let table = "[[table]]\nname = \"t\"\nrows = [\"f_score\"]\ncolumns = \"method\"\n";
+    let published =
+        "[[published]]\ntable = \"t\"\ntracker = \"NCC\"\nrow = \"f_score\"\nvalues = { DTEF = \".191\" }\n";
+    let mut of = by(Metric::F_SCORE, competitors());
+    of.fields[0].standings[1].name = "DTEF".into();
+    let note = |tables: &str| dots(&of, &experiment(tables), "").unwrap().0;
+    let with = note(&format!("{table}{published}"));
+    assert!(with.note.ends_with("; a diamond is the published value"));
+    assert_eq!(with.panels[0].published, [Some(0.191), None, None]);
+    assert_eq!(with.rows, ["good", "mixed", "bad"]);
+    assert!(note(table).note.ends_with("over sequences"));
+}
+
+#[test]
+fn a_point_of_a_grid_is_in_words() {
+    let spoken = |name: &str, label: &str| {
+        let (label, name) = (label.to_string(), name.to_string());
+        Standing { label, name, ..Standing::default() }.spoken()
+    };
+    assert_eq!(spoken("NAIVE", "NAIVE[horizon=5;threshold=0.004]"), "NAIVE (horizon 5, threshold 0.004)");
+    assert_eq!((spoken("CovF", "CovF"), spoken("a[b]", "a[b]")), ("CovF".into(), "a[b]".into()));
 }
