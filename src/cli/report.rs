@@ -2,7 +2,9 @@
 
 use super::{Failure, output};
 use crate::engine::store::lock_exclusive;
+use crate::plugin::unknown;
 use crate::report::finished::{self, FinishedError};
+use crate::report::paper::{self, Chosen, Item};
 use crate::report::{self, StagedReport};
 use crate::results::{Results, ResultsError};
 use crate::spec::presentation::name_of;
@@ -21,6 +23,12 @@ pub struct Args {
     /// Folder that reports are written to
     #[arg(long, value_name = "DIR", default_value = "reports")]
     reports: PathBuf,
+    /// Also write tables (LaTeX) and figures (PDF) into this folder, for a paper, with paper.tex, which shows them
+    #[arg(long, value_name = "DIR")]
+    paper: Option<PathBuf>,
+    /// With --paper: only the tables and figures of this name, such as `table1`; may be repeated
+    #[arg(long, value_name = "NAME", requires = "paper")]
+    only: Vec<String>,
 }
 
 /// Runs the verb.
@@ -39,17 +47,41 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // A run must not replace the results while they are read and their tables written.
     let _lock = lock_exclusive(results);
+    let mut rendered = Vec::new();
     let done = named.iter().try_for_each(|(name, file)| {
         let mut results = finished::read(results, name)?;
         file.map_or(Ok(()), |file| results.present(file))?;
-        let (index, _) = render(&results, &args.reports)?
+        let (index, written) = render(&results, &args.reports)?
             .publish(&args.reports)
             .map_err(|e| Failure::io(format!("{name}: {e}")))?;
+        rendered.push((name, args.reports.join(name), written.items));
         output::write(&format!("{}\n", index.display()))
     });
     // The page over all reports also lists those written before one that failed.
     let site = if args.reports.is_dir() { write_site(&args.reports) } else { Ok(()) };
-    done.and(site)
+    done.and(site)?;
+    args.paper.as_ref().map_or(Ok(()), |folder| write_paper(folder, &args.only, &rendered))
+}
+
+/// Writes chosen tables and figures of reports for a paper; all where none is chosen.
+fn write_paper(
+    folder: &Path,
+    only: &[String],
+    rendered: &[(&String, PathBuf, Vec<Item>)],
+) -> Result<(), Failure> {
+    let known = || rendered.iter().flat_map(|(.., items)| items).map(|item| item.name.as_str());
+    if let Some(name) = only.iter().find(|name| !known().any(|known| known == *name)) {
+        return Err(Failure::usage(format!("--only: {}", unknown("table or figure", name, known()))));
+    }
+    let wanted = |item: &&Item| only.is_empty() || only.contains(&item.name);
+    let chosen = rendered.iter().map(|(experiment, report, items)| Chosen {
+        experiment: experiment.as_str(),
+        report: report.as_path(),
+        items: items.iter().filter(wanted).collect(),
+    });
+    let chosen: Vec<Chosen<'_>> = chosen.filter(|chosen| !chosen.items.is_empty()).collect();
+    paper::write(&chosen, folder).map_err(Failure::io)?;
+    output::write(&format!("{}\n", folder.join(paper::DOCUMENT).display()))
 }
 
 /// The name of an experiment that is asked for by name, or by a file.

@@ -1,7 +1,7 @@
 //! Tables by attribute and tables of ranks, against the scores beside them.
 
 use crate::tools::{assert_same_files, trackfail};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 const SPEC: &str = r#"schema = 1
@@ -150,4 +150,31 @@ fn captions_order_and_selection_change_without_another_run() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("b.toml") && told.contains("other: method"), "{told}");
+}
+
+#[test]
+fn chosen_tables_and_figures_are_put_into_one_folder_for_a_paper() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    assert_eq!(run(root, SPEC), (0, String::new()));
+    let report = |arguments: &[&str]| {
+        let output =
+            trackfail().current_dir(root).args(["report", "small"]).args(arguments).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    assert_eq!(report(&["--paper", "all"]), (Some(0), String::new()));
+    let only = ["--paper", "some", "--only", "parts", "--only", "headline"];
+    assert_eq!(report(&only), (Some(0), String::new()));
+    let names = |folder: &str| {
+        let entries = std::fs::read_dir(root.join(folder)).unwrap();
+        entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect::<BTreeSet<String>>()
+    };
+    let expected = ["paper.tex", "small-headline.pdf", "small-macros.tex", "small-parts.tex"];
+    assert_eq!(names("some"), expected.map(String::from).into());
+    assert!(names("all").is_superset(&names("some")) && names("all").contains("small-board.tex"));
+    let paper = std::fs::read_to_string(root.join("some/paper.tex")).unwrap();
+    assert!(paper.contains("\\input{small-parts}") && paper.contains("{small-headline}"), "{paper}");
+    let (code, told) = report(&["--paper", "none", "--only", "partz"]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains("parts") && !root.join("none").exists(), "{told}");
 }

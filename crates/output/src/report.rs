@@ -25,6 +25,7 @@
 //! | [`page`] | the data of the page |
 //! | `glance` | chooses the figure and the table at the head of it |
 //! | [`write`](mod@write) | fills the page and writes the report |
+//! | [`paper`] | puts chosen tables and figures into one folder, for LaTeX |
 //! | [`site`] | the page over all reports |
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
 
@@ -45,6 +46,7 @@ mod markdown;
 mod operating;
 pub mod page;
 pub mod pairs;
+pub mod paper;
 mod provenance;
 mod readings;
 pub mod sequences;

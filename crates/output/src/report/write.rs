@@ -11,6 +11,7 @@ use super::html::render;
 use super::learned_on_test;
 use super::markdown::markdown;
 use super::page::{FailedCell, FigureView, Page, ReportError};
+use super::paper::{self, Item};
 use super::provenance::provenance;
 use super::readings;
 use super::sequences::{self, Collector, Sequences, json};
@@ -38,6 +39,8 @@ pub struct WrittenReport {
     pub units: Units,
     /// The answer of the page in a sentence; may be empty.
     pub verdict: String,
+    /// Its tables and figures.
+    pub items: Vec<Item>,
 }
 
 /// A report, or the page over all of them, that could not be written.
@@ -147,7 +150,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
-    Ok(WrittenReport { answer, units, verdict: page.verdict.join(" "), findings: page.claims })
+    let items = paper::items(&page);
+    Ok(WrittenReport { answer, units, items, verdict: page.verdict.join(" "), findings: page.claims })
 }
 
 /// Draws the figures that the experiment asks for into the folder, several at once, and shows them on the page.

@@ -1,0 +1,88 @@
+//! Chosen tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document that shows them.
+
+use super::page::Page;
+use super::write::WriteError;
+use crate::table::latex::latex_escape;
+use std::path::Path;
+use trackfail_engine::store::{self, StoreError};
+
+/// The document.
+pub const DOCUMENT: &str = "paper.tex";
+
+/// A table or a figure of a report.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// Its name in the experiment: `table1`.
+    pub name: String,
+    /// Its file, relative to the report.
+    pub file: String,
+    /// Text below a figure; a table's file has its own.
+    pub caption: Option<String>,
+    /// True if a figure is as wide as the text of a page.
+    pub is_wide: bool,
+}
+
+/// The tables and figures that a page shows, in its order.
+pub(super) fn items(page: &Page) -> Vec<Item> {
+    let table = |name: &String| Item {
+        name: name.clone(),
+        file: format!("tables/{name}.tex"),
+        caption: None,
+        is_wide: false,
+    };
+    let figures = page.figures.iter().map(|figure| {
+        let file = figure.file.replace(".svg", ".pdf");
+        let name = file.trim_start_matches("figures/").trim_end_matches(".pdf").to_string();
+        let is_wide = figure.endings.contains(&"column.svg");
+        Item { name, file, caption: Some(figure.caption.clone()), is_wide }
+    });
+    page.tables.iter().map(|t| table(&t.name)).chain(figures).collect()
+}
+
+/// Items of an experiment, with the folder of its report.
+pub struct Chosen<'a> {
+    /// Name of the experiment.
+    pub experiment: &'a str,
+    /// Folder of its report.
+    pub report: &'a Path,
+    /// Its items that are wanted.
+    pub items: Vec<&'a Item>,
+}
+
+/// Copies items into a folder, each as `EXPERIMENT-NAME.tex` or `.pdf`, with the numbers of their experiments as macros and
+/// [`DOCUMENT`], which shows them all.
+///
+/// # Errors
+/// When a file cannot be read or written.
+pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
+    let (mut macros, mut body) = (String::new(), String::new());
+    for Chosen { experiment, report, items } in chosen {
+        let stem = experiment.replace('/', "-");
+        let copy = |from: &str, name: &str| -> Result<(), WriteError> {
+            let path = report.join(from);
+            let bytes = std::fs::read(&path).map_err(|e| StoreError::new(&path, e))?;
+            Ok(store::write_derived(&folder.join(name), &bytes)?)
+        };
+        copy("tables/macros.tex", &format!("{stem}-macros.tex"))?;
+        macros.push_str(&format!("\\input{{{stem}-macros}}\n"));
+        for Item { name, file, caption, is_wide } in items {
+            let label = format!("{stem}-{name}");
+            let Some(caption) = caption else {
+                copy(file, &format!("{label}.tex"))?;
+                body.push_str(&format!("\\input{{{label}}}\n"));
+                continue;
+            };
+            copy(file, &format!("{label}.pdf"))?;
+            let (float, caption) = (if *is_wide { "figure*" } else { "figure" }, latex_escape(caption));
+            body.push_str(&format!(
+                "\\begin{{{float}}}\n\\centering\n\\includegraphics[width=\\linewidth]{{{label}}}\n\\caption{{{caption}}}\n\
+                 \\label{{fig:{label}}}\n\\end{{{float}}}\n"
+            ));
+        }
+    }
+    let document = format!(
+        "\\documentclass[twocolumn]{{article}}\n\\usepackage{{booktabs,graphicx,siunitx}}\n{macros}\\begin{{document}}\n{body}\
+         \\end{{document}}\n"
+    );
+    Ok(store::write_derived(&folder.join(DOCUMENT), document.as_bytes())?)
+}
