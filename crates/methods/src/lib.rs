@@ -6,12 +6,14 @@
 //! | [`signal`] | frames and regions | one number for each frame |
 //! | [`detector`] | a signal | a label for each frame |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
+//! | [`readings`] | counts and scores | how far readings of a paper are from what it prints |
 //! | [`analysis`] | signals or regions of whole suites | numbers, tables and charts |
 
 pub mod analysis;
 pub mod detector;
 #[cfg(test)]
 mod outside_tests;
+pub mod readings;
 pub mod signal;
 pub mod tracker;
 

@@ -1,8 +1,7 @@
 //! The results of an experiment: the one room that writes and reads the files of a run, `results/<experiment>/`.
 //!
-//! There is a module for each file, with its writer and its reader side by side. Files with columns declare these once
-//! ([`column::TableFile`]): writer, reader and the documentation ([`columns_markdown`]) share the declaration, and a
-//! column that is missing or does not belong there is an error.
+//! Files with columns are declared once, in `files`: writer, reader and the documentation ([`columns_markdown`]) share the
+//! declaration, and a column that is missing or does not belong there is an error. The rows are filled here:
 //!
 //! | module | file |
 //! |---|---|
@@ -11,65 +10,65 @@
 //! | [`frame_measures`] | `frame_measures.csv`: pooled numbers made of the score and alarm of every frame |
 //! | [`frame_pairs`] | `frame_pairs.csv`: differences of these numbers between methods, of experiments of the leaderboard |
 //! | [`readings`] | `readings.csv`: published numbers beside those of each reading |
-//! | [`frames`] | `frames.parquet`: boxes, scores and labels of every frame |
-//! | [`signals`] | `signals.parquet`: signals and forecasts |
-//! | [`truth`] | `truth.parquet`: ground truth |
-//! | [`conditions`], [`checks`] | `conditions.parquet`, `checks.csv`: of methods that follow the tracker's condition |
-//! | [`pieces`] | `pieces.csv`: of protocols in which a restart begins a new track |
+//! | `fill` | `frames.parquet`: boxes, scores and labels of every frame; `signals.parquet`: signals and forecasts; `truth.parquet`: ground truth; `conditions.parquet`, `checks.csv`: of methods that follow the tracker's condition; `pieces.csv`: of protocols in which a restart begins a new track |
+//! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
+//! | [`detections`] | what `trackfail detect` prints |
+//!
+//! Files of other kinds:
+//!
+//! | module | file |
+//! |---|---|
 //! | [`analyses`] | `analyses.json` |
 //! | [`models`] | `models/*.json` |
 //! | [`manifest`] | `manifest.json`: what the results rest on |
 //! | [`run`] | `run.json`: what differs from run to run |
-//! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
-//! | [`detections`] | what `trackfail detect` prints |
 //! | [`unfinished`] | none: the cells of the manifest that have no result, in groups |
 //!
 //! [`write`](fn@write) writes a folder, [`Results`] reads it.
 
-pub mod analyses;
 mod cells;
 pub mod checks;
-pub mod column;
-pub mod conditions;
 pub mod detections;
-mod frame;
+mod files;
+mod fill;
+mod folder;
 pub mod frame_measures;
 pub mod frame_pairs;
-pub mod frames;
 mod json;
 pub mod manifest;
 mod markdown;
 pub mod measures;
 pub mod models;
-pub mod pieces;
 mod presentation;
-mod read;
 pub mod readings;
+pub mod rows;
 pub mod run;
 pub mod scores;
-pub mod signals;
 pub mod tables;
 mod tracks;
-pub mod truth;
 pub mod unfinished;
-mod write;
 
 pub use cells::{method_label, parse_point};
-pub use frame::{TableError, texts_from_csv, texts_to_csv};
+pub use folder::{Detail, Results, remove_others, write};
 pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
 pub use markdown::columns_markdown;
 pub use measures::Measure;
-pub use read::Results;
+pub use rows::{TableError, texts_from_csv, texts_to_csv};
 pub use run::RunRecord;
 pub use scores::CellScore;
-pub use tracks::{MethodSeries, TrackFilter, TrackSeries};
-pub use write::{Detail, remove_others, write};
+pub use tracks::{MethodSeries, TrackFilter, TrackSeries, Truth};
 
 use std::path::PathBuf;
 use trackfail_dataset::DatasetError;
 use trackfail_engine::spec::SpecError;
 use trackfail_engine::store::StoreError;
+
+/// `analyses.json`: what the experiment's analyses found out, one entry for each analysis and tracker.
+pub mod analyses {
+    /// The file; experiments without an analysis, and those where every analysis failed, have none.
+    pub const FILE: &str = "analyses.json";
+}
 
 /// The experiment file as it was run, in a results folder.
 pub const SPEC: &str = "experiment.toml";

@@ -1,7 +1,5 @@
-//! Cells of a run as rows: their order, their names, and the columns that say which cell and frame a row is about.
+//! Cells of a run as rows: their names, their order, and what is written at once.
 
-use super::column::{FRAME, RUN, SEQUENCE, SUITE, TRACKER};
-use polars::prelude::Column as Series;
 use std::collections::HashMap;
 use std::hash::Hash;
 use trackfail_engine::{Cell, Outcome};
@@ -20,11 +18,6 @@ pub fn parse_point(params: &str) -> Vec<(String, f64)> {
             Some((axis.to_string(), value.parse().ok()?))
         })
         .collect()
-}
-
-/// An empty text as a missing value, so that the CSV field is empty and not `""`.
-pub(super) fn some_text(text: &str) -> Option<&str> {
-    (!text.is_empty()).then_some(text)
 }
 
 /// The cells by their names, whatever the order in which they were done.
@@ -64,50 +57,21 @@ pub(super) fn in_parts<'c, T>(
     parts
 }
 
-/// Cells with the same key together; groups and their cells in the order in which they come.
-pub(super) fn grouped<'a, K: Eq + Hash>(
-    cells: impl IntoIterator<Item = &'a Cell>,
-    key: impl Fn(&'a Cell) -> K,
-) -> Vec<Vec<&'a Cell>> {
+/// What has the same key together, behind the key; groups and their members in the order in which they come.
+pub(super) fn grouped<T: Copy, K: Copy + Eq + Hash>(
+    all: impl IntoIterator<Item = T>,
+    key: impl Fn(T) -> K,
+) -> Vec<(K, Vec<T>)> {
     let mut places = HashMap::new();
-    let mut groups: Vec<Vec<&Cell>> = Vec::new();
-    for cell in cells {
+    let mut groups: Vec<(K, Vec<T>)> = Vec::new();
+    for one in all {
+        let key = key(one);
         // The map only finds a group's place, its own order plays no part.
-        let place = *places.entry(key(cell)).or_insert_with(|| {
-            groups.push(Vec::new());
-            groups.len() - 1
-        });
-        groups[place].push(cell);
+        let place = *places.entry(key).or_insert(groups.len());
+        if place == groups.len() {
+            groups.push((key, Vec::new()));
+        }
+        groups[place].1.push(one);
     }
     groups
-}
-
-/// The leading columns of files with a row for each frame: suite, sequence, tracker, run and frame.
-#[derive(Default)]
-pub(super) struct FrameKeys<'a> {
-    sequence: Vec<&'a str>,
-    tracker: Vec<&'a str>,
-    run: Vec<i64>,
-    frame: Vec<i64>,
-}
-
-impl<'a> FrameKeys<'a> {
-    /// Adds the frames of a cell.
-    pub fn push(&mut self, outcome: &'a Outcome<'_>, cell: &'a Cell, length: usize) {
-        let sequence = &outcome.sequences[cell.sequence];
-        self.sequence.extend(std::iter::repeat_n(sequence.name.as_str(), length));
-        self.tracker.extend(std::iter::repeat_n(cell.tracker.as_str(), length));
-        self.run.extend(std::iter::repeat_n(i64::from(cell.run), length));
-        self.frame.extend((0..length).map(|t| i64::from(sequence.number(t))));
-    }
-
-    pub fn columns(self, suite: &str) -> Vec<Series> {
-        vec![
-            SUITE.of(vec![suite; self.frame.len()]),
-            SEQUENCE.of(self.sequence),
-            TRACKER.of(self.tracker),
-            RUN.of(self.run),
-            FRAME.of(self.frame),
-        ]
-    }
 }

@@ -3,36 +3,16 @@
 pub use trackfail_judge::judged::{JudgedMethod, badness};
 pub use trackfail_methods::detector::labels::TargetState;
 
-use super::column::{Column, FRAME, METHOD, TableFile};
-use super::frame::{TableError, to_csv};
-use super::frames::{CHANGE, LABEL, SCORE};
+use super::files::Judgement;
+use super::rows::{File, Rows, TableError, to_csv};
 
-/// The CSV on stdout.
-pub const FILE: TableFile = TableFile {
-    name: "stdout of `trackfail detect`",
-    about: "One row for each frame and method, method by method.",
-    columns: &[NUMBER, METHOD, SCORE_OF_TRACK, LABEL, CHANGE, STATE],
-};
-
-/// The CSV on stdout for a file of several targets.
-pub const FILE_OF_TARGETS: TableFile = TableFile {
-    name: "stdout of `trackfail detect` for boxes with numbers of targets",
-    about: "One row for each frame, method and target, target by target.",
-    columns: &[NUMBER, METHOD, SCORE_OF_TRACK, LABEL, CHANGE, STATE, TARGET],
-};
-
-const NUMBER: Column = Column { meaning: "Number of the frame, as its file has it", ..FRAME };
-
-const SCORE_OF_TRACK: Column = SCORE.empty("the track has not begun yet, or is over");
-
-const STATE: Column = Column::text(
-    "state",
-    "`absent` where the tracker gives no box; else `lost` from an alarm on, until the recovery is confirmed: in the frame \
-     without an alarm itself for methods whose alarm lasts as long as the loss, in the tenth frame in a row without one for \
-     the others, and where the score is a probability, after ten frames in a row below one half; else `tracking`. An alarm that is raised while the target is absent ends with the absence",
-);
-
-const TARGET: Column = Column::integer("target", "", "Number of the target, as the file of boxes has it");
+/// The CSV on stdout; that of a file of several targets has one column more.
+pub(super) fn file() -> File {
+    let mut columns = Judgement::columns();
+    columns.truncate(columns.len() - 1);
+    let about = "One row for each frame and method, method by method.";
+    File { name: "stdout of `trackfail detect`", about, columns }
+}
 
 /// One target, as the methods judge it.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,26 +37,23 @@ impl JudgedTrack {
 /// # Errors
 /// When polars refuses.
 pub fn csv(tracks: &[&JudgedTrack]) -> Result<Vec<u8>, TableError> {
-    let (mut number, mut name, mut score) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut label, mut change, mut state, mut target) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (track, method) in tracks.iter().flat_map(|track| track.methods.iter().map(move |m| (track, m))) {
-        let frames = method.states.len();
-        number.extend((0..frames).map(|t| track.number(t) as i64));
-        name.extend(std::iter::repeat_n(method.name.as_str(), frames));
-        score.extend_from_slice(&method.score);
-        label.extend(method.label.iter().map(|alarm| i32::from(*alarm)));
-        change.extend_from_slice(&method.changes);
-        state.extend(method.states.iter().map(|state| state.word()));
-        target.extend(track.target.map(|id| vec![id; frames]).unwrap_or_default());
+    let methods = tracks.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
+    let rows = methods.flat_map(|(track, method)| {
+        (0..method.states.len()).map(move |t| Judgement {
+            frame: track.number(t) as i64,
+            method: &method.name,
+            score: method.score[t],
+            label: i32::from(method.label[t]),
+            change: method.changes[t],
+            state: method.states[t].word(),
+            target: track.target,
+        })
+    });
+    let mut frame = Judgement::frame("", rows)?;
+    if tracks.iter().all(|track| track.target.is_none()) {
+        frame.drop_in_place("target")?;
     }
-    let keys = [NUMBER.of(number), METHOD.of(name), SCORE_OF_TRACK.of(score)];
-    let mut columns: Vec<_> = keys.into();
-    columns.extend([LABEL.of(label), CHANGE.of(change), STATE.of(state)]);
-    if tracks.iter().any(|track| track.target.is_some()) {
-        columns.push(TARGET.of(target));
-        return to_csv(FILE_OF_TARGETS.frame(columns)?);
-    }
-    to_csv(FILE.frame(columns)?)
+    to_csv(frame)
 }
 
 #[cfg(test)]

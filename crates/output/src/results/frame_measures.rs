@@ -1,13 +1,13 @@
 //! `frame_measures.csv`: measures of scores and alarms frame by frame, pooled over sequences and runs.
 
-use super::cells::{grouped, some_text};
-use super::column::{Column, METHOD, PARAMS, SUITE, TRACKER, TableFile};
-use super::frame::TableError;
+use super::cells::grouped;
+use super::files::{Measured, NO_INTERVAL, integer, real};
 use super::measures::Measure;
-use polars::prelude::DataFrame;
+use super::rows::{Column, Field, File, Rows, TableError, group, ungroup};
+use polars::prelude::{Column as Values, DataFrame};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use trackfail_core::direction::Direction;
 use trackfail_core::num::seed;
 use trackfail_engine::execute::judge::Judged;
@@ -16,82 +16,49 @@ use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::detector::DetectorOutput;
 use trackfail_methods::score::FrameMeasures;
-use trackfail_methods::score::frames::list::{Bounds, FRAME_METRICS, FrameMetric};
+use trackfail_methods::score::frames::list::FRAME_METRICS;
 use trackfail_methods::score::frames::measures::{Sampled, of_scores, with_alarms};
 use trackfail_methods::score::frames::{Method, ScoredTrack};
 use trackfail_methods::score::restarts;
 
 const NOT_KNOWN: &str = "it has no value, such as that of a suite without a loss";
-const NO_INTERVAL: &str = "there is no value, or there are fewer than three sequences";
 
-const GOOD_FRAMES: Column =
-    Column::integer("good_frames", "frames", "Annotated frames that are not lost").empty(NOT_KNOWN);
-const LOST_FRAMES: Column =
-    Column::integer("lost_frames", "frames", "Frames without overlap").empty(NOT_KNOWN);
-const LOSSES: Column =
-    Column::integer("losses", "", "Ranges of lost frames after a frame that is not lost").empty(NOT_KNOWN);
-
-/// Columns that say which row it is, and those of its counts.
-const HEAD: [Column; 7] = [
-    SUITE,
-    Column {
-        meaning: "Label of the tracker; in experiments of the leaderboard also `*` for all of them, `* FAMILY` for those of a \
-                  family, `* on SOURCE` for all on a source of videos, `* FAMILY on SOURCE`",
-        ..TRACKER
-    },
-    METHOD,
-    PARAMS,
-    GOOD_FRAMES,
-    LOST_FRAMES,
-    LOSSES,
-];
-
-/// Number of columns.
-const COLUMNS: usize = {
-    let (mut count, mut k) = (HEAD.len() + FRAME_METRICS.len(), 0);
-    while k < FRAME_METRICS.len() {
-        count += if FRAME_METRICS[k].bounds.is_some() { 2 } else { 0 };
-        k += 1;
+/// The columns of the counts and of the list of measures, each with its bounds behind it.
+pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
+    let mut columns = vec![
+        integer("good_frames", "Annotated frames that are not lost").unit("frames").empty(NOT_KNOWN),
+        integer("lost_frames", "Frames without overlap").unit("frames").empty(NOT_KNOWN),
+        integer("losses", "Ranges of lost frames after a frame that is not lost").empty(NOT_KNOWN),
+    ];
+    for metric in FRAME_METRICS {
+        let [low, high] = metric.bounds.map_or([""; 2], |bounds| bounds.names);
+        let all = [
+            real(metric.name, metric.meaning).empty(NOT_KNOWN),
+            real(low, "Lower bound of the measure before it").empty(NO_INTERVAL),
+            real(high, "Upper bound of the same").empty(NO_INTERVAL),
+        ];
+        let there = all.iter().filter(|column| !column.name.is_empty());
+        columns.extend(there.map(|column| Column { unit: metric.unit, recent: metric.is_recent, ..*column }));
     }
-    count
-};
-
-/// All columns: those of the list of measures, each with its bounds behind it.
-const ALL: [Column; COLUMNS] = {
-    let mut all = [SUITE; COLUMNS];
-    let (mut n, mut k) = (0, 0);
-    while n < HEAD.len() {
-        all[n] = HEAD[n];
-        n += 1;
-    }
-    while k < FRAME_METRICS.len() {
-        let FrameMetric { name, unit, meaning, is_recent, bounds, .. } = FRAME_METRICS[k];
-        all[n] = Column::real(name, unit, meaning).empty(NOT_KNOWN);
-        all[n].recent = is_recent;
-        n += 1;
-        if let Some(Bounds { names: [low, high], .. }) = bounds {
-            all[n] = Column::real(low, unit, "Lower bound of the measure before it").empty(NO_INTERVAL);
-            all[n + 1] = Column::real(high, unit, "Upper bound of the same").empty(NO_INTERVAL);
-            all[n].recent = is_recent;
-            all[n + 1].recent = is_recent;
-            n += 2;
-        }
-        k += 1;
-    }
-    all
-};
+    columns
+});
 
 /// The file.
-pub const FILE: TableFile = TableFile {
-    name: "frame_measures.csv",
-    about: "One row for each tracker and method (with its grid point), as in measures.csv: how well the method's score and \
-            its alarms tell lost frames from good ones, frame by frame, all frames together. Bounds are those of a 95 % \
-            bootstrap interval over sequences. Runs of earlier versions have no such file.",
-    columns: &ALL,
-};
+pub static FILE: LazyLock<File> = LazyLock::new(Measured::file);
 
-/// Columns that say which row it is.
-const KEYS: usize = 4;
+impl<'a> Field<'a> for FrameMeasures {
+    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+        group(columns, &values, |measures, k| measures.get(columns[k].name))
+    }
+
+    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+        ungroup(columns, frame, |numbers| {
+            let mut measures = Self::default();
+            columns.iter().zip(numbers).for_each(|(column, number)| measures.set(column.name, *number));
+            measures
+        })
+    }
+}
 
 /// The label that stands for all trackers together.
 pub const EVERY_TRACKER: &str = "*";
@@ -136,8 +103,8 @@ fn of_method<'a>(
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let mut rows = Vec::new();
     let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)> = None;
-    for cells in grouped(cells.iter().copied(), |cell| &cell.params) {
-        let Some(first) = cells.first() else { continue };
+    for (params, cells) in grouped(cells.iter().copied(), |cell| &cell.params) {
+        let first = cells[0];
         let judged = cells.iter().filter_map(|cell| Some((*cell, cell.result.as_ref().ok()?)));
         let outputs = judged.clone().map(|(cell, judged)| outcome.detector_output(cell, judged));
         let outputs = outputs.collect::<Result<Vec<_>, StoreError>>()?;
@@ -172,7 +139,7 @@ fn of_method<'a>(
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
                 let compared: Vec<&[f64]> = tracks_of.iter().map(|(.., output)| output.compared()).collect();
                 let differs = tracks_of.iter().any(|(.., output)| output.alarm_score.is_some());
-                let reading = reading(experiment, &first.method, &first.params);
+                let reading = reading(experiment, &first.method, params);
                 of_scores(&tracks, differs.then_some(&compared[..]), reading, Some(seed))
             }
         };
@@ -227,12 +194,12 @@ pub(super) fn measure<'a>(
     experiment: &Experiment,
     outcome: &'a Outcome<'_>,
 ) -> Result<Vec<Row<'a>>, StoreError> {
-    let methods = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method));
+    let methods = grouped(&outcome.cells, |cell| (&cell.tracker, &cell.method));
     let mut groups: Vec<(String, Vec<&Cell>)> =
-        methods.into_iter().filter_map(|cells| Some((cells.first()?.tracker.clone(), cells))).collect();
+        methods.into_iter().map(|((tracker, _), cells)| (tracker.clone(), cells)).collect();
     if experiment.leaderboard {
-        let methods = grouped(outcome.cells.iter(), |cell| &cell.method);
-        groups.extend(methods.into_iter().flat_map(|cells| pools(experiment, outcome, &cells)));
+        let methods = grouped(&outcome.cells, |cell| &cell.method);
+        groups.extend(methods.into_iter().flat_map(|(_, cells)| pools(experiment, outcome, &cells)));
     }
     let rows = groups
         .par_iter()
@@ -241,22 +208,13 @@ pub(super) fn measure<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// The rows of the file.
-///
-/// # Errors
-/// When polars refuses.
-pub(super) fn frame(suite: &str, rows: &[Row<'_>]) -> Result<DataFrame, TableError> {
-    let text = |f: fn(&Cell) -> &str| rows.iter().map(|row| f(row.first)).collect::<Vec<_>>();
-    let mut columns = vec![
-        SUITE.of(vec![suite; rows.len()]),
-        TRACKER.of(rows.iter().map(|row| row.tracker.as_str()).collect::<Vec<_>>()),
-        METHOD.of(text(|c| &c.method)),
-        PARAMS.of(rows.iter().map(|row| some_text(&row.first.params)).collect::<Vec<_>>()),
-    ];
-    for column in &FILE.columns[KEYS..] {
-        columns.push(column.of_metric(rows.iter().map(|row| row.measures.get(column.name))));
+impl Row<'_> {
+    /// The row of the file.
+    pub fn measured(&self) -> Measured {
+        let [tracker, method, params] =
+            [&self.tracker, &self.first.method, &self.first.params].map(String::clone);
+        Measured { tracker, method, params, measures: self.measures }
     }
-    FILE.frame(columns)
 }
 
 /// Measures by tracker, method and grid point.
@@ -267,16 +225,8 @@ pub type ByMethod = BTreeMap<[String; 3], FrameMeasures>;
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
-    let rows = FILE.read(bytes)?;
-    let (tracker, method, params) = (rows.texts(&TRACKER)?, rows.texts(&METHOD)?, rows.texts(&PARAMS)?);
-    let mut read = vec![FrameMeasures::default(); rows.len()];
-    for column in &FILE.columns[KEYS..] {
-        for (row, number) in read.iter_mut().zip(rows.numbers(column)?) {
-            row.set(column.name, number);
-        }
-    }
-    let key = |i: usize| [tracker[i], method[i], params[i]].map(str::to_string);
-    Ok(read.into_iter().enumerate().map(|(i, measures)| (key(i), measures)).collect())
+    let rows = Measured::rows(&Measured::read(bytes)?)?;
+    Ok(rows.into_iter().map(|row| ([row.tracker, row.method, row.params], row.measures)).collect())
 }
 
 /// Puts measures to the pooled numbers of the same tracker, method and grid point.
@@ -299,10 +249,10 @@ mod tests {
             let column = FILE.columns.iter().find(|c| c.name == metric.name());
             assert!(column.is_some_and(|c| c.unit == metric.unit()), "{metric:?}");
         }
-        for (k, column) in FILE.columns[KEYS..].iter().enumerate() {
+        for (k, column) in MEASURES.iter().enumerate() {
             let mut measures = FrameMeasures::default();
             measures.set(column.name, Some(k as f64));
-            for other in &FILE.columns[KEYS..] {
+            for other in MEASURES.iter() {
                 let value = measures.get(other.name);
                 assert_eq!(value, (other == column).then_some(k as f64), "{}", column.name);
             }

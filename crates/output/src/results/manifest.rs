@@ -2,7 +2,7 @@
 //! to run is in `run.json`.
 
 use super::ResultsError;
-use super::cells::method_label;
+use super::cells::{grouped, method_label};
 use super::json::from_json;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -15,8 +15,8 @@ use trackfail_dataset::Frames;
 use trackfail_engine::CellError;
 use trackfail_engine::execute::analyse::NotAnalysed;
 use trackfail_engine::execute::train::{Content, Model};
-use trackfail_engine::spec::Experiment;
-use trackfail_engine::spec::method::DetectorChoice;
+use trackfail_engine::spec::method::{DetectorChoice, Method, Variant};
+use trackfail_engine::spec::{Experiment, Tracker};
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, CellName, Outcome};
 
@@ -111,6 +111,20 @@ pub struct TrackerRecord {
     pub params: Value,
 }
 
+impl TrackerRecord {
+    fn of(tracker: &Tracker) -> Self {
+        let Tracker { label, kind, version, runs, training_runs, setup, .. } = tracker;
+        Self {
+            label: label.clone(),
+            kind: kind.to_string(),
+            version: *version,
+            runs: *runs,
+            training_runs: *training_runs,
+            params: setup.params(),
+        }
+    }
+}
+
 /// A method's variant with its parameters.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MethodRecord {
@@ -145,48 +159,40 @@ impl NotRun {
     /// The tracks of the test suite that are declared not to be there, the methods that were not run, in the order of their
     /// first cells, and then the analyses.
     fn of(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
-        let mut all: Vec<Self> = Self::absent(experiment, outcome);
-        for cell in &outcome.cells {
-            let Err(CellError::Unmet(need)) = &cell.result else { continue };
-            let method = method_label(&cell.method, &cell.params);
-            match all
-                .iter_mut()
-                .find(|n| n.tracker == cell.tracker && n.method == method && n.reason == *need)
-            {
-                Some(known) => known.cells += 1,
-                None => {
-                    let (tracker, reason) = (cell.tracker.clone(), (*need).to_string());
-                    all.push(Self { tracker, method, reason, cells: 1 });
-                }
+        let entry = |tracker: &str, method: String, reason: &str, cells: usize| Self {
+            tracker: tracker.to_string(),
+            method,
+            reason: reason.to_string(),
+            cells,
+        };
+        let jobs = outcome.tracks.iter().enumerate().flat_map(|(s, tracks)| {
+            outcome.jobs.iter().zip(tracks).map(move |(job, track)| (s, job.tracker, track))
+        });
+        let absent = jobs.filter_map(|(s, tracker, track)| match track {
+            Err(CellError::Absent(reason)) => {
+                Some((s, (experiment.trackers[tracker].label.as_str(), reason)))
             }
-        }
+            _ => None,
+        });
+        // It is declared for all runs.
+        let absent = grouped(absent, |(_, what)| what).into_iter().map(|((tracker, reason), tracks)| {
+            let sequence = tracks[0].0;
+            let is_mine = |cell: &&Cell| cell.sequence == sequence && cell.tracker == tracker;
+            entry(tracker, String::new(), reason, outcome.cells.iter().filter(is_mine).count())
+        });
+        let unmet = outcome.cells.iter().filter_map(|cell| match cell.result {
+            Err(CellError::Unmet(need)) => Some((&*cell.tracker, &*cell.method, &*cell.params, need)),
+            _ => None,
+        });
+        let unmet =
+            grouped(unmet, |what| what).into_iter().map(|((tracker, method, params, need), cells)| {
+                entry(tracker, method_label(method, params), need, cells.len())
+            });
         let analyses = outcome.not_analysed.iter().filter(|n| !n.error.is_failure());
-        all.extend(analyses.map(|NotAnalysed { analysis, tracker, error }| Self {
-            tracker: tracker.clone(),
-            method: format!("analysis {analysis}"),
-            reason: error.to_string(),
-            cells: 0,
-        }));
-        all
-    }
-
-    /// The tracks of the test suite that are declared not to be there.
-    fn absent(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
-        let mut all: Vec<Self> = Vec::new();
-        for (s, tracks) in outcome.tracks.iter().enumerate() {
-            for (job, track) in outcome.jobs.iter().zip(tracks) {
-                let Err(CellError::Absent(reason)) = track else { continue };
-                let tracker = &experiment.trackers[job.tracker].label;
-                let is_mine = |cell: &&Cell| cell.sequence == s && cell.tracker == *tracker;
-                // It is declared for all runs.
-                if all.iter().all(|n| n.tracker != *tracker || n.reason != *reason) {
-                    let cells = outcome.cells.iter().filter(is_mine).count();
-                    let (tracker, reason) = (tracker.clone(), reason.clone());
-                    all.push(Self { tracker, method: String::new(), reason, cells });
-                }
-            }
-        }
-        all
+        let analyses = analyses.map(|NotAnalysed { analysis, tracker, error }| {
+            entry(tracker, format!("analysis {analysis}"), &error.to_string(), 0)
+        });
+        absent.chain(unmet).chain(analyses).collect()
     }
 }
 
@@ -225,14 +231,12 @@ pub struct FailedCell {
 impl FailedCell {
     /// The record of a cell or a track.
     pub fn new(CellName { sequence, tracker, run, method, params }: &CellName, error: &CellError) -> Self {
-        Self {
-            sequence: sequence.clone(),
-            tracker: tracker.clone(),
-            run: *run,
-            method: method_label(method, params),
-            missing: matches!(error, CellError::Missing(_)),
-            reason: error.to_string(),
-        }
+        Self::of((sequence, tracker, *run), method_label(method, params), error)
+    }
+
+    fn of((sequence, tracker, run): (&str, &str, u32), method: String, error: &CellError) -> Self {
+        let (sequence, tracker, reason) = (sequence.to_string(), tracker.to_string(), error.to_string());
+        Self { sequence, tracker, run, method, missing: matches!(error, CellError::Missing(_)), reason }
     }
 }
 
@@ -321,25 +325,15 @@ impl Manifest {
     /// The manifest of an outcome.
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
-            let e = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
-            Some(FailedCell {
-                sequence: outcome.sequences[cell.sequence].name.clone(),
-                tracker: cell.tracker.clone(),
-                run: cell.run,
-                method: method_label(&cell.method, &cell.params),
-                missing: matches!(e, CellError::Missing(_)),
-                reason: e.to_string(),
-            })
+            let error = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
+            let sequence = &outcome.sequences[cell.sequence].name;
+            let method = method_label(&cell.method, &cell.params);
+            Some(FailedCell::of((sequence, &cell.tracker, cell.run), method, error))
         });
         let tracks = outcome.failed_tracks.iter().map(|(name, e)| FailedCell::new(name, e));
         let not_analysed = outcome.not_analysed.iter().filter(|n| n.error.is_failure());
-        let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error: e }| FailedCell {
-            sequence: "*".to_string(),
-            tracker: String::new(),
-            run: 0,
-            method: format!("analysis {analysis} of {tracker}"),
-            missing: matches!(e, CellError::Missing(_)),
-            reason: e.to_string(),
+        let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error }| {
+            FailedCell::of(("*", "", 0), format!("analysis {analysis} of {tracker}"), error)
         });
         let attributed = outcome.sequences.iter().filter(|s| !s.attributes.is_empty());
         let attributes = attributed.map(|s| (s.name.clone(), s.attributes.clone()));
@@ -362,18 +356,7 @@ impl Manifest {
                 sizes: sizes.collect(),
             },
             digests: outcome.digests.clone(),
-            trackers: experiment
-                .trackers
-                .iter()
-                .map(|t| TrackerRecord {
-                    label: t.label.clone(),
-                    kind: t.kind.to_string(),
-                    version: t.version,
-                    runs: t.runs,
-                    training_runs: t.training_runs,
-                    params: t.setup.params(),
-                })
-                .collect(),
+            trackers: experiment.trackers.iter().map(TrackerRecord::of).collect(),
             methods: method_records(experiment, outcome),
             models: model_records(&outcome.models),
             cells_done: outcome.cells.iter().filter(|c| c.result.is_ok()).count(),
@@ -427,45 +410,38 @@ fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
 }
 
 fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodRecord> {
-    let mut records = Vec::new();
     let mut thresholds: BTreeMap<(&str, &str), BTreeMap<String, f64>> = BTreeMap::new();
     for cell in &outcome.cells {
         let of_variant = thresholds.entry((&cell.method, &cell.params)).or_default();
-        if let Some(threshold) = cell.threshold
-            && of_variant.get(&cell.tracker) != Some(&threshold)
-        {
-            of_variant.insert(cell.tracker.clone(), threshold);
-        }
+        of_variant.extend(cell.threshold.map(|threshold| (cell.tracker.clone(), threshold)));
     }
-    for method in &experiment.methods {
-        for variant in &method.variants {
-            let params = variant.params();
-            let fixed = variant.detector.example();
-            let key = match &variant.detector {
-                DetectorChoice::Given(_) => None,
-                DetectorChoice::Trained(t) => Some(t.key.clone()),
-                DetectorChoice::Learned(_) => Some("model".to_string()),
-            };
-            let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
-            let on_others = variant.detector.trains_on_others();
-            let learned_on = |suite: &String| match on_others {
-                true => format!("other videos and other trackers of {suite}"),
-                false => suite.clone(),
-            };
-            let trained = key.zip(suite.map(learned_on));
-            // Every fold has its own, see the models.
-            let thresholds = thresholds.get(&(&*method.name, &*params)).filter(|_| !on_others);
-            records.push(MethodRecord {
-                name: method.name.clone(),
-                params: params.clone(),
-                signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
-                detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
-                trained,
-                thresholds: thresholds.cloned().unwrap_or_default(),
-            });
+    let variants = experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)));
+    let record = |(method, variant): (&Method, &Variant)| {
+        let params = variant.params();
+        let fixed = variant.detector.example();
+        let key = match &variant.detector {
+            DetectorChoice::Given(_) => None,
+            DetectorChoice::Trained(t) => Some(t.key.clone()),
+            DetectorChoice::Learned(_) => Some("model".to_string()),
+        };
+        let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
+        let on_others = variant.detector.trains_on_others();
+        let learned_on = |suite: &String| match on_others {
+            true => format!("other videos and other trackers of {suite}"),
+            false => suite.clone(),
+        };
+        // Every fold has its own, see the models.
+        let thresholds = thresholds.get(&(&*method.name, &*params)).filter(|_| !on_others);
+        MethodRecord {
+            name: method.name.clone(),
+            signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
+            detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
+            trained: key.zip(suite.map(learned_on)),
+            thresholds: thresholds.cloned().unwrap_or_default(),
+            params,
         }
-    }
-    records
+    };
+    variants.map(record).collect()
 }
 
 /// `1 run`, `10 runs`.
@@ -489,7 +465,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::frame::parts_to_parquet;
+    use crate::results::rows::parts_to_parquet;
     use polars::prelude::{Column, DataFrame};
 
     /// A disk with room for so many bytes.

@@ -1,28 +1,13 @@
 //! The documentation of the columns, from their declarations.
 
-use super::column::{Column, TableFile};
-use super::{
-    checks, conditions, detections, frame_measures, frame_pairs, frames, measures, pieces, readings, scores,
-    signals, tables, truth,
-};
+use super::detections;
+use super::files::{Judgement, TableRow, of_folder};
+use super::rows::{Column, File, Rows};
 
 /// Every file with columns, in the order of the documentation.
-const FILES: [&TableFile; 14] = [
-    &scores::FILE,
-    &measures::FILE,
-    &frame_measures::FILE,
-    &frame_pairs::FILE,
-    &frames::FILE,
-    &signals::FILE,
-    &truth::FILE,
-    &conditions::FILE,
-    &checks::FILE,
-    &pieces::FILE,
-    &readings::FILE,
-    &tables::FILE,
-    &detections::FILE,
-    &detections::FILE_OF_TARGETS,
-];
+fn files() -> impl Iterator<Item = File> {
+    of_folder().into_iter().chain([TableRow::file(), detections::file(), Judgement::file()])
+}
 
 const HEAD: &str = "\
 # Columns of the result files
@@ -37,12 +22,12 @@ This page is made from the declarations in `crates/output/src/results/` by a tes
 /// The page with a table of columns for every file, as Markdown.
 pub fn columns_markdown() -> String {
     let mut text = HEAD.to_string();
-    for file in FILES {
+    for file in files() {
         text.push_str(&format!("\n## {}\n\n{}\n\n", heading(file.name), file.about));
         text.push_str("| column | type | unit | meaning |\n|---|---|---|---|\n");
         for Column { name, kind, unit, meaning, empty, .. } in file.columns {
             let empty = if empty.is_empty() { String::new() } else { format!("; empty where {empty}") };
-            text.push_str(&format!("| `{name}` | {} | {unit} | {meaning}{empty} |\n", kind.words()));
+            text.push_str(&format!("| `{name}` | {} | {unit} | {meaning}{empty} |\n", kind.types().0));
         }
     }
     text
@@ -58,6 +43,7 @@ fn heading(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::files::*;
     use super::*;
     use std::path::Path;
 
@@ -75,8 +61,31 @@ mod tests {
     }
 
     #[test]
+    fn rows_have_the_declared_types() {
+        fn check<'a, R: Rows<'a>>() {
+            let frame = R::frame("", []).unwrap();
+            let found = frame.columns().iter().map(|c| (c.name().as_str(), c.dtype().clone()));
+            let declared = R::columns().into_iter().map(|c| (c.name, c.kind.types().1));
+            assert!(found.eq(declared), "{}", R::NAME);
+        }
+        check::<Score>();
+        check::<MeasureRow>();
+        check::<Measured>();
+        check::<Pair>();
+        check::<Frame<'_>>();
+        check::<Signal<'_>>();
+        check::<Target<'_>>();
+        check::<ConditionRow<'_>>();
+        check::<CheckRow>();
+        check::<Piece>();
+        check::<Row>();
+        check::<TableRow<'_>>();
+        check::<Judgement<'_>>();
+    }
+
+    #[test]
     fn every_column_is_explained_and_there_once() {
-        for file in FILES {
+        for file in files() {
             let names: std::collections::BTreeSet<&str> = file.columns.iter().map(|c| c.name).collect();
             assert_eq!(names.len(), file.columns.len(), "{}", file.name);
             assert!(

@@ -1,74 +1,21 @@
 //! `measures.csv`: everything pooled over sequences and runs.
 
-use super::ResultsError;
-use super::cells::{grouped, method_label, parse_point, some_text};
-use super::column::{
-    Column, DETECTIONS, EVENTS, F_SCORE, FN, FP, FPR, METHOD, PARAMS, PRECISION, RECALL, SUITE, TN, TP,
-    TRACKER, TableFile,
-};
-use super::frame::{TableError, to_csv};
+use super::cells::{grouped, method_label, parse_point};
+use super::files::MeasureRow;
 use super::manifest::FailedCell;
+use super::rows::{File, Rows, TableError};
 use super::scores::{CellScore, sum_of_cells};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::detector::track_quality::Effort;
 use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
-use trackfail_methods::score::{Counts, Metric, Pooled};
-
-const DONE: Column = Column::integer("done", "cells", "Cells that have a result");
-const FAILED: Column = Column::integer(
-    "failed",
-    "cells",
-    "Cells that failed, or whose data is missing although their sequence is there",
-);
-const NO_SCORES: &str = "no sequence has scores that differ";
-const SCORE_MEAN: Column =
-    Column::real("score_mean", "", "Mean of the scores of all frames, each sequence's scaled to 0..1")
-        .empty(NO_SCORES);
-const SCORE_STD: Column =
-    Column::real("score_std", "", "Standard deviation of the same scaled scores").empty(NO_SCORES);
-const REVERSE_RUNS: Column = Column::integer("reverse_runs", "", "Runs of the tracker backwards in time")
-    .empty("there is no result")
-    .recent();
-const REVERSE_FRAMES: Column = Column::integer("reverse_frames", "frames", "Frames of all runs backwards")
-    .empty("there is no result")
-    .recent();
-const DELAY_MEDIAN: Column =
-    Column::real("delay_median", "frames", "Median delay from an event to the detection that matches it")
-        .empty("no detection matches an event")
-        .recent();
+use trackfail_methods::score::{Metric, Pooled};
 
 /// The file.
-pub const FILE: TableFile = TableFile {
-    name: "measures.csv",
-    about: "One row for each tracker and method (with its grid point), pooled over sequences and runs: ratios are those \
-            of the summed counts.",
-    columns: &[
-        SUITE,
-        TRACKER,
-        METHOD,
-        PARAMS,
-        DONE,
-        FAILED,
-        TP,
-        FP,
-        FN,
-        TN,
-        EVENTS,
-        DETECTIONS,
-        PRECISION,
-        RECALL,
-        F_SCORE,
-        FPR,
-        SCORE_MEAN,
-        SCORE_STD,
-        REVERSE_RUNS,
-        REVERSE_FRAMES,
-        DELAY_MEDIAN,
-    ],
-};
+pub static FILE: LazyLock<File> = LazyLock::new(MeasureRow::file);
 
 /// The pooled numbers of one tracker and one variant of a method, over all sequences and runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,28 +50,31 @@ impl Measure {
     }
 }
 
-/// Pools an outcome's cells, in the order in which trackers and variants first appear.
+/// The rows of an outcome, in the order in which trackers and variants first appear.
 ///
 /// # Errors
 /// When a detection cannot be read from the store any more.
-pub(super) fn pool(outcome: &Outcome<'_>) -> Result<Vec<Measure>, StoreError> {
-    let groups = grouped(outcome.cells.iter(), |cell| (&cell.tracker, &cell.method, &cell.params));
-    groups
-        .into_iter()
-        .filter_map(|cells| Some((*cells.first()?, cells)))
-        .map(|(first, cells)| {
-            Ok(Measure {
-                tracker: first.tracker.clone(),
-                method: first.method.clone(),
-                params: first.params.clone(),
-                attribute: None,
-                pooled: pool_cells(outcome, &cells)?,
-                done: cells.iter().filter(|c| c.result.is_ok()).count(),
-                failed: cells.iter().filter(|c| c.has_failed()).count(),
-                not_there: 0,
-            })
+pub(super) fn rows(outcome: &Outcome<'_>) -> Result<Vec<MeasureRow>, StoreError> {
+    let groups = grouped(&outcome.cells, |cell| (&cell.tracker, &cell.method, &cell.params));
+    let row = |((tracker, method, params), cells): ((&String, &String, &String), Vec<&Cell>)| {
+        let done = cells.iter().filter(|c| c.result.is_ok()).count();
+        let pooled = pool_cells(outcome, &cells)?;
+        let effort = (done > 0).then_some(pooled.effort);
+        let [tracker, method, params] = [tracker, method, params].map(String::clone);
+        Ok(MeasureRow {
+            tracker,
+            method,
+            params,
+            done: done as i64,
+            failed: cells.iter().filter(|c| c.has_failed()).count() as i64,
+            counts: (done > 0).then_some(pooled.counts),
+            score: pooled.score,
+            reverse_runs: effort.map(|e| e.runs as i64),
+            reverse_frames: effort.map(|e| e.frames as i64),
+            delay: pooled.delay,
         })
-        .collect()
+    };
+    groups.into_iter().map(row).collect()
 }
 
 /// Pools the cells that have a result.
@@ -159,54 +109,28 @@ pub fn by_attribute(
     }
     let mut measures: Vec<Measure> = Vec::new();
     for (attribute, sequences) in sequences {
-        let without: Vec<&FailedCell> =
-            without.iter().filter(|cell| sequences.contains(cell.sequence.as_str())).collect();
-        let mut places: BTreeMap<(&str, &str, &str), usize> = BTreeMap::new();
-        for score in scores.iter().filter(|s| sequences.contains(s.sequence.as_str())) {
-            let place = *places.entry((&score.tracker, &score.method, &score.params)).or_insert_with(|| {
-                let label = method_label(&score.method, &score.params);
-                let mine = without.iter().filter(|c| c.tracker == score.tracker && c.method == label);
-                measures.push(Measure {
-                    tracker: score.tracker.clone(),
-                    method: score.method.clone(),
-                    params: score.params.clone(),
-                    attribute: Some(attribute.to_string()),
-                    pooled: Pooled::default(),
-                    done: 0,
-                    failed: mine.clone().count(),
-                    not_there: mine.filter(|c| c.missing).count(),
-                });
-                measures.len() - 1
+        let is_mine = |sequence: &String| sequences.contains(sequence.as_str());
+        let scores = scores.iter().filter(|s| is_mine(&s.sequence));
+        for ((tracker, method, params), cells) in grouped(scores, |s| (&s.tracker, &s.method, &s.params)) {
+            let label = method_label(method, params);
+            let failed: Vec<&FailedCell> = without
+                .iter()
+                .filter(|c| is_mine(&c.sequence) && c.tracker == *tracker && c.method == label)
+                .collect();
+            let counts = cells.iter().map(|cell| cell.counts).sum();
+            measures.push(Measure {
+                tracker: tracker.clone(),
+                method: method.clone(),
+                params: params.clone(),
+                attribute: Some(attribute.to_string()),
+                pooled: Pooled { counts, ..Pooled::default() },
+                done: cells.len(),
+                failed: failed.len(),
+                not_there: failed.iter().filter(|c| c.missing).count(),
             });
-            let measure = &mut measures[place];
-            measure.pooled.counts = [measure.pooled.counts, score.counts].into_iter().sum();
-            measure.done += 1;
         }
     }
     measures
-}
-
-/// Writes the file.
-///
-/// # Errors
-/// When a detection cannot be read from the store any more, or polars refuses.
-pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
-    let measures = pool(outcome)?;
-    let text = |f: fn(&Measure) -> &str| measures.iter().map(f).collect::<Vec<_>>();
-    let count = |f: fn(&Measure) -> usize| measures.iter().map(|m| f(m) as i64).collect::<Vec<_>>();
-    let mut columns = vec![
-        SUITE.of(vec![outcome.suite.as_str(); measures.len()]),
-        TRACKER.of(text(|m| &m.tracker)),
-        METHOD.of(text(|m| &m.method)),
-        PARAMS.of(measures.iter().map(|m| some_text(&m.params)).collect::<Vec<_>>()),
-        DONE.of(count(|m| m.done)),
-        FAILED.of(count(|m| m.failed)),
-    ];
-    for column in &FILE.columns[columns.len()..] {
-        let metric = Metric::from_name(column.name);
-        columns.push(column.of_metric(measures.iter().map(|m| m.value(metric?))));
-    }
-    Ok(to_csv(FILE.frame(columns)?)?)
 }
 
 /// Reads the file; the expected numbers of random detections are not in it.
@@ -214,34 +138,28 @@ pub(super) fn write(outcome: &Outcome<'_>) -> Result<Vec<u8>, ResultsError> {
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
-    let rows = FILE.read_csv(bytes)?;
-    let (tracker, method, params) = (rows.texts(&TRACKER)?, rows.texts(&METHOD)?, rows.texts(&PARAMS)?);
+    let count = |number: i64| u64::try_from(number).unwrap_or_default();
     // Where no cell has a result the fields are empty.
-    let count = |column| -> Result<Vec<u64>, TableError> {
-        Ok(rows.numbers(column)?.into_iter().map(Option::unwrap_or_default).collect())
-    };
-    let (tp, fp, fn_, tn) = (count(&TP)?, count(&FP)?, count(&FN)?, count(&TN)?);
-    let (mean, std): (Vec<Option<f64>>, _) = (rows.numbers(&SCORE_MEAN)?, rows.numbers(&SCORE_STD)?);
-    let (runs, frames) = (count(&REVERSE_RUNS)?, count(&REVERSE_FRAMES)?);
-    let delay = rows.numbers(&DELAY_MEDIAN)?;
-    let (done, failed) = (count(&DONE)?, count(&FAILED)?);
-    let measure = |i: usize| Measure {
-        tracker: tracker[i].to_string(),
-        method: method[i].to_string(),
-        params: params[i].to_string(),
+    let measure = |row: MeasureRow| Measure {
+        tracker: row.tracker,
+        method: row.method,
+        params: row.params,
         attribute: None,
         pooled: Pooled {
-            counts: Counts { tp: tp[i], fp: fp[i], fn_: fn_[i], tn: tn[i] },
-            score: mean[i].zip(std[i]),
-            effort: Effort { runs: runs[i], frames: frames[i] },
-            delay: delay[i],
+            counts: row.counts.unwrap_or_default(),
+            score: row.score,
+            effort: Effort {
+                runs: row.reverse_runs.map_or(0, count),
+                frames: row.reverse_frames.map_or(0, count),
+            },
+            delay: row.delay,
             ..Pooled::default()
         },
-        done: done[i] as usize,
-        failed: failed[i] as usize,
+        done: count(row.done) as usize,
+        failed: count(row.failed) as usize,
         not_there: 0,
     };
-    Ok((0..rows.len()).map(measure).collect())
+    Ok(MeasureRow::rows(&MeasureRow::read(bytes)?)?.into_iter().map(measure).collect())
 }
 
 /// Counts the cells of each measure whose data is not there.
@@ -256,7 +174,7 @@ pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackfail_methods::score::Metric;
+    use trackfail_methods::score::Counts;
 
     // By hand: two sequences are dark, one of them small too; F is that of the summed counts.
     #[test]

@@ -1,16 +1,15 @@
 //! Tracks with what methods made of them, from `frames.parquet`, `pieces.csv`, `signals.parquet`, `conditions.parquet`
-//! and `checks.csv`.
+//! and `checks.csv`; and the ground truth.
 
-use super::checks::{self, ReverseCheck};
-use super::column::{Column, FRAME, METHOD, RUN, SEQUENCE, TRACKER};
-use super::conditions::{self, CONDITION};
-use super::frame::{Rows, TableError};
-use super::frames::{self, ALARM_SCORE, CHANGE, ERROR, H, LABEL, SCORE, W, X, Y};
-use super::pieces;
-use super::signals::{self, FORECAST, SIGNAL};
+use super::cells::method_label;
+use super::checks::ReverseCheck;
+use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
+use super::rows::{Rows, TableError};
 use super::{Results, ResultsError};
+use polars::prelude::DataFrame;
+use std::collections::BTreeMap;
 use std::ops::Range;
-use trackfail_core::region::Rect;
+use trackfail_core::region::{Rect, Region};
 use trackfail_methods::score::{Protocol, TrackScore};
 
 /// One run of a tracker over a sequence, with what methods made of it.
@@ -28,7 +27,7 @@ pub struct TrackSeries {
     pub rects: Vec<Rect>,
     /// Error O_t, NaN where it is not known.
     pub error: Vec<f64>,
-    /// Pieces that a protocol may score by themselves, see [`pieces`]; empty for tracks without restarts.
+    /// Pieces that a protocol may score by themselves, see `pieces.csv`; empty for tracks without restarts.
     pub pieces: Vec<Range<usize>>,
     /// Methods, sorted by name.
     pub methods: Vec<MethodSeries>,
@@ -83,57 +82,48 @@ pub struct TrackFilter<'a> {
     pub run: Option<i64>,
 }
 
+/// Sequence, tracker, run and method that a row is about.
+type Key<'a> = (&'a str, &'a str, i64, &'a str);
+
 impl TrackFilter<'_> {
-    /// Whether row `i` passes.
-    fn passes(&self, keys: &Keys<'_>, i: usize) -> bool {
+    fn passes(&self, (sequence, tracker, run, method): Key<'_>) -> bool {
         let is = |wanted: Option<&str>, found: &str| wanted.is_none_or(|w| w == found);
-        is(self.tracker, keys.tracker[i])
-            && is(self.sequence, keys.sequence[i])
-            && is(self.method, keys.method[i])
-            && self.run.is_none_or(|r| r == keys.run[i])
+        is(self.tracker, tracker)
+            && is(self.sequence, sequence)
+            && is(self.method, method)
+            && self.run.is_none_or(|r| r == run)
     }
 }
 
-/// The columns that name a method on a track.
-const KEYS: [Column; 4] = [SEQUENCE, TRACKER, RUN, METHOD];
-
-/// The values of [`KEYS`].
-struct Keys<'r> {
-    sequence: Vec<&'r str>,
-    tracker: Vec<&'r str>,
-    run: Vec<i64>,
-    method: Vec<&'r str>,
-}
-
-impl<'r> Keys<'r> {
-    fn of(rows: &'r Rows) -> Result<Self, TableError> {
-        Ok(Self {
-            sequence: rows.texts(&SEQUENCE)?,
-            tracker: rows.texts(&TRACKER)?,
-            run: rows.integers(&RUN)?,
-            method: rows.texts(&METHOD)?,
-        })
-    }
-
-    /// Whether a row is about a track.
-    fn is_on(&self, i: usize, track: &TrackSeries) -> bool {
-        self.sequence[i] == track.sequence && self.tracker[i] == track.tracker && self.run[i] == track.run
-    }
-
-    /// The rows that follow each other with the same keys.
-    fn stretches(&self) -> Vec<Range<usize>> {
-        let row = |i: usize| (self.method[i], self.run[i], self.tracker[i], self.sequence[i]);
-        let mut from = 0;
-        let mut all = Vec::new();
-        for i in 1..=self.method.len() {
-            if i == self.method.len() || row(i) != row(i - 1) {
-                all.push(from..i);
-                from = i;
-            }
-        }
-        all
+impl TrackSeries {
+    fn is_of(&self, (sequence, tracker, run, _): Key<'_>) -> bool {
+        self.sequence == sequence && self.tracker == tracker && self.run == run
     }
 }
+
+impl<'a> Frame<'a> {
+    fn key(&self) -> Key<'a> {
+        (self.sequence, self.tracker, self.run, self.method)
+    }
+}
+
+impl<'a> Signal<'a> {
+    fn key(&self) -> Key<'a> {
+        (self.sequence, self.tracker, self.run, self.method)
+    }
+}
+
+impl<'a> ConditionRow<'a> {
+    fn key(&self) -> Key<'a> {
+        (self.sequence, self.tracker, self.run, self.method)
+    }
+}
+
+/// Numbers of the first and the last frame of each piece, by sequence, tracker and run of the track.
+type Pieces = BTreeMap<(String, String, i64), Vec<(i64, i64)>>;
+
+/// The ground truth by sequence and frame number.
+pub type Truth = BTreeMap<String, BTreeMap<i64, Region>>;
 
 impl Results {
     /// Reads the tracks of every tracker's first run, without signals and conditions.
@@ -190,15 +180,19 @@ impl Results {
         filter: &TrackFilter<'_>,
         mut take: impl FnMut(Vec<TrackSeries>),
     ) -> Result<(), ResultsError> {
-        let pieces = self.table_if_any(pieces::FILE.name, pieces::read)?;
+        let pieces = self.table_if_any(Piece::NAME, read_pieces)?;
         let mut take = |mut tracks: Vec<TrackSeries>| {
             tracks.iter_mut().for_each(|track| add_pieces(track, &pieces));
             take(tracks);
         };
-        self.table_if_any(frames::FILE.name, |bytes| {
+        self.table_if_any(Frame::NAME, |bytes| {
             let mut tracks: Vec<TrackSeries> = Vec::new();
-            frames::FILE.read_parquet_parts(bytes, &frames::FILE.columns[1..], |rows| {
-                add_frames(&rows, filter, &mut tracks)?;
+            Frame::each_part(bytes, |part| {
+                for rows in Frame::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
+                    if filter.passes(rows[0].key()) {
+                        add_frames(rows, &mut tracks);
+                    }
+                }
                 // The last one may go on in the next part.
                 let last = tracks.pop();
                 take(std::mem::take(&mut tracks));
@@ -210,19 +204,17 @@ impl Results {
         })
     }
 
+    /// Adds signals and forecasts.
     fn add_signals(&self, filter: &TrackFilter<'_>, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        self.table_if_any(signals::FILE.name, |bytes| {
-            let [sequence, tracker, run, method] = KEYS;
-            let columns = [sequence, tracker, run, method, SIGNAL, FORECAST];
-            signals::FILE.read_parquet_parts(bytes, &columns, |rows| {
-                let (signal, forecast) = (rows.reals(&SIGNAL)?, rows.reals(&FORECAST)?);
-                add_rows(tracks, filter, &Keys::of(&rows)?, |series, rows| {
-                    series.signal.extend_from_slice(&signal[rows.clone()]);
-                    series.forecast.extend_from_slice(&forecast[rows]);
-                });
-                Ok(())
-            })
-        })
+        let add = |part: DataFrame| -> Result<(), TableError> {
+            for rows in Signal::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
+                let Some(series) = series_of(tracks, filter, rows[0].key()) else { continue };
+                series.signal.extend(rows.iter().map(|row| row.signal));
+                series.forecast.extend(rows.iter().map(|row| row.forecast.unwrap_or(f64::NAN)));
+            }
+            Ok(())
+        };
+        self.table_if_any(Signal::NAME, |bytes| Signal::each_part(bytes, add))
     }
 
     /// Adds the conditions, if the experiment has a method that follows them.
@@ -231,36 +223,60 @@ impl Results {
         filter: &TrackFilter<'_>,
         tracks: &mut [TrackSeries],
     ) -> Result<(), ResultsError> {
-        self.table_if_any(conditions::FILE.name, |bytes| {
-            let [sequence, tracker, run, method] = KEYS;
-            let columns = [sequence, tracker, run, method, CONDITION];
-            conditions::FILE.read_parquet_parts(bytes, &columns, |rows| {
-                let condition = rows.reals(&CONDITION)?;
-                add_rows(tracks, filter, &Keys::of(&rows)?, |series, rows| {
-                    series.condition.extend_from_slice(&condition[rows]);
-                });
-                Ok(())
-            })
-        })
+        let add = |part: DataFrame| -> Result<(), TableError> {
+            for rows in ConditionRow::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
+                let Some(series) = series_of(tracks, filter, rows[0].key()) else { continue };
+                series.condition.extend(rows.iter().map(|row| row.condition));
+            }
+            Ok(())
+        };
+        self.table_if_any(ConditionRow::NAME, |bytes| ConditionRow::each_part(bytes, add))
     }
 
     /// Adds the checks, if the experiment has a method that makes any.
     fn add_checks(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        for of_cell in self.table_if_any(checks::FILE.name, checks::read)? {
-            let is_on = |t: &&mut TrackSeries| {
-                t.sequence == of_cell.sequence && t.tracker == of_cell.tracker && t.run == of_cell.run
-            };
-            let Some(track) = tracks.iter_mut().find(is_on) else { continue };
-            if let Some(series) = track.methods.iter_mut().find(|m| m.name == of_cell.method) {
-                series.checks.push(of_cell.check);
+        let checks = self.table_if_any(CheckRow::NAME, |bytes| CheckRow::rows(&CheckRow::read(bytes)?))?;
+        for CheckRow { sequence, tracker, run, method, params, frame, reference, error, accepted } in checks {
+            let label = method_label(&method, &params);
+            let key = (sequence.as_str(), tracker.as_str(), run, label.as_str());
+            if let Some(series) = series_of(tracks, &TrackFilter::default(), key) {
+                series.checks.push(ReverseCheck { frame, reference, error, accepted: accepted == 1 });
             }
         }
         Ok(())
     }
+
+    /// Reads the ground truth; frames without annotation are left out.
+    ///
+    /// # Errors
+    /// When the file is absent or damaged.
+    pub fn truth(&self) -> Result<Truth, ResultsError> {
+        self.table_if_any(Target::NAME, |bytes| {
+            let mut truth = Truth::new();
+            Target::each_part(bytes, |part| {
+                for rows in Target::rows(&part)?.chunk_by(|a, b| a.sequence == b.sequence) {
+                    let region =
+                        |row: &Target<'_>| Some((row.frame, Region::from_numbers(&row.corners?).ok()?));
+                    let of_sequence = truth.entry(rows[0].sequence.to_string()).or_default();
+                    of_sequence.extend(rows.iter().filter_map(region));
+                }
+                Ok(())
+            })?;
+            Ok(truth)
+        })
+    }
+}
+
+fn read_pieces(bytes: Vec<u8>) -> Result<Pieces, TableError> {
+    let mut all = Pieces::new();
+    for Piece { sequence, tracker, run, first, last } in Piece::rows(&Piece::read(bytes)?)? {
+        all.entry((sequence, tracker, run)).or_default().push((first, last));
+    }
+    Ok(all)
 }
 
 /// Adds its pieces to a track; only tracks with restarts have any.
-fn add_pieces(track: &mut TrackSeries, pieces: &pieces::ByTrack) {
+fn add_pieces(track: &mut TrackSeries, pieces: &Pieces) {
     let key = (track.sequence.clone(), track.tracker.clone(), track.run);
     for (first, last) in pieces.get(&key).into_iter().flatten() {
         let from = track.numbers.partition_point(|n| n < first);
@@ -269,71 +285,41 @@ fn add_pieces(track: &mut TrackSeries, pieces: &pieces::ByTrack) {
     }
 }
 
-/// Adds rows of the file of frames to the tracks that they are about.
-fn add_frames(
-    rows: &Rows,
-    filter: &TrackFilter<'_>,
-    tracks: &mut Vec<TrackSeries>,
-) -> Result<(), TableError> {
-    let (keys, number) = (Keys::of(rows)?, rows.integers(&FRAME)?);
-    let (x, y, w, h) = (rows.reals(&X)?, rows.reals(&Y)?, rows.reals(&W)?, rows.reals(&H)?);
-    let (error, score) = (rows.reals(&ERROR)?, rows.reals(&SCORE)?);
-    // Files of earlier versions have none.
-    let alarm_score = rows.reals(&ALARM_SCORE).unwrap_or_default();
-    let (label, change) = (rows.small(&LABEL)?, rows.small(&CHANGE)?);
-    for rows in keys.stretches().into_iter().filter(|rows| filter.passes(&keys, rows.start)) {
-        let (track, series) = place_of(tracks, &keys, rows.start);
-        // The boxes are the same for every method.
-        if series == 0 {
-            track.numbers.extend_from_slice(&number[rows.clone()]);
-            track.rects.extend(rows.clone().map(|i| Rect::new(x[i], y[i], w[i], h[i])));
-            track.error.extend_from_slice(&error[rows.clone()]);
-        }
-        let series = &mut track.methods[series];
-        series.score.extend_from_slice(&score[rows.clone()]);
-        if let Some(scores) =
-            alarm_score.get(rows.clone()).filter(|scores| scores.iter().all(|s| s.is_finite()))
-        {
-            series.alarm_score.extend_from_slice(scores);
-        }
-        series.alarm.extend(label[rows.clone()].iter().map(|label| *label != 0));
-        series.changes.extend_from_slice(&change[rows]);
+/// Adds the frames of a method on a track to those before.
+fn add_frames(rows: &[Frame<'_>], tracks: &mut Vec<TrackSeries>) {
+    let key = rows[0].key();
+    let (sequence, tracker, run, method) = key;
+    if tracks.last().is_none_or(|track| !track.is_of(key)) {
+        let (sequence, tracker) = (sequence.to_string(), tracker.to_string());
+        tracks.push(TrackSeries { sequence, tracker, run, ..TrackSeries::default() });
     }
-    Ok(())
+    let Some(track) = tracks.last_mut() else { return };
+    if track.methods.last().is_none_or(|m| m.name != method) {
+        track.methods.push(MethodSeries { name: method.to_string(), ..MethodSeries::default() });
+    }
+    // The boxes are the same for every method.
+    if track.methods.len() == 1 {
+        track.numbers.extend(rows.iter().map(|row| row.frame));
+        track.rects.extend(rows.iter().map(|row| Rect::new(row.x, row.y, row.w, row.h)));
+        track.error.extend(rows.iter().map(|row| row.error.unwrap_or(f64::NAN)));
+    }
+    let Some(series) = track.methods.last_mut() else { return };
+    series.score.extend(rows.iter().map(|row| row.score));
+    let scores = rows.iter().map(|row| row.alarm_score.filter(|s| s.is_finite()));
+    series.alarm_score.extend(scores.collect::<Option<Vec<_>>>().unwrap_or_default());
+    series.alarm.extend(rows.iter().map(|row| row.label != 0));
+    series.changes.extend(rows.iter().map(|row| row.change));
 }
 
-/// The track that row `i` is about, and the place of the method among its methods; both are added where the row before
-/// was about another.
-fn place_of<'t>(tracks: &'t mut Vec<TrackSeries>, keys: &Keys<'_>, i: usize) -> (&'t mut TrackSeries, usize) {
-    let place = match tracks.last() {
-        Some(track) if keys.is_on(i, track) => tracks.len() - 1,
-        _ => {
-            let (sequence, tracker) = (keys.sequence[i].to_string(), keys.tracker[i].to_string());
-            tracks.push(TrackSeries { sequence, tracker, run: keys.run[i], ..TrackSeries::default() });
-            tracks.len() - 1
-        }
-    };
-    let track = &mut tracks[place];
-    if track.methods.last().is_none_or(|m| m.name != keys.method[i]) {
-        let name = keys.method[i].to_string();
-        track.methods.push(MethodSeries { name, ..MethodSeries::default() });
-    }
-    let last = track.methods.len() - 1;
-    (track, last)
-}
-
-/// Gives the rows that pass to the method on the track that they are about.
-fn add_rows(
-    tracks: &mut [TrackSeries],
+/// The method on a track that rows are about, if they pass.
+fn series_of<'t>(
+    tracks: &'t mut [TrackSeries],
     filter: &TrackFilter<'_>,
-    keys: &Keys<'_>,
-    mut add: impl FnMut(&mut MethodSeries, Range<usize>),
-) {
-    for rows in keys.stretches().into_iter().filter(|rows| filter.passes(keys, rows.start)) {
-        let track = tracks.iter_mut().find(|track| keys.is_on(rows.start, track));
-        let methods = track.into_iter().flat_map(|track| &mut track.methods);
-        if let Some(series) = methods.into_iter().find(|m| m.name == keys.method[rows.start]) {
-            add(series, rows);
-        }
+    key: Key<'_>,
+) -> Option<&'t mut MethodSeries> {
+    if !filter.passes(key) {
+        return None;
     }
+    let track = tracks.iter_mut().find(|track| track.is_of(key))?;
+    track.methods.iter_mut().find(|method| method.name == key.3)
 }

@@ -1,0 +1,552 @@
+//! Files with columns. `rows!` declares a file once: its row, its columns, what writes and what reads it, and its part of
+//! `docs/columns.md`. Frames of polars stand between rows and bytes.
+
+use polars::prelude::{Column as Values, *};
+use polars_parquet::write::schema_to_metadata_key;
+use std::io::{Cursor, Write};
+use std::str::FromStr;
+
+/// A file with columns that cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// polars refuses.
+    #[error("table: {0}")]
+    Polars(#[from] PolarsError),
+    /// A column is missing.
+    #[error("the column `{0}` is missing")]
+    MissingColumn(&'static str),
+    /// A column is there that the file does not have, or has only once.
+    #[error("the column `{0}` does not belong here")]
+    UnknownColumn(String),
+    /// Text where a number belongs.
+    #[error("column `{column}`: `{found}` is not a number")]
+    Number {
+        /// Name of the column.
+        column: &'static str,
+        /// The text.
+        found: String,
+    },
+}
+
+/// Type of a column's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// UTF-8 text.
+    Text,
+    /// Integer of 64 bits.
+    Integer,
+    /// Integer of 32 bits.
+    Small,
+    /// Floating-point number of 64 bits.
+    Real,
+}
+
+impl Kind {
+    /// Its name in the documentation, and polars' type.
+    pub(super) fn types(self) -> (&'static str, DataType) {
+        match self {
+            Self::Text => ("text", DataType::String),
+            Self::Integer => ("integer, 64 bits", DataType::Int64),
+            Self::Small => ("integer, 32 bits", DataType::Int32),
+            Self::Real => ("float, 64 bits", DataType::Float64),
+        }
+    }
+}
+
+/// A column of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Column {
+    /// Name in the file's header.
+    pub name: &'static str,
+    /// Type of its values.
+    pub kind: Kind,
+    /// Unit of its values; empty for texts and for plain numbers.
+    pub unit: &'static str,
+    /// Meaning of a value.
+    pub meaning: &'static str,
+    /// When a value is missing; empty where there always is one.
+    pub empty: &'static str,
+    /// Whether files of earlier versions lack it.
+    pub recent: bool,
+}
+
+impl Column {
+    /// A column that always has a value, without unit.
+    pub const fn new(kind: Kind, name: &'static str, meaning: &'static str) -> Self {
+        Self { name, kind, unit: "", meaning, empty: "", recent: false }
+    }
+
+    /// The same in a unit.
+    pub const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// The same with another meaning.
+    pub const fn means(self, meaning: &'static str) -> Self {
+        Self { meaning, ..self }
+    }
+
+    /// The same, with missing values `when` that is the case.
+    pub const fn empty(self, when: &'static str) -> Self {
+        Self { empty: when, ..self }
+    }
+
+    /// The same, but files of earlier versions may lack it.
+    pub const fn recent(self) -> Self {
+        Self { recent: true, ..self }
+    }
+
+    pub(super) fn not_a_number(&self, found: &str) -> TableError {
+        TableError::Number { column: self.name, found: found.to_string() }
+    }
+
+    /// The numbers in a column of texts; none where a text is missing or empty.
+    fn parse<T: FromStr>(&self, texts: &Values) -> Result<Vec<Option<T>>, TableError> {
+        let number =
+            |text: &str| -> Result<T, TableError> { text.parse().map_err(|_| self.not_a_number(text)) };
+        let texts = texts.str()?.iter().map(|text| text.filter(|t| !t.is_empty()));
+        texts.map(|text| text.map(number).transpose()).collect()
+    }
+
+    /// The column of a file that was read, with values of the declared type; missing ones where an early file lacks it.
+    fn typed(&self, frame: &DataFrame) -> Result<Values, TableError> {
+        let Ok(found) = frame.column(self.name) else {
+            return Ok(Values::full_null(self.name.into(), frame.height(), &self.kind.types().1));
+        };
+        if *found.dtype() != DataType::String {
+            return Ok(found.clone());
+        }
+        let name = || PlSmallStr::from(self.name);
+        Ok(match self.kind {
+            Kind::Text => found.clone(),
+            Kind::Integer => Values::new(name(), self.parse::<i64>(found)?),
+            Kind::Small => Values::new(name(), self.parse::<i32>(found)?),
+            Kind::Real => Values::new(name(), self.parse::<f64>(found)?),
+        })
+    }
+}
+
+/// A file with columns, as the documentation shows it.
+#[derive(Debug, Clone)]
+pub struct File {
+    /// Its name in the results folder.
+    pub name: &'static str,
+    /// Meaning of a row, and the purpose of the file.
+    pub about: &'static str,
+    /// Its columns, in their order.
+    pub columns: Vec<Column>,
+}
+
+/// Name of a file in compact results, which have it as Parquet.
+pub(super) fn packed(name: &str) -> String {
+    name.replace(".csv", ".parquet")
+}
+
+/// The rows of a file; `rows!` implements it.
+pub(super) trait Rows<'a>: Sized {
+    /// Name of the file in the results folder.
+    const NAME: &'static str;
+    /// Meaning of a row, and the purpose of the file.
+    const ABOUT: &'static str;
+
+    /// The columns of the file, in their order.
+    fn columns() -> Vec<Column>;
+
+    /// The frame of rows; `same` is the text that all of them have.
+    fn frame(same: &str, rows: impl IntoIterator<Item = Self>) -> Result<DataFrame, TableError>;
+
+    /// The rows of a frame that [`Rows::read`] or [`Rows::each_part`] gives.
+    fn rows(frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
+
+    fn file() -> File {
+        File { name: Self::NAME, about: Self::ABOUT, columns: Self::columns() }
+    }
+
+    fn csv(same: &str, rows: impl IntoIterator<Item = Self>) -> Result<Vec<u8>, TableError> {
+        to_csv(Self::frame(same, rows)?)
+    }
+
+    fn parquet(same: &str, rows: impl IntoIterator<Item = Self>) -> Result<Vec<u8>, TableError> {
+        to_parquet(Self::frame(same, rows)?)
+    }
+
+    /// Reads a file, CSV or Parquet.
+    fn read(bytes: Vec<u8>) -> Result<DataFrame, TableError> {
+        let is_parquet = bytes.starts_with(b"PAR1");
+        let read =
+            if is_parquet { ParquetReader::new(Cursor::new(bytes)).finish()? } else { from_csv(bytes)? };
+        Self::typed(&read)
+    }
+
+    /// Gives `take` a Parquet file a row group at a time, without the first column, which is the same in all rows.
+    fn each_part(
+        bytes: Vec<u8>,
+        mut take: impl FnMut(DataFrame) -> Result<(), TableError>,
+    ) -> Result<(), TableError> {
+        let mut reader = ParquetReader::new(Cursor::new(&bytes));
+        let header = reader.schema()?;
+        let columns = Self::columns();
+        check(&columns, header.iter_names().map(PlSmallStr::as_str))?;
+        let about = reader.get_metadata()?.clone();
+        let there = columns[1..].iter().filter(|column| header.contains(column.name));
+        let names: Vec<String> = there.map(|column| column.name.to_string()).collect();
+        let mut from = 0;
+        for rows in about.row_groups.iter().map(|group| group.num_rows()) {
+            let mut reader = ParquetReader::new(Cursor::new(&bytes));
+            reader.set_metadata(about.clone());
+            let part = reader.with_columns(Some(names.clone())).with_slice(Some((from, rows))).finish()?;
+            take(typed(&columns[1..], &part)?)?;
+            from += rows;
+        }
+        Ok(())
+    }
+
+    /// A frame that was read, if its header is that of the file.
+    fn typed(read: &DataFrame) -> Result<DataFrame, TableError> {
+        let columns = Self::columns();
+        check(&columns, read.get_column_names().into_iter().map(PlSmallStr::as_str))?;
+        typed(&columns, read)
+    }
+}
+
+/// The columns of a frame with values of the declared types.
+fn typed(columns: &[Column], read: &DataFrame) -> Result<DataFrame, TableError> {
+    let all = columns.iter().map(|column| column.typed(read)).collect::<Result<Vec<_>, _>>()?;
+    Ok(DataFrame::new(read.height(), all)?)
+}
+
+/// Whether a header has every column that is not recent, and no others.
+fn check<'n>(columns: &[Column], names: impl Iterator<Item = &'n str>) -> Result<(), TableError> {
+    let mut lacking: Vec<&Column> = columns.iter().collect();
+    for name in names {
+        match lacking.iter().position(|c| c.name == name) {
+            Some(k) => drop(lacking.remove(k)),
+            None => return Err(TableError::UnknownColumn(name.to_string())),
+        }
+    }
+    match lacking.into_iter().find(|c| !c.recent) {
+        Some(column) => Err(TableError::MissingColumn(column.name)),
+        None => Ok(()),
+    }
+}
+
+/// Columns of texts that are the same in all rows.
+pub(super) fn same(columns: &[Column], text: &str, rows: usize) -> Vec<Values> {
+    columns.iter().map(|column| Values::new(column.name.into(), vec![text; rows])).collect()
+}
+
+/// Declares files: for each the struct of a row, whose fields have their columns behind them. A column before or behind the
+/// fields has one text in all rows and no field.
+macro_rules! rows {
+    ($(
+        $(#[$about:meta])*
+        $vis:vis struct $row:ident $(<$life:lifetime>)? in $file:literal, $what:literal, [$($first:expr)?] {
+            $( $(#[$of:meta])* $field:ident: $kind:ty = $columns:expr, )*
+        } [$($last:expr)?]
+    )*) => {$(
+        $(#[$about])*
+        #[derive(Debug, Clone, Default, PartialEq)]
+        $vis struct $row $(<$life>)? {
+            $( $(#[$of])* pub $field: $kind, )*
+        }
+
+        impl<'a> $crate::results::rows::Rows<'a> for $row $(<$life>)? {
+            const NAME: &'static str = $file;
+            const ABOUT: &'static str = $what;
+
+            fn columns() -> Vec<$crate::results::rows::Column> {
+                let mut columns = Vec::new();
+                columns.extend_from_slice(&[$($first)?]);
+                $( columns.extend_from_slice(&$columns); )*
+                columns.extend_from_slice(&[$($last)?]);
+                columns
+            }
+
+            fn frame(
+                same: &str,
+                rows: impl IntoIterator<Item = Self>,
+            ) -> Result<polars::prelude::DataFrame, $crate::results::rows::TableError> {
+                use $crate::results::rows::{Field, same as repeated};
+                $( let mut $field: Vec<$kind> = Vec::new(); )*
+                for row in rows {
+                    $( $field.push(row.$field); )*
+                }
+                let height = [$($field.len()),*][0];
+                let mut columns = repeated(&[$($first)?], same, height);
+                $( columns.extend(<$kind as Field<'a>>::write(&$columns, $field)); )*
+                columns.extend(repeated(&[$($last)?], same, height));
+                Ok(polars::prelude::DataFrame::new(height, columns)?)
+            }
+
+            fn rows(
+                frame: &'a polars::prelude::DataFrame,
+            ) -> Result<Vec<Self>, $crate::results::rows::TableError> {
+                let mut rows = vec![Self::default(); frame.height()];
+                $(
+                    let values = <$kind as $crate::results::rows::Field<'a>>::read(&$columns, frame)?;
+                    rows.iter_mut().zip(values).for_each(|(row, value)| row.$field = value);
+                )*
+                Ok(rows)
+            }
+        }
+    )*};
+}
+pub(super) use rows;
+
+/// A field of a row: the values of one column, or of several together.
+pub(super) trait Field<'a>: Sized {
+    /// The columns with the values of all rows.
+    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values>;
+    /// The values of all rows.
+    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
+}
+
+/// A column of texts. Where it may be empty, an empty text is a missing value: an empty field of CSV and not `""`.
+fn write_texts<'v>(columns: &[Column], values: impl Iterator<Item = &'v str>) -> Vec<Values> {
+    let name = columns[0].name.into();
+    vec![match columns[0].empty {
+        "" => Values::new(name, values.collect::<Vec<_>>()),
+        _ => Values::new(name, values.map(|text| (!text.is_empty()).then_some(text)).collect::<Vec<_>>()),
+    }]
+}
+
+macro_rules! texts {
+    ($($text:ty, $to:expr, $from:expr;)*) => {$(
+        impl<'a> Field<'a> for $text {
+            fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+                write_texts(columns, values.iter().map($to))
+            }
+
+            fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+                let texts = frame.column(columns[0].name)?.str()?;
+                Ok(texts.iter().map($from).collect())
+            }
+        }
+    )*};
+}
+texts! {
+    &'a str, |text| *text, Option::unwrap_or_default;
+    Option<&'a str>, |text| text.unwrap_or_default(), |text| text.filter(|text| !text.is_empty());
+    String, String::as_str, |text| text.unwrap_or_default().to_string();
+}
+
+macro_rules! numbers {
+    ($($number:ident, $missing:expr;)*) => {$(
+        impl<'a> Field<'a> for Option<$number> {
+            fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+                vec![Values::new(columns[0].name.into(), values)]
+            }
+
+            fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+                Ok(frame.column(columns[0].name)?.$number()?.iter().collect())
+            }
+        }
+
+        impl<'a> Field<'a> for $number {
+            fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+                vec![Values::new(columns[0].name.into(), values)]
+            }
+
+            fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+                let there = |v: Option<$number>| v.or($missing).ok_or_else(|| columns[0].not_a_number(""));
+                <Option<$number>>::read(columns, frame)?.into_iter().map(there).collect()
+            }
+        }
+    )*};
+}
+// Behind each type what stands for a missing value; none where there must be one.
+numbers! {
+    i32, None;
+    i64, None;
+    f64, Some(f64::NAN);
+}
+
+/// Columns of numbers that a value has several of; `number` is that of the column of an index.
+pub(super) fn group<T>(
+    columns: &[Column],
+    values: &[T],
+    number: impl Fn(&T, usize) -> Option<f64>,
+) -> Vec<Values> {
+    let of = |(k, column): (usize, &Column)| {
+        let (name, numbers) = (column.name.into(), values.iter().map(|value| number(value, k)));
+        match column.kind {
+            Kind::Integer => Values::new(name, numbers.map(|v| v.map(|v| v as i64)).collect::<Vec<_>>()),
+            _ => Values::new(name, numbers.collect::<Vec<_>>()),
+        }
+    };
+    columns.iter().enumerate().map(of).collect()
+}
+
+/// The numbers of a row in several columns, row by row.
+pub(super) fn ungroup<T>(
+    columns: &[Column],
+    frame: &DataFrame,
+    value: impl Fn(&[Option<f64>]) -> T,
+) -> Result<Vec<T>, TableError> {
+    let of = |column: &Column| -> Result<Vec<Option<f64>>, TableError> {
+        let reals = frame.column(column.name)?.cast(&DataType::Float64)?;
+        Ok(reals.f64()?.iter().collect())
+    };
+    let all = columns.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let row = |i: usize| value(&all.iter().map(|numbers| numbers[i]).collect::<Vec<_>>());
+    Ok((0..frame.height()).map(row).collect())
+}
+
+/// Bounds, or a mean and its deviation.
+impl<'a> Field<'a> for Option<(f64, f64)> {
+    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+        group(columns, &values, |pair, k| pair.map(|(low, high)| if k == 0 { low } else { high }))
+    }
+
+    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+        ungroup(columns, frame, |pair| pair[0].zip(pair[1]))
+    }
+}
+
+impl<'a, const N: usize> Field<'a> for Option<[f64; N]> {
+    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+        group(columns, &values, |numbers, k| numbers.map(|numbers| numbers[k]))
+    }
+
+    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+        ungroup(columns, frame, |numbers| {
+            let known: Option<Vec<f64>> = numbers.iter().copied().collect();
+            <[f64; N]>::try_from(known?).ok()
+        })
+    }
+}
+
+/// CSV with a header; floats are written so that reading gives the same bits, missing values are empty.
+pub(super) fn to_csv(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
+    let mut bytes = Vec::new();
+    CsvWriter::new(&mut bytes).finish(&mut frame)?;
+    Ok(bytes)
+}
+
+/// A CSV file with every field as text.
+fn from_csv(bytes: Vec<u8>) -> Result<DataFrame, TableError> {
+    let options = CsvReadOptions::default().with_infer_schema_length(Some(0)).with_has_header(true);
+    Ok(options.into_reader_with_file_handle(Cursor::new(bytes)).finish()?)
+}
+
+/// Parquet with zstd compression.
+pub(super) fn to_parquet(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
+    let mut bytes = Vec::new();
+    parquet_writer(&mut bytes, frame.schema()).finish(&mut frame)?;
+    Ok(bytes)
+}
+
+/// A writer of Parquet with zstd compression whose schema of Arrow types has texts as `large_string`. By itself polars says
+/// `string_view`, which Arrow's own readers load but cannot compare, filter or sort.
+fn parquet_writer<W: Write>(to: W, schema: &Schema) -> ParquetWriter<W> {
+    let arrow = schema_to_metadata_key(&schema.to_arrow(CompatLevel::oldest()));
+    let about = KeyValueMetadata::Static(vec![arrow]);
+    let writer = ParquetWriter::new(to).with_compression(ParquetCompression::Zstd(None));
+    writer.with_key_value_metadata(Some(about))
+}
+
+/// Writes Parquet with zstd compression from frames with the same columns, a row group each; nothing without a frame.
+pub(super) fn parts_to_parquet<E: From<TableError>>(
+    file: &mut dyn Write,
+    parts: impl IntoIterator<Item = Result<DataFrame, E>>,
+) -> Result<(), E> {
+    let refused = |e: PolarsError| E::from(TableError::Polars(e));
+    let mut parts = parts.into_iter();
+    let Some(first) = parts.next().transpose()? else { return Ok(()) };
+    let mut writer = parquet_writer(file, first.schema()).batched(first.schema()).map_err(refused)?;
+    for part in std::iter::once(Ok(first)).chain(parts) {
+        writer.write_batch(&part?).map_err(refused)?;
+    }
+    writer.finish().map_err(refused)?;
+    Ok(())
+}
+
+/// CSV of texts under headings, one row an array; empty texts are missing values.
+///
+/// # Errors
+/// When a row has fewer fields than there are headings, or a heading stands twice.
+pub fn texts_to_csv(headings: &[&str], rows: &[Vec<String>]) -> Result<Vec<u8>, TableError> {
+    let field = |row: &Vec<String>, k: usize| row.get(k).filter(|text| !text.is_empty()).cloned();
+    let values = |k: usize| rows.iter().map(|row| field(row, k)).collect::<Vec<_>>();
+    let columns = headings.iter().enumerate().map(|(k, h)| Values::new((*h).into(), values(k)));
+    to_csv(DataFrame::new(rows.len(), columns.collect())?)
+}
+
+/// Headings and rows of a CSV file, every field as text.
+///
+/// # Errors
+/// When the bytes are not a table.
+pub fn texts_from_csv(bytes: Vec<u8>) -> Result<(Vec<String>, Vec<Vec<String>>), TableError> {
+    let frame = from_csv(bytes)?;
+    let headings = frame.get_column_names().into_iter().map(PlSmallStr::to_string).collect();
+    let columns = frame.columns().iter().map(Values::str).collect::<Result<Vec<_>, PolarsError>>()?;
+    let field = |i: usize| columns.iter().map(move |c| c.get(i).unwrap_or_default().to_string());
+    let all = (0..frame.height()).map(|i| field(i).collect()).collect();
+    Ok((headings, all))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SUITE: Column = Column::new(Kind::Text, "suite", "A suite");
+    const NAME: Column = Column::new(Kind::Text, "name", "A name");
+    const V: Column = Column::new(Kind::Real, "v", "A number");
+    const W: Column = Column::new(Kind::Integer, "w", "Another one");
+
+    rows! {
+        struct One in "one.csv", "One number.", [] { v: f64 = [V], } []
+        struct Two in "two.csv", "Two numbers.", [] { v: Option<f64> = [V], w: i64 = [W], } []
+        struct New in "new.csv", "One or two.", [] { v: f64 = [V], w: Option<i64> = [W.recent()], } []
+        struct Named<'a> in "named.parquet", "A name.", [SUITE] { name: &'a str = [NAME], v: f64 = [V], } []
+    }
+
+    #[test]
+    fn floats_survive_both_formats_bit_by_bit() {
+        let values = [0.1 + 0.2, 1e-300, -0.0, 5e-324, 1.0 / 3.0, 123_456_789.123_456_78];
+        let rows = || values.map(|v| One { v });
+        for bytes in [One::csv("", rows()).unwrap(), One::parquet("", rows()).unwrap()] {
+            let frame = One::read(bytes).unwrap();
+            let bits: Vec<u64> = One::rows(&frame).unwrap().iter().map(|row| row.v.to_bits()).collect();
+            assert_eq!(bits, values.map(f64::to_bits));
+        }
+    }
+
+    // Arrow's readers go by these types: `large_string` can be filtered, `string_view` cannot.
+    #[test]
+    fn texts_of_parquet_are_large_strings() {
+        let frame = || Named::frame("s", ["a", "b"].map(|name| Named { name, v: 1.0 })).unwrap();
+        let mut parts = Vec::new();
+        parts_to_parquet(&mut parts, [Ok::<_, TableError>(frame()), Ok(frame())]).unwrap();
+        let texts = ["suite", "name"].map(|name| (name, ArrowDataType::LargeUtf8));
+        let types = texts.into_iter().chain([("v", ArrowDataType::Float64)]);
+        let fields = types.map(|(name, kind)| ArrowField::new(name.into(), kind, true));
+        let expected = schema_to_metadata_key(&fields.map(|f| (f.name.clone(), f)).collect());
+        for (bytes, times) in [(to_parquet(frame()).unwrap(), 1), (parts, 2)] {
+            let metadata = polars_parquet::read::read_metadata(&mut Cursor::new(&bytes)).unwrap();
+            assert_eq!(metadata.key_value_metadata.as_deref().unwrap(), std::slice::from_ref(&expected));
+            let mut names = Vec::new();
+            let take = |frame: DataFrame| {
+                names.extend(Named::rows(&frame)?.iter().map(|row| row.name.to_string()));
+                Ok(())
+            };
+            Named::each_part(bytes, take).unwrap();
+            assert_eq!(names, ["a", "b"].repeat(times));
+        }
+    }
+
+    #[test]
+    fn headers_have_the_declared_columns_and_no_others() {
+        let refused = |csv: &str| One::read(csv.as_bytes().to_vec()).err().unwrap().to_string();
+        assert_eq!(refused("w\n1\n"), "the column `w` does not belong here");
+        assert_eq!(refused("v,w\n1,2\n"), "the column `w` does not belong here");
+        assert_eq!(refused("v\nx\n"), "column `v`: `x` is not a number");
+        let two = |csv: &str| Two::rows(&Two::read(csv.as_bytes().to_vec())?);
+        assert_eq!(two("v\n1\n").unwrap_err().to_string(), "the column `w` is missing");
+        assert_eq!(two("v,w\n,7\n").unwrap(), [Two { v: None, w: 7 }]);
+        assert_eq!(two("v,w\n1,7.5\n").unwrap_err().to_string(), "column `w`: `7.5` is not a number");
+        assert_eq!(two("v,w\n1,\n").unwrap_err().to_string(), "column `w`: `` is not a number");
+        let old = New::read(b"v\n1\n".to_vec()).unwrap();
+        assert_eq!(New::rows(&old).unwrap(), [New { v: 1.0, w: None }]);
+    }
+}
