@@ -7,7 +7,6 @@ use crate::dataset::{DatasetError, Frames, Sequence};
 use crate::engine::Stop;
 use crate::engine::limits::Interrupted;
 use crate::engine::store;
-use crate::figure::Plot;
 use crate::image::{self, Frame};
 use crate::report::user_track::UserVideo;
 use crate::report::user_track::video::{self, CONTAINERS, VideoError};
@@ -97,13 +96,13 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
         store::write_output(path, page.as_bytes()).map_err(Failure::io)?;
     }
     if let Some(path) = &args.plot {
-        let strip = video.plot().map_err(Failure::data)?;
+        let figure = video.plot().map_err(Failure::data)?;
         let bytes = if is_svg(path) {
-            strip.to_svg().map(String::into_bytes)
+            figure.to_svg().map(String::into_bytes)
         } else if has_end(path, "pdf") {
-            strip.to_pdf()
+            figure.to_pdf()
         } else {
-            strip.to_png()
+            figure.to_png()
         };
         store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
     }

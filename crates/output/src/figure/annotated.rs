@@ -1,9 +1,11 @@
 //! A video frame with boxes and a line of text drawn on its pixels.
 
 use super::font;
-use super::raster;
-use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
+use super::page::{Area, Page, Point, Stroke, draw};
+use super::raster::{Canvas, pixels};
 use super::style::{CASING, Color, Dash};
+use plotters::prelude::IntoDrawingArea;
+use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
@@ -26,41 +28,46 @@ const TEXT: f64 = 1.0 / 24.0;
 const SMALLEST_TEXT: f64 = 11.0;
 /// Width of the thinnest line, in pixels.
 const THINNEST_LINE: f64 = 3.0;
-/// Pixels of a frame per point of a scene.
+/// Pixels of a frame per unit of a page.
 const PIXELS: f64 = 2.0;
 
-/// The frame with boxes, and with a line of text in its upper left corner that is shortened where it does not fit.
+/// The frame with boxes, and with text in its upper left corner, in as many lines as it needs.
 pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color) -> Frame {
     let (w, h) = (frame.width() as f64 / PIXELS, frame.height() as f64 / PIXELS);
     let area = Area { x: 0.0, y: 0.0, w, h };
     let size = (h * TEXT).max(SMALLEST_TEXT / PIXELS);
     let width = (size / 6.0).max(THINNEST_LINE / PIXELS);
-    let mut scene = Scene::new("", w);
-    plate(&mut scene, &font::fit(text, size, w - size), (0.0, 0.0), size, color);
+    let mut page = Page::new("", w);
+    for (k, line) in font::wrap(text, size, w - size).iter().enumerate() {
+        plate(&mut page, line, (0.0, 1.5 * size * k as f64), size, color);
+    }
     for AnnotatedBox { region, color, dash, label } in boxes {
         let mut corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
         if corners.iter().any(|c| !c.0.is_finite() || !c.1.is_finite()) {
             continue;
         }
         corners.extend(corners.first().copied());
-        scene.clipped(&corners, &area, Stroke { rgb: CASING, width: 2.0 * width, dash: Dash::Solid });
-        scene.clipped(&corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash });
+        page.clipped(&corners, &area, Stroke::solid(CASING, 2.0 * width));
+        page.clipped(&corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash });
         let left = corners.iter().map(|c| c.0).fold(f64::INFINITY, f64::min).max(0.0);
         let top = corners.iter().map(|c| c.1).fold(f64::INFINITY, f64::min).max(1.5 * size);
-        plate(&mut scene, label, (left, top - 1.5 * size), size, *color);
+        plate(&mut page, label, (left, top - 1.5 * size), size, *color);
     }
-    raster::over(frame, &scene.items)
+    let mut image = pixels(frame);
+    // Memory cannot fail to be drawn on.
+    let _ = draw(&Canvas(&mut image).into_drawing_area(), &page.shapes, PIXELS);
+    Frame::new(frame.width(), frame.height(), image.into_raw())
 }
 
 /// Text on a dark ground whose upper left corner is at a point.
-fn plate(scene: &mut Scene, text: &str, (x, y): Point, size: f64, color: Color) {
+fn plate(page: &mut Page, text: &str, (x, y): Point, size: f64, color: Color) {
     if text.is_empty() {
         return;
     }
     let text = font::clean(text);
     let area = Area { x, y, w: font::width(&text, size) + size, h: 1.5 * size };
-    scene.items.push(Item::Rect { area, rgb: CASING });
-    scene.text(&text, (x + size / 2.0, y + 0.75 * size), size, Anchor::Start, color.bright());
+    page.fill(area.corners(), CASING);
+    page.text(&text, (x + size / 2.0, y + 0.75 * size), size, HPos::Left, color.bright());
 }
 
 #[cfg(test)]
@@ -94,7 +101,7 @@ mod tests {
     fn text_stands_in_the_corner_and_boxes_may_leave_the_frame() {
         let plain = annotate(&gray(), &[], "", Color::Green);
         assert_eq!(plain, gray());
-        let text = annotate(&gray(), &[], "frame 52, lost, and a long text that does not fit", Color::Sky);
+        let text = annotate(&gray(), &[], "frame 52, lost", Color::Sky);
         assert_eq!(text.pixel(1, 1), CASING);
         assert_eq!(text.pixel(60, 60), [128; 3]);
         let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));

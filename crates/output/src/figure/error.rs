@@ -6,16 +6,6 @@ pub enum FigureError {
     /// The figure has no panel, row or frame.
     #[error("the figure has nothing to draw: {0}")]
     Empty(&'static str),
-    /// A series is not as long as its frame axis.
-    #[error("series `{series}` has {got} values for {expected} frames")]
-    Length {
-        /// Name of the series.
-        series: String,
-        /// Number of its values.
-        got: usize,
-        /// Number of frames of the panel.
-        expected: usize,
-    },
     /// The ends of a fixed range are not finite, not in order, or not above 0 on a logarithmic axis.
     #[error("{from} to {to} is no range for an axis")]
     Range {

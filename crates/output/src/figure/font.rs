@@ -1,4 +1,4 @@
-//! The embedded font: widths, shortening, glyphs.
+//! The embedded font: widths, glyphs, and text broken into lines.
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use std::sync::LazyLock;
@@ -39,6 +39,11 @@ pub fn width(text: &str, size: f64) -> f64 {
     text.chars().map(|c| f64::from(face.h_advance(face.glyph_id(c)))).sum()
 }
 
+/// Width of the widest line.
+pub fn widest(lines: &[String], size: f64) -> f64 {
+    lines.iter().map(|line| width(line, size)).fold(0.0, f64::max)
+}
+
 /// The text as one printable line: control characters and line ends become spaces; characters that XML cannot hold, or
 /// that change the direction of the text after them, become the replacement character.
 pub fn clean(text: &str) -> String {
@@ -51,43 +56,28 @@ pub fn clean(text: &str) -> String {
         .collect()
 }
 
-/// The cleaned text, its end replaced by an ellipsis when it is wider than `room`.
-pub fn fit(text: &str, size: f64, room: f64) -> String {
-    let text = clean(text);
-    if width(&text, size) <= room {
-        return text;
-    }
-    let room = room - width("\u{2026}", size);
-    let mut used = 0.0;
-    let mut out: String = text
-        .chars()
-        .take_while(|&c| {
-            used += width(c.encode_utf8(&mut [0; 4]), size);
-            used <= room
-        })
-        .collect();
-    out.truncate(out.trim_end().len());
-    out.push('\u{2026}');
-    out
-}
-
-/// The cleaned text in at most `lines` lines, broken at spaces; the last is shortened when needed.
-pub fn wrap(text: &str, size: f64, room: f64, lines: usize) -> Vec<String> {
-    let text = clean(text);
-    let mut out: Vec<String> = Vec::new();
+/// The cleaned text in lines, broken at spaces, and in words that are wider than a line.
+pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
-    for word in text.split_whitespace() {
+    for word in clean(text).split_whitespace() {
         let longer = if line.is_empty() { word.to_owned() } else { format!("{line} {word}") };
-        if line.is_empty() || out.len() + 1 >= lines || width(&longer, size) <= room {
+        if width(&longer, size) <= room {
             line = longer;
-        } else {
-            out.push(std::mem::replace(&mut line, word.to_owned()));
+            continue;
+        }
+        lines.extend((!line.is_empty()).then(|| std::mem::take(&mut line)));
+        for c in word.chars() {
+            let longer = format!("{line}{c}");
+            if width(&longer, size) <= room || line.is_empty() {
+                line = longer;
+            } else {
+                lines.push(std::mem::replace(&mut line, c.to_string()));
+            }
         }
     }
-    if !line.is_empty() {
-        out.push(line);
-    }
-    out.iter().map(|l| fit(l, size, room)).collect()
+    lines.extend((!line.is_empty()).then_some(line));
+    lines
 }
 
 /// Draws the text with the middle of its small letters on the line `y = 0` and its left end at
@@ -139,28 +129,26 @@ mod tests {
 
     #[test]
     fn has_the_letters_of_the_papers() {
-        let face = &*FACE;
         for c in "yₜOₜτ₁ŷₜ₊ₗ|z̃ₜ|δβ±−–≥×≤…".chars() {
-            assert_ne!(face.glyph_id(c).0, 0, "{c}");
+            assert_ne!(glyph(c), 0, "{c}");
         }
     }
 
     #[test]
-    fn wraps_at_spaces() {
-        let lines = wrap("aaa bbb ccc ddd", 10.0, width("aaa bbb", 10.0) + 0.1, 5);
-        assert_eq!(lines, ["aaa bbb", "ccc ddd"]);
-        assert!(wrap("  ", 10.0, 50.0, 2).is_empty());
+    fn wraps_at_spaces_and_breaks_long_words() {
+        let room = width("aaa bbb", 10.0) + 0.1;
+        assert_eq!(wrap("aaa bbb ccc ddd", 10.0, room), ["aaa bbb", "ccc ddd"]);
+        assert_eq!(wrap("a bbbbbbbbbbb", 10.0, room), ["a", "bbbbbb", "bbbbb"]);
+        assert!(wrap("  ", 10.0, 50.0).is_empty());
     }
 
     proptest! {
         #[test]
-        fn fitted_and_wrapped_text_fits(text in ".{0,300}", room in 20.0..400.0_f64) {
-            let out = fit(&text, 12.0, room);
-            prop_assert!(width(&out, 12.0) <= room + 1e-3, "{out}");
-            for line in wrap(&text, 12.0, room, 3) {
-                prop_assert!(width(&line, 12.0) <= room + 1e-3);
-            }
-            prop_assert!(wrap(&text, 12.0, room, 3).len() <= 3);
+        fn wrapped_text_fits_and_nothing_is_lost(text in ".{0,300}", room in 30.0..400.0_f64) {
+            let lines = wrap(&text, 12.0, room);
+            prop_assert!(widest(&lines, 12.0) <= room + 1e-3);
+            let letters = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+            prop_assert_eq!(letters(&lines.concat()), letters(&clean(&text)));
         }
     }
 }

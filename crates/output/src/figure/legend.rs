@@ -1,19 +1,18 @@
-//! Legends: symbols with names, laid out in rows.
+//! Marks at points, and legends: symbols with names, laid out in rows.
 
 use super::font;
-use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use super::sign::{Sign, draw_sign};
-use super::style::Edge;
-use super::style::{CASING, Color, Dash, INK, SMALL, Style};
+use super::page::{Area, LINE, Page, Point, Stroke};
+use super::style::{CASING, Color, Dash, INK, SHADE, SMALL, Style};
+use plotters::style::text_anchor::HPos;
 
-/// Height of one row, in units.
-pub const ROW: f64 = 16.0;
+/// Between two rows, in units.
+const APART: f64 = 2.0;
 /// Width of a symbol, in units.
 const SYMBOL: f64 = 22.0;
 /// Between symbol and name, and between entries, in units.
 const GAPS: (f64, f64) = (5.0, 14.0);
 
-/// The shape of a marker.
+/// The mark of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// A disk.
@@ -24,6 +23,14 @@ pub enum Marker {
     Triangle,
     /// A square on its corner.
     Diamond,
+    /// A ring: the point at which a method is operated.
+    Operating,
+    /// A hollow diamond: what a paper prints.
+    Published,
+    /// A triangle, its tip down on the point: an alarm begins.
+    AlarmBegins,
+    /// The same, hollow: an alarm ends.
+    AlarmEnds,
 }
 
 impl Marker {
@@ -32,19 +39,36 @@ impl Marker {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
     }
 
-    pub(super) fn draw(self, scene: &mut Scene, (x, y): Point, rgb: [u8; 3]) {
-        let item = match self {
-            Self::Circle => Item::Circle { center: (x, y), radius: 3.0, rgb },
-            Self::Square => Item::Rect { area: Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }, rgb },
-            Self::Triangle => {
-                Item::Polygon { corners: vec![(x, y - 3.75), (x + 3.5, y + 2.5), (x - 3.5, y + 2.5)], rgb }
-            }
-            Self::Diamond => {
-                let corners = vec![(x, y - 4.0), (x + 4.0, y), (x, y + 4.0), (x - 4.0, y)];
-                Item::Polygon { corners, rgb }
-            }
+    pub(super) fn draw(self, page: &mut Page, (x, y): Point, rgb: [u8; 3]) {
+        let white = [255; 3];
+        let diamond = |r: f64| vec![(x, y - r), (x + r, y), (x, y + r), (x - r, y)];
+        let down = |in_by: f64| {
+            let half = 3.2 - 0.87 * in_by;
+            vec![(x - half, y - 5.5 + 0.5 * in_by), (x + half, y - 5.5 + 0.5 * in_by), (x, y - in_by)]
         };
-        scene.items.push(item);
+        match self {
+            Self::Circle => page.disc((x, y), 3.0, rgb),
+            Self::Square => page.fill(Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }.corners(), rgb),
+            Self::Triangle => page.fill(vec![(x, y - 3.75), (x + 3.5, y + 2.5), (x - 3.5, y + 2.5)], rgb),
+            Self::Diamond => page.fill(diamond(4.0), rgb),
+            Self::Operating => {
+                let angle = |k: i32| f64::from(k) / 24.0 * std::f64::consts::TAU;
+                let ring: Vec<Point> =
+                    (0..=24).map(angle).map(|a| (x + 6.0 * a.cos(), y + 6.0 * a.sin())).collect();
+                page.line(ring.clone(), Stroke::solid(white, 3.4));
+                page.line(ring, Stroke::solid(rgb, 1.8));
+            }
+            Self::Published => {
+                for (r, rgb) in [(8.0, white), (6.5, rgb), (3.6, white)] {
+                    page.fill(diamond(r), rgb);
+                }
+            }
+            Self::AlarmBegins => page.fill(down(0.0), rgb),
+            Self::AlarmEnds => {
+                page.fill(down(0.0), rgb);
+                page.fill(down(2.0), white);
+            }
+        }
     }
 }
 
@@ -55,23 +79,14 @@ pub enum Symbol {
     Line(Style, Option<Marker>),
     /// A mark alone.
     Mark(Color, Marker),
-    /// A filled area.
-    Patch([u8; 3]),
+    /// A shaded area.
+    Shade,
     /// A band around a line.
     Band(Color),
     /// An upright line.
     Upright(Style),
-    /// The triangle of an alarm.
-    Alarm(Color, Edge),
-    /// The line around a box.
-    Outline {
-        /// Its color.
-        rgb: [u8; 3],
-        /// Its line style.
-        dash: Dash,
-    },
-    /// The sign of a point.
-    Sign(Sign, Color),
+    /// The line around a box on a still.
+    Outline([u8; 3], Dash),
 }
 
 /// A symbol and its name.
@@ -90,97 +105,107 @@ impl Entry {
     }
 }
 
-/// The triangle that marks an alarm, its tip down at `(x, y)`: filled where the alarm begins, hollow where it ends.
-pub fn alarm(scene: &mut Scene, (x, y): Point, (color, edge): (Color, Edge)) {
-    let triangle = |in_by: f64| {
-        let half = 3.2 - 0.87 * in_by;
-        vec![(x - half, y - 5.5 + 0.5 * in_by), (x + half, y - 5.5 + 0.5 * in_by), (x, y - in_by)]
-    };
-    scene.items.push(Item::Polygon { corners: triangle(0.0), rgb: color.rgb() });
-    if edge == Edge::Ends {
-        scene.items.push(Item::Polygon { corners: triangle(2.0), rgb: [255; 3] });
-    }
-}
-
 /// A legend broken into rows for a given width.
-pub struct Rows {
-    rows: Vec<Vec<(Symbol, String, f64)>>,
+#[derive(Default)]
+pub struct Legend {
+    /// Entries with the lines of their names, and their width.
+    rows: Vec<Vec<(Symbol, Vec<String>, f64)>>,
 }
 
-impl Rows {
+impl Legend {
+    /// Entries in rows of at most `room`.
     pub fn new(entries: &[Entry], room: f64) -> Self {
-        let mut rows: Vec<Vec<(Symbol, String, f64)>> = Vec::new();
+        Self::with_rows(entries, room, entries.len())
+    }
+
+    /// The same with a row for each entry, where no more than `height` is needed for that.
+    pub fn column(entries: &[Entry], room: f64, height: f64) -> Self {
+        let fits = entries.len() as f64 * (LINE + APART) <= height;
+        Self::with_rows(entries, room, if fits { 1 } else { entries.len() })
+    }
+
+    fn with_rows(entries: &[Entry], room: f64, most: usize) -> Self {
+        let mut legend = Self::default();
         let mut used = f64::INFINITY;
         for entry in entries {
-            let name = font::fit(&entry.name, SMALL, room - SYMBOL - GAPS.0);
-            let width = SYMBOL + GAPS.0 + font::width(&name, SMALL);
-            if used + GAPS.1 + width > room {
-                rows.push(Vec::new());
+            let name = font::wrap(&entry.name, SMALL, room - SYMBOL - GAPS.0);
+            let width = SYMBOL + GAPS.0 + font::widest(&name, SMALL);
+            let is_full = legend.rows.last().is_some_and(|row| row.len() >= most);
+            if is_full || used + GAPS.1 + width > room {
+                legend.rows.push(Vec::new());
                 used = -GAPS.1;
             }
             used += GAPS.1 + width;
-            if let Some(row) = rows.last_mut() {
+            if let Some(row) = legend.rows.last_mut() {
                 row.push((entry.symbol, name, width));
             }
         }
-        Self { rows }
+        legend
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn heights(&self) -> impl Iterator<Item = f64> {
+        let lines = |row: &Vec<(Symbol, Vec<String>, f64)>| row.iter().map(|e| e.1.len()).max().unwrap_or(0);
+        self.rows.iter().map(move |row| LINE * lines(row).max(1) as f64 + APART)
     }
 
     pub fn height(&self) -> f64 {
-        ROW * self.rows.len() as f64
+        self.heights().sum()
     }
 
     /// Width of the widest row.
     pub fn width(&self) -> f64 {
-        let row = |r: &Vec<(Symbol, String, f64)>| r.iter().map(|e| e.2 + GAPS.1).sum::<f64>() - GAPS.1;
+        let row = |r: &Vec<(Symbol, Vec<String>, f64)>| r.iter().map(|e| e.2 + GAPS.1).sum::<f64>() - GAPS.1;
         self.rows.iter().map(row).fold(0.0, f64::max)
     }
 
     /// Draws the rows from `(x, y)` downwards.
-    pub fn draw(&self, scene: &mut Scene, (x, y): Point) {
-        for (i, row) in self.rows.iter().enumerate() {
-            let (mut x, y) = (x, y + ROW * (i as f64 + 0.5));
+    pub fn draw(&self, page: &mut Page, (x, mut y): Point) {
+        for (row, height) in self.rows.iter().zip(self.heights()) {
+            let mut x = x;
             for (symbol, name, width) in row {
-                symbol.draw(scene, (x, y));
-                scene.text(name, (x + SYMBOL + GAPS.0, y), SMALL, Anchor::Start, INK);
+                symbol.draw(page, (x, y + (LINE + APART) / 2.0));
+                page.lines(name, (x + SYMBOL + GAPS.0, y + APART / 2.0), SMALL, HPos::Left, INK);
                 x += width + GAPS.1;
             }
+            y += height;
         }
     }
 }
 
 impl Symbol {
-    fn draw(&self, scene: &mut Scene, (x, y): Point) {
+    fn draw(&self, page: &mut Page, (x, y): Point) {
         let middle = x + SYMBOL / 2.0;
+        let area = |in_by: f64, half: f64| Area {
+            x: x + in_by,
+            y: y - half,
+            w: SYMBOL - 2.0 * in_by,
+            h: 2.0 * half,
+        };
         match *self {
             Self::Line(style, marker) => {
-                let stroke = Stroke { rgb: style.color.rgb(), width: style.width.max(1.4), dash: style.dash };
-                scene.line(vec![(x, y), (x + SYMBOL, y)], stroke);
+                let stroke = Stroke { width: style.width.max(1.4), ..Stroke::of(&style) };
+                page.line(vec![(x, y), (x + SYMBOL, y)], stroke);
                 if let Some(marker) = marker {
-                    marker.draw(scene, (middle, y), style.color.rgb());
+                    marker.draw(page, (middle, y), style.color.rgb());
                 }
             }
-            Self::Mark(color, marker) => marker.draw(scene, (middle, y), color.rgb()),
-            Self::Sign(sign, color) => draw_sign(scene, sign, (middle, y), color),
-            Self::Band(color) => {
-                let edge = |dy: f64| vec![(x + 2.0, y + dy), (x + SYMBOL - 2.0, y + dy)];
-                scene.items.push(Item::Band { upper: edge(-5.0), lower: edge(5.0), rgb: color.rgb() });
+            Self::Mark(color, marker @ (Marker::AlarmBegins | Marker::AlarmEnds)) => {
+                marker.draw(page, (middle, y + 3.0), color.rgb());
             }
-            Self::Patch(rgb) => {
-                scene.items.push(Item::Rect {
-                    area: Area { x: x + 3.0, y: y - 5.0, w: SYMBOL - 6.0, h: 10.0 },
-                    rgb,
-                });
-            }
-            Self::Upright(style) => {
-                scene.line(vec![(middle, y - 6.0), (middle, y + 6.0)], Stroke::of(&style));
-            }
-            Self::Alarm(color, edge) => alarm(scene, (middle, y + 3.0), (color, edge)),
-            Self::Outline { rgb, dash } => {
-                let (l, r, t, b) = (x + 2.0, x + SYMBOL - 2.0, y - 5.5, y + 5.5);
-                let corners = vec![(l, t), (r, t), (r, b), (l, b), (l, t)];
-                scene.line(corners.clone(), Stroke { rgb: CASING, width: 3.2, dash: Dash::Solid });
-                scene.line(corners, Stroke { rgb, width: 1.7, dash });
+            Self::Mark(color, marker) => marker.draw(page, (middle, y), color.rgb()),
+            Self::Band(color) => page.band(area(2.0, 5.0).corners(), color.rgb()),
+            Self::Shade => page.fill(area(3.0, 5.0).corners(), SHADE),
+            Self::Upright(style) => page.line(vec![(middle, y - 6.0), (middle, y + 6.0)], Stroke::of(&style)),
+            Self::Outline(rgb, dash) => {
+                let mut corners = area(2.0, 5.5).corners();
+                corners.push(corners[0]);
+                page.line(corners.clone(), Stroke::solid(CASING, 3.2));
+                page.line(corners, Stroke { rgb, width: 1.7, dash });
             }
         }
     }

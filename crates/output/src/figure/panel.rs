@@ -1,96 +1,75 @@
-//! One panel of a strip: values over the frames of a sequence.
+//! Panels and what is in them.
 
-use super::axes::{self, Axis, Range};
-use super::error::FigureError;
+use super::axis::{Axis, Ends, Scale, linear_ticks, thinned};
+use super::diagram;
 use super::font;
-use super::legend::{self, Entry, Rows, Symbol};
-use super::scene::{Anchor, Area, Item, Point, Scene, Stroke};
-use super::style::Edge;
-use super::style::{Color, Dash, INK, MEDIUM, SMALL, SOFT, Style};
+use super::legend::{Entry, Marker};
+use super::page::{Area, Page, Point, Stroke};
+use super::style::{Color, Dash, INK, SHADE, SMALL, SOFT, Style};
+use plotters::style::text_anchor::HPos;
+use std::ops::Range;
 
-/// The frames of a panel: number of the first in its dataset, and how many.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FrameAxis {
-    /// Number of the first frame.
-    pub first: u32,
-    /// Number of frames, at least 1.
-    pub count: usize,
+/// What a panel shows, in its axes' values.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mark {
+    /// A line; a point with a NaN leaves a gap, and one between two gaps is a dot.
+    Line {
+        /// Points in drawing order.
+        points: Vec<(f64, f64)>,
+        /// How it is drawn.
+        style: Style,
+        /// The mark of its points.
+        marker: Option<Marker>,
+    },
+    /// The area between a lower and an upper bound, each point a place with both; one with a NaN leaves a gap.
+    Band(Vec<(f64, f64, f64)>, Color),
+    /// A shaded range of the horizontal axis.
+    Shade(Range<f64>),
+    /// An upright line.
+    Upright(f64, Style),
+    /// A level line.
+    Level(f64, Style),
+    /// A point.
+    Point((f64, f64), Marker, Color),
+    /// A mark at the upper edge.
+    Top(f64, Marker, Color),
+    /// A name beside a point.
+    Name((f64, f64), String),
+    /// Lines of equal F, where precision is over recall.
+    IsoF,
+    /// A named box.
+    Node((f64, f64), String),
+    /// An arrow between two boxes, given as their middles with the widths of their names; or a loop.
+    Arrow {
+        /// Middle and name of the box it leaves.
+        from: ((f64, f64), String),
+        /// Middle and name of the box it leads to.
+        to: ((f64, f64), String),
+        /// Its label.
+        label: Vec<String>,
+        /// Whether there is an arrow back.
+        is_pair: bool,
+    },
 }
 
-/// A line of a panel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    /// Name in the legend; may be empty in a panel with one series.
-    pub name: String,
-    /// One value a frame; NaN and infinity leave a gap.
-    pub values: Vec<f64>,
-    /// How it is drawn.
-    pub style: Style,
-}
-
-/// A level that values are compared with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Threshold {
-    /// Name in the legend, with the value if it is to be read: `τ₁ = 0.004`.
-    pub name: String,
-    /// The level.
-    pub value: f64,
-    /// How it is drawn.
-    pub style: Style,
-}
-
-/// A panel. Frames are counted from 0 in `spans`, `events` and `alarms`.
-#[derive(Debug, Clone, PartialEq)]
+/// A panel.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
-    /// Short text above the panel, such as `(a)`; may be empty.
-    pub caption: String,
-    /// Name of the vertical axis: what the values are.
-    pub label: String,
-    /// The horizontal axis.
-    pub frames: FrameAxis,
-    /// The vertical axis.
-    pub range: Range,
-    /// Names of values on the vertical axis, in place of numbers; numbers where it is empty.
-    pub names: Vec<(f64, String)>,
-    /// The lines, the first at the back.
-    pub series: Vec<Series>,
-    /// Whether a legend names the lines, where there are several.
-    pub legend: bool,
-    /// Levels that values are compared with.
-    pub thresholds: Vec<Threshold>,
-    /// Shaded runs of frames: where the target is lost (O_t = 1).
-    pub spans: Vec<std::ops::Range<usize>>,
-    /// Frames with an upright line: the target is lost, or found again.
-    pub events: Vec<(usize, Edge)>,
-    /// Frames with a triangle at the top: an alarm begins, or ends.
-    pub alarms: Vec<(usize, Edge)>,
-    /// The color of these triangles.
-    pub alarm_color: Color,
+    /// Heading; may be empty.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// Its content, from the back to the front.
+    pub marks: Vec<Mark>,
+    /// Legend above the panel, where it needs one of its own.
+    pub legend: Vec<Entry>,
 }
 
-impl Panel {
-    /// A panel without lines.
-    pub fn new(label: &str, frames: FrameAxis) -> Self {
-        Self {
-            caption: String::new(),
-            label: label.to_owned(),
-            frames,
-            range: Range::Auto,
-            names: Vec::new(),
-            series: Vec::new(),
-            legend: true,
-            thresholds: Vec::new(),
-            spans: Vec::new(),
-            events: Vec::new(),
-            alarms: Vec::new(),
-            alarm_color: Color::Vermilion,
-        }
-    }
-}
-
-/// The runs of `true`, for [`Panel::spans`].
-pub fn spans_where(flags: &[bool]) -> Vec<std::ops::Range<usize>> {
-    let mut out: Vec<std::ops::Range<usize>> = Vec::new();
+/// The runs of `true`, for [`Mark::Shade`].
+pub fn spans_where(flags: &[bool]) -> Vec<Range<usize>> {
+    let mut out: Vec<Range<usize>> = Vec::new();
     for (i, _) in flags.iter().enumerate().filter(|(_, f)| **f) {
         match out.last_mut() {
             Some(run) if run.end == i => run.end += 1,
@@ -100,166 +79,221 @@ pub fn spans_where(flags: &[bool]) -> Vec<std::ops::Range<usize>> {
     out
 }
 
-/// Shade of the frames where the target is lost.
-pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
-/// Line where the target is lost.
-pub const LOSS: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
-/// Line where it is found again.
-pub const RECOVERY: Style = Style { color: Color::Gray, dash: Dash::DashDot, width: 1.0 };
-/// Height of the band for alarms, in units.
-const BAND: f64 = 8.0;
-/// Room for the names of rows, in units.
-const MAX_NAME: f64 = 90.0;
-/// Between the ends of the range and the frame, in units.
-const ROOM: f64 = 4.0;
+impl Mark {
+    /// A line without marks at its points.
+    pub fn line(points: Vec<(f64, f64)>, style: Style) -> Self {
+        Self::Line { points, style, marker: None }
+    }
 
-/// The layout of a panel for a width, to be drawn when the heights of its row are known.
-pub struct PanelLayout<'a> {
-    panel: &'a Panel,
-    y_range: (f64, f64),
-    entries: Vec<Entry>,
-    legend: Rows,
-    caption: String,
-    beside: bool,
+    /// Points that have to be in the range of the axes, NaN where a coordinate says nothing.
+    fn places(&self) -> Vec<(f64, f64)> {
+        let none = f64::NAN;
+        match self {
+            Self::Line { points, .. } => points.clone(),
+            Self::Band(points, _) => points.iter().flat_map(|p| [(none, p.1), (none, p.2)]).collect(),
+            Self::Upright(x, _) | Self::Top(x, ..) => vec![(*x, none)],
+            Self::Level(y, _) => vec![(none, *y)],
+            Self::Point(at, ..) => vec![*at],
+            Self::Shade(_) | Self::Name(..) | Self::IsoF | Self::Node(..) | Self::Arrow { .. } => Vec::new(),
+        }
+    }
 }
 
-impl<'a> PanelLayout<'a> {
-    /// The layout in an area of this size, its labels aside.
-    pub fn new(panel: &'a Panel, (width, height): (f64, f64)) -> Result<Self, FigureError> {
-        if panel.frames.count == 0 {
-            return Err(FigureError::Empty("a panel has no frames"));
-        }
-        for s in &panel.series {
-            if s.values.len() != panel.frames.count {
-                let (series, got) = (s.name.clone(), s.values.len());
-                return Err(FigureError::Length { series, got, expected: panel.frames.count });
+/// Height of the band of marks at the upper edge, in units.
+const TOP: f64 = 8.0;
+/// Lines of equal F, and most of them.
+const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::Dashed };
+const MAX_ISO: usize = 5;
+
+/// A panel's place on the page.
+pub struct Place {
+    pub area: Area,
+    pub x: Scale,
+    pub y: Scale,
+}
+
+impl Place {
+    pub fn of(&self, p: (f64, f64)) -> Point {
+        (self.x.place(p.0), self.y.place(p.1))
+    }
+}
+
+impl Panel {
+    fn shows(&self, p: &(f64, f64)) -> bool {
+        self.x.shows(p.0) && self.y.shows(p.1)
+    }
+
+    /// Whether a line or a point can be seen.
+    pub(super) fn has_point(&self) -> bool {
+        self.marks.iter().any(|mark| match mark {
+            Mark::Line { points, .. } => points.iter().any(|p| self.shows(p)),
+            Mark::Point(at, ..) => self.shows(at),
+            _ => false,
+        })
+    }
+
+    /// Values that have to be in the ranges of both axes.
+    pub(super) fn values(&self) -> (Vec<f64>, Vec<f64>) {
+        let all = self.marks.iter().flat_map(Mark::places);
+        // Half a point is drawn nowhere, but bounds and levels are.
+        let said = |p: &(f64, f64)| self.shows(p) || p.0.is_nan() != p.1.is_nan();
+        all.filter(said).unzip()
+    }
+
+    /// The axes in an area.
+    pub(super) fn place(&self, area: Area, ends: &(Ends, Ends)) -> Place {
+        let has_top = self.marks.iter().any(|m| matches!(m, Mark::Top(..)));
+        let top = area.y + if has_top { TOP } else { 0.0 };
+        let x = Scale::new(&self.x, ends.0, (area.x, area.right()));
+        Place { area, x, y: Scale::new(&self.y, ends.1, (area.bottom(), top)) }
+    }
+
+    /// Draws everything but the frame.
+    pub(super) fn draw(&self, page: &mut Page, place: &Place) {
+        let area = &place.area;
+        for mark in &self.marks {
+            match mark {
+                Mark::Line { points, style, marker } => {
+                    self.line(page, place, points, style, *marker);
+                }
+                Mark::Band(points, color) => self.band(page, place, points, *color),
+                Mark::Shade(range) => {
+                    let ends = [range.start, range.end].map(|x| place.x.place(x).clamp(area.x, area.right()));
+                    let shade = Area { x: ends[0], w: (ends[1] - ends[0]).max(0.5), ..*area };
+                    page.fill(shade.corners(), SHADE);
+                }
+                Mark::Upright(at, style) if self.x.shows(*at) => {
+                    let x = place.x.place(*at);
+                    page.clipped(&[(x, area.y), (x, area.bottom())], area, Stroke::of(style));
+                }
+                Mark::Level(at, style) if self.y.shows(*at) => {
+                    let y = place.y.place(*at);
+                    page.clipped(&[(area.x, y), (area.right(), y)], area, Stroke::of(style));
+                }
+                Mark::Point(at, marker, color) if self.shows(at) => {
+                    let at = place.of(*at);
+                    if area.contains(at) {
+                        marker.draw(page, at, color.rgb());
+                    }
+                }
+                Mark::Top(at, marker, color) if self.x.shows(*at) => {
+                    let at = (place.x.place(*at), area.y + TOP - 1.0);
+                    if area.contains(at) {
+                        marker.draw(page, at, color.rgb());
+                    }
+                }
+                Mark::IsoF => iso_f(page, place),
+                Mark::Node(at, name) => diagram::node(page, place.of(*at), name),
+                Mark::Arrow { from, to, label, is_pair } => {
+                    let ends = [from, to].map(|(at, name)| (place.of(*at), name.as_str()));
+                    diagram::arrow(page, area, ends, label, *is_pair);
+                }
+                Mark::Upright(..) | Mark::Level(..) | Mark::Point(..) | Mark::Top(..) | Mark::Name(..) => {}
             }
         }
-        let values = panel.series.iter().flat_map(|s| &s.values).copied();
-        let values = values.chain(panel.thresholds.iter().map(|t| t.value));
-        let y_range = panel.range.resolve(values, false, axes::max_ticks_y(height))?;
-        let named = panel.series.len() > 1 && panel.legend;
-        let mut entries: Vec<Entry> = Vec::new();
-        for s in panel.series.iter().filter(|s| named && !s.name.is_empty()) {
-            entries.push(Entry { symbol: Symbol::Line(s.style, None), name: s.name.clone() });
+        let is_line = |m: &Mark| matches!(m, Mark::Line { .. });
+        if self.marks.iter().any(is_line) && !self.has_point() {
+            let middle = (area.x + area.w / 2.0, area.y + area.h / 2.0);
+            page.text("no values", middle, SMALL, HPos::Center, SOFT);
         }
-        for t in panel.thresholds.iter().filter(|t| !t.name.is_empty()) {
-            entries.push(Entry { symbol: Symbol::Line(t.style, None), name: t.name.clone() });
-        }
-        let caption = font::fit(&panel.caption, MEDIUM, width);
-        let taken = if caption.is_empty() { 0.0 } else { font::width(&caption, MEDIUM) + 12.0 };
-        // The legend stands beside the caption when it fits there in one row.
-        let short = Rows::new(&entries, (width - taken).max(60.0));
-        let beside = short.height() <= legend::ROW && taken < width / 2.0;
-        let legend = if beside { short } else { Rows::new(&entries, width) };
-        Ok(Self { panel, y_range, entries, legend, caption, beside })
+        self.names(page, place);
     }
 
-    /// Drops the legend, where the panel on the left shows the same.
-    pub fn without_legend(&mut self) {
-        self.legend = Rows::new(&[], 0.0);
-    }
-
-    /// Entries of the legend.
-    pub fn entries(&self) -> &[Entry] {
-        &self.entries
-    }
-
-    /// Height of caption and legend.
-    pub fn head(&self) -> f64 {
-        let caption = if self.caption.is_empty() { 0.0 } else { legend::ROW };
-        let text =
-            if self.beside { self.legend.height().max(caption) } else { self.legend.height() + caption };
-        if text > 0.0 { text + 3.0 } else { 0.0 }
-    }
-
-    fn band(&self) -> f64 {
-        if self.panel.alarms.is_empty() { 0.0 } else { BAND }
-    }
-
-    fn y_axis(&self, area: &Area) -> Axis {
-        Axis::new(self.y_range, (area.bottom(), area.y + self.band()), ROOM, false)
-    }
-
-    /// Ticks of the vertical axis: names, or numbers.
-    fn rows(&self, area: &Area) -> Vec<(f64, String)> {
-        if self.panel.names.is_empty() {
-            return self.y_axis(area).ticks(axes::max_ticks_y(area.h));
-        }
-        let fit = |(at, name): &(f64, String)| (*at, font::fit(name, SMALL, MAX_NAME));
-        self.panel.names.iter().map(fit).collect()
-    }
-
-    /// Width of the widest tick label on the left for a plot of this height.
-    pub fn labels(&self, height: f64) -> f64 {
-        axes::label_width(&self.rows(&Area { x: 0.0, y: 0.0, w: 1.0, h: height }))
-    }
-
-    /// Draws the plot in `area` and caption and legend above it, from `left` on.
-    pub fn draw(&self, scene: &mut Scene, area: &Area, left: f64, head: f64, label_x: bool) {
-        let top = area.y - head;
-        scene.text(&self.caption, (left, top + legend::ROW / 2.0), MEDIUM, Anchor::Start, INK);
-        let (x, y) = match (self.caption.is_empty(), self.beside) {
-            // Over the plot where that leaves enough room, else over its labels too.
-            (true, _) => (
-                left.max(area.x.min(area.right() - self.legend.width())),
-                area.y - self.legend.height() - 3.0,
-            ),
-            (false, true) => (left + font::width(&self.caption, MEDIUM) + 12.0, top),
-            (false, false) => (left, top + legend::ROW),
-        };
-        self.legend.draw(scene, (x, y));
-
-        let FrameAxis { first, count } = self.panel.frames;
-        let (first, last) = (f64::from(first), f64::from(first) + (count - 1) as f64);
-        let ends = if count == 1 { (first - 0.5, first + 0.5) } else { (first, last) };
-        let x_axis = Axis::new(ends, (area.x, area.right()), ROOM, false).whole();
-        let y_axis = self.y_axis(area);
-        let x_of = |t: usize| x_axis.place(first + t as f64);
-
-        for span in self.panel.spans.iter().filter(|s| s.start < s.end && s.start < count) {
-            let half = (x_of(1) - x_of(0)) / 2.0;
-            let from = (x_of(span.start) - half).max(area.x);
-            let to = (x_of(span.end.min(count) - 1) + half).min(area.right());
-            let area = Area { x: from, w: (to - from).max(0.5), ..*area };
-            scene.items.push(Item::Rect { area, rgb: SHADE });
-        }
-        for &(t, edge) in self.panel.events.iter().filter(|e| e.0 < count) {
-            let style = if edge == Edge::Begins { LOSS } else { RECOVERY };
-            scene.line(vec![(x_of(t), area.y), (x_of(t), area.bottom())], Stroke::of(&style));
-        }
-        for t in self.panel.thresholds.iter().filter(|t| axes::usable(t.value)) {
-            let y = y_axis.place(t.value);
-            scene.clipped(&[(area.x, y), (area.right(), y)], area, Stroke::of(&t.style));
-        }
-        for series in &self.panel.series {
-            for run in runs(&series.values) {
-                let points: Vec<Point> = run.map(|t| (x_of(t), y_axis.place(series.values[t]))).collect();
-                match points[..] {
-                    [one] if area.clip(one, one).is_some() => {
-                        let (rgb, radius) = (series.style.color.rgb(), series.style.width);
-                        scene.items.push(Item::Circle { center: one, radius, rgb });
-                    }
-                    _ => scene.clipped(&axes::thinned(&points), area, Stroke::of(&series.style)),
+    fn line(
+        &self,
+        page: &mut Page,
+        place: &Place,
+        points: &[(f64, f64)],
+        style: &Style,
+        marker: Option<Marker>,
+    ) {
+        let rgb = style.color.rgb();
+        for run in points.split(|p| !self.shows(p)).filter(|run| !run.is_empty()) {
+            let places: Vec<Point> = run.iter().map(|p| place.of(*p)).collect();
+            page.clipped(&thinned(&places), &place.area, Stroke::of(style));
+            for &at in places.iter().filter(|p| place.area.contains(**p)) {
+                match marker {
+                    Some(marker) => marker.draw(page, at, rgb),
+                    None if run.len() == 1 => page.disc(at, style.width, rgb),
+                    None => {}
                 }
             }
         }
-        for &(t, edge) in self.panel.alarms.iter().filter(|a| a.0 < count) {
-            legend::alarm(scene, (x_of(t), area.y + BAND - 1.0), (self.panel.alarm_color, edge));
+    }
+
+    /// The band between two bounds, cut off at the panel's upper and lower end.
+    fn band(&self, page: &mut Page, place: &Place, points: &[(f64, f64, f64)], color: Color) {
+        // From left to right, although a curve in the order of what is along y may turn back.
+        let mut points = points.to_vec();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let known = |p: &(f64, f64, f64)| self.shows(&(p.0, p.1)) && self.y.shows(p.2);
+        let at = |x: f64, y: f64| {
+            let (x, y) = place.of((x, y));
+            (x.clamp(place.area.x, place.area.right()), y.clamp(place.area.y, place.area.bottom()))
+        };
+        for run in points.split(|p| !known(p)).filter(|run| run.len() > 1) {
+            let upper = run.iter().map(|p| at(p.0, p.2));
+            page.band(upper.chain(run.iter().rev().map(|p| at(p.0, p.1))).collect(), color.rgb());
         }
-        let drawn = self.panel.series.iter().flat_map(|s| &s.values).any(|v| axes::usable(*v));
-        if !drawn {
-            let middle = (area.x + area.w / 2.0, area.y + area.h / 2.0);
-            scene.text("no values", middle, SMALL, Anchor::Middle, SOFT);
+    }
+
+    /// Names beside points, each at the first of four sides where nothing else stands, and in any case inside the page.
+    fn names(&self, page: &mut Page, place: &Place) {
+        let name = |mark: &Mark| match mark {
+            Mark::Name(at, name) => Some((place.of(*at), font::clean(name))),
+            _ => None,
+        };
+        let named: Vec<(Point, String)> = self.marks.iter().filter_map(name).collect();
+        let point = |&((x, y), _): &(Point, String)| Area { x: x - 4.0, y: y - 4.0, w: 8.0, h: 8.0 };
+        let mut taken: Vec<Area> = named.iter().map(point).collect();
+        let apart = |a: &Area, b: &Area| {
+            a.right() <= b.x || b.right() <= a.x || a.bottom() <= b.y || b.bottom() <= a.y
+        };
+        for ((x, y), name) in &named {
+            let lines = font::wrap(name, SMALL, page.width / 2.0);
+            let (w, h) = (font::widest(&lines, SMALL), 12.0 * lines.len() as f64);
+            let sides = [(6.0, -h / 2.0), (-6.0 - w, -h / 2.0), (-w / 2.0, -h - 5.0), (-w / 2.0, 6.0)];
+            let room = sides.map(|(dx, dy)| Area { x: x + dx, y: y + dy, w, h });
+            let fits = |a: &&Area| {
+                let within = a.x >= place.area.x && a.right() <= place.area.right() + 4.0;
+                within && a.bottom() <= place.area.bottom() && taken.iter().all(|t| apart(a, t))
+            };
+            let mut room = *room.iter().find(fits).unwrap_or(&room[0]);
+            room.x = room.x.min(page.width - w - 1.0).max(1.0);
+            for (k, line) in lines.iter().enumerate() {
+                page.text(line, (room.x, room.y + 6.0 + 12.0 * k as f64), SMALL, HPos::Left, INK);
+            }
+            taken.push(room);
         }
-        let labels = axes::Labelled { x: label_x, y: true };
-        axes::frame_of_rows(scene, area, &x_axis, &y_axis, &self.rows(area), labels);
     }
 }
 
-/// The runs of values that can be drawn.
-fn runs(values: &[f64]) -> Vec<std::ops::Range<usize>> {
-    spans_where(&values.iter().map(|v| axes::usable(*v)).collect::<Vec<_>>())
+/// Lines of equal F = 2 P R / (P + R): P = F R / (2 R - F), each named at its end.
+fn iso_f(page: &mut Page, place: &Place) {
+    let (recall, precision) = (place.x.ends().1.min(1.0), place.y.ends().1.min(1.0));
+    if recall <= 0.0 || precision <= 0.0 {
+        return;
+    }
+    let highest = 2.0 * recall * precision / (recall + precision);
+    for (f, name) in
+        linear_ticks(0.0, highest, MAX_ISO).into_iter().filter(|t| t.0 > 0.0 && t.0 < highest * 0.97)
+    {
+        // From the recall at which it meets the panel's upper edge.
+        let first = f * precision / (2.0 * precision - f);
+        let at = |k: usize| {
+            let r = first + (recall - first) * (k as f64 / 100.0).powi(2);
+            (r, if k == 0 { precision } else { f * r / (2.0 * r - f) })
+        };
+        let line: Vec<Point> = (0..=100).map(|k| place.of(at(k))).collect();
+        page.clipped(&line, &place.area, ISO);
+        let end = line[line.len() - 1];
+        if place.area.contains(end) {
+            let name = format!("F {}", name.trim_start_matches('0'));
+            let w = font::width(&name, SMALL) + 4.0;
+            page.fill(Area { x: end.0 - w, y: end.1 - 6.0, w, h: 12.0 }.corners(), [255; 3]);
+            page.text(&name, (end.0 - 2.0, end.1), SMALL, HPos::Right, SOFT);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -270,18 +304,5 @@ mod tests {
     fn spans_by_hand() {
         assert_eq!(spans_where(&[true, false, true, true]), [0..1, 2..4]);
         assert!(spans_where(&[]).is_empty());
-    }
-
-    #[test]
-    fn gaps_split_lines() {
-        assert_eq!(runs(&[f64::NAN, 1.0, 2.0, f64::INFINITY, 3.0]), [1..3, 4..5]);
-    }
-
-    #[test]
-    fn a_series_of_the_wrong_length_is_an_error() {
-        let mut panel = Panel::new("y", FrameAxis { first: 1, count: 3 });
-        panel.series.push(Series { name: "a".into(), values: vec![0.0; 2], style: Style::nth(0) });
-        let error = PanelLayout::new(&panel, (100.0, 100.0)).err();
-        assert_eq!(error, Some(FigureError::Length { series: "a".into(), got: 2, expected: 3 }));
     }
 }

@@ -1,20 +1,25 @@
-//! Draws a scene as a PDF of one page, as wide as the figure is in print, with the letters that it uses of the embedded
-//! font. Texts can be searched and copied. The bytes depend on the scene alone: no date, no random name.
+//! Draws a page as a PDF, as wide as the figure is in print, with the letters that it uses of the embedded font: a backend of
+//! plotters. Texts can be searched and copied. The bytes depend on the page alone: no date, no random name.
 
 use super::error::FigureError;
 use super::font;
+use super::page::{BAND, EM, Page, draw, failed, share_before};
 use super::raster::reduced;
-use super::scene::{Anchor, Area, BAND, Item, Picture, Point, Scene, Stroke};
-use super::style::PER_INCH;
+use super::style::{FINE, PER_INCH};
+use ::image::RgbImage;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use pdf_writer::types::{CidFontType, FontFlags, LineCapStyle, LineJoinStyle, SystemInfo, UnicodeCmap};
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use plotters::prelude::{DrawingBackend, IntoDrawingArea};
+use plotters::style::FontTransform;
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use subsetter::GlyphRemapper;
 
-/// Points per unit of a scene.
-const POINTS: f32 = (72.0 / PER_INCH) as f32;
+/// Points of a unit.
+const POINT: f64 = 72.0 / PER_INCH;
 /// Level of compression.
 const LEVEL: u8 = 6;
 /// Distance of the control points of a quarter of a circle from its ends, as a share of the radius.
@@ -31,17 +36,13 @@ const DESCRIPTOR: Ref = Ref::new(8);
 const TO_UNICODE: Ref = Ref::new(9);
 const FONT_FILE: Ref = Ref::new(10);
 const SEE_THROUGH: Ref = Ref::new(11);
-/// Pictures have the numbers from here on.
-const FIRST_PICTURE: i32 = 12;
+/// Frames have the numbers from here on.
+const FIRST_FRAME: i32 = 12;
 
 const IDENTITY: SystemInfo<'static> =
     SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
-fn failed(e: impl std::fmt::Display) -> FigureError {
-    FigureError::Draw(e.to_string())
-}
-
-/// The letters of a scene: glyphs of the font, numbered anew, with the characters that they stand for.
+/// The letters of a page: glyphs of the font, numbered anew as they come, with the characters that they stand for.
 #[derive(Default)]
 struct Letters {
     numbers: GlyphRemapper,
@@ -49,89 +50,48 @@ struct Letters {
 }
 
 impl Letters {
-    fn of(scene: &Scene) -> Self {
-        let mut letters = Self::default();
-        for item in &scene.items {
-            let Item::Text { text, .. } = item else { continue };
-            for c in text.chars() {
-                let number = letters.numbers.remap(font::glyph(c));
-                letters.characters.entry(number).or_insert(c);
-            }
+    fn encoded(&mut self, text: &str) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for c in text.chars() {
+            let number = self.numbers.remap(font::glyph(c));
+            self.characters.entry(number).or_insert(c);
+            bytes.extend(number.to_be_bytes());
         }
-        letters
-    }
-
-    fn encoded(&self, text: &str) -> Vec<u8> {
-        let number = |c| self.numbers.get(font::glyph(c)).unwrap_or(0);
-        text.chars().flat_map(|c| number(c).to_be_bytes()).collect()
+        bytes
     }
 }
 
-/// Draws the scene.
-///
-/// # Errors
-/// [`FigureError::Draw`] when the font cannot be cut down to its letters.
-pub fn pdf(scene: &Scene) -> Result<Vec<u8>, FigureError> {
-    // As wide and high as in inches to three places, without the noise of narrow numbers.
-    let points = |units: f64| ((units * 72.0 / PER_INCH * 1000.0).round() / 1000.0) as f32;
-    let (width, height) = (points(scene.width), points(scene.height.ceil()));
-    let letters = Letters::of(scene);
-    let mut pdf = Pdf::new();
-    pdf.catalog(CATALOG).pages(PAGES);
-    pdf.pages(PAGES).kids([PAGE]).count(1);
-    let name = |k: usize| format!("P{k}");
-    let mut page = pdf.page(PAGE);
-    page.parent(PAGES).media_box(Rect::new(0.0, 0.0, width, height)).contents(CONTENT);
-    let mut resources = page.resources();
-    resources.fonts().pair(Name(b"F"), FONT);
-    resources.ext_g_states().pair(Name(b"B"), SEE_THROUGH);
-    if !scene.pictures.is_empty() {
-        let mut pictures = resources.x_objects();
-        for k in 0..scene.pictures.len() {
-            pictures.pair(Name(name(k).as_bytes()), Ref::new(FIRST_PICTURE + k as i32));
+/// What plotters draws on: coordinates are those of [`FINE`] a unit from the upper left corner.
+struct Sheet<'a> {
+    content: &'a mut Content,
+    letters: &'a mut Letters,
+    size: (u32, u32),
+}
+
+impl Sheet<'_> {
+    /// Fills what `outline` goes around.
+    fn fill(&mut self, color: BackendColor, outline: impl FnOnce(&mut Content)) {
+        if color.alpha < 1.0 {
+            self.content.save_state().set_parameters(Name(b"B"));
+        }
+        let [r, g, b] = shares(color);
+        self.content.set_fill_rgb(r, g, b);
+        outline(self.content);
+        self.content.fill_nonzero();
+        if color.alpha < 1.0 {
+            self.content.restore_state();
         }
     }
-    resources.finish();
-    page.finish();
-    pdf.ext_graphics(SEE_THROUGH).non_stroking_alpha(BAND as f32);
-    if !scene.title.trim().is_empty() {
-        pdf.document_info(INFO).title(TextStr(&scene.title));
-    }
-    write_font(&mut pdf, &letters)?;
-
-    let mut content = Content::new();
-    // From the page's lower left corner to the scene's upper left one.
-    content.transform([POINTS, 0.0, 0.0, -POINTS, 0.0, height]);
-    content.set_line_cap(LineCapStyle::RoundCap).set_line_join(LineJoinStyle::RoundJoin);
-    for (k, picture) in scene.pictures.iter().enumerate() {
-        let Area { x, w, h, .. } = picture.area;
-        let bottom = picture.area.bottom() as f32;
-        content.save_state();
-        content.transform([w as f32, 0.0, 0.0, -h as f32, x as f32, bottom]);
-        content.x_object(Name(name(k).as_bytes()));
-        content.restore_state();
-        write_picture(&mut pdf, Ref::new(FIRST_PICTURE + k as i32), picture);
-    }
-    for item in &scene.items {
-        draw(&mut content, item, &letters);
-    }
-    let content = compress_to_vec_zlib(&content.finish(), LEVEL);
-    pdf.stream(CONTENT, &content).filter(Filter::FlateDecode);
-    Ok(pdf.finish())
 }
 
-fn place((x, y): Point) -> (f32, f32) {
-    (x as f32, y as f32)
-}
-
-fn share(rgb: [u8; 3]) -> [f32; 3] {
-    rgb.map(|c| f32::from(c) / 255.0)
+fn shares(BackendColor { rgb: (r, g, b), .. }: BackendColor) -> [f32; 3] {
+    [r, g, b].map(|c| f32::from(c) / 255.0)
 }
 
 /// Begins a path through points.
-fn path<'p>(content: &mut Content, points: impl IntoIterator<Item = &'p Point>) {
-    for (k, point) in points.into_iter().enumerate() {
-        let (x, y) = place(*point);
+fn path(content: &mut Content, points: impl IntoIterator<Item = BackendCoord>) {
+    for (k, (x, y)) in points.into_iter().enumerate() {
+        let (x, y) = (x as f32, y as f32);
         if k == 0 {
             content.move_to(x, y)
         } else {
@@ -140,71 +100,145 @@ fn path<'p>(content: &mut Content, points: impl IntoIterator<Item = &'p Point>) 
     }
 }
 
-fn fill_color(content: &mut Content, rgb: [u8; 3]) {
-    let [r, g, b] = share(rgb);
-    content.set_fill_rgb(r, g, b);
-}
+type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-fn draw(content: &mut Content, item: &Item, letters: &Letters) {
-    match item {
-        Item::Line { points, stroke: Stroke { rgb, width, dash } } => {
-            let [r, g, b] = share(*rgb);
-            content.set_stroke_rgb(r, g, b).set_line_width(*width as f32);
-            content.set_dash_pattern(dash.pattern().iter().map(|length| *length as f32), 0.0);
-            path(content, points);
-            content.stroke();
-        }
-        Item::Rect { area, rgb } => {
-            fill_color(content, *rgb);
-            content.rect(area.x as f32, area.y as f32, area.w as f32, area.h as f32).fill_nonzero();
-        }
-        Item::Polygon { corners, rgb } => {
-            fill_color(content, *rgb);
-            path(content, corners);
-            content.fill_nonzero();
-        }
-        Item::Band { upper, lower, rgb } => {
-            content.save_state().set_parameters(Name(b"B"));
-            fill_color(content, *rgb);
-            path(content, upper.iter().chain(lower.iter().rev()));
-            content.fill_nonzero().restore_state();
-        }
-        Item::Circle { center, radius, rgb } => {
-            let ((x, y), r) = (place(*center), *radius as f32);
-            let q = r * QUARTER;
-            fill_color(content, *rgb);
+impl DrawingBackend for Sheet<'_> {
+    type ErrorType = Infallible;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.size
+    }
+
+    fn ensure_prepared(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn present(&mut self) -> Drawn {
+        Ok(())
+    }
+
+    fn draw_pixel(&mut self, (x, y): BackendCoord, color: BackendColor) -> Drawn {
+        self.fill(color, |content| {
+            content.rect(x as f32, y as f32, 1.0, 1.0);
+        });
+        Ok(())
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        points: I,
+        style: &S,
+    ) -> Drawn {
+        let [r, g, b] = shares(style.color());
+        self.content.set_stroke_rgb(r, g, b).set_line_width(style.stroke_width() as f32);
+        path(self.content, points);
+        self.content.stroke();
+        Ok(())
+    }
+
+    fn fill_polygon<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        corners: I,
+        style: &S,
+    ) -> Drawn {
+        self.fill(style.color(), |content| path(content, corners));
+        Ok(())
+    }
+
+    fn draw_circle<S: BackendStyle>(
+        &mut self,
+        (x, y): BackendCoord,
+        radius: u32,
+        style: &S,
+        _: bool,
+    ) -> Drawn {
+        let (x, y, r) = (x as f32, y as f32, radius as f32);
+        let q = r * QUARTER;
+        self.fill(style.color(), |content| {
             content.move_to(x + r, y);
             content.cubic_to(x + r, y + q, x + q, y + r, x, y + r);
             content.cubic_to(x - q, y + r, x - r, y + q, x - r, y);
             content.cubic_to(x - r, y - q, x - q, y - r, x, y - r);
             content.cubic_to(x + q, y - r, x + r, y - q, x + r, y);
-            content.fill_nonzero();
-        }
-        Item::Text { text, at, size, anchor, upwards, rgb } => {
-            let length = font::width(text, *size);
-            let back = match anchor {
-                Anchor::Start => 0.0,
-                Anchor::Middle => length / 2.0,
-                Anchor::End => length,
-            };
-            let base = font::HALF_EX * size;
-            fill_color(content, *rgb);
-            content.begin_text().set_font(Name(b"F"), *size as f32);
-            // Letters stand on their heads in a scene, whose y points down.
-            let matrix = if *upwards {
-                let (x, y) = place((at.0 + base, at.1 + back));
-                [0.0, -1.0, -1.0, 0.0, x, y]
-            } else {
-                let (x, y) = place((at.0 - back, at.1 + base));
-                [1.0, 0.0, 0.0, -1.0, x, y]
-            };
-            content.set_text_matrix(matrix).show(Str(&letters.encoded(text))).end_text();
-        }
+        });
+        Ok(())
+    }
+
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn {
+        let size = style.size() / EM;
+        let (x, y) = (f64::from(x), f64::from(y));
+        let (back, base) =
+            (font::width(text, size) * share_before(style.anchor().h_pos), font::HALF_EX * size);
+        // Letters stand on their heads on a sheet, whose y points down.
+        let matrix = if matches!(style.transform(), FontTransform::Rotate270) {
+            [0.0, -1.0, -1.0, 0.0, (x + base) as f32, (y + back) as f32]
+        } else {
+            [1.0, 0.0, 0.0, -1.0, (x - back) as f32, (y + base) as f32]
+        };
+        let [r, g, b] = shares(style.color());
+        let letters = self.letters.encoded(text);
+        self.content.set_fill_rgb(r, g, b);
+        self.content.begin_text().set_font(Name(b"F"), size as f32);
+        self.content.set_text_matrix(matrix).show(Str(&letters)).end_text();
+        Ok(())
     }
 }
 
-fn write_picture(pdf: &mut Pdf, id: Ref, picture: &Picture) {
-    let image = reduced(picture);
+/// Draws the page.
+///
+/// # Errors
+/// [`FigureError::Draw`] when the font cannot be cut down to its letters.
+pub fn pdf(page: &Page) -> Result<Vec<u8>, FigureError> {
+    // As wide and high as in inches to three places, without the noise of narrow numbers.
+    let points = |units: f64| ((units * POINT * 1000.0).round() / 1000.0) as f32;
+    let (width, height) = (points(page.width), points(page.height.ceil()));
+    let mut pdf = Pdf::new();
+    pdf.catalog(CATALOG).pages(PAGES);
+    pdf.pages(PAGES).kids([PAGE]).count(1);
+    let name = |k: usize| format!("P{k}");
+    let number = |k: usize| Ref::new(FIRST_FRAME + k as i32);
+    let mut leaf = pdf.page(PAGE);
+    leaf.parent(PAGES).media_box(Rect::new(0.0, 0.0, width, height)).contents(CONTENT);
+    let mut resources = leaf.resources();
+    resources.fonts().pair(Name(b"F"), FONT);
+    resources.ext_g_states().pair(Name(b"B"), SEE_THROUGH);
+    if !page.frames.is_empty() {
+        let mut frames = resources.x_objects();
+        for k in 0..page.frames.len() {
+            frames.pair(Name(name(k).as_bytes()), number(k));
+        }
+    }
+    resources.finish();
+    leaf.finish();
+    pdf.ext_graphics(SEE_THROUGH).non_stroking_alpha(BAND as f32);
+    if !page.title.trim().is_empty() {
+        pdf.document_info(INFO).title(TextStr(&page.title));
+    }
+
+    let mut content = Content::new();
+    // From the sheet's lower left corner to the page's upper left one.
+    let scale = (POINT / FINE) as f32;
+    content.transform([scale, 0.0, 0.0, -scale, 0.0, height]);
+    content.set_line_cap(LineCapStyle::RoundCap).set_line_join(LineJoinStyle::RoundJoin);
+    for (k, (area, frame)) in page.frames.iter().enumerate() {
+        let [x, bottom, w, h] = [area.x, area.bottom(), area.w, area.h].map(|v| (v * FINE) as f32);
+        content.save_state();
+        content.transform([w, 0.0, 0.0, -h, x, bottom]);
+        content.x_object(Name(name(k).as_bytes()));
+        content.restore_state();
+        write_image(&mut pdf, number(k), &reduced(area, frame));
+    }
+    let mut letters = Letters::default();
+    let size = ((page.width * FINE).ceil() as u32, (page.height * FINE).ceil() as u32);
+    let sheet = Sheet { content: &mut content, letters: &mut letters, size };
+    draw(&sheet.into_drawing_area(), &page.shapes, FINE)?;
+    let content = compress_to_vec_zlib(&content.finish(), LEVEL);
+    pdf.stream(CONTENT, &content).filter(Filter::FlateDecode);
+    write_font(&mut pdf, &letters)?;
+    Ok(pdf.finish())
+}
+
+fn write_image(pdf: &mut Pdf, id: Ref, image: &RgbImage) {
     let bytes = compress_to_vec_zlib(image.as_raw(), LEVEL);
     let mut object = pdf.image_xobject(id, &bytes);
     object.filter(Filter::FlateDecode);
@@ -265,24 +299,25 @@ fn write_font(pdf: &mut Pdf, letters: &Letters) -> Result<(), FigureError> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::page::Stroke;
+    use super::super::style::{COLUMN, INK};
     use super::*;
-    use crate::figure::style::{COLUMN, Dash, INK};
+    use plotters::style::text_anchor::HPos;
 
-    fn scene() -> Scene {
-        let mut scene = Scene::new("Wörter (1)", COLUMN);
-        scene.height = 40.0;
-        scene.line(vec![(1.0, 2.0), (30.0, 4.0)], Stroke { rgb: INK, width: 1.0, dash: Dash::Dashed });
-        scene.items.push(Item::Circle { center: (9.0, 9.0), radius: 3.0, rgb: INK });
-        let (upper, lower) = (vec![(0.0, 1.0), (9.0, 2.0)], vec![(0.0, 5.0), (9.0, 6.0)]);
-        scene.items.push(Item::Band { upper, lower, rgb: INK });
-        scene.text("yₜ (F₁) 漢", (20.0, 20.0), 11.0, Anchor::End, INK);
-        scene.text_upwards("up", (20.0, 20.0), 11.0, INK);
-        scene
+    fn page() -> Page {
+        let mut page = Page::new("Wörter (1)", COLUMN);
+        page.height = 40.0;
+        page.line(vec![(1.0, 2.0), (30.0, 4.0)], Stroke::solid(INK, 1.0));
+        page.disc((9.0, 9.0), 3.0, INK);
+        page.band(vec![(0.0, 1.0), (9.0, 2.0), (9.0, 6.0), (0.0, 5.0)], INK);
+        page.text("yₜ (F₁) 漢", (20.0, 20.0), 11.0, HPos::Right, INK);
+        page.lines_upwards(vec!["up".into()], (20.0, 20.0), 11.0, INK);
+        page
     }
 
     #[test]
     fn the_page_is_as_wide_as_the_figure_in_print() {
-        let bytes = pdf(&scene()).unwrap();
+        let bytes = pdf(&page()).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         assert!(bytes.starts_with(b"%PDF-1.7") && bytes.trim_ascii_end().ends_with(b"%%EOF"));
         // 3.3 inches of 72 points, 40 units of 0.7.
@@ -292,19 +327,19 @@ mod tests {
     }
 
     #[test]
-    fn the_same_scene_gives_the_same_bytes_and_few_letters_a_small_file() {
-        let bytes = pdf(&scene()).unwrap();
-        assert_eq!(bytes, pdf(&scene()).unwrap());
+    fn the_same_page_gives_the_same_bytes_and_few_letters_a_small_file() {
+        let bytes = pdf(&page()).unwrap();
+        assert_eq!(bytes, pdf(&page()).unwrap());
         assert!(bytes.len() < 20_000, "{}", bytes.len());
-        assert!(pdf(&Scene::new("", 10.0)).is_ok());
+        assert!(pdf(&Page::new("", 10.0)).is_ok());
     }
 
     #[test]
     fn letters_are_numbered_in_the_order_in_which_they_come() {
-        let letters = Letters::of(&scene());
-        let first: Vec<char> = letters.characters.iter().filter(|c| *c.0 > 0).map(|c| *c.1).take(3).collect();
-        assert_eq!(first, ['y', 'ₜ', ' ']);
+        let mut letters = Letters::default();
         // What the font does not have is its empty box.
-        assert_eq!(letters.encoded("y漢"), [0, 1, 0, 0]);
+        assert_eq!(letters.encoded("yₜy漢"), [0, 1, 0, 2, 0, 1, 0, 0]);
+        let first: Vec<char> = letters.characters.iter().filter(|c| *c.0 > 0).map(|c| *c.1).collect();
+        assert_eq!(first, ['y', 'ₜ']);
     }
 }

@@ -9,6 +9,8 @@ pub const WIDTH: f64 = 720.0;
 pub const PER_INCH: f64 = WIDTH / 7.0;
 /// Width of a figure in one of two columns, 3.3 inches, in units.
 pub const COLUMN: f64 = 3.3 * PER_INCH;
+/// Whole coordinates that a unit has in drawings.
+pub const FINE: f64 = 4.0;
 /// Margin around the page, in units.
 pub const MARGIN: f64 = 8.0;
 /// Size of tick labels, captions and legends, in units: 7.7 pt in print.
@@ -21,6 +23,8 @@ pub const LARGE: f64 = 14.0;
 pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
 /// Gray for axes and notes.
 pub const SOFT: [u8; 3] = [0x59, 0x59, 0x59];
+/// Shade of the frames where the target is lost.
+pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
 /// Dark line under the boxes on stills, so that they show on bright pixels too.
 pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 
@@ -149,15 +153,6 @@ impl Style {
         ];
         Self::new(COLORS[i % COLORS.len()], Dash::nth(i / COLORS.len()))
     }
-}
-
-/// Beginning or end of a loss or an alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edge {
-    /// It begins.
-    Begins,
-    /// It ends.
-    Ends,
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! The color of a method: the same in all figures of an experiment, and for the methods of the papers in most others too.
+//! The color of a method: that of its name, the same on all pages.
 
-use crate::figure::{Color, Style};
+use crate::figure::{Color, Dash, Marker, Style};
 use crate::table::layout::is_anchor;
 use trackfail_engine::spec::Experiment;
 use trackfail_judge::method::names;
@@ -8,28 +8,32 @@ use trackfail_judge::method::names;
 /// Number of colors, from which on [`Style::nth`] has dashes too.
 const COLORS: usize = 7;
 
-/// The place of a method, named without a grid point, among the colors. A method of the papers has that of its place in
-/// their list, where no method before it has the same color; all others have the first that is free. Anchors have none.
-pub fn place(experiment: &Experiment, method: &str) -> Option<usize> {
-    let known = names();
-    let own = experiment.methods.iter().map(|m| m.name.as_str());
-    let own: Vec<&str> = own.filter(|name| !is_anchor(experiment, name)).collect();
-    let mut places: Vec<Option<usize>> = vec![None; own.len()];
-    for (k, name) in own.iter().enumerate() {
-        let wanted = known.iter().position(|published| published == name).map(|at| at % COLORS);
-        places[k] = wanted.filter(|at| !places.contains(&Some(*at)));
-    }
-    for k in 0..own.len() {
-        if places[k].is_none() {
-            places[k] = (0..).find(|at| !places.contains(&Some(*at)));
-        }
-    }
-    places[own.iter().position(|name| *name == method)?]
+/// The place of a method's color: that of its name in the list of named methods; other names are spread over the colors
+/// by their letters (Fowler, Noll and Vo's hash).
+fn place(method: &str) -> usize {
+    let hash = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    let known = names().iter().position(|name| *name == method);
+    known.unwrap_or_else(|| (method.bytes().fold(0xcbf2_9ce4_8422_2325, hash) >> 32) as usize) % COLORS
+}
+
+/// The color of a method that is no anchor.
+pub fn of_name(method: &str) -> Color {
+    Style::nth(place(method)).color
 }
 
 /// The color of a method; gray for an anchor.
 pub fn color(experiment: &Experiment, method: &str) -> Color {
-    place(experiment, method).map_or(Color::Gray, |k| Style::nth(k).color)
+    if is_anchor(experiment, method) { Color::Gray } else { of_name(method) }
+}
+
+/// The line and the mark of a method. Methods of an experiment that have the same color differ in them; the line of an anchor
+/// is never whole.
+pub fn style(experiment: &Experiment, method: &str) -> (Style, Marker) {
+    let own = color(experiment, method);
+    let before = experiment.methods.iter().map(|m| m.name.as_str()).take_while(|name| *name != method);
+    let twins = before.filter(|name| color(experiment, name) == own).count();
+    let first = usize::from(own == Color::Gray);
+    (Style::new(own, Dash::nth(first + twins)), Marker::nth(place(method) + twins))
 }
 
 #[cfg(test)]
@@ -37,7 +41,7 @@ mod tests {
     use super::*;
     use trackfail_engine::spec::read::parse;
 
-    fn places(methods: &[&str]) -> Vec<Option<usize>> {
+    fn experiment(methods: &[&str]) -> Experiment {
         let mut text = "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n[suites]\n\
                         test = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n"
             .to_string();
@@ -50,15 +54,27 @@ mod tests {
             }
         }
         text.push_str("[[method]]\nname = \"never\"\ndetector = { kind = \"never\" }\n");
-        let experiment = parse("a.toml", &text).unwrap();
-        methods.iter().chain(&["never"]).map(|m| place(&experiment, m)).collect()
+        parse("a.toml", &text).unwrap()
     }
 
-    // The list of published methods begins with DTEF, NAIVE, RAW, CovF: theirs are the first four colors, in any order and
-    // in any company.
+    // The list of named methods begins with DTEF, NAIVE, RAW, CovF: theirs are the first four colors, in any order and in any
+    // company.
     #[test]
-    fn a_published_method_has_one_color_in_all_experiments() {
-        assert_eq!(places(&["CovF", "DTEF"]), [Some(3), Some(0), None]);
-        assert_eq!(places(&["DTEF", "own", "RAW", "CovF"]), [Some(0), Some(1), Some(2), Some(3), None]);
+    fn a_method_has_one_color_in_all_experiments() {
+        for methods in [&["CovF", "DTEF"][..], &["DTEF", "own", "RAW", "CovF"]] {
+            let experiment = experiment(methods);
+            let colors = ["DTEF", "CovF", "never"].map(|m| color(&experiment, m));
+            assert_eq!(colors, [Style::nth(0).color, Style::nth(3).color, Color::Gray]);
+            assert_eq!(color(&experiment, "DTEF"), of_name("DTEF"));
+        }
+    }
+
+    #[test]
+    fn methods_of_one_color_have_other_dashes() {
+        // By its letters, `own` has the second color, which is that of NAIVE.
+        let experiment = experiment(&["NAIVE", "own"]);
+        let styles = ["NAIVE", "own", "never"].map(|m| style(&experiment, m).0);
+        assert_eq!(styles[0].color, styles[1].color);
+        assert_eq!(styles.map(|s| s.dash), [Dash::Solid, Dash::Dashed, Dash::Dashed]);
     }
 }

@@ -195,9 +195,9 @@ pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots
             };
             DotPanel {
                 label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),
-                published: Vec::new(),
                 mark: g.published(statistic),
                 values: g.readings.iter().map(dot).collect(),
+                ..DotPanel::default()
             }
         };
         // F is not what readings are judged by; it is drawn where nothing else is published.

@@ -16,7 +16,7 @@ pub use fields::{frames_metric, of_frames};
 
 use super::layouts::{self, cell, of_suite};
 use super::pairs;
-use crate::figure::{Dots, Ranks};
+use crate::figure::{Dots, Figure};
 use crate::results::Results;
 use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, sum_of};
 use crate::table::layout::{Cell, TableLayout};
@@ -265,7 +265,7 @@ pub struct Uncertainty {
     /// The tables `uncertainty` and `pairs` of each measure.
     pub tables: Vec<TableLayout>,
     /// The figure `ranks` of each measure: name, figure and caption.
-    pub ranks: Vec<(String, Ranks, String)>,
+    pub ranks: Vec<(String, Figure, String)>,
     /// Why tables or figures are missing.
     pub note: Option<String>,
     /// The best method or tracker in a sentence, with how sure that is.

@@ -3,7 +3,7 @@ use super::sequences::json::Said;
 use super::sequences::{Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
-use crate::figure::{Curve, CurveAxis, Curves, Entry, Facet, Marker, Plot, Style, Symbol};
+use crate::figure::{Axis, Entry, Figure, Mark, Marker, Panel, Range, Style, Symbol};
 use crate::results::{MethodSeries, TrackSeries};
 use crate::table::layout::{Cell, Group, Link, Row, TableLayout};
 use base64::Engine;
@@ -17,16 +17,13 @@ const HOSTILE: &str = "</script><script>alert(\"x\")</script><img src=x onerror=
 
 fn figure(name: &str) -> FigureView {
     let points = (1..=9).map(|k| (f64::from(k), f64::from(k * k))).collect();
-    let series = vec![Curve::new(points, Style::nth(0), Marker::nth(0))];
-    let curves = Curves {
+    let marks = vec![Mark::Line { points, style: Style::nth(0), marker: Some(Marker::nth(0)) }];
+    let (x, y) = (Axis::new("threshold", Range::Auto), Axis::new("F-score", Range::Auto));
+    let curves = Figure {
         title: name.into(),
-        note: String::new(),
-        x: CurveAxis::new("threshold"),
-        y: CurveAxis::new("F-score"),
-        square: false,
-        iso_f: false,
-        facets: vec![Facet { series, ..Facet::default() }],
+        rows: vec![vec![Panel { x, y, marks, ..Panel::default() }]],
         legend: vec![Entry::new(Symbol::Line(Style::nth(0), None), name)],
+        ..Figure::default()
     };
     FigureView {
         name: name.into(),

@@ -18,7 +18,7 @@ use super::sequences::{self, Collector, Sequences, json};
 use super::standings::{self, Uncertainty};
 use super::stills::{self, StillRequest};
 use super::{breakdown, differences, layouts};
-use crate::figure::{Files, Plot, WIDTH};
+use crate::figure::{Figure as Drawing, Files, WIDTH};
 use crate::results::{Manifest, Results, ResultsError, TrackSeries, unfinished};
 use crate::sampling::Units;
 use crate::table;
@@ -116,7 +116,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let headline = of_frames.or(dots).filter(|_| !is_about_readings);
     let headline = headline.into_iter().map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
     for (name, dots, caption) in of_readings.into_iter().chain(headline) {
-        page.figures.push(draw_own(results, folder, name, &dots, caption)?);
+        page.figures.push(draw_own(results, folder, name, &dots.figure(), caption)?);
     }
     for (name, ranks, caption) in ranks {
         page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
@@ -183,7 +183,7 @@ fn draw_own(
     results: &Results,
     folder: &Path,
     mut name: String,
-    figure: &dyn Plot,
+    figure: &Drawing,
     caption: String,
 ) -> Result<FigureView, WriteError> {
     while results.experiment.figures.iter().any(|f| f.name == name) {

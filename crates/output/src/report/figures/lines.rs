@@ -1,10 +1,7 @@
-//! Curves of methods, arranged: color is the method, line style or panel the tracker, and a map of ordered colors the
-//! values of a parameter. Where a panel would hold too many curves, each has a panel of its own, before the others in gray.
+//! Curves in panels: color is the method, line style or panel the tracker, and a map of ordered colors the values of a
+//! parameter. Where a panel would hold too many curves, each has a panel of its own, before the others in gray.
 
-use super::drawer::Drawing;
-use crate::figure::{
-    Color, Curve, CurveAxis, Curves, Dash, Entry, Facet, Marker, Range, Sign, Style, Symbol,
-};
+use crate::figure::{Axis, Color, Dash, Entry, Figure, Mark, Marker, Panel, Style, Symbol};
 use crate::report::colors;
 use crate::table::layout::is_anchor;
 use trackfail_engine::spec::Experiment;
@@ -32,14 +29,105 @@ pub struct Line {
     pub summary: String,
 }
 
-/// Most curves of a panel; of more, each has a panel of its own.
+/// A curve as it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Heading of its panel; `None` where it is in all of them.
+    pub panel: Option<String>,
+    /// Its entry in the legend; equal ones are there once.
+    pub entry: Option<Entry>,
+    /// Points in drawing order.
+    pub points: Vec<(f64, f64)>,
+    /// Bounds of each point's value; empty without any.
+    pub band: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub style: Style,
+    /// The mark of its points.
+    pub marker: Option<Marker>,
+    /// The point at which its method is operated.
+    pub operating: Option<(f64, f64)>,
+    /// The points that a paper prints.
+    pub published: Vec<(f64, f64)>,
+}
+
+/// Name of the sign at the point at which a method is operated.
+pub const OPERATING: &str = "operating point";
+/// Lines of other panels.
+const BEHIND: Style = Style { color: Color::Mapped([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
+/// Most curves with bands in a panel, and of methods; of more, each has a panel of its own.
 const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which trackers are told apart by the line style.
 const MAX_DASHED: usize = 8;
 
+/// Puts curves into panels, in the order in which these come, and makes their legend; `more` is for its end. Where there are
+/// `others`, the curves of other panels stand behind, in gray.
+pub fn compose(
+    note: &str,
+    (x, y): (Axis, Axis),
+    curves: &[Curve],
+    others: Option<&str>,
+    more: Vec<Entry>,
+) -> Figure {
+    let mut names: Vec<&str> = Vec::new();
+    for name in curves.iter().filter_map(|c| c.panel.as_deref()) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() {
+        names.push("");
+    }
+    let panel = |name: &&str| {
+        let is_mine = |c: &&Curve| c.panel.as_deref().is_none_or(|panel| panel == *name);
+        let mine: Vec<&Curve> = curves.iter().filter(is_mine).collect();
+        let behind = curves.iter().filter(|c| others.is_some() && !is_mine(c));
+        let mut marks: Vec<Mark> = behind.map(|c| Mark::line(c.points.clone(), BEHIND)).collect();
+        let banded = mine.iter().filter(|c| c.points.len() > 1 && c.band.iter().any(|b| b.0.is_finite()));
+        // Of many bands over each other none could be read.
+        if banded.clone().count() <= MAX_CURVES {
+            for curve in banded {
+                let bounds = curve.points.iter().zip(&curve.band).map(|(p, b)| (p.0, b.0, b.1));
+                marks.push(Mark::Band(bounds.collect(), curve.style.color));
+            }
+        }
+        for curve in &mine {
+            let (points, style, marker) = (curve.points.clone(), curve.style, curve.marker);
+            marks.push(Mark::Line { points, style, marker });
+        }
+        for curve in &mine {
+            let sign = |at: &(f64, f64), marker| Mark::Point(*at, marker, curve.style.color);
+            marks.extend(curve.operating.iter().map(|at| sign(at, Marker::Operating)));
+            marks.extend(curve.published.iter().map(|at| sign(at, Marker::Published)));
+        }
+        let title = if names.len() > 1 { (*name).to_string() } else { String::new() };
+        Panel { title, x: x.clone(), y: y.clone(), marks, legend: Vec::new() }
+    };
+    let panels: Vec<Panel> = names.iter().map(panel).collect();
+
+    let mut legend: Vec<Entry> = Vec::new();
+    for entry in curves.iter().filter_map(|c| c.entry.as_ref()) {
+        if legend.iter().all(|known| known.name != entry.name) {
+            legend.push(entry.clone());
+        }
+    }
+    legend.extend(more);
+    let other = Style { width: 1.0, ..BEHIND };
+    legend.extend(others.map(|name| Entry::new(Symbol::Line(other, None), name)));
+    let signs = [
+        (curves.iter().any(|c| c.operating.is_some()), Marker::Operating, OPERATING),
+        (curves.iter().any(|c| !c.published.is_empty()), Marker::Published, "published"),
+    ];
+    let signs = signs.into_iter().filter(|(is_there, ..)| *is_there);
+    legend.extend(signs.map(|(_, marker, name)| Entry::new(Symbol::Mark(Color::Gray, marker), name)));
+    if panels.iter().flat_map(|p| &p.marks).any(|mark| matches!(mark, Mark::Band(..))) {
+        legend.push(Entry::new(Symbol::Band(Color::Gray), "95 % bootstrap interval"));
+    }
+    Figure { note: note.to_string(), rows: vec![panels], legend, ..Figure::default() }
+}
+
 /// What tells the curves of a panel apart, and what the panels.
 #[derive(Debug, Clone, PartialEq)]
-enum PanelPlan {
+enum Plan {
     /// Colors are methods, line styles trackers, and panels are what is left.
     Methods { dashed: bool },
     /// A panel for each method; the others stand behind.
@@ -48,9 +136,12 @@ enum PanelPlan {
     Ordered(String, Vec<f64>),
 }
 
-fn distinct<'l, T: PartialEq>(lines: &'l [Line], of: impl Fn(&'l Line) -> T) -> Vec<T> {
+fn distinct<'l, T: PartialEq>(
+    lines: impl IntoIterator<Item = &'l Line>,
+    of: impl Fn(&'l Line) -> T,
+) -> Vec<T> {
     let mut all: Vec<T> = Vec::new();
-    for value in lines.iter().map(of) {
+    for value in lines.into_iter().map(of) {
         if !all.contains(&value) {
             all.push(value);
         }
@@ -58,257 +149,115 @@ fn distinct<'l, T: PartialEq>(lines: &'l [Line], of: impl Fn(&'l Line) -> T) -> 
     all
 }
 
-fn values_of(lines: &[Line], axis: &str) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        lines.iter().flat_map(|l| &l.others).filter(|(a, _)| a == axis).map(|(_, v)| *v).collect();
+fn values_of<'l>(lines: impl IntoIterator<Item = &'l Line>, axis: &str) -> Vec<f64> {
+    let others = lines.into_iter().flat_map(|l| &l.others);
+    let mut values: Vec<f64> = others.filter(|(a, _)| a == axis).map(|(_, v)| *v).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
     values
 }
 
-/// Arranges curves.
-struct Arranged<'e> {
-    experiment: &'e Experiment,
-    lines: Vec<Line>,
-    plan: PanelPlan,
-}
-
-impl Arranged<'_> {
-    fn is_anchor(&self, line: &Line) -> bool {
-        is_anchor(self.experiment, &line.method)
+fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
+    let own = || lines.iter().filter(|l| !is_anchor(experiment, &l.method));
+    let axes = distinct(own(), |l| l.others.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>()).concat();
+    let widest = axes.iter().max_by_key(|axis| (values_of(own(), axis).len(), std::cmp::Reverse(*axis)));
+    if let Some(axis) = widest.filter(|axis| values_of(own(), axis).len() > 1) {
+        return Plan::Ordered(axis.clone(), values_of(own(), axis));
     }
-
-    /// The style of a method, the same in all figures of its experiment; anchors are gray.
-    fn style(&self, line: &Line) -> (Style, Marker) {
-        let Some(k) = colors::place(self.experiment, &line.method) else {
-            let mut anchors = self.experiment.methods.iter().filter(|m| is_anchor(self.experiment, &m.name));
-            let k = anchors.position(|m| m.name == line.method).unwrap_or(0);
-            return (Style::new(Color::Gray, Dash::nth(k + 1)), Marker::nth(k + 1));
-        };
-        let style = match &self.plan {
-            PanelPlan::Ordered(axis, values) => {
-                let value = line.others.iter().find(|(a, _)| a == axis).map(|(_, v)| *v);
-                let at = value.and_then(|v| values.iter().position(|w| *w == v)).unwrap_or(0);
-                return (Style::new(Color::ordered(at, values.len()), Dash::Solid), Marker::nth(at));
-            }
-            PanelPlan::Methods { dashed: true } => {
-                let trackers = distinct(&self.lines, |l| &l.tracker);
-                let tracker = trackers.iter().position(|t| **t == line.tracker).unwrap_or(0);
-                Style::new(Style::nth(k).color, Dash::nth(tracker))
-            }
-            _ => Style::new(Style::nth(k).color, Dash::Solid),
-        };
-        (style, Marker::nth(k))
-    }
-
-    /// The panel that a line belongs to: its heading, empty with a single panel. Anchors that do not differ from panel to
-    /// panel are in all of them.
-    fn panel(&self, line: &Line) -> String {
-        let mut parts = Vec::new();
-        if self.plan == PanelPlan::PanelOfMethod {
-            parts.push(line.method.clone());
-        }
-        let dashed = self.plan == PanelPlan::Methods { dashed: true };
-        if !dashed && distinct(&self.lines, |l| &l.tracker).len() > 1 {
-            parts.push(line.tracker.clone());
-        }
-        if let PanelPlan::Ordered(..) = self.plan
-            && distinct(&self.lines, |l| &l.method).len() > 1
-        {
-            parts.push(line.method.clone());
-        }
-        for (axis, value) in &line.others {
-            let is_color = matches!(&self.plan, PanelPlan::Ordered(mapped, _) if mapped == axis);
-            if !is_color && values_of(&self.lines, axis).len() > 1 {
-                parts.push(format!("{axis} {value}"));
-            }
-        }
-        parts.join(", ")
-    }
-
-    fn facets(&self) -> Vec<Facet> {
-        let own: Vec<&Line> = self.lines.iter().filter(|l| !self.is_shared(l)).collect();
-        let mut panels: Vec<String> = Vec::new();
-        for line in &own {
-            let panel = self.panel(line);
-            if !panels.contains(&panel) {
-                panels.push(panel);
-            }
-        }
-        if panels.is_empty() {
-            panels.push(String::new());
-        }
-        let single = panels.len() == 1;
-        let facet = |panel: &String| {
-            let is_mine = |l: &&Line| self.is_shared(l) || self.panel(l) == *panel;
-            let mine: Vec<&Line> = self.lines.iter().filter(is_mine).collect();
-            let bands = mine.iter().filter(|l| !l.band.is_empty() && l.points.len() > 1).count();
-            // Of many bands over each other none could be read; of an ordered parameter the published value has one.
-            let has_band = |line: &Line| match self.plan {
-                PanelPlan::Ordered(..) => line.operating.is_some(),
-                _ => bands <= MAX_CURVES,
-            };
-            let curve = |line: &&Line| {
-                let (style, marker) = self.style(line);
-                let marker =
-                    if line.points.len() == 1 { Some(marker) } else { line.marked.then_some(marker) };
-                let band = if has_band(line) { line.band.clone() } else { Vec::new() };
-                Curve { points: line.points.clone(), band, style, marker }
-            };
-            let signs = |line: &&Line| {
-                let color = self.style(line).0.color;
-                let operating = line.operating.map(|at| (Sign::Operating, at, color));
-                let published = line.published.iter().map(|at| (Sign::Published, *at, color));
-                operating.into_iter().chain(published).collect::<Vec<_>>()
-            };
-            let behind =
-                |l: &&Line| self.plan == PanelPlan::PanelOfMethod && !self.is_shared(l) && !is_mine(l);
-            let summary = mine.iter().find(|l| !l.summary.is_empty() && !self.is_shared(l));
-            let summary =
-                summary.filter(|_| self.plan == PanelPlan::PanelOfMethod).map(|l| l.summary.clone());
-            let label = if single { String::new() } else { panel.clone() };
-            Facet {
-                label: [Some(label), summary]
-                    .into_iter()
-                    .flatten()
-                    .filter(|t| !t.is_empty())
-                    .collect::<Vec<_>>()
-                    .join(", "),
-                series: mine.iter().map(curve).collect(),
-                behind: self.lines.iter().filter(behind).map(|l| l.points.clone()).collect(),
-                signs: mine.iter().flat_map(signs).collect(),
-                ..Facet::default()
-            }
-        };
-        panels.iter().map(facet).collect()
-    }
-
-    /// Whether a line stands in all panels: an anchor's point where panels are methods.
-    fn is_shared(&self, line: &Line) -> bool {
-        self.plan == PanelPlan::PanelOfMethod && self.is_anchor(line)
-    }
-
-    fn legend(&self) -> Vec<Entry> {
-        let mut legend: Vec<Entry> = Vec::new();
-        let panels = self.plan == PanelPlan::PanelOfMethod;
-        for line in self.lines.iter().filter(|l| !panels || self.is_shared(l)) {
-            let (style, marker) = self.style(line);
-            let style = Style { dash: if self.is_anchor(line) { style.dash } else { Dash::Solid }, ..style };
-            let name = match &self.plan {
-                PanelPlan::Ordered(axis, _) if !self.is_anchor(line) => {
-                    let value = line.others.iter().find(|(a, _)| a == axis).map_or(f64::NAN, |(_, v)| *v);
-                    format!("{axis} {value}")
-                }
-                _ => line.method.clone(),
-            };
-            let alone = self.lines.iter().filter(|l| l.method == line.method).count() == 1;
-            let name = match line.summary.as_str() {
-                "" => name,
-                summary if alone => format!("{name} ({summary})"),
-                _ => name,
-            };
-            let marked = line.marked.then_some(marker);
-            let symbol = match line.points.len() {
-                1 => Symbol::Mark(style.color, marker),
-                _ => Symbol::Line(style, marked),
-            };
-            if legend.iter().all(|e| e.name != name) {
-                legend.push(Entry::new(symbol, name));
-            }
-        }
-        if let PanelPlan::Ordered(axis, values) = &self.plan {
-            // In the order of the values, whatever order the lines have.
-            let place = |e: &Entry| values.iter().position(|v| e.name == format!("{axis} {v}"));
-            legend.sort_by_key(|e| place(e).unwrap_or(usize::MAX));
-        }
-        if self.plan == (PanelPlan::Methods { dashed: true }) {
-            for (k, tracker) in distinct(&self.lines, |l| &l.tracker).into_iter().enumerate() {
-                let symbol = Symbol::Line(Style::new(Color::Gray, Dash::nth(k)), None);
-                legend.push(Entry::new(symbol, tracker.as_str()));
-            }
-        }
-        if panels {
-            let other = Style { width: 1.0, ..Style::new(Color::Mapped([0xC9, 0xC9, 0xC9]), Dash::Solid) };
-            legend.push(Entry::new(Symbol::Line(other, None), "the other methods"));
-        }
-        if self.lines.iter().any(|l| l.operating.is_some()) {
-            legend.push(Entry::new(Symbol::Sign(Sign::Operating, Color::Gray), "operating point"));
-        }
-        if self.lines.iter().any(|l| !l.published.is_empty()) {
-            legend.push(Entry::new(Symbol::Sign(Sign::Published, Color::Gray), "published"));
-        }
-        legend
-    }
-}
-
-fn plan(experiment: &Experiment, lines: &[Line]) -> PanelPlan {
-    let curves = lines.iter().filter(|l| l.points.len() > 1).count();
-    let methods = distinct(lines, |l| &l.method).len();
-    let trackers = distinct(lines, |l| &l.tracker).len();
-    let own: Vec<Line> = lines.iter().filter(|l| !is_anchor(experiment, &l.method)).cloned().collect();
-    let axes = distinct(&own, |l| l.others.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>()).concat();
-    let widest = axes.iter().max_by_key(|axis| (values_of(&own, axis).len(), std::cmp::Reverse(*axis)));
-    if let Some(axis) = widest.filter(|a| values_of(&own, a).len() > 1) {
-        return PanelPlan::Ordered(axis.clone(), values_of(&own, axis));
-    }
+    let (methods, trackers) = (distinct(lines, |l| &l.method).len(), distinct(lines, |l| &l.tracker).len());
     if trackers > 1 {
-        return PanelPlan::Methods { dashed: methods * trackers <= MAX_DASHED };
+        // Dashes are free for trackers where no two methods have the same color.
+        let whole = own().all(|l| colors::style(experiment, &l.method).0.dash == Dash::Solid);
+        return Plan::Methods { dashed: whole && methods * trackers <= MAX_DASHED };
     }
-    if curves > MAX_CURVES { PanelPlan::PanelOfMethod } else { PanelPlan::Methods { dashed: false } }
-}
-
-/// The curves on linear axes, arranged.
-pub fn arrange(experiment: &Experiment, note: &str, (x, y): (&str, &str), lines: Vec<Line>) -> Curves {
-    let plan = plan(experiment, &lines);
-    let arranged = Arranged { experiment, lines, plan };
-    let facets = arranged.facets();
-    let mut legend = arranged.legend();
-    if facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.band).any(|b| b.0.is_finite()) {
-        legend.push(Entry::new(Symbol::Band(Color::Gray), "95 % bootstrap interval"));
-    }
-    Curves { facets, legend, ..plain(note, x, y) }
-}
-
-/// Linear axes without curves, the vertical one from 0.
-pub fn plain(note: &str, x: &str, y: &str) -> Curves {
-    Curves {
-        title: String::new(),
-        note: note.to_string(),
-        x: CurveAxis::new(x),
-        y: CurveAxis { range: Range::FromZero, ..CurveAxis::new(y) },
-        square: false,
-        iso_f: false,
-        facets: Vec::new(),
-        legend: Vec::new(),
+    match lines.iter().filter(|l| l.points.len() > 1).count() > MAX_CURVES {
+        true => Plan::PanelOfMethod,
+        false => Plan::Methods { dashed: false },
     }
 }
 
-/// The sentence of a caption that says what bands are; empty without bands.
-pub fn remark_on_bands(curves: &Curves) -> &'static str {
-    let mut bands = curves.facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.band);
-    if bands.any(|b| b.0.is_finite()) {
-        " Bands are 95 % intervals, point by point, by bootstrap over sequences."
-    } else {
-        ""
+/// Curves of methods, arranged.
+pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &[Line]) -> Figure {
+    let plan = plan(experiment, lines);
+    let trackers = distinct(lines, |l| l.tracker.as_str());
+    let several_methods = distinct(lines, |l| &l.method).len() > 1;
+    let varied: Vec<&String> = distinct(lines.iter(), |l| &l.others)
+        .into_iter()
+        .flatten()
+        .map(|(axis, _)| axis)
+        .filter(|axis| values_of(lines, axis).len() > 1)
+        .collect();
+    let dashed = plan == Plan::Methods { dashed: true };
+    let curve = |line: &Line| {
+        let is_anchor = is_anchor(experiment, &line.method);
+        let (mut style, mut marker) = colors::style(experiment, &line.method);
+        let (mut key_style, mut name) = (style, line.method.clone());
+        // Of an ordered parameter only the published value has a band.
+        let mut band = line.band.clone();
+        let mut panel: Vec<String> = Vec::new();
+        match &plan {
+            Plan::Ordered(axis, values) if !is_anchor => {
+                let value = line.others.iter().find(|(a, _)| a == axis).map_or(f64::NAN, |(_, v)| *v);
+                let at = values.iter().position(|v| *v == value).unwrap_or(0);
+                style = Style::new(Color::ordered(at, values.len()), Dash::Solid);
+                (key_style, marker, name) = (style, Marker::nth(at), format!("{axis} {value}"));
+                if line.operating.is_none() {
+                    band.clear();
+                }
+            }
+            Plan::Methods { dashed: true } if !is_anchor => {
+                let tracker = trackers.iter().position(|t| *t == line.tracker).unwrap_or(0);
+                style.dash = Dash::nth(tracker);
+            }
+            Plan::PanelOfMethod => panel.push(line.method.clone()),
+            _ => {}
+        }
+        if !dashed && trackers.len() > 1 {
+            panel.push(line.tracker.clone());
+        }
+        if matches!(plan, Plan::Ordered(..)) && several_methods {
+            panel.push(line.method.clone());
+        }
+        let is_color = |axis: &String| matches!(&plan, Plan::Ordered(mapped, _) if mapped == axis);
+        let more = line.others.iter().filter(|(axis, _)| varied.contains(&axis) && !is_color(axis));
+        panel.extend(more.map(|(axis, value)| format!("{axis} {value}")));
+        let of_panels = plan == Plan::PanelOfMethod;
+        if of_panels && !line.summary.is_empty() {
+            panel.push(line.summary.clone());
+        }
+        let is_alone = lines.iter().filter(|l| l.method == line.method).count() == 1;
+        if !line.summary.is_empty() && is_alone {
+            name = format!("{name} ({})", line.summary);
+        }
+        let is_point = line.points.len() == 1;
+        let marked = line.marked.then_some(marker);
+        let symbol =
+            if is_point { Symbol::Mark(style.color, marker) } else { Symbol::Line(key_style, marked) };
+        Curve {
+            // Anchors that do not differ from panel to panel are in all of them.
+            panel: (!of_panels || !is_anchor).then(|| panel.join(", ")),
+            entry: (!of_panels || is_anchor).then(|| Entry::new(symbol, name)),
+            points: line.points.clone(),
+            band,
+            style,
+            marker: if is_point { Some(marker) } else { marked },
+            operating: line.operating,
+            published: line.published.clone(),
+        }
+    };
+    let curves: Vec<Curve> = lines.iter().map(curve).collect();
+    let dash = |(k, name): (usize, &&str)| {
+        Entry::new(Symbol::Line(Style::new(Color::Gray, Dash::nth(k)), None), *name)
+    };
+    let more = if dashed { trackers.iter().enumerate().map(dash).collect() } else { Vec::new() };
+    let others = (plan == Plan::PanelOfMethod).then_some("the other methods");
+    let mut figure = compose(note, axes, &curves, others, more);
+    if let Plan::Ordered(axis, values) = &plan {
+        // In the order of the values, whatever order the lines have.
+        let place = |e: &Entry| values.iter().position(|v| e.name == format!("{axis} {v}"));
+        figure.legend.sort_by_key(|e| place(e).unwrap_or(usize::MAX));
     }
-}
-
-/// The curves as a drawing, or `reason` where none of them has a value.
-pub fn drawing(curves: Curves, reason: String) -> Drawing {
-    let mut points = curves.facets.iter().flat_map(|f| &f.series).flat_map(|c| &c.points);
-    if points.all(|p| p.1.is_nan() || p.0.is_nan()) {
-        return Drawing::NoData(reason);
-    }
-    let remark = remark_on_bands(&curves).to_string();
-    Drawing::Plot { plot: Box::new(curves), remark }
-}
-
-/// The same with a sentence more in its caption.
-pub fn with_remark(drawing: Drawing, more: &str) -> Drawing {
-    match drawing {
-        Drawing::Plot { plot, remark } => Drawing::Plot { plot, remark: remark + more },
-        none => none,
-    }
+    figure
 }
 
 /// A name for an axis or a heading: a word begins with a capital, a symbol stays as it is.

@@ -1,28 +1,42 @@
 //! `machine`: the conditions of a tracker that ARTE follows, drawn from its own table of transitions.
 
-use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use crate::figure::{Arrow, States};
+use super::{DrawError, Drawing, Scope};
+use crate::figure::{Axis, Figure, Form, Mark, Panel, Range};
 use trackfail_methods::detector::Condition;
 use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 
-/// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "machine", shows_tracks: false, draw };
+/// The conditions, clockwise from the top.
+const STATES: [Condition; 3] = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
 
-fn draw(_: &Scope<'_>) -> Result<Drawing, DrawError> {
-    Ok(Drawing::of(machine()))
-}
-
-fn machine() -> States {
-    let states = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
-    let place = |c: Condition| states.iter().position(|s| *s == c).unwrap_or(0);
-    let arrow = |row: &Transition| {
-        let done = (row.then != Action::Nothing).then(|| format!("{}: {}", row.on.name(), row.then.name()));
-        Arrow { from: place(row.from), to: place(row.to), label: vec![done.unwrap_or(row.on.name().into())] }
+/// Draws the diagram. Transitions between the same conditions in the same direction share an arrow.
+pub(super) fn draw(_: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let state = |condition: Condition| {
+        let k = STATES.iter().position(|s| *s == condition).unwrap_or(0);
+        let angle = std::f64::consts::TAU * k as f64 / STATES.len() as f64;
+        ((0.5 + 0.31 * angle.sin(), 0.42 + 0.4 * angle.cos()), condition.name().to_string())
     };
-    States {
-        title: String::new(),
-        note: "of the events of a frame the first in the table's order counts".into(),
-        states: states.map(|c| c.name().to_string()).into(),
-        arrows: TRANSITIONS.iter().map(arrow).collect(),
+    let word = |row: &Transition| match row.then {
+        Action::Nothing => row.on.name().to_string(),
+        then => format!("{}: {}", row.on.name(), then.name()),
+    };
+    let is_way = |row: &Transition, from: Condition, to: Condition| (row.from, row.to) == (from, to);
+    let mut marks: Vec<Mark> = STATES.map(state).map(|(at, name)| Mark::Node(at, name)).into();
+    for from in STATES {
+        for to in STATES {
+            let way = TRANSITIONS.iter().filter(|row| is_way(row, from, to));
+            let label: Vec<String> = way.map(word).collect();
+            let is_pair = from != to && TRANSITIONS.iter().any(|row| is_way(row, to, from));
+            if !label.is_empty() {
+                marks.push(Mark::Arrow { from: state(from), to: state(to), label, is_pair });
+            }
+        }
     }
+    let whole = || Axis::new("", Range::Fixed(0.0, 1.0));
+    let figure = Figure {
+        note: "of the events of a frame the first in the table's order counts".to_string(),
+        form: Form::Diagram,
+        rows: vec![vec![Panel { x: whole(), y: whole(), marks, ..Panel::default() }]],
+        ..Figure::default()
+    };
+    Ok(Drawing::Figure(Box::new(figure), String::new()))
 }

@@ -1,18 +1,19 @@
 //! `strips`: series over the frames of sequences, below video frames.
 
-use super::drawer::{DrawError, Drawer, Drawing, Scope};
-use super::panels::panel;
-use crate::figure::{BoxStyle, LOST, Panel, Still, Strip};
+mod panels;
+
+use super::{DrawError, Drawing, Scope};
+use crate::figure::{BoxStyle, Color, Entry, Figure, Form, Mark, Marker, Panel, Still, Symbol, box_legend};
 use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
+use panels::{LOSS, RECOVERY, panel};
 use trackfail_core::region::Region;
-use trackfail_engine::spec::figure::{self, Figure};
+use trackfail_engine::spec::figure as spec;
 use trackfail_methods::signal::distribution_field::{self, Displacement};
 
-/// The entry of this kind.
-pub const DRAWER: Drawer = Drawer { word: "strips", shows_tracks: true, draw };
-
-fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+/// Draws the figure: with stills and one row of panels it is laid out as Fig. 3 of Khalid, Cavallaro and Rinner (BMVC 2016),
+/// with a column a sequence as their Fig. 4, with two panels a row as their Fig. 5.
+pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let (results, params) = (scope.results, scope.params());
     let tracker = stills::tracker(results, params.tracker.as_deref());
     let tracks: Vec<&TrackSeries> = scope.tracks.iter().filter(|t| t.tracker == tracker).collect();
@@ -23,55 +24,70 @@ fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let is_absent = |name: &&String| !shown.iter().any(|t| t.sequence == **name);
     let absent: Vec<&str> = params.sequences.iter().filter(is_absent).map(String::as_str).collect();
     let shown = results.with_signals(tracker, &shown)?;
-    let mut strip = strip(results, &scope.note, tracker, &shown, &params.panels);
-    strip.stills = load_stills(results, scope.figure, &tracks)?;
+    let mut figure = Figure {
+        note: format!("{tracker}, {}", scope.note),
+        stills: load_stills(results, scope.figure, &tracks)?,
+        form: Form::Strip,
+        ..Figure::default()
+    };
+    if let [track] = shown.as_slice() {
+        figure.title = track.sequence.clone();
+        let mut letters = 'a'..='z';
+        for row in &params.panels {
+            let mut titled = |kind: &spec::Panel| {
+                let title = format!("({})", letters.next().unwrap_or('z'));
+                Panel { title, ..panel(results, tracker, track, kind) }
+            };
+            figure.rows.push(row.iter().map(&mut titled).collect());
+        }
+    } else {
+        // A column a sequence, all panels below each other.
+        for (k, kind) in params.panels.iter().flatten().enumerate() {
+            let titled = |track: &TrackSeries| {
+                let title = if k == 0 { track.sequence.clone() } else { String::new() };
+                Panel { title, ..panel(results, tracker, track, kind) }
+            };
+            figure.rows.push(shown.iter().map(titled).collect());
+        }
+    }
+    figure.legend = key(&figure);
     let remark = match absent.as_slice() {
         [] => String::new(),
         names => format!(" Not here: {}.", names.join(", ")),
     };
-    Ok(Drawing::Plot { plot: Box::new(strip), remark })
+    Ok(Drawing::Figure(Box::new(figure), remark))
 }
 
-fn strip(
-    results: &Results,
-    note: &str,
-    tracker: &str,
-    shown: &[TrackSeries],
-    panels: &[Vec<figure::Panel>],
-) -> Strip {
-    let single = shown.len() == 1;
-    let mut strip = Strip {
-        title: String::new(),
-        note: format!("{tracker}, {note}"),
-        stills: Vec::new(),
-        headings: Vec::new(),
-        rows: Vec::new(),
-        shaded: LOST,
-    };
-    if single {
-        strip.title = shown[0].sequence.clone();
-        let mut letter = 'a';
-        for row in panels {
-            let mut drawn: Vec<Panel> = row.iter().map(|p| panel(results, tracker, &shown[0], p)).collect();
-            for p in &mut drawn {
-                p.caption = format!("({letter})");
-                letter = char::from_u32(letter as u32 + 1).unwrap_or('z');
-            }
-            strip.rows.push(drawn);
-        }
-    } else {
-        // A column a sequence, all panels below each other.
-        strip.headings = shown.iter().map(|t| t.sequence.clone()).collect();
-        for kind in panels.iter().flatten() {
-            strip.rows.push(shown.iter().map(|t| panel(results, tracker, t, kind)).collect());
+/// Legend of the marks that mean the same in every panel.
+fn key(figure: &Figure) -> Vec<Entry> {
+    let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
+    let mut legend = box_legend(&figure.stills);
+    if marks().any(|mark| matches!(mark, Mark::Shade(_))) {
+        legend.push(Entry::new(Symbol::Shade, "target lost (Oₜ = 1)"));
+    }
+    for (style, name) in [(LOSS, "loss"), (RECOVERY, "recovery")] {
+        if marks().any(|mark| matches!(mark, Mark::Upright(_, drawn) if *drawn == style)) {
+            legend.push(Entry::new(Symbol::Upright(style), name));
         }
     }
-    strip
+    let alarm = |mark: &Mark| match mark {
+        Mark::Top(_, marker, color) => Some((*marker, *color)),
+        _ => None,
+    };
+    let alarms: Vec<(Marker, Color)> = marks().filter_map(alarm).collect();
+    // Triangles of several methods have the colors of their lines.
+    let only = alarms.first().map(|first| first.1).filter(|color| alarms.iter().all(|a| a.1 == *color));
+    for (marker, name) in [(Marker::AlarmBegins, "alarm begins"), (Marker::AlarmEnds, "alarm ends")] {
+        if alarms.iter().any(|a| a.0 == marker) {
+            legend.push(Entry::new(Symbol::Mark(only.unwrap_or(Color::Gray), marker), name));
+        }
+    }
+    legend
 }
 
 fn load_stills(
     results: &Results,
-    figure: &Figure,
+    figure: &spec::Figure,
     tracks: &[&TrackSeries],
 ) -> Result<Vec<Still>, ResultsError> {
     let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };

@@ -1,7 +1,7 @@
 //! The best method or tracker in a sentence and as a figure, with how sure that is.
 
 use super::{Estimate, Field, Standing, Standings};
-use crate::figure::{Color, Dot, DotPanel, Dots};
+use crate::figure::{Color, Dash, Dot, DotPanel, Dots};
 use crate::report::colors;
 use crate::report::differences::CHANCE;
 use crate::report::figures::published;
@@ -16,6 +16,9 @@ const MAX_ROWS: usize = 16;
 const MAX_NAMED: usize = 4;
 /// Most winners that are named where there are more trackers than that.
 const MAX_WINNERS: usize = 3;
+
+/// Anchors that are drawn as lines through all rows; the first one where it is not known what chance gives.
+const ANCHORS: [(&str, Dash); 2] = [("random", Dash::Dashed), ("oracle", Dash::Dotted)];
 
 /// The best of a field, and the next one.
 struct Best<'a> {
@@ -184,6 +187,7 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
     if rows.len() < 2 {
         return None;
     }
+    let chance = measured.metric.filter(|metric| metric.is_of_frames()).map(|_| CHANCE);
     let panel = |field: &Field| {
         let dot = |row: &&Standing| {
             let estimate = field.standings.iter().find(|s| s.label == row.label)?.estimate;
@@ -191,21 +195,32 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
         };
         let printed =
             |row: &&Standing| published::of_metric(experiment, &field.tracker, &row.name, measured.metric?);
+        let anchor = |(name, dash): (&str, Dash)| {
+            let anchor = field.standings.iter().find(|s| !s.competes && s.name == name)?;
+            Some((anchor.estimate.value?, dash))
+        };
         DotPanel {
             label: field.label.clone(),
-            mark: None,
+            levels: ANCHORS.into_iter().skip(usize::from(chance.is_some())).filter_map(anchor).collect(),
             published: rows.iter().map(printed).collect(),
             values: rows.iter().map(dot).collect(),
+            ..DotPanel::default()
         }
     };
     let panels: Vec<DotPanel> = fields.iter().map(panel).collect();
     let is_printed = panels.iter().flat_map(|p| &p.published).any(Option::is_some);
     let printed = if is_printed { "; a diamond is the published value" } else { "" };
-    let chance = measured.metric.filter(|metric| metric.is_of_frames()).map(|_| CHANCE);
-    let dashed = if chance.is_some() { "; dashed: chance" } else { "" };
+    let has = |dash: Dash| panels.iter().flat_map(|panel| &panel.levels).any(|level| level.1 == dash);
+    let dashed = match chance {
+        Some(_) => "; dashed: chance",
+        None if has(Dash::Dashed) => "; dashed: alarms at random",
+        None => "",
+    };
+    let dotted = if has(Dash::Dotted) { "; dotted: the oracle" } else { "" };
     let way = if measured.direction == Direction::LowerIsBetter { "smaller" } else { "larger" };
     let title = &measured.title;
-    let note = format!("{title}, {way} is better, with 95 % intervals over sequences{printed}{dashed}");
+    let note =
+        format!("{title}, {way} is better, with 95 % intervals over sequences{printed}{dashed}{dotted}");
     let caption = match (chance, all - rows.len()) {
         (Some(_), _) => format!(
             "{title} of lost frames against good ones, all trackers together, with 95 % bootstrap intervals over sequences; \

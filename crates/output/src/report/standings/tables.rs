@@ -1,7 +1,8 @@
 //! Standings as the tables `uncertainty` and `pairs`, and mean ranks as a diagram.
 
 use super::{Estimate, Field, MAX_COMPETITORS, Measured, Pair, Standing, Standings};
-use crate::figure::{Ranking, Ranks};
+use crate::figure::{Color, Dot, DotPanel, Dots, Figure};
+use crate::report::colors;
 use crate::report::layouts::{cell, group, table};
 use crate::sampling::{LEVEL, SAMPLES};
 use crate::table::layout::{Cell, Group, Row, TableLayout};
@@ -123,23 +124,27 @@ pub fn pairs(of: &Standings) -> TableLayout {
     table("pairs", caption, "pair", &columns, fields.map(of_field).collect())
 }
 
-/// Most methods of a ranking, and most rankings, that a diagram can be read with.
+/// Most methods of a ranking, and most rankings, that a figure can be read with.
 const MAX: (usize, usize) = (12, 8);
 
-/// The mean ranks of all fields as a diagram with its caption, or the reason why there is none; `None` without ranks.
-pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Ranks, String), String>> {
+/// The mean ranks of a field as dots with bars as long as the critical difference of Nemenyi's test (Demsar, Journal of
+/// Machine Learning Research 7, 2006), so that two methods differ where their bars do not touch.
+fn ranking(field: &Field) -> Option<(Vec<&str>, DotPanel)> {
+    let friedman = field.friedman.as_ref()?;
+    let half = critical(friedman) / 2.0;
+    let rank = |s: &'_ Standing| s.mean_rank;
+    let ranked = || field.standings.iter().filter(|s| rank(s).is_some());
+    let dot = |rank: f64| Dot { value: rank, bounds: Some((rank - half, rank + half)) };
+    let label = format!("{} ({} sequences)", field.label, friedman.blocks);
+    let values = ranked().map(|s| rank(s).map(dot)).collect();
+    Some((ranked().map(|s| s.name.as_str()).collect(), DotPanel { label, values, ..DotPanel::default() }))
+}
+
+/// The mean ranks of all fields as a figure with its caption, or the reason why there is none; `None` without ranks.
+pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Figure, String), String>> {
     let title = &of.measured.title;
-    let ranking = |field: &Field| {
-        let friedman = field.friedman.as_ref()?;
-        let rank = |s: &Standing| Some((s.name.clone(), s.mean_rank?));
-        Some(Ranking {
-            label: format!("{} ({} sequences)", field.label, friedman.blocks),
-            methods: field.standings.iter().filter_map(rank).collect(),
-            critical: critical(friedman),
-        })
-    };
-    let rankings: Vec<Ranking> = of.fields.iter().filter_map(ranking).collect();
-    let most = rankings.iter().map(|r| r.methods.len()).max()?;
+    let rankings: Vec<(Vec<&str>, DotPanel)> = of.fields.iter().filter_map(ranking).collect();
+    let most = rankings.iter().map(|(names, _)| names.len()).max()?;
     if most > MAX.0 || rankings.len() > MAX.1 {
         let (n, what) = if most > MAX.0 { (most, "methods") } else { (rankings.len(), "rankings") };
         return Some(Err(format!(
@@ -147,12 +152,28 @@ pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Ranks, String), St
         )));
     }
     let caption = format!(
-        "Mean ranks by {title}, 1 the best; a bar joins methods that are less than the critical difference of Nemenyi's \
-         test at 5 % apart, which these sequences cannot tell apart. {suite}"
+        "Mean ranks by {title}, 1 the best, with half the critical difference of Nemenyi's test at 5 % on either side: \
+         methods whose bars touch cannot be told apart. {suite}"
     );
     let mut all = of.fields.iter().flat_map(|f| &f.standings);
     let has_grid = all.any(|s| s.competes && s.label != s.name);
     let at = if has_grid { "; a method with a grid is at its published parameters" } else { "" };
-    let note = format!("Mean rank by {title}, 1 the best{at}");
-    Some(Ok((Ranks { title: String::new(), note, rankings }, caption)))
+    let color = |name: &&str| if of.measured.metric.is_some() { colors::of_name(name) } else { Color::Blue };
+    let mut figure = Figure::default();
+    // Trackers with the same methods stand beside each other.
+    for same in rankings.chunk_by(|a, b| a.0 == b.0) {
+        let dots = Dots {
+            title: String::new(),
+            note: format!("Mean rank by {title}, 1 the best{at}"),
+            rows: same[0].0.iter().map(ToString::to_string).collect(),
+            panels: same.iter().map(|(_, panel)| panel.clone()).collect(),
+            shared_axis: true,
+            colors: same[0].0.iter().map(color).collect(),
+            chance: None,
+        };
+        let Figure { rows, note, form, .. } = dots.figure();
+        figure = Figure { note, form, ..figure };
+        figure.rows.extend(rows);
+    }
+    Some(Ok((figure, caption)))
 }

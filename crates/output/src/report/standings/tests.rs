@@ -1,6 +1,6 @@
 use super::tables::{diagram, intervals, pairs, ranked};
 use super::*;
-use crate::figure::Plot;
+use crate::figure::Mark;
 use crate::sampling::{counts_of_column, mean_of_sum, metric_of_sum};
 use crate::table::layout::Row;
 use trackfail_engine::spec::parse;
@@ -115,8 +115,11 @@ fn missing_values_stay_empty() {
 fn the_diagram_shows_those_that_compete() {
     let (ranks, caption) =
         diagram(&by(Metric::F_SCORE, competitors()), "Suite s: 8 targets.").unwrap().unwrap();
-    let methods: Vec<(&str, f64)> = ranks.rankings[0].methods.iter().map(|m| (m.0.as_str(), m.1)).collect();
-    assert_eq!(methods, [("good", 1.25), ("mixed", 2.0), ("bad", 2.75)]);
+    let panel = &ranks.rows[0][0];
+    let names: Vec<&str> = panel.y.names.iter().map(|n| n.1.as_str()).collect();
+    let point = |mark: &Mark| if let Mark::Point(at, ..) = mark { Some(at.0) } else { None };
+    let means: Vec<f64> = panel.marks.iter().filter_map(point).collect();
+    assert_eq!((names, means), (vec!["good", "mixed", "bad"], vec![1.25, 2.0, 2.75]));
     assert!(caption.starts_with("Mean ranks by F1 score") && caption.ends_with("8 targets."));
     assert!(ranks.to_svg().is_ok());
     // Smaller is better for false positives: the order is the same, as good has 1 and bad 3.

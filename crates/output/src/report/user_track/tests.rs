@@ -1,5 +1,4 @@
 use super::*;
-use crate::figure::Plot;
 use crate::report::verdict::{Stretch, stretches, verdict};
 use crate::results::TrackSeries;
 use crate::results::detections;
@@ -125,14 +124,14 @@ fn a_page_without_frames_has_no_pictures() {
 fn a_figure_has_stills_panels_and_the_verdict() {
     let sequence = video(60);
     let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 2)], facts: Vec::new() };
-    let strip = video.plot().unwrap();
-    assert_eq!((strip.stills.len(), strip.rows.len()), (5, 2));
-    assert!(strip.note.starts_with("Lost from frame 21 to 30; found again."));
-    let numbers: Vec<u32> = strip.stills.iter().map(|still| still.number).collect();
+    let figure = video.plot().unwrap();
+    assert_eq!((figure.stills.len(), figure.rows.len()), (5, 2));
+    assert!(figure.note.starts_with("Lost from frame 21 to 30; found again."));
+    let numbers: Vec<u32> = figure.stills.iter().map(|still| still.number).collect();
     assert_eq!(numbers, [1, 21, 26, 31, 60]);
-    let svg = strip.to_svg().unwrap();
+    let svg = figure.to_svg().unwrap();
     assert!(svg.contains("threshold 0.8") && svg.contains("target lost") && !svg.contains("Oₜ"));
-    assert!(strip.to_png().unwrap().starts_with(b"\x89PNG"));
+    assert!(figure.to_png().unwrap().starts_with(b"\x89PNG"));
 }
 
 /// A judged track by scores, alarms and boxes of its frames, as the program judges it.

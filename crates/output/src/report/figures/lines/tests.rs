@@ -21,39 +21,53 @@ fn line(method: &str, tracker: &str, others: &[(&str, f64)]) -> Line {
     Line { method: method.into(), tracker: tracker.into(), others, points, band, ..Line::default() }
 }
 
-fn arranged(methods: &[&str], lines: Vec<Line>) -> Curves {
-    arrange(&experiment(methods), "", ("x", "y"), lines)
+fn arranged(methods: &[&str], lines: Vec<Line>) -> Figure {
+    arrange(&experiment(methods), "", Default::default(), &lines)
 }
 
-fn names(curves: &Curves) -> Vec<&str> {
-    curves.legend.iter().map(|e| e.name.as_str()).collect()
+fn names(figure: &Figure) -> Vec<&str> {
+    figure.legend.iter().map(|e| e.name.as_str()).collect()
+}
+
+fn titles(figure: &Figure) -> Vec<&str> {
+    figure.rows[0].iter().map(|panel| panel.title.as_str()).collect()
+}
+
+/// The styles of the lines of a panel, those behind aside.
+fn styles(panel: &Panel) -> Vec<Style> {
+    let style = |mark: &Mark| if let Mark::Line { style, .. } = mark { Some(*style) } else { None };
+    panel.marks.iter().filter_map(style).filter(|style| *style != BEHIND).collect()
+}
+
+fn count(panel: &Panel, is_it: fn(&Mark) -> bool) -> usize {
+    panel.marks.iter().filter(|mark| is_it(mark)).count()
+}
+
+fn is_band(mark: &Mark) -> bool {
+    matches!(mark, Mark::Band(..))
 }
 
 #[test]
 fn a_method_has_its_color_on_every_tracker_and_a_tracker_its_dash() {
     let lines = ["A", "B"].iter().flat_map(|m| ["NCC", "SP"].map(|t| line(m, t, &[]))).collect();
-    let curves = arranged(&["A", "B"], lines);
-    let [facet] = curves.facets.as_slice() else { panic!("one panel") };
-    let styles: Vec<(Color, Dash)> = facet.series.iter().map(|c| (c.style.color, c.style.dash)).collect();
-    let [blue, red] = [0, 1].map(|k| Style::nth(k).color);
+    let figure = arranged(&["A", "B"], lines);
+    let [panel] = figure.rows[0].as_slice() else { panic!("one panel") };
+    let shown: Vec<(Color, Dash)> = styles(panel).iter().map(|s| (s.color, s.dash)).collect();
+    let [first, second] = ["A", "B"].map(colors::of_name);
     let (whole, dashed) = (Dash::Solid, Dash::Dashed);
-    assert_eq!(styles, [(blue, whole), (blue, dashed), (red, whole), (red, dashed)]);
-    assert_eq!(names(&curves), ["A", "B", "NCC", "SP", "95 % bootstrap interval"]);
-    // The color is that of the method's place in the experiment, not in the figure.
-    let one = arranged(&["A", "B"], vec![line("B", "NCC", &[])]);
-    assert_eq!(one.facets[0].series[0].style.color, red);
+    assert_eq!(shown, [(first, whole), (first, dashed), (second, whole), (second, dashed)]);
+    assert_eq!(names(&figure), ["A", "B", "NCC", "SP", "95 % bootstrap interval"]);
 }
 
 #[test]
 fn many_trackers_have_a_panel_each() {
-    let trackers = ["T1", "T2", "T3"];
-    let lines = ["A", "B", "C"].iter().flat_map(|m| trackers.map(|t| line(m, t, &[]))).collect();
-    let curves = arranged(&["A", "B", "C"], lines);
-    let labels: Vec<&str> = curves.facets.iter().map(|f| f.label.as_str()).collect();
-    assert_eq!(labels, trackers);
-    assert!(curves.facets.iter().all(|f| f.series.len() == 3));
-    assert!(curves.facets.iter().flat_map(|f| &f.series).all(|c| c.style.dash == Dash::Solid));
-    assert_eq!(names(&curves), ["A", "B", "C", "95 % bootstrap interval"]);
+    let (methods, trackers) = (["A", "C", "D"], ["T1", "T2", "T3"]);
+    let lines = methods.iter().flat_map(|m| trackers.map(|t| line(m, t, &[]))).collect();
+    let figure = arranged(&methods, lines);
+    assert_eq!(titles(&figure), trackers);
+    let styles: Vec<Style> = figure.rows[0].iter().flat_map(styles).collect();
+    assert!(styles.len() == 9 && styles.iter().all(|s| s.dash == Dash::Solid));
+    assert_eq!(names(&figure), ["A", "C", "D", "95 % bootstrap interval"]);
 }
 
 #[test]
@@ -63,16 +77,15 @@ fn more_than_four_methods_have_a_panel_each_before_the_others() {
     lines[0].summary = "AP .41".into();
     lines[0].operating = Some((0.1, 0.5));
     lines.push(Line { points: vec![(0.3, 0.3)], band: vec![], ..line("periodic", "NCC", &[]) });
-    let curves = arranged(&methods, lines);
-    assert_eq!(curves.facets.len(), 6);
-    assert_eq!((curves.facets[0].label.as_str(), curves.facets[1].label.as_str()), ("A, AP .41", "B"));
-    for facet in &curves.facets {
+    let figure = arranged(&methods, lines);
+    assert_eq!(titles(&figure), ["A, AP .41", "B", "C", "D", "E", "F"]);
+    for panel in &figure.rows[0] {
         // The method's own curve with its band, the anchor's point, and the five others behind.
-        let bands: Vec<usize> = facet.series.iter().map(|c| c.band.len()).collect();
-        assert_eq!((bands, facet.behind.len()), (vec![2, 0], 5));
+        let behind = count(panel, |mark| matches!(mark, Mark::Line { style, .. } if *style == BEHIND));
+        assert_eq!((styles(panel).len(), count(panel, is_band), behind), (2, 1, 5));
     }
     assert_eq!(
-        names(&curves),
+        names(&figure),
         ["periodic", "the other methods", "operating point", "95 % bootstrap interval"]
     );
 }
@@ -82,23 +95,21 @@ fn values_of_a_parameter_have_colors_in_their_order() {
     let lines = [5.0, 10.0, 25.0, 50.0]
         .iter()
         .flat_map(|h| [10.0, 20.0].map(|w| line("A", "NCC", &[("horizon", *h), ("window", w)])));
-    let curves = arranged(&["A"], lines.collect());
-    let labels: Vec<&str> = curves.facets.iter().map(|f| f.label.as_str()).collect();
-    assert_eq!(labels, ["window 10", "window 20"]);
-    let colors: Vec<Color> = curves.facets[0].series.iter().map(|c| c.style.color).collect();
+    let figure = arranged(&["A"], lines.collect());
+    assert_eq!(titles(&figure), ["window 10", "window 20"]);
+    let colors: Vec<Color> = styles(&figure.rows[0][0]).iter().map(|s| s.color).collect();
     assert_eq!(colors, [0, 1, 2, 3].map(|k| Color::ordered(k, 4)));
-    assert_eq!(names(&curves), ["horizon 5", "horizon 10", "horizon 25", "horizon 50"]);
+    assert_eq!(names(&figure), ["horizon 5", "horizon 10", "horizon 25", "horizon 50"]);
     // Only the published point's curve has a band.
-    assert!(curves.facets.iter().flat_map(|f| &f.series).all(|c| c.band.is_empty()));
+    assert!(figure.rows[0].iter().all(|panel| count(panel, is_band) == 0));
 }
 
 #[test]
 fn published_points_have_a_sign() {
     let published = Line { published: vec![(0.1, 0.4), (0.2, 0.4)], ..line("A", "NCC", &[]) };
-    let curves = arranged(&["A"], vec![published]);
-    let signs: Vec<Sign> = curves.facets[0].signs.iter().map(|s| s.0).collect();
-    assert_eq!(signs, [Sign::Published; 2]);
-    assert_eq!(names(&curves), ["A", "published", "95 % bootstrap interval"]);
+    let figure = arranged(&["A"], vec![published]);
+    assert_eq!(count(&figure.rows[0][0], |mark| matches!(mark, Mark::Point(_, Marker::Published, _))), 2);
+    assert_eq!(names(&figure), ["A", "published", "95 % bootstrap interval"]);
 }
 
 #[test]

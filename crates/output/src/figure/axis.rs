@@ -1,19 +1,28 @@
-//! Axes: ranges, ticks, and the frame around a plot.
+//! Axes: ranges, ticks, and the frame around a panel.
 
 use super::error::FigureError;
 use super::font;
-use super::scene::{Anchor, Area, Point, Scene, Stroke};
-use super::style::{Dash, INK, SMALL, SOFT};
+use super::page::{Area, Page, Point, Stroke};
+use super::style::{INK, SMALL, SOFT};
+use plotters::style::text_anchor::HPos;
 
 /// Length of a tick mark, in units.
 const TICK: f64 = 3.5;
 /// Maximum absolute value that is drawn; larger ones would overflow the arithmetic of ranges.
 const MAX_VALUE: f64 = 1e100;
+/// Between the ends of a range and the frame, in units.
+const ROOM: f64 = 5.0;
+/// Between two lines of the name of a row, in units.
+pub const NAME_LINE: f64 = 12.0;
+
+/// Lower and upper end of an axis.
+pub type Ends = (f64, f64);
 
 /// Which values an axis shows.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Range {
     /// All finite values; the ends are ticks.
+    #[default]
     Auto,
     /// From 0, and all finite values; the ends are ticks.
     FromZero,
@@ -21,120 +30,139 @@ pub enum Range {
     Fixed(f64, f64),
 }
 
-impl Range {
-    /// Lower and upper end for the values on an axis of about `max` ticks; `log` axes take only values above 0.
+/// An axis of a panel.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Axis {
+    /// Its name; may be empty.
+    pub label: String,
+    /// What it shows.
+    pub range: Range,
+    /// Whether it is logarithmic; points at 0 and below are then gaps.
+    pub log: bool,
+    /// Whether ticks are at whole numbers only.
+    pub whole: bool,
+    /// Names of values in place of numbers; numbers where it is empty.
+    pub names: Vec<(f64, String)>,
+}
+
+impl Axis {
+    /// A linear axis.
+    pub fn new(label: &str, range: Range) -> Self {
+        Self { label: label.to_string(), range, ..Self::default() }
+    }
+
+    /// The frames of a sequence: number of the first one, and how many.
+    pub fn frames(first: u32, count: usize) -> Self {
+        let first = f64::from(first);
+        let range = match count {
+            1 => Range::Fixed(first - 0.5, first + 0.5),
+            _ => Range::Fixed(first, first + count as f64 - 1.0),
+        };
+        Self { whole: true, ..Self::new("frame", range) }
+    }
+
+    /// Whether a value has a place on it.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        value.abs() <= MAX_VALUE && (!self.log || value > 0.0)
+    }
+
+    /// Lower and upper end for the values on an axis of about `max` ticks.
     ///
     /// # Errors
     /// [`FigureError::Range`] for a fixed range whose ends are not finite, not in order, or not above 0 where `log`.
-    pub fn resolve(
-        self,
-        values: impl Iterator<Item = f64>,
-        log: bool,
-        max: usize,
-    ) -> Result<(f64, f64), FigureError> {
-        let (mut lo, mut hi) = values
-            .filter(|v| usable(*v) && (!log || *v > 0.0))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        if lo > hi {
-            (lo, hi) = if log { (0.1, 1.0) } else { (0.0, 1.0) };
+    pub(super) fn ends(&self, values: &[f64], max: usize) -> Result<Ends, FigureError> {
+        if let Range::Fixed(from, to) = self.range {
+            let good = self.shows(from) && self.shows(to) && from < to;
+            return if good { Ok((from, to)) } else { Err(FigureError::Range { from, to }) };
         }
-        match self {
-            Self::Fixed(from, to) => {
-                let good = usable(from) && usable(to) && from < to && (!log || from > 0.0);
-                return if good { Ok((from, to)) } else { Err(FigureError::Range { from, to }) };
-            }
-            Self::FromZero if !log => (lo, hi) = (lo.min(0.0), hi.max(0.0)),
-            Self::FromZero | Self::Auto => {}
+        let (mut lo, mut hi) = values
+            .iter()
+            .filter(|v| self.shows(**v))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        if lo > hi {
+            (lo, hi) = if self.log { (0.1, 1.0) } else { (0.0, 1.0) };
+        }
+        if self.range == Range::FromZero && !self.log {
+            (lo, hi) = (lo.min(0.0), hi.max(0.0));
         }
         if lo == hi {
             let room = if lo == 0.0 { 1.0 } else { lo.abs() * 0.2 };
             (lo, hi) = (lo - room, hi + room);
         }
-        Ok(enclosed(lo, hi, log, max))
+        Ok(self.enclosed((lo, hi), max))
     }
-}
 
-/// The nearest ticks that enclose a range, so that what is highest can be read off; a logarithmic axis of a decade and
-/// more ends at powers of ten.
-fn enclosed(lo: f64, hi: f64, log: bool, max: usize) -> (f64, f64) {
-    if log && (hi / lo).log10() >= 1.0 {
-        let power = |v: f64| 10.0_f64.powf(v);
-        let (below, above) = (power((lo.log10() + 1e-9).floor()), power((hi.log10() - 1e-9).ceil()));
-        return if below > 0.0 && usable(above) { (below.min(lo), above.max(hi)) } else { (lo, hi) };
-    }
-    let (mut from, mut to) = (lo, hi);
-    // The wider range may have wider steps, whose ticks lie farther out again.
-    for _ in 0..3 {
-        let step = linear_step(from, to, max);
-        let (below, above) = ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step);
-        if !step.is_normal() || !usable(below) || !usable(above) || (log && below <= 0.0) {
-            return (lo, hi);
+    /// The nearest ticks that enclose a range, so that what is highest can be read off; a logarithmic axis of a decade and
+    /// more ends at powers of ten.
+    fn enclosed(&self, (lo, hi): Ends, max: usize) -> Ends {
+        if self.log && (hi / lo).log10() >= 1.0 {
+            let power = |v: f64| 10.0_f64.powf(v);
+            let (below, above) = (power((lo.log10() + 1e-9).floor()), power((hi.log10() - 1e-9).ceil()));
+            let good = below > 0.0 && self.shows(above);
+            return if good { (below.min(lo), above.max(hi)) } else { (lo, hi) };
         }
-        if (below, above) == (from, to) {
-            break;
+        let (mut from, mut to) = (lo, hi);
+        // The wider range may have wider steps, whose ticks lie farther out again.
+        for _ in 0..3 {
+            let step = linear_step(from, to, max);
+            let (below, above) = ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step);
+            if !step.is_normal() || !self.shows(below) || !self.shows(above) {
+                return (lo, hi);
+            }
+            if (below, above) == (from, to) {
+                break;
+            }
+            (from, to) = (below, above);
         }
-        (from, to) = (below, above);
+        (from.min(lo), to.max(hi))
     }
-    (from.min(lo), to.max(hi))
-}
 
-/// Whether a value can be drawn.
-pub fn usable(v: f64) -> bool {
-    v.abs() <= MAX_VALUE
+    /// Ticks with their labels, about `max` at most.
+    pub(super) fn ticks(&self, (lo, hi): Ends, max: usize) -> Vec<(f64, String)> {
+        if !self.names.is_empty() {
+            return self.names.clone();
+        }
+        let ticks = if self.log { log_ticks(lo, hi, max) } else { linear_ticks(lo, hi, max) };
+        if !self.whole {
+            return ticks;
+        }
+        let whole = ticks.iter().map(|t| t.0.round());
+        let mut whole: Vec<f64> = whole.filter(|v| ticks.iter().any(|t| (t.0 - v).abs() < 1e-6)).collect();
+        whole.dedup();
+        whole.into_iter().map(|v| (v, format!("{v:.0}"))).collect()
+    }
 }
 
 /// A map from values to places on the page.
 #[derive(Debug, Clone, Copy)]
-pub struct Axis {
-    lo: f64,
-    hi: f64,
+pub struct Scale {
+    ends: Ends,
     from: f64,
     to: f64,
     log: bool,
-    whole: bool,
 }
 
-impl Axis {
-    /// Maps `lo..=hi` to the places `from..=to`, `room` points inside at both ends.
-    pub fn new((lo, hi): (f64, f64), (from, to): (f64, f64), room: f64, log: bool) -> Self {
-        let room = if to < from { -room } else { room };
-        Self { lo, hi, from: from + room, to: to - room, log, whole: false }
-    }
-
-    /// The same axis with ticks at whole numbers only: frames.
-    pub fn whole(self) -> Self {
-        Self { whole: true, ..self }
+impl Scale {
+    /// Maps the ends of an axis to places a little inside of two.
+    pub fn new(axis: &Axis, ends: Ends, (from, to): (f64, f64)) -> Self {
+        let room = if to < from { -ROOM } else { ROOM };
+        Self { ends, from: from + room, to: to - room, log: axis.log }
     }
 
     /// Lower and upper end.
-    pub fn ends(&self) -> (f64, f64) {
-        (self.lo, self.hi)
+    pub fn ends(&self) -> Ends {
+        self.ends
     }
 
     /// The place of a value. Values far outside stay near the page, so that clipping is exact.
     pub fn place(&self, v: f64) -> f64 {
+        let (lo, hi) = self.ends;
         let share = if self.log {
-            (v.max(1e-300).ln() - self.lo.ln()) / (self.hi.ln() - self.lo.ln())
+            (v.max(1e-300).ln() - lo.ln()) / (hi.ln() - lo.ln())
         } else {
-            (v - self.lo) / (self.hi - self.lo)
+            (v - lo) / (hi - lo)
         };
         self.from + share.clamp(-1e4, 1e4) * (self.to - self.from)
-    }
-
-    /// Ticks with their labels, about `max` at most.
-    pub fn ticks(&self, max: usize) -> Vec<(f64, String)> {
-        if self.log {
-            return log_ticks(self.lo, self.hi, max);
-        }
-        let ticks = linear_ticks(self.lo, self.hi, max);
-        if !self.whole {
-            return ticks;
-        }
-        let whole =
-            ticks.iter().map(|t| t.0.round()).filter(|v| ticks.iter().any(|t| (t.0 - v).abs() < 1e-6));
-        let mut whole: Vec<f64> = whole.collect();
-        whole.dedup();
-        whole.into_iter().map(|v| (v, format!("{v:.0}"))).collect()
     }
 }
 
@@ -150,7 +178,7 @@ fn linear_step(lo: f64, hi: f64, max: usize) -> f64 {
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten inside `lo..=hi`.
-fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
+pub fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
     let step = linear_step(lo, hi, max);
     let slack = step * 1e-6;
     let first = (lo / step - 1e-6).ceil();
@@ -183,7 +211,7 @@ fn log_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
 }
 
 /// A tick's label with just the digits that distinguish it from its neighbors `step` away.
-pub fn number(v: f64, step: f64) -> String {
+fn number(v: f64, step: f64) -> String {
     let v = if v.abs() < step.abs() * 1e-6 { 0.0 } else { v };
     let size = v.abs().max(step.abs());
     let digits = if step > 0.0 { -(step * 1.000_001).log10().floor() } else { 0.0 };
@@ -198,60 +226,36 @@ pub fn number(v: f64, step: f64) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// Width of the widest label.
-pub fn label_width(ticks: &[(f64, String)]) -> f64 {
-    ticks.iter().map(|t| font::width(&t.1, SMALL)).fold(0.0, f64::max)
+/// The ticks of a panel, and whether their labels are shown.
+pub struct Ticks {
+    pub x: Vec<(f64, String)>,
+    pub y: Vec<(f64, Vec<String>)>,
+    pub labels: (bool, bool),
 }
 
-/// Which labels a frame has beside its ticks.
-#[derive(Debug, Clone, Copy)]
-pub struct Labelled {
-    /// Below it.
-    pub x: bool,
-    /// On its left.
-    pub y: bool,
-}
-
-/// Draws the frame of a plot with ticks; labels stand left and below.
-pub fn frame(scene: &mut Scene, area: &Area, x: &Axis, y: &Axis, labels: Labelled) {
-    let rows = y.ticks(max_ticks_y(area.h));
-    frame_of_rows(scene, area, x, y, &rows, labels);
-}
-
-/// The same with given ticks on the vertical axis, such as the names of rows.
-pub fn frame_of_rows(
-    scene: &mut Scene,
-    area: &Area,
-    x: &Axis,
-    y: &Axis,
-    rows: &[(f64, String)],
-    labels: Labelled,
-) {
-    let stroke = Stroke { rgb: SOFT, width: 0.8, dash: Dash::Solid };
+/// Draws the frame of a panel with ticks; labels stand left and below.
+pub fn frame(page: &mut Page, area: &Area, (x, y): (&Scale, &Scale), ticks: &Ticks) {
+    let stroke = Stroke::solid(SOFT, 0.8);
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
-    scene.line(vec![(l, t), (l, b), (r, b)], stroke);
+    page.line(vec![(l, t), (l, b), (r, b)], stroke);
     let inside = |at: f64, from: f64, to: f64| (from - 0.01..=to + 0.01).contains(&at);
-    for (v, text) in rows {
-        let at = y.place(*v);
-        if inside(at, t, b) {
-            scene.line(vec![(l - TICK, at), (l, at)], stroke);
-            if labels.y {
-                scene.text(text, (l - TICK - 3.0, at), SMALL, Anchor::End, INK);
-            }
+    for (at, lines) in
+        ticks.y.iter().map(|(v, lines)| (y.place(*v), lines)).filter(|(at, _)| inside(*at, t, b))
+    {
+        page.line(vec![(l - TICK, at), (l, at)], stroke);
+        for (k, line) in lines.iter().enumerate().filter(|_| ticks.labels.1) {
+            let at = at + NAME_LINE * (k as f64 - (lines.len() - 1) as f64 / 2.0);
+            page.text(line, (l - TICK - 3.0, at), SMALL, HPos::Right, INK);
         }
     }
-    let ticks = x.ticks(max_ticks_x(area.w));
     let mut free = f64::NEG_INFINITY;
-    for (v, text) in &ticks {
-        let at = x.place(*v);
-        if !inside(at, l, r) {
-            continue;
-        }
-        scene.line(vec![(at, b), (at, b + TICK)], stroke);
+    for (at, text) in ticks.x.iter().map(|(v, text)| (x.place(*v), text)).filter(|(at, _)| inside(*at, l, r))
+    {
+        page.line(vec![(at, b), (at, b + TICK)], stroke);
         let half = font::width(text, SMALL) / 2.0;
-        if labels.x && at - half >= free {
-            let at = at.min(scene.width - half - 1.0);
-            scene.text(text, (at, b + TICK + 8.5), SMALL, Anchor::Middle, INK);
+        if ticks.labels.0 && at - half >= free {
+            let at = at.min(page.width - half - 1.0);
+            page.text(text, (at, b + TICK + 8.5), SMALL, HPos::Center, INK);
             free = at + half + 5.0;
         }
     }
@@ -264,7 +268,7 @@ pub fn max_ticks_y(length: f64) -> usize {
 
 /// Number of ticks a horizontal axis of this length takes.
 pub fn max_ticks_x(length: f64) -> usize {
-    ((length / 44.0) as usize).clamp(4, 12)
+    ((length / 44.0) as usize).clamp(3, 12)
 }
 
 /// A polyline without the points that cannot be seen: of those within a quarter unit across, the first, lowest, highest
@@ -294,12 +298,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn labels(lo: f64, hi: f64, max: usize) -> Vec<String> {
-        linear_ticks(lo, hi, max).into_iter().map(|t| t.1).collect()
-    }
-
     #[test]
     fn labels_by_hand() {
+        let labels = |lo: f64, hi: f64, max: usize| -> Vec<String> {
+            linear_ticks(lo, hi, max).into_iter().map(|t| t.1).collect()
+        };
         assert_eq!(labels(0.0, 1.0, 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(0.003, 0.009, 6), ["0.003", "0.004", "0.005", "0.006", "0.007", "0.008", "0.009"]);
         assert_eq!(labels(-20.0, 20.0, 4), ["−20", "−10", "0", "10", "20"]);
@@ -307,28 +310,24 @@ mod tests {
         assert_eq!(labels(0.0, 3e-8, 3), ["0", "1e−8", "2e−8", "3e−8"]);
         assert_eq!(labels(0.0, 4e6, 4), ["0", "1e6", "2e6", "3e6", "4e6"]);
         let log: Vec<String> = log_ticks(0.001, 1.0, 5).into_iter().map(|t| t.1).collect();
-        assert_eq!(
-            log,
-            ["0.001", "0.010", "0.100", "1.000"]
-                .map(|s| s.trim_end_matches('0'))
-                .map(|s| { if s == "1." { "1" } else { s } })
-        );
+        assert_eq!(log, ["0.001", "0.01", "0.1", "1"]);
     }
 
     #[test]
     fn ranges() {
-        let of = |r: Range, v: &[f64]| r.resolve(v.iter().copied(), false, 5);
+        let of = |range: Range, values: &[f64]| Axis::new("", range).ends(values, 5);
         assert_eq!(of(Range::Auto, &[2.0, f64::NAN, 5.0, f64::INFINITY]), Ok((2.0, 5.0)));
         assert_eq!(of(Range::FromZero, &[2.0, 5.0]), Ok((0.0, 5.0)));
         // Ticks enclose the data.
         assert_eq!(of(Range::Auto, &[0.12, 0.385]), Ok((0.1, 0.4)));
         assert_eq!(of(Range::FromZero, &[0.385]), Ok((0.0, 0.4)));
         assert_eq!(of(Range::Auto, &[-4.5, 2.0]), Ok((-6.0, 2.0)));
-        assert_eq!(Range::Auto.resolve([0.02, 3.0].into_iter(), true, 5), Ok((0.01, 10.0)));
         assert_eq!(of(Range::Auto, &[]), Ok((0.0, 1.0)));
         assert_eq!(of(Range::Fixed(1.0, 1.0), &[]), Err(FigureError::Range { from: 1.0, to: 1.0 }));
-        assert_eq!(Range::Auto.resolve([-1.0, 0.0, 3.0, 4.0].into_iter(), true, 5), Ok((3.0, 4.0)));
-        assert!(Range::Fixed(0.0, 1.0).resolve([].into_iter(), true, 5).is_err());
+        let log = |range: Range, values: &[f64]| Axis { log: true, ..Axis::new("", range) }.ends(values, 5);
+        assert_eq!(log(Range::Auto, &[0.02, 3.0]), Ok((0.01, 10.0)));
+        assert_eq!(log(Range::Auto, &[-1.0, 0.0, 3.0, 4.0]), Ok((3.0, 4.0)));
+        assert!(log(Range::Fixed(0.0, 1.0), &[]).is_err());
     }
 
     #[test]
@@ -359,9 +358,9 @@ mod tests {
 
         #[test]
         fn places_keep_order(a in -10.0..10.0_f64, b in -10.0..10.0_f64) {
-            let axis = Axis::new((-10.0, 10.0), (200.0, 100.0), 2.0, false);
-            prop_assert_eq!(a < b, axis.place(a) > axis.place(b));
-            prop_assert!((102.0 - 1e-9..=198.0 + 1e-9).contains(&axis.place(a)));
+            let scale = Scale::new(&Axis::default(), (-10.0, 10.0), (200.0, 100.0));
+            prop_assert_eq!(a < b, scale.place(a) > scale.place(b));
+            prop_assert!((105.0 - 1e-9..=195.0 + 1e-9).contains(&scale.place(a)));
         }
     }
 }

@@ -1,0 +1,127 @@
+//! Figures as files.
+
+use super::error::FigureError;
+use super::font;
+use super::layout::Figure;
+use super::page::{Page, draw};
+use super::pdf::pdf;
+use super::raster::{encode, png, reduced};
+use super::style::{COLUMN, FINE, PER_INCH, WIDTH};
+use base64::prelude::{BASE64_STANDARD, Engine};
+use plotters::prelude::{IntoDrawingArea, SVGBackend};
+use std::fmt::Write;
+
+/// A figure in all its formats.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Files {
+    /// SVG text.
+    pub svg: String,
+    /// SVG text of the figure as wide as a column, for papers of two columns and narrow screens; empty where it does not fit one.
+    pub narrow: String,
+    /// PDF bytes of the same; empty where it does not fit.
+    pub narrow_pdf: Vec<u8>,
+    /// PNG bytes.
+    pub png: Vec<u8>,
+    /// PDF bytes.
+    pub pdf: Vec<u8>,
+}
+
+/// Maximum length of a side in units.
+const MAX_SIDE: f64 = 8000.0;
+
+impl Figure {
+    /// The figure in all its formats, as wide as it is asked for, in units; [`WIDTH`] is that of a page's text.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn draw(&self, width: f64) -> Result<Files, FigureError> {
+        let page = self.checked(width)?;
+        // What finds no room in a column is scrolled on a narrow screen, and has no files of that width.
+        let in_column = || {
+            let page = self.checked(COLUMN)?;
+            Ok::<_, FigureError>((svg(&page)?, pdf(&page)?))
+        };
+        let (narrow, narrow_pdf) = in_column().unwrap_or_default();
+        Ok(Files { svg: svg(&page)?, narrow, narrow_pdf, png: png(&page)?, pdf: pdf(&page)? })
+    }
+
+    /// The figure as SVG, as wide as a page's text.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn to_svg(&self) -> Result<String, FigureError> {
+        svg(&self.checked(WIDTH)?)
+    }
+
+    /// The figure as a PNG file of 206 pixels an inch, as wide as a page's text.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
+        png(&self.checked(WIDTH)?)
+    }
+
+    /// The figure as a PDF file of one page, as wide as a page's text.
+    ///
+    /// # Errors
+    /// See [`FigureError`].
+    pub fn to_pdf(&self) -> Result<Vec<u8>, FigureError> {
+        pdf(&self.checked(WIDTH)?)
+    }
+
+    fn checked(&self, width: f64) -> Result<Page, FigureError> {
+        let page = self.page(width)?;
+        if page.width > MAX_SIDE || page.height > MAX_SIDE {
+            let (width, height) = (page.width.ceil() as u32, page.height.ceil() as u32);
+            return Err(FigureError::TooLarge { width, height, limit: MAX_SIDE as u32 });
+        }
+        Ok(page)
+    }
+}
+
+/// The page as one SVG element without any id, so that several can share a page.
+///
+/// plotters' coordinates are whole, so the box of the view has [`FINE`] of them a unit. Frames are not drawn with plotters,
+/// which makes a rectangle of every pixel, but embedded as PNG.
+fn svg(page: &Page) -> Result<String, FigureError> {
+    let (w, h) = ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32);
+    let mut body = String::new();
+    draw(&SVGBackend::with_string(&mut body, (w, h)).into_drawing_area(), &page.shapes, FINE)?;
+    // plotters' outer element is replaced by one with the page's size, title and frames.
+    let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
+    // What is opaque need not say so; texts have their quotes escaped, so only attributes match.
+    let inner = inner.replace(" opacity=\"1\"", "");
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
+         <title>{}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n",
+        inches(page.width),
+        inches(page.height.ceil()),
+        escape(&page.title),
+    );
+    for (area, frame) in &page.frames {
+        let place = |x: f64, y: f64| ((x * FINE).round() as i32, (y * FINE).round() as i32);
+        let ((x0, y0), (x1, y1)) = (place(area.x, area.y), place(area.right(), area.bottom()));
+        let data = BASE64_STANDARD.encode(encode(&reduced(area, frame))?);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "<image x=\"{x0}\" y=\"{y0}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+             href=\"data:image/png;base64,{data}\"/>",
+            x1 - x0,
+            y1 - y0,
+        );
+    }
+    let _ = write!(out, "<g stroke-linejoin=\"round\" stroke-linecap=\"round\">{inner}</g>\n</svg>\n");
+    Ok(out)
+}
+
+/// A length in inches, as SVG has it.
+fn inches(units: f64) -> String {
+    let text = format!("{:.3}", units / PER_INCH);
+    format!("{}in", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// Text as XML character data.
+fn escape(text: &str) -> String {
+    font::clean(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,358 @@
+//! A figure as it is laid out: lines, filled shapes and texts, in units of 0.7 pt from the top left corner, and the one
+//! function that draws them with a backend of plotters.
+
+use super::error::FigureError;
+use super::font;
+use super::style::{Dash, Style};
+use plotters::coord::Shift;
+use plotters::prelude::{
+    Circle, Color, DrawingArea, DrawingBackend, IntoFont, PathElement, Polygon, RGBColor, ShapeStyle, Text,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontTransform, TextStyle};
+use trackfail_core::image::Frame;
+
+pub type Point = (f64, f64);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stroke {
+    pub rgb: [u8; 3],
+    pub width: f64,
+    pub dash: Dash,
+}
+
+impl Stroke {
+    pub const fn solid(rgb: [u8; 3], width: f64) -> Self {
+        Self { rgb, width, dash: Dash::Solid }
+    }
+
+    /// The stroke of a style; a width that could not be seen, or is absurd, is brought into a range.
+    pub fn of(style: &Style) -> Self {
+        let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
+        Self { rgb: style.color.rgb(), width, dash: style.dash }
+    }
+}
+
+/// What a page is made of.
+#[derive(Clone)]
+pub enum Shape {
+    Line {
+        points: Vec<Point>,
+        stroke: Stroke,
+    },
+    Fill {
+        corners: Vec<Point>,
+        rgb: [u8; 3],
+        opacity: f64,
+    },
+    Disc {
+        center: Point,
+        radius: f64,
+        rgb: [u8; 3],
+    },
+    /// The middle of the small letters is at the height of the point.
+    Text {
+        text: String,
+        at: Point,
+        size: f64,
+        anchor: HPos,
+        upwards: bool,
+        rgb: [u8; 3],
+    },
+}
+
+/// Opacity of a band.
+pub const BAND: f64 = 0.18;
+/// Between two lines of text, in units.
+pub const LINE: f64 = 14.0;
+
+/// A rectangle of the page.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Area {
+    pub x: f64,
+    pub y: f64,
+    pub w: f64,
+    pub h: f64,
+}
+
+impl Area {
+    pub fn right(&self) -> f64 {
+        self.x + self.w
+    }
+
+    pub fn bottom(&self) -> f64 {
+        self.y + self.h
+    }
+
+    pub fn corners(&self) -> Vec<Point> {
+        let (l, t, r, b) = (self.x, self.y, self.right(), self.bottom());
+        vec![(l, t), (r, t), (r, b), (l, b)]
+    }
+
+    pub fn contains(&self, p: Point) -> bool {
+        (self.x..=self.right()).contains(&p.0) && (self.y..=self.bottom()).contains(&p.1)
+    }
+
+    /// The part of the segment inside the area (Liang and Barsky 1984), or `None`.
+    pub fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
+        let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+        let (mut t0, mut t1) = (0.0_f64, 1.0_f64);
+        for (p, q) in
+            [(-dx, a.0 - self.x), (dx, self.right() - a.0), (-dy, a.1 - self.y), (dy, self.bottom() - a.1)]
+        {
+            if p == 0.0 {
+                if q < 0.0 {
+                    return None;
+                }
+            } else if p < 0.0 {
+                t0 = t0.max(q / p);
+            } else {
+                t1 = t1.min(q / p);
+            }
+        }
+        (t0 <= t1).then_some(((a.0 + t0 * dx, a.1 + t0 * dy), (a.0 + t1 * dx, a.1 + t1 * dy)))
+    }
+}
+
+/// A figure that is laid out. Its frames lie under its shapes.
+pub struct Page {
+    pub title: String,
+    pub width: f64,
+    pub height: f64,
+    pub frames: Vec<(Area, Frame)>,
+    pub shapes: Vec<Shape>,
+}
+
+impl Page {
+    pub fn new(title: &str, width: f64) -> Self {
+        Self { title: font::clean(title), width, height: 0.0, frames: Vec::new(), shapes: Vec::new() }
+    }
+
+    pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
+        self.shapes.push(Shape::Line { points, stroke });
+    }
+
+    pub fn fill(&mut self, corners: Vec<Point>, rgb: [u8; 3]) {
+        self.shapes.push(Shape::Fill { corners, rgb, opacity: 1.0 });
+    }
+
+    pub fn band(&mut self, corners: Vec<Point>, rgb: [u8; 3]) {
+        self.shapes.push(Shape::Fill { corners, rgb, opacity: BAND });
+    }
+
+    pub fn disc(&mut self, center: Point, radius: f64, rgb: [u8; 3]) {
+        self.shapes.push(Shape::Disc { center, radius, rgb });
+    }
+
+    pub fn text(&mut self, text: &str, at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) {
+        if !text.trim().is_empty() {
+            let text = font::clean(text);
+            self.shapes.push(Shape::Text { text, at, size, anchor, upwards: false, rgb });
+        }
+    }
+
+    /// Adds lines of text below each other, the first one in the middle of a line that begins at the height of `at`;
+    /// returns where the next one would begin.
+    pub fn lines(&mut self, lines: &[String], at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) -> f64 {
+        for (k, line) in lines.iter().enumerate() {
+            self.text(line, (at.0, at.1 + LINE * (k as f64 + 0.5)), size, anchor, rgb);
+        }
+        at.1 + LINE * lines.len() as f64
+    }
+
+    /// Adds lines of text that read from the bottom to the top, centered on their point.
+    pub fn lines_upwards(&mut self, lines: Vec<String>, at: Point, size: f64, rgb: [u8; 3]) {
+        for (k, text) in lines.into_iter().enumerate() {
+            let at = (at.0 + LINE * k as f64, at.1);
+            self.shapes.push(Shape::Text { text, at, size, anchor: HPos::Center, upwards: true, rgb });
+        }
+    }
+
+    /// Adds a line through the points as far as it lies inside `area`.
+    pub fn clipped(&mut self, points: &[Point], area: &Area, stroke: Stroke) {
+        let mut run: Vec<Point> = Vec::new();
+        for pair in points.windows(2) {
+            let part = area.clip(pair[0], pair[1]);
+            if part.is_none_or(|(a, _)| run.last() != Some(&a)) {
+                self.flush(&mut run, stroke);
+            }
+            let Some((a, b)) = part else { continue };
+            if run.is_empty() {
+                run.push(a);
+            }
+            run.push(b);
+        }
+        self.flush(&mut run, stroke);
+    }
+
+    fn flush(&mut self, run: &mut Vec<Point>, stroke: Stroke) {
+        let points = std::mem::take(run);
+        if points.len() > 1 {
+            self.line(points, stroke);
+        }
+    }
+}
+
+/// The em of a text is its size in plotters, divided by this: so plotters' SVG has it, and the other backends too.
+pub const EM: f64 = 1.24;
+
+pub fn failed(e: impl std::fmt::Display) -> FigureError {
+    FigureError::Draw(e.to_string())
+}
+
+/// Draws shapes; plotters' coordinates are integers, of which a unit has `scale`.
+pub fn draw<DB: DrawingBackend>(
+    page: &DrawingArea<DB, Shift>,
+    shapes: &[Shape],
+    scale: f64,
+) -> Result<(), FigureError> {
+    let whole = |length: f64| (length * scale).round() as i32;
+    let place = |p: &Point| (whole(p.0), whole(p.1));
+    let color = |[r, g, b]: [u8; 3]| RGBColor(r, g, b);
+    for shape in shapes {
+        match shape {
+            Shape::Line { points, stroke } => {
+                let width = whole(stroke.width).max(1) as u32;
+                let style = ShapeStyle::from(color(stroke.rgb)).stroke_width(width);
+                for run in dashes(points, stroke.dash.pattern()) {
+                    let mut run: Vec<(i32, i32)> = run.iter().map(place).collect();
+                    run.dedup();
+                    if run.len() == 1 {
+                        run.push(run[0]);
+                    }
+                    page.draw(&PathElement::new(run, style)).map_err(failed)?;
+                }
+            }
+            Shape::Fill { corners, rgb, opacity } => {
+                let corners: Vec<(i32, i32)> = corners.iter().map(place).collect();
+                let style = ShapeStyle::from(color(*rgb).mix(*opacity)).filled();
+                page.draw(&Polygon::new(corners, style)).map_err(failed)?;
+            }
+            Shape::Disc { center, radius, rgb } => {
+                let style = ShapeStyle { stroke_width: 0, ..ShapeStyle::from(color(*rgb)).filled() };
+                page.draw(&Circle::new(place(center), whole(*radius), style)).map_err(failed)?;
+            }
+            Shape::Text { text, at, size, anchor, upwards, rgb } => {
+                let turn = if *upwards { FontTransform::Rotate270 } else { FontTransform::None };
+                let ink = color(*rgb);
+                let style = TextStyle::from((font::FAMILY, size * scale * EM).into_font().transform(turn))
+                    .color(&ink)
+                    .pos(Pos::new(*anchor, VPos::Center));
+                page.draw(&Text::new(text.as_str(), place(at), style)).map_err(failed)?;
+            }
+        }
+    }
+    page.present().map_err(failed)
+}
+
+/// The share of a text that stands before its point.
+pub fn share_before(anchor: HPos) -> f64 {
+    match anchor {
+        HPos::Left => 0.0,
+        HPos::Center => 0.5,
+        HPos::Right => 1.0,
+    }
+}
+
+/// The strokes of a dashed line, each a line of its own.
+fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
+    if pattern.is_empty() {
+        return vec![points.to_vec()];
+    }
+    let mut out = Vec::new();
+    let mut run: Vec<Point> = points.first().copied().into_iter().collect();
+    let (mut turn, mut left) = (0, pattern[0]);
+    for pair in points.windows(2) {
+        let (mut a, b) = (pair[0], pair[1]);
+        loop {
+            let length = (b.0 - a.0).hypot(b.1 - a.1);
+            if length <= left {
+                left -= length;
+                if turn % 2 == 0 {
+                    run.push(b);
+                }
+                break;
+            }
+            let t = left / length;
+            a = (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1));
+            if turn % 2 == 0 {
+                run.push(a);
+                out.push(std::mem::take(&mut run));
+            } else {
+                run = vec![a];
+            }
+            turn = (turn + 1) % pattern.len();
+            left = pattern[turn];
+        }
+    }
+    if turn % 2 == 0 && run.len() > 1 {
+        out.push(run);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const UNIT: Area = Area { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+
+    #[test]
+    fn clips_by_hand() {
+        assert_eq!(UNIT.clip((-1.0, 0.5), (2.0, 0.5)), Some(((0.0, 0.5), (1.0, 0.5))));
+        assert_eq!(UNIT.clip((-1.0, 2.0), (2.0, 2.0)), None);
+        assert_eq!(UNIT.clip((-1.0, 0.5), (0.5, 2.0)), None);
+    }
+
+    // Out at the top, back in further right: two lines.
+    #[test]
+    fn a_line_that_leaves_the_area_is_two() {
+        let mut page = Page::new("", 1.0);
+        let points = [(0.0, 0.5), (0.2, -0.5), (0.6, -0.5), (0.8, 0.5), (1.0, 0.5)];
+        page.clipped(&points, &UNIT, Stroke::solid([0; 3], 1.0));
+        let line =
+            |shape: &Shape| if let Shape::Line { points, .. } = shape { points.clone() } else { vec![] };
+        let lines: Vec<Vec<Point>> = page.shapes.iter().map(line).collect();
+        assert_eq!(lines.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3]);
+        assert!(lines[0][1].1.abs() < 1e-12 && lines[1][0].1.abs() < 1e-12);
+    }
+
+    #[test]
+    fn dashes_by_hand() {
+        let d = dashes(&[(0.0, 0.0), (6.0, 0.0), (6.0, 6.0)], &[4.0, 3.0]);
+        let expected = vec![vec![(0.0, 0.0), (4.0, 0.0)], vec![(6.0, 1.0), (6.0, 5.0)]];
+        assert_eq!(d, expected);
+    }
+
+    fn length(line: &[Point]) -> f64 {
+        line.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum()
+    }
+
+    proptest! {
+        #[test]
+        fn clipped_ends_lie_inside(a in (-3.0..3.0_f64, -3.0..3.0_f64), b in (-3.0..3.0_f64, -3.0..3.0_f64)) {
+            if let Some((p, q)) = UNIT.clip(a, b) {
+                for (x, y) in [p, q] {
+                    prop_assert!((-1e-9..=1.0 + 1e-9).contains(&x) && (-1e-9..=1.0 + 1e-9).contains(&y));
+                }
+            } else {
+                // The middle of a segment that misses the area is outside, whichever point is taken.
+                for k in 0..=100 {
+                    let t = f64::from(k) / 100.0;
+                    let (x, y) = (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1));
+                    prop_assert!(!((1e-9..1.0 - 1e-9).contains(&x) && (1e-9..1.0 - 1e-9).contains(&y)));
+                }
+            }
+        }
+
+        #[test]
+        fn strokes_take_their_share(points in prop::collection::vec((0.0..40.0_f64, 0.0..40.0_f64), 2..20)) {
+            let strokes: f64 = dashes(&points, &[4.0, 3.0]).iter().map(|l| length(l)).sum();
+            let total = length(&points);
+            let whole = (total / 7.0).floor();
+            let expected = 4.0 * whole + (total - 7.0 * whole).min(4.0);
+            prop_assert!((strokes - expected).abs() < 1e-6, "{strokes} {expected}");
+        }
+    }
+}

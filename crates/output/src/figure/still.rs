@@ -1,0 +1,102 @@
+//! Video frames above the panels of a figure, with boxes.
+
+use super::font;
+use super::legend::{Entry, Symbol};
+use super::page::{Area, LINE, Page, Point, Stroke};
+use super::style::{CASING, Color, Dash, INK, MARGIN, SMALL};
+use plotters::style::text_anchor::HPos;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
+
+/// The kind of a box on a still.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoxStyle {
+    /// The background region B_t, red.
+    Background,
+    /// The tracker's state, yellow.
+    State,
+    /// The ground truth, green and dashed.
+    Truth,
+}
+
+impl BoxStyle {
+    fn look(self) -> ([u8; 3], Dash, &'static str) {
+        match self {
+            Self::Background => ([0xFF, 0x4B, 0x1F], Dash::Solid, "background region"),
+            Self::State => (Color::Yellow.rgb(), Dash::Solid, "tracker"),
+            Self::Truth => ([0x00, 0xD0, 0x8A], Dash::Dashed, "ground truth"),
+        }
+    }
+}
+
+/// A video frame above the panels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Still {
+    /// Its number in the dataset.
+    pub number: u32,
+    /// Its pixels.
+    pub pixels: Frame,
+    /// Boxes in the frame's pixels; they are cut off at the frame's border.
+    pub boxes: Vec<(Region, BoxStyle)>,
+    /// Text after the number; may be empty.
+    pub caption: String,
+}
+
+/// Least width of a still, in units.
+const LEAST: f64 = 140.0;
+const GAP: f64 = 6.0;
+
+/// The legend of the boxes on stills.
+pub fn box_legend(stills: &[Still]) -> Vec<Entry> {
+    let has = |style: &BoxStyle| stills.iter().flat_map(|s| &s.boxes).any(|b| b.1 == *style);
+    let entry = |style: BoxStyle| {
+        let (rgb, dash, name) = style.look();
+        Entry::new(Symbol::Outline(rgb, dash), name)
+    };
+    [BoxStyle::Background, BoxStyle::State, BoxStyle::Truth].into_iter().filter(has).map(entry).collect()
+}
+
+/// Draws stills below `y`, five a row or, in a column, two; returns the first free line below them.
+pub fn draw_stills(page: &mut Page, stills: &[Still], mut y: f64) -> f64 {
+    let most = ((page.width / LEAST) as usize).max(1);
+    let a_row = stills.len().max(3).min(most);
+    let w = (page.width - 2.0 * MARGIN - GAP * (a_row - 1) as f64) / a_row as f64;
+    for row in stills.chunks(a_row) {
+        // Frames taller than wide are kept to the height of a square.
+        let size = |still: &Still| {
+            let aspect = still.pixels.height() as f64 / still.pixels.width() as f64;
+            if aspect > 1.0 { (w / aspect, w) } else { (w, w * aspect) }
+        };
+        let tallest = row.iter().map(|s| size(s).1).fold(0.0, f64::max);
+        let mut bottom = y + tallest;
+        for (i, still) in row.iter().enumerate() {
+            let (sw, sh) = size(still);
+            let middle = MARGIN + i as f64 * (w + GAP) + w / 2.0;
+            draw_still(page, still, Area { x: middle - sw / 2.0, y: y + tallest - sh, w: sw, h: sh });
+            let text = match still.caption.trim() {
+                "" => format!("frame {}", still.number),
+                caption => format!("frame {}: {caption}", still.number),
+            };
+            let lines = font::wrap(&text, SMALL, w);
+            bottom = bottom.max(page.lines(&lines, (middle, y + tallest + 2.0), SMALL, HPos::Center, INK));
+        }
+        y = bottom + LINE / 2.0;
+    }
+    y
+}
+
+fn draw_still(page: &mut Page, still: &Still, area: Area) {
+    let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
+    for (region, style) in &still.boxes {
+        let mut corners: Vec<Point> =
+            region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
+        if corners.iter().any(|c| !c.0.is_finite() || !c.1.is_finite()) {
+            continue;
+        }
+        corners.extend(corners.first().copied());
+        let (rgb, dash, _) = style.look();
+        page.clipped(&corners, &area, Stroke::solid(CASING, 3.2));
+        page.clipped(&corners, &area, Stroke { rgb, width: 1.7, dash });
+    }
+    page.frames.push((area, still.pixels.clone()));
+}

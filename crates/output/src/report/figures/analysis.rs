@@ -1,0 +1,272 @@
+//! `chart`: a chart that an analysis makes, on every tracker.
+//!
+//! Trackers with a curve each share a panel, with a legend that begins with the best of them; where each has a point, names
+//! stand beside the points. A chart with several curves has a panel a tracker. Curves whose names differ in a number alone,
+//! such as the length of a window, have ordered colors.
+
+use super::lines::{Curve, OPERATING, capitalized, compose};
+use super::metrics::SHORT;
+use super::{DrawError, Drawing, Scope};
+use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Marker, Range, Style, Symbol};
+use crate::results::manifest;
+use crate::table::suites::suites_note;
+use trackfail_engine::execute::analyse::Analysed;
+use trackfail_methods::analysis::Chart;
+
+type Points = Vec<(f64, f64)>;
+
+/// Most points of curves that have marks.
+const MAX_MARKED: usize = 16;
+
+/// Draws the chart.
+pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let shows = scope.given("shows", scope.params().shows.as_ref())?;
+    let analyses = scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis);
+    let found: Vec<(&Analysed, &Chart)> = analyses
+        .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))
+        .collect();
+    let reason = format!("there is no analysis {}", shows.analysis);
+    let Some((first, look)) = found.first() else { return Ok(Drawing::NoData(reason)) };
+    let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
+    // The place of a tracker in the experiment gives its color on all pages of it.
+    let place = |label: &str| scope.results.experiment.trackers.iter().position(|t| t.label == label);
+    let of_tracker = |(k, (analysed, chart)): (usize, &(&Analysed, &Chart))| {
+        OfTracker::new(&analysed.tracker, chart, place(&analysed.tracker).unwrap_or(k))
+    };
+    let of_trackers: Option<Vec<OfTracker>> = found.iter().enumerate().map(of_tracker).collect();
+    let axes = |range: Range, y_range: Range| {
+        let y = Axis { log: look.y_log, ..Axis::new(&capitalized(&look.y), y_range) };
+        (Axis::new(&capitalized(&look.x), range), y)
+    };
+    let figure = match of_trackers {
+        Some(trackers) if trackers.iter().all(|t| t.points.len() == 1) => {
+            points(&note, axes(Range::Auto, Range::Auto), &trackers)
+        }
+        Some(trackers) => {
+            let of_share = ["success", "precision"].contains(&look.y.as_str());
+            let range =
+                if of_share && !is_precision_recall(look) { Range::Fixed(0.0, 1.0) } else { Range::Auto };
+            together(&note, axes(Range::Auto, range), trackers, is_precision_recall(look))
+        }
+        None => compose(&note, axes(Range::Auto, Range::FromZero), &by_name(&found), None, Vec::new()),
+    };
+    Ok(Drawing::of_curves(figure, "", reason))
+}
+
+fn is_precision_recall(chart: &Chart) -> bool {
+    chart.x == "recall" && chart.y == "precision"
+}
+
+/// The only curve of a tracker.
+struct OfTracker {
+    name: String,
+    /// The number in the legend; NaN without one.
+    number: f64,
+    /// Its place among all trackers.
+    place: usize,
+    points: Points,
+}
+
+impl OfTracker {
+    /// `None` where the tracker has several curves, or one of another name: a curve without a name, or with a number in
+    /// brackets, is its tracker's.
+    fn new(tracker: &str, chart: &Chart, place: usize) -> Option<Self> {
+        let [(name, points)] = chart.curves.as_slice() else { return None };
+        let number = name.strip_prefix('[').and_then(|n| n.strip_suffix(']'));
+        let name = match number {
+            Some(number) if is_precision_recall(chart) => {
+                let f = number.trim_start_matches('0');
+                format!("{tracker} (AP {}, F {f})", SHORT.format(area(points)))
+            }
+            Some(_) => format!("{tracker} {name}"),
+            None if name.is_empty() => tracker.to_string(),
+            None => return None,
+        };
+        let number = number.and_then(|n| n.parse().ok()).unwrap_or(f64::NAN);
+        Some(Self { name, number, place, points: points.clone() })
+    }
+
+    fn curve(&self, style: Style) -> Curve {
+        let marker = Marker::nth(self.place);
+        let marker = (self.points.len() <= MAX_MARKED).then_some(marker);
+        let entry = Entry::new(Symbol::Line(style, marker), self.name.as_str());
+        plain(String::new(), Some(entry), self.points.clone(), style, marker)
+    }
+}
+
+fn plain(panel: String, entry: Option<Entry>, points: Points, style: Style, marker: Option<Marker>) -> Curve {
+    let (band, published) = (Vec::new(), Vec::new());
+    Curve { panel: Some(panel), entry, points, band, style, marker, operating: None, published }
+}
+
+/// Area under a curve of many points, by trapezoids.
+fn area(points: &[(f64, f64)]) -> f64 {
+    points.windows(2).map(|p| (p[1].0 - p[0].0) * (p[0].1 + p[1].1) / 2.0).sum()
+}
+
+/// The point with the largest F of a curve of precision over recall.
+fn best(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let f = |p: &(f64, f64)| if p.0 + p.1 > 0.0 { 2.0 * p.0 * p.1 / (p.0 + p.1) } else { 0.0 };
+    points.iter().copied().max_by(|a, b| f(a).total_cmp(&f(b)))
+}
+
+/// A point a tracker, with its name beside it.
+fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
+    let curve = |t: &OfTracker| Curve { entry: None, ..t.curve(Style::nth(t.place)) };
+    let curves: Vec<Curve> = trackers.iter().map(curve).collect();
+    let mut figure = compose(note, axes, &curves, None, Vec::new());
+    let names = trackers.iter().filter_map(|t| Some(Mark::Name(*t.points.first()?, t.name.clone())));
+    if let Some(panel) = figure.rows.iter_mut().flatten().next() {
+        panel.marks.extend(names);
+    }
+    figure
+}
+
+/// All trackers in one panel, the best one first in the legend. Line styles differ too, so that equal curves show.
+fn together(
+    note: &str,
+    axes: (Axis, Axis),
+    mut trackers: Vec<OfTracker>,
+    is_precision_recall: bool,
+) -> Figure {
+    let key = |t: &OfTracker| if t.number.is_nan() { f64::NEG_INFINITY } else { t.number };
+    trackers.sort_by(|a, b| key(b).total_cmp(&key(a)));
+    let curve = |t: &OfTracker| {
+        let style = Style { dash: Dash::nth(t.place), ..Style::nth(t.place) };
+        let operating = best(&t.points).filter(|_| is_precision_recall);
+        Curve { operating, ..t.curve(style) }
+    };
+    let curves: Vec<Curve> = trackers.iter().map(curve).collect();
+    let mut figure = compose(note, axes, &curves, None, Vec::new());
+    figure.form = Form::Square;
+    for entry in figure.legend.iter_mut().filter(|entry| entry.name == OPERATING) {
+        entry.name = "largest F".to_string();
+    }
+    if is_precision_recall {
+        figure.rows.iter_mut().flatten().for_each(|panel| panel.marks.insert(0, Mark::IsoF));
+    }
+    figure
+}
+
+/// Names that differ in one number alone: the numbers, in the order of the names.
+fn numbers(names: &[&str]) -> Option<Vec<f64>> {
+    let split = |name: &str| {
+        let from = name.find(|c: char| c.is_ascii_digit())?;
+        let tail = &name[from..];
+        let length = tail.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(tail.len());
+        let number: f64 = tail[..length].parse().ok()?;
+        Some((name[..from].to_string(), number, tail[length..].to_string()))
+    };
+    let parts: Vec<_> = names.iter().map(|name| split(name)).collect::<Option<_>>()?;
+    let is_like = |p: &(String, f64, String)| (&p.0, &p.2) == (&parts[0].0, &parts[0].2);
+    let grows = parts.windows(2).all(|p| p[0].1 < p[1].1);
+    (parts.len() > 2 && parts.iter().all(is_like) && grows).then(|| parts.iter().map(|p| p.1).collect())
+}
+
+/// The points of a curve, with a gap where the values of empty bins are left out: on a logarithmic axis these have no
+/// place, and a line over them would say that there is something. Points that are not the middles of equal bins are as
+/// they are.
+fn broken(points: &[(f64, f64)]) -> Points {
+    let steps = || points.windows(2).map(|p| p[1].0 - p[0].0);
+    let bin = steps().fold(f64::INFINITY, f64::min);
+    let is_whole = |step: f64| (step / bin - (step / bin).round()).abs() < 1e-3;
+    if points.len() < 4 || bin <= 0.0 || !steps().all(is_whole) {
+        return points.to_vec();
+    }
+    let mut out = points[..1].to_vec();
+    for p in points.windows(2) {
+        if p[1].0 - p[0].0 > 1.5 * bin {
+            out.push((f64::NAN, f64::NAN));
+        }
+        out.push(p[1]);
+    }
+    out
+}
+
+/// Several curves by name: a panel a tracker.
+fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<Curve> {
+    let all = || found.iter().flat_map(|(_, chart)| &chart.curves);
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in all() {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    let is_ordered = numbers(&names).is_some();
+    // Marks stand on all curves of a chart or on none.
+    let few = all().all(|(_, points)| points.len() <= MAX_MARKED);
+    let of_chart = |(analysed, chart): &(&Analysed, &Chart)| {
+        let curve = |(name, points): &(String, Points)| {
+            let k = names.iter().position(|n| n == name).unwrap_or(0);
+            let style = match is_ordered {
+                true => Style::new(Color::ordered(k, names.len()), Dash::Solid),
+                false => Style { dash: Dash::nth(k), ..Style::nth(k) },
+            };
+            let marker = few.then_some(Marker::nth(k));
+            let entry = Entry::new(Symbol::Line(style, marker), name.as_str());
+            let points = if chart.y_log { broken(points) } else { points.clone() };
+            plain(analysed.tracker.clone(), Some(entry), points, style, marker)
+        };
+        chart.curves.iter().map(curve).collect::<Vec<_>>()
+    };
+    found.iter().flat_map(of_chart).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_with_a_growing_number_are_ordered() {
+        assert_eq!(numbers(&["L = 1", "L = 5", "L = 10"]), Some(vec![1.0, 5.0, 10.0]));
+        let below = numbers(&["error below 0.1", "error below 0.2", "error below 1"]);
+        assert_eq!(below, Some(vec![0.1, 0.2, 1.0]));
+        assert_eq!(numbers(&["deviance", "penalty, d = 1", "penalty, d = 50"]), None);
+        assert_eq!(numbers(&["a 1", "b 2", "c 3"]), None);
+        assert_eq!(numbers(&["a 1", "a 2"]), None);
+    }
+
+    #[test]
+    fn a_line_does_not_go_over_empty_bins() {
+        let at = |places: &[f64]| places.iter().map(|x| (*x, 1.0)).collect::<Vec<_>>();
+        let shown = |places: &[f64]| broken(&at(places)).iter().map(|p| p.0).collect::<Vec<_>>();
+        let gaps = shown(&[0.5, 1.5, 2.5, 4.5, 5.5]);
+        assert_eq!((gaps.len(), gaps[3].is_nan(), gaps[4]), (6, true, 4.5));
+        assert_eq!(shown(&[0.5, 1.5, 2.5, 3.5]).len(), 4);
+        // A grid of rates is none of bins.
+        assert_eq!(shown(&[0.001, 0.005, 0.0175, 0.05, 0.1]).len(), 5);
+    }
+
+    fn trackers(n: usize, length: usize) -> Vec<OfTracker> {
+        let of = |k: usize| {
+            let points = (0..length).map(|x| (x as f64, (k * x) as f64)).collect();
+            let curves = vec![(format!("[0.{k:02}]"), points)];
+            let chart =
+                Chart { name: String::new(), x: String::new(), y: String::new(), y_log: false, curves };
+            OfTracker::new(&format!("T{k}"), &chart, k).expect("a curve of a tracker")
+        };
+        (0..n).map(of).collect()
+    }
+
+    #[test]
+    fn many_trackers_share_a_panel_and_the_best_is_first_in_the_legend() {
+        let figure = together("", Default::default(), trackers(15, 40), false);
+        let names: Vec<&str> = figure.legend.iter().map(|e| e.name.as_str()).collect();
+        assert_eq!((figure.rows[0].len(), names.len()), (1, 15));
+        assert_eq!((names[0], names[14]), ("T14 [0.14]", "T0 [0.00]"));
+        let figure = together("", Default::default(), trackers(5, 40), true);
+        assert_eq!(figure.legend.last().map(|e| e.name.as_str()), Some("largest F"));
+        let figure = points("", Default::default(), &trackers(14, 1));
+        let is_name = |mark: &&Mark| matches!(mark, Mark::Name(..));
+        assert_eq!(figure.rows[0][0].marks.iter().filter(is_name).count(), 14);
+        assert!(figure.legend.is_empty());
+    }
+
+    // By hand: trapezoids of 1 by .75 and 1 by .25; F is largest at (1, .5).
+    #[test]
+    fn the_area_and_the_best_point_by_hand() {
+        let points = [(0.0, 1.0), (1.0, 0.5), (2.0, 0.0)];
+        assert!((area(&points) - 1.0).abs() < 1e-12);
+        assert_eq!(best(&points), Some((1.0, 0.5)));
+    }
+}

@@ -1,0 +1,268 @@
+//! `sweep`, `curve` and `delay`: a metric over a grid axis, one metric over another, and how soon after an event it is found.
+
+use super::bands::{self, Bands};
+use super::lines::{Line, arrange, capitalized};
+use super::{DrawError, Drawing, Scope, published};
+use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, Symbol};
+use crate::report::operating;
+use crate::report::standings::ordering_metric;
+use crate::results::{Measure, TrackSeries};
+use crate::sampling::Sampling;
+use crate::table::layout::is_anchor;
+use crate::table::number;
+use trackfail_methods::score::khalid2016::TOLERANCE;
+use trackfail_methods::score::{Metric, TrackScore};
+
+/// How an average precision is printed: `.26`.
+pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
+/// The line of a method that knows nothing.
+const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
+
+/// The line of a method on a tracker with these other axes of its grid, a new one where there is none yet.
+fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) -> (usize, &'l mut Line) {
+    let is_it = |l: &Line| (&l.method, &l.tracker, &l.others[..]) == (&m.method, &m.tracker, others);
+    let k = lines.iter().position(is_it).unwrap_or_else(|| {
+        let (method, tracker, others) = (m.method.clone(), m.tracker.clone(), others.to_vec());
+        lines.push(Line { method, tracker, others, ..Line::default() });
+        lines.len() - 1
+    });
+    (k, &mut lines[k])
+}
+
+/// Draws a metric over a grid axis: a curve for each tracker, method and combination of the other axes.
+pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let params = scope.params();
+    let metric = *scope.given("metric", params.metric.as_ref())?;
+    let x = scope.given("x", params.x_axis.as_ref())?;
+    let experiment = &scope.results.experiment;
+    let shown = || scope.results.measures.iter().filter(|m| params.methods.contains(&m.method));
+    let mut ends: Vec<f64> =
+        shown().flat_map(Measure::point).filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.dedup();
+    let bands = Bands::new(scope.results, scope.units);
+    let mut lines: Vec<Line> = Vec::new();
+    for m in shown() {
+        let (own, others): (Vec<_>, Vec<_>) = m.point().into_iter().partition(|(axis, _)| axis == x);
+        let own = own.first().map(|(_, at)| *at);
+        let (value, bounds) = (m.value(metric).unwrap_or(f64::NAN), bands.bounds(m, metric));
+        let (_, line) = line_of(&mut lines, m, &others);
+        line.published = published::along(experiment, m, metric, x);
+        line.marked |= own.is_some();
+        // A method that knows nothing of the axis is the same all along it.
+        for at in own.map_or(ends.clone(), |at| vec![at]) {
+            line.points.push((at, value));
+            line.band.push(bounds);
+        }
+        let method = experiment.methods.iter().find(|method| method.name == m.method);
+        let operated = method.filter(|method| method.variants.len() > 1).and_then(operating::variant);
+        if operated.is_some_and(|v| v.params() == m.params) {
+            line.operating = own.map(|at| (at, value));
+        }
+    }
+    for line in &mut lines {
+        let mut order: Vec<usize> = (0..line.points.len()).collect();
+        order.sort_by(|a, b| line.points[*a].0.total_cmp(&line.points[*b].0));
+        (line.points, line.band) = order.iter().map(|k| (line.points[*k], line.band[*k])).unzip();
+    }
+    let axes = (Axis::new(&capitalized(x), Range::Auto), Axis::new(&metric.title(), Range::FromZero));
+    let mut figure = arrange(experiment, &scope.note, axes, &lines);
+    let style = Style { width: 1.1, ..Style::new(Color::Gray, Dash::Dashed) };
+    for at in uprights(scope, x, &params.methods).into_iter().filter(|at| ends.contains(at)) {
+        behind(&mut figure, &Mark::Upright(at, style));
+        figure.legend.push(Entry::new(Symbol::Upright(style), format!("published {x} {at}")));
+    }
+    let has_ring = lines.iter().any(|line| line.operating.is_some());
+    let remark = if has_ring { " Rings are at the published parameters." } else { "" };
+    Ok(Drawing::of_curves(figure, remark, format!("{} has no value for any {x}", metric.name())))
+}
+
+/// Puts a mark into all panels, behind everything else.
+fn behind(figure: &mut Figure, mark: &Mark) {
+    figure.rows.iter_mut().flatten().for_each(|panel| panel.marks.insert(0, mark.clone()));
+}
+
+/// The published value of the axis for each method: upright lines, equal ones once.
+fn uprights(scope: &Scope<'_>, x: &str, methods: &[String]) -> Vec<f64> {
+    let shown = scope.results.experiment.methods.iter().filter(|m| methods.contains(&m.name));
+    let published = shown.filter_map(operating::published).flatten();
+    let mut values: Vec<f64> = published.filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
+/// Area under precision over recall, a sum of steps: of each point its precision, over the recall that it adds to the
+/// points before it (in order of recall, the first from 0).
+fn average_precision(points: &[(f64, f64)]) -> f64 {
+    let mut before = 0.0;
+    let mut area = 0.0;
+    for (recall, precision) in points.iter().filter(|p| p.0.is_finite() && p.1.is_finite()) {
+        area += (recall - before) * precision;
+        before = *recall;
+    }
+    area
+}
+
+/// A point of a curve, with what it is made of.
+#[derive(Clone, Copy)]
+struct At {
+    point: (f64, f64),
+    bounds: (f64, f64),
+    /// The metric that methods are ordered by, larger is better.
+    worth: f64,
+    is_published: bool,
+}
+
+/// Orders the points of a curve by recall where that is one of the metrics, so that it does not turn back where a threshold
+/// finds less than a stricter one; else by what is along x. Of equal ones the best is first.
+fn ordered(points: &mut [At], y: Metric) {
+    let by_y = y == Metric::RECALL;
+    let key = |at: &At| if by_y { (at.point.1, at.point.0) } else { (at.point.0, -at.point.1) };
+    points.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+}
+
+/// Draws one metric over another: a curve for each tracker, method and combination of the axes after the first.
+pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let params = scope.params();
+    let y = *scope.given("metric", params.metric.as_ref())?;
+    let x = *scope.given("x", params.x_metric.as_ref())?;
+    let (results, experiment) = (scope.results, &scope.results.experiment);
+    let best_by = ordering_metric(experiment);
+    let bands = Bands::new(results, scope.units);
+    let (mut lines, mut points): (Vec<Line>, Vec<Vec<At>>) = (Vec::new(), Vec::new());
+    for method in &params.methods {
+        let known = experiment.methods.iter().find(|m| m.name == *method);
+        let operated = known.and_then(operating::variant);
+        for m in results.measures.iter().filter(|m| m.method == *method) {
+            let others: Vec<(String, f64)> = m.point().into_iter().skip(1).collect();
+            let (k, line) = line_of(&mut lines, m, &others);
+            line.marked = true;
+            line.published = published::point(experiment, m, x, y).into_iter().collect();
+            points.resize_with(points.len().max(k + 1), Vec::new);
+            points[k].push(At {
+                point: (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN)),
+                bounds: bands.bounds(m, y),
+                worth: m.value(best_by).unwrap_or(f64::NEG_INFINITY),
+                is_published: operated.is_some_and(|v| v.params() == m.params),
+            });
+        }
+    }
+    let is_precision_recall = (x, y) == (Metric::RECALL, Metric::PRECISION);
+    let (mut has_published, mut has_best) = (false, false);
+    for (line, points) in lines.iter_mut().zip(&mut points) {
+        points.retain(|at| at.point.0.is_finite() && at.point.1.is_finite());
+        ordered(points, y);
+        line.points = points.iter().map(|at| at.point).collect();
+        if points.len() < 2 || is_anchor(experiment, &line.method) {
+            continue;
+        }
+        line.band = points.iter().map(|at| at.bounds).collect();
+        let printed = points.iter().find(|at| at.is_published);
+        let best = points.iter().max_by(|a, b| a.worth.total_cmp(&b.worth));
+        has_published |= printed.is_some();
+        has_best |= printed.is_none();
+        line.operating = printed.or(best).map(|at| at.point);
+        if is_precision_recall {
+            line.summary = format!("AP {}", SHORT.format(average_precision(&line.points)));
+        }
+    }
+    let best = best_by.heading();
+    let mut remark = match (has_published, has_best) {
+        (true, false) => " Rings are at the published parameters.".to_string(),
+        (true, true) => format!(
+            " Rings are at the published parameters, or where none are at the best {best} of these sequences."
+        ),
+        (false, true) => format!(" Rings are at the best {best} of these sequences."),
+        (false, false) => String::new(),
+    };
+    let all = |side: fn(&(f64, f64)) -> f64| lines.iter().flat_map(|l| &l.points).map(side);
+    let bounds = lines.iter().flat_map(|l| &l.band).flat_map(|b| [b.0, b.1]).filter(|b| b.is_finite());
+    let axes = (
+        Axis::new(&x.title(), range(x, all(|p| p.0))),
+        Axis::new(&y.title(), range(y, all(|p| p.1).chain(bounds))),
+    );
+    let figure = arrange(experiment, &scope.note, axes, &lines);
+    let mut figure = Figure { form: Form::Square, ..figure };
+    if is_precision_recall {
+        remark.push_str(
+            " AP is the area under the points in steps, from recall 0 to the largest one. Dashed lines have equal F.",
+        );
+        behind(&mut figure, &Mark::IsoF);
+    }
+    let reason = format!("{} and {} have no value", y.name(), x.name());
+    if (x, y) == (Metric::FPR, Metric::RECALL) && lines.iter().any(|line| !line.points.is_empty()) {
+        behind(&mut figure, &Mark::line(vec![(0.0, 0.0), (1.0, 1.0)], CHANCE));
+        figure.legend.push(Entry::new(Symbol::Line(CHANCE, None), "chance"));
+    }
+    Ok(Drawing::of_curves(figure, &remark, reason))
+}
+
+/// Shares begin at 0 and end at 1, or before where there is nothing near; other values at what there is.
+fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
+    let highest = values.clone().fold(0.0, f64::max);
+    let end = [0.1, 0.2, 0.5, 1.0].into_iter().find(|end| highest <= *end);
+    let is_share = metric.unit().is_empty() && values.clone().all(|v| v >= 0.0);
+    match end.filter(|_| is_share) {
+        Some(end) => Range::Fixed(0.0, end),
+        None if values.clone().all(|v| v >= 0.0) => Range::FromZero,
+        None => Range::Auto,
+    }
+}
+
+/// Draws the share of events that a detection matched by a number of frames after them, one curve for each method without a
+/// grid, on every tracker that it runs on; first runs.
+pub(super) fn delay(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+    let (results, mut lines) = (scope.results, Vec::new());
+    let sampling = Sampling::new(&results.experiment);
+    for tracker in &results.experiment.trackers {
+        for method in &scope.params().methods {
+            let Some(protocol) = results.experiment.protocol_of(method) else { continue };
+            let score = |track: &TrackSeries| {
+                let series = track.method(method)?;
+                Some(track.judge(protocol, &series.alarm, &series.changes))
+            };
+            let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
+            let scores: Vec<TrackScore> = tracks.filter_map(score).collect();
+            let Some(points) = found_by(&scores) else { continue };
+            let (method, tracker, band) = (method.clone(), tracker.label.clone(), bounds(&scores, &sampling));
+            lines.push(Line { method, tracker, points, band, ..Line::default() });
+        }
+    }
+    let axes = (
+        Axis::new("Frames after the event", Range::Auto),
+        Axis::new("Share of events found", Range::Fixed(0.0, 1.0)),
+    );
+    let figure = arrange(&results.experiment, &scope.note, axes, &lines);
+    Ok(Drawing::of_curves(figure, "", "no method has an event to find".to_string()))
+}
+
+/// For every delay d in frames, from the tolerance before an event to the tolerance after it, the share of all
+/// events whose matched detection came at most d frames after them; it ends at the recall of events. None
+/// without an event.
+fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
+    let events: usize = scores.iter().map(|s| s.events.len()).sum();
+    let delays: Vec<i64> = scores.iter().flat_map(TrackScore::delays).collect();
+    let tolerance = TOLERANCE as i64;
+    let share = |d: i64| delays.iter().filter(|delay| **delay <= d).count() as f64 / events as f64;
+    (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
+}
+
+/// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each.
+fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
+    let tolerance = TOLERANCE as i64;
+    let at = |d: i64| {
+        let unit = |s: &TrackScore| {
+            let found = s.delays().filter(|delay| *delay <= d).count();
+            [found as i64, s.events.len() as i64]
+        };
+        bands::ratio(&scores.iter().map(unit).collect::<Vec<_>>(), sampling)
+    };
+    (-tolerance..=tolerance).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests;

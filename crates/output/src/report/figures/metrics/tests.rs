@@ -1,0 +1,59 @@
+use super::*;
+
+fn at(x: f64, y: f64) -> At {
+    At { point: (x, y), bounds: (f64::NAN, f64::NAN), worth: y, is_published: false }
+}
+
+fn in_order(points: &[(f64, f64)], y: Metric) -> Vec<(f64, f64)> {
+    let mut all: Vec<At> = points.iter().map(|p| at(p.0, p.1)).collect();
+    ordered(&mut all, y);
+    all.into_iter().map(|at| at.point).collect()
+}
+
+// A threshold that finds less than a stricter one would turn the curve back.
+#[test]
+fn points_are_in_the_order_of_recall() {
+    let points = [(0.4, 0.2), (0.1, 0.9), (0.4, 0.5), (0.3, 0.6)];
+    let expected = [(0.1, 0.9), (0.3, 0.6), (0.4, 0.5), (0.4, 0.2)];
+    assert_eq!(in_order(&points, Metric::PRECISION), expected);
+    let points = [(0.2, 0.4), (0.1, 0.4), (0.3, 0.2)];
+    assert_eq!(in_order(&points, Metric::RECALL), [(0.3, 0.2), (0.1, 0.4), (0.2, 0.4)]);
+}
+
+// By hand: .1 at .9, .2 more at .6 and .1 more at .5; the second point at .4 adds nothing.
+#[test]
+fn average_precision_is_a_sum_of_steps() {
+    let points = [(0.1, 0.9), (0.3, 0.6), (0.4, 0.5), (0.4, 0.2), (0.5, f64::NAN)];
+    assert!((average_precision(&points) - (0.09 + 0.12 + 0.05)).abs() < 1e-12);
+    assert_eq!((SHORT.format(0.261), SHORT.format(1.0)), (".26".to_string(), "1.00".to_string()));
+}
+
+#[test]
+fn shares_end_at_a_round_number_beyond_them() {
+    let of = |metric, values: &[f64]| range(metric, values.iter().copied());
+    assert_eq!(of(Metric::RECALL, &[0.1, 0.3]), Range::Fixed(0.0, 0.5));
+    assert_eq!(of(Metric::DELAY_MEDIAN, &[0.5, -1.0]), Range::Auto);
+    assert_eq!(of(Metric::F_OVER_CHANCE, &[0.5, -0.1]), Range::Auto);
+}
+
+// By hand: four events on two tracks, found 2 frames early, at once and 5 frames late; one is missed.
+#[test]
+fn shares_add_up_to_the_recall() {
+    let score = |events: &[usize], detections: &[usize], matches: &[(usize, usize)]| TrackScore {
+        events: events.into(),
+        detections: detections.into(),
+        matches: matches.into(),
+        ..TrackScore::default()
+    };
+    let tracks = [
+        score(&[20, 40, 80], &[3, 18, 85], &[(0, 1), (2, 2)]),
+        score(&[30], &[30], &[(0, 0)]),
+        score(&[], &[7], &[]),
+    ];
+    let points = found_by(&tracks).unwrap();
+    let at = |d: f64| points.iter().find(|p| p.0 == d).map(|p| p.1);
+    assert_eq!((points.len(), at(-5.0), at(-3.0)), (11, Some(0.0), Some(0.0)));
+    assert_eq!((at(-2.0), at(-1.0), at(0.0), at(4.0)), (Some(0.25), Some(0.25), Some(0.5), Some(0.5)));
+    assert_eq!(at(5.0), Some(0.75));
+    assert_eq!(found_by(&tracks[2..]), None);
+}
