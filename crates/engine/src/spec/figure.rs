@@ -58,6 +58,12 @@ pub const FIGURE_KINDS: &[FigureKind] = &[
         optional: &[FigureKey::MethodsWithoutGrid],
     },
     FigureKind {
+        word: "warning",
+        summary: "AUROC of a loss within the next frames, over their number, a curve for each method without a grid",
+        required: &[],
+        optional: &[FigureKey::MethodsWithoutGrid],
+    },
+    FigureKind {
         word: "chart",
         summary: "a chart that an analysis makes",
         required: &[FigureKey::Shows],
@@ -82,7 +88,7 @@ pub enum FigureKey {
     XMetric,
     /// `methods`: methods, with or without a grid; all when left out.
     Methods,
-    /// `methods`: methods without a grid, whose series are kept frame by frame; all of these when left out.
+    /// `methods`: methods without a grid; all of these when left out.
     MethodsWithoutGrid,
     /// `tracker`: the label of a tracker.
     Tracker,
@@ -278,7 +284,8 @@ fn methods_without_grid(
     let mut methods = read_methods(source, wire.methods.as_deref(), words)?;
     let has_grid = |m: &&Spanned<String>| !words.drawn.contains(m.get_ref());
     let error = |wrong: &Spanned<String>| {
-        let message = format!("`{}` has a grid; delays are drawn of methods without one", wrong.get_ref());
+        let message =
+            format!("`{}` has a grid; this kind of figure shows methods without one", wrong.get_ref());
         Err::<(), _>(source.error(wrong.span(), message))
     };
     Errors::collect(wire.methods.iter().flatten().filter(has_grid).map(error))?;

@@ -39,6 +39,17 @@ What a frame counts as that has no box of the tracker. A result file has none wh
 | no ground truth | a miss; by `otb-matlab/1` a hit of the precision | a miss; by pysot's two a hit of the precision; left out of `average-overlap` | no target | no target | in no mean | left out |
 ";
 
+const INTERVALS: &str = "
+## Intervals and tests
+
+Bounds are 95 % intervals by bootstrap over sequences: 5000 samples for counts, the same for all numbers of a page, and up to 1000
+for measures of frames. Pairs are compared by a two-sided permutation test that exchanges the numbers of the two within
+sequences: all patterns of up to 16 sequences that differ, else 5000 random ones. Holm's correction is for all pairs of a
+group; of more than 12 methods, the best is tested against each of the others. Mean ranks are means over sequences, with
+Friedman's test and Nemenyi's critical difference. In a leaderboard `first` and `keeps rank` are shares of the bootstrap
+samples; equal methods share a rank, and anchors have none.
+";
+
 fn better(direction: Direction) -> &'static str {
     match direction {
         Direction::HigherIsBetter => "higher",
@@ -71,7 +82,7 @@ pub fn metrics_page() -> String {
         let better = better(m.direction);
         page += &format!("| `{}` | {} | {} | {better} | {} |\n", m.name, m.heading, m.unit, m.formula);
     }
-    page + WITHOUT_BOX
+    page + WITHOUT_BOX + INTERVALS
 }
 
 #[cfg(test)]

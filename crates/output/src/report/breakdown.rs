@@ -10,7 +10,7 @@ use crate::table::number::Style;
 use trackfail_methods::score::FrameMeasures;
 
 /// Column, and the measure in it.
-const COLUMNS: [(&str, &str); 9] = [
+const COLUMNS: [(&str, &str); 10] = [
     ("losses", "losses"),
     ("AUROC", "auroc"),
     ("AUROC from", "auroc_low"),
@@ -19,6 +19,7 @@ const COLUMNS: [(&str, &str); 9] = [
     ("found from", "found_at_5_low"),
     ("found to", "found_at_5_high"),
     ("found at 2", "found_at_2"),
+    ("within 15", "auroc_within_15"),
     ("ECE", "ece"),
 ];
 
@@ -38,9 +39,8 @@ pub fn table(results: &Results) -> Option<TableLayout> {
         .filter(|(_, rows)| rows.len() > 1)
         .map(|(name, rows)| group(name, name.to_string(), rows))
         .collect();
-    let caption = "Measures by family of trackers and source of videos, with 95 % bounds by bootstrap over sequences; found at 5 \
-                   and at 2: share of losses found within 15 frames at so many false alarms per 1000 good frames, with a \
-                   threshold for each row.";
+    let caption = "Measures by family of trackers and source of videos, with 95 % intervals; found at 5, at 2: losses found at \
+                   so many false alarms per 1000 good frames; within 15: AUROC of a loss within the next 15 frames.";
     let columns = COLUMNS.map(|(name, _)| name);
     let is_empty = groups.is_empty();
     let table = layouts::table("breakdown", caption.to_string(), "tracks", &columns, groups);

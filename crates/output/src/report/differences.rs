@@ -47,10 +47,8 @@ pub fn table(of: &Standings, results: &Results, pairs: &[Pair]) -> TableLayout {
         (name.clone(), cells)
     };
     let rows = ranked.iter().enumerate().map(row).collect();
-    let caption = "AUROC is the area under the ROC curve, all trackers together; found at 5 the share of losses found within 15 \
-                   frames at 5 false alarms per 1000 good frames. Differences are those from the best method by AUROC that was \
-                   run on the same tracks, with 95 % bounds by bootstrap over the same sequences for both; a method without a \
-                   better one has none. frame_pairs.csv has all other pairs.";
+    let caption = "AUROC and share of losses found at 5 false alarms per 1000 good frames, all trackers together, and differences \
+                   from the best method run on the same tracks.";
     let mut columns = ["reads", "AUROC", "found at 5", "compared with"].map(Label::from).to_vec();
     for difference in ["AUROC difference", "found difference"] {
         let bound = |end: &str| Label::shown_as(format!("{difference}, {end}"), format!("95 % {end}"));

@@ -10,6 +10,7 @@ mod machine;
 mod metrics;
 pub(super) mod published;
 mod strips;
+mod warning;
 
 use crate::figure::{Figure, FigureError, Files, Mark, PER_INCH};
 use crate::results::{Results, ResultsError, TrackSeries};
@@ -26,6 +27,7 @@ const DRAWERS: &[(&str, Draw)] = &[
     ("sweep", metrics::sweep),
     ("curve", metrics::curve),
     ("delay", metrics::delay),
+    ("warning", warning::draw),
     ("chart", analysis::draw),
     ("machine", machine::draw),
 ];

@@ -15,7 +15,7 @@
 use super::layout::{Cell, Group, Label, LabelKind, Origin, Row, TableLayout, is_anchor};
 use super::number::Style;
 use crate::results::{Measure, method_label};
-use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Units, along, metric_of_sum};
+use crate::sampling::{BySequence, MIN_SEQUENCES, Units, along, metric_of_sum};
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use trackfail_core::direction::Direction;
@@ -92,22 +92,19 @@ pub fn leaderboard(
         caption.push('.');
     }
     let (beside, how) = if metric.is_of_frames() {
-        let how = "low, high: bounds of its 95 % bootstrap interval over sequences, where it has one (equal methods share a \
-                   rank; anchors have none)";
-        (["low", "high"], how.to_string())
+        (["low", "high"], "low, high: 95 % interval over sequences")
     } else {
-        let how = format!(
-            "first, keeps rank: shares of {SAMPLES} bootstrap samples of the sequences in which a method is first, and in \
-             which it has its rank here (equal ones share a rank; anchors have none)"
-        );
-        (["first", "keeps rank"], how)
+        (
+            ["first", "keeps rank"],
+            "first, keeps rank: share of bootstrap samples in which a method is first, or has this rank",
+        )
     };
     let has_failed = groups.iter().flat_map(|g| &g.rows).flat_map(|r| &r.cells).any(|c| c.failed > 0);
     let left_out = if has_failed { " † No result where other methods have one, so no rank." } else { "" };
     let (name, suite) = (metric.heading(), &experiment.suites[TEST]);
     TableLayout {
         name: table.name.clone(),
-        caption: format!("{caption} In order of {name}; {how}. Suite {suite}: {data_note}.{left_out}"),
+        caption: format!("{caption} By {name}; {how}. Suite {suite}: {data_note}.{left_out}"),
         data: data_note.to_string(),
         corner: "method".to_string(),
         columns: vec!["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()],

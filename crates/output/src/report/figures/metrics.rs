@@ -16,7 +16,7 @@ use trackfail_methods::score::{Metric, TrackScore};
 /// How an average precision is printed: `.26`.
 pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
 /// The line of a method that knows nothing.
-const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
+pub(super) const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
 
 /// The line of a method on a tracker with these other axes of its grid, a new one where there is none yet.
 fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) -> (usize, &'l mut Line) {
@@ -78,7 +78,7 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
 }
 
 /// Puts a mark into all panels, behind everything else.
-fn behind(figure: &mut Figure, mark: &Mark) {
+pub(super) fn behind(figure: &mut Figure, mark: &Mark) {
     figure.rows.iter_mut().flatten().for_each(|panel| panel.marks.insert(0, mark.clone()));
 }
 

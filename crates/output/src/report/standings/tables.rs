@@ -1,14 +1,13 @@
 //! Standings as the tables `uncertainty` and `pairs`, and mean ranks as a diagram.
 
-use super::{Estimate, Field, MAX_COMPETITORS, Measured, Pair, Standing, Standings};
+use super::{Estimate, Field, Measured, Pair, Standing, Standings};
 use crate::figure::{Color, Dot, DotPanel, Dots, Figure};
 use crate::report::colors;
 use crate::report::layouts::{cell, group, table};
-use crate::sampling::{LEVEL, SAMPLES};
+use crate::sampling::LEVEL;
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use crate::table::leaderboard::better_first;
 use trackfail_core::direction::Direction;
-use trackfail_core::num::pooled;
 use trackfail_core::num::ranks::{Friedman, critical_difference};
 
 /// A p-value as a table has it.
@@ -80,9 +79,8 @@ pub fn intervals(of: &Standings) -> TableLayout {
         None => ("tracker", ""),
     };
     let (what, way) = words(measured);
-    let caption = format!(
-        "{what}, {way}, with 95 % bounds by bootstrap over sequences ({SAMPLES} samples), and mean rank, 1 the best.{not_ranked}"
-    );
+    let caption =
+        format!("{what}, {way}, with 95 % intervals over sequences, and mean rank, 1 the best.{not_ranked}");
     let columns = [measured.title.as_str(), "95 % from", "95 % to", "sequences", "mean rank", "Friedman's p"];
     table("uncertainty", caption, who, &columns, of.fields.iter().map(of_field).collect())
 }
@@ -113,11 +111,8 @@ pub fn pairs(of: &Standings) -> TableLayout {
         |field: &Field| group(&field.label, field.label.clone(), field.pairs.iter().map(of_pair).collect());
     let (what, way) = words(&of.measured);
     let caption = format!(
-        "Difference of {what} on the same sequences, {way}, with 95 % bounds by bootstrap over sequences ({SAMPLES} \
-         samples) and the two-sided p of the permutation test that exchanges the numbers of the two within sequences (all patterns up to {} sequences that differ, else {SAMPLES} random \
-         ones), by itself and after Holm's correction for all pairs of its group. Of more than {MAX_COMPETITORS} methods, the \
-         best is tested against each of the others.",
-        pooled::EXACT_UP_TO
+        "Difference of {what} on the same sequences, {way}, with 95 % intervals and p of a permutation test, by itself and \
+         after Holm's correction."
     );
     let columns = ["difference", "95 % from", "95 % to", "p", "p (Holm)", "sequences"];
     let fields = of.fields.iter().filter(|field| !field.pairs.is_empty());
