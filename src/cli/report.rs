@@ -87,7 +87,7 @@ fn write_paper(
 /// The name of an experiment that is asked for by name, or by a file.
 fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
     let path = Path::new(asked);
-    if !path.is_file() {
+    if !path.is_file() && path.extension().is_none_or(|end| end != "toml") {
         return Ok((asked.to_string(), None));
     }
     let name = name_of(path).map_err(Failure::usage)?;

@@ -150,6 +150,10 @@ fn captions_order_and_selection_change_without_another_run() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
     assert!(told.contains("b.toml") && told.contains("other: method"), "{told}");
+    let output = report("c.toml");
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("c.toml") && told.contains("No such file"), "{told}");
 }
 
 #[test]

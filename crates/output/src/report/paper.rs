@@ -55,7 +55,9 @@ pub struct Chosen<'a> {
 /// # Errors
 /// When a file cannot be read or written.
 pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
-    let (mut macros, mut body) = (String::new(), String::new());
+    let mut macros = String::new();
+    // LaTeX has room for few floats that wait for their page.
+    let mut body: Vec<String> = Vec::new();
     for Chosen { experiment, report, items } in chosen {
         let stem = experiment.replace('/', "-");
         let copy = |from: &str, name: &str| -> Result<(), WriteError> {
@@ -69,20 +71,21 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
             let label = format!("{stem}-{name}");
             let Some(caption) = caption else {
                 copy(file, &format!("{label}.tex"))?;
-                body.push_str(&format!("\\input{{{label}}}\n"));
+                body.push(format!("\\input{{{label}}}\n"));
                 continue;
             };
             copy(file, &format!("{label}.pdf"))?;
             let (float, caption) = (if *is_wide { "figure*" } else { "figure" }, latex_escape(caption));
-            body.push_str(&format!(
+            body.push(format!(
                 "\\begin{{{float}}}\n\\centering\n\\includegraphics[width=\\linewidth]{{{label}}}\n\\caption{{{caption}}}\n\
                  \\label{{fig:{label}}}\n\\end{{{float}}}\n"
             ));
         }
     }
     let document = format!(
-        "\\documentclass[twocolumn]{{article}}\n\\usepackage{{booktabs,graphicx,siunitx}}\n{macros}\\begin{{document}}\n{body}\
-         \\end{{document}}\n"
+        "\\documentclass[twocolumn]{{article}}\n\\usepackage{{booktabs,graphicx,siunitx}}\n{macros}\\begin{{document}}\n{}\
+         \\end{{document}}\n",
+        body.join("\\clearpage\n")
     );
     Ok(store::write_derived(&folder.join(DOCUMENT), document.as_bytes())?)
 }
