@@ -16,42 +16,34 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
-//! | `breakdown` | says what each method is worth by family of trackers and source of videos |
-//! | `differences` | says how far methods are behind the best one frame by frame |
 //! | `standings` | says which method or tracker is the best, and how sure that is |
+//! | `sources` | says where the numbers come from |
+//! | `sentences` | words what all of these say |
 //! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
 //! | [`explain`](mod@explain) | takes numbers of tables apart |
 //! | [`verdict`] | says in sentences when a user's tracker has lost its target |
-//! | [`page`] | the data of the page |
+//! | [`page`] | the data of the page, as HTML and as Markdown |
 //! | `glance` | chooses the figure and the table at the head of it |
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`paper`] | puts chosen tables and figures into one folder, for LaTeX |
 //! | [`site`] | the page over all reports |
 //! | [`user_track`] | shows a user's own track: page, figure, frames |
 
-mod breakdown;
 pub mod claims;
 mod colors;
-mod differences;
 pub mod explain;
-mod facts;
 pub mod figures;
-mod files;
 pub mod finished;
 mod glance;
-mod html;
-mod layouts;
-mod learned_on_test;
-mod markdown;
 mod operating;
 pub mod page;
 pub mod pairs;
 pub mod paper;
-mod provenance;
 mod readings;
+mod sentences;
 pub mod sequences;
 pub mod site;
-mod staged;
+mod sources;
 mod standings;
 pub mod stills;
 pub mod trace;
@@ -60,12 +52,8 @@ pub mod verdict;
 pub mod write;
 
 pub use claims::{ClaimOutcome, Finding};
-pub use files::{INDEX, OWNED};
-pub use html::render;
-pub use markdown::markdown;
-pub use page::{FailedCell, FigureView, Page, ReportError};
-pub use staged::StagedReport;
-pub use write::{WriteError, WrittenReport, write};
+pub use page::{FailedCell, FigureView, Page, ReportError, markdown, render};
+pub use write::{INDEX, OWNED, StagedReport, WriteError, WrittenReport, write};
 
 #[cfg(test)]
 mod tests;

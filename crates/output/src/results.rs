@@ -27,7 +27,6 @@
 //! [`write`](fn@write) writes a folder, [`Results`] reads it.
 
 mod cells;
-pub mod checks;
 pub mod detections;
 mod files;
 mod fill;
@@ -44,10 +43,10 @@ pub mod readings;
 pub mod rows;
 pub mod run;
 pub mod scores;
-pub mod tables;
 mod tracks;
 pub mod unfinished;
 
+pub(crate) use cells::{grouped, in_parts};
 pub use cells::{method_label, parse_point};
 pub use folder::{Detail, Results, remove_others, write};
 pub use json::to_json;
@@ -57,7 +56,7 @@ pub use measures::Measure;
 pub use rows::{TableError, texts_from_csv, texts_to_csv};
 pub use run::RunRecord;
 pub use scores::CellScore;
-pub use tracks::{MethodSeries, TrackFilter, TrackSeries, Truth};
+pub use tracks::{MethodSeries, ReverseCheck, TrackFilter, TrackSeries, Truth};
 
 use std::path::PathBuf;
 use trackfail_dataset::DatasetError;
@@ -68,6 +67,14 @@ use trackfail_engine::store::StoreError;
 pub mod analyses {
     /// The file; experiments without an analysis, and those where every analysis failed, have none.
     pub const FILE: &str = "analyses.json";
+}
+
+/// `tables/*.csv` and `tables/*.parquet`: the tables of an experiment, cell by cell, for programs.
+pub mod tables {
+    pub use super::files::TableRow;
+
+    /// The folder of the tables.
+    pub const FOLDER: &str = "tables";
 }
 
 /// The experiment file as it was run, in a results folder.

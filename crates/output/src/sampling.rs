@@ -187,9 +187,14 @@ pub fn total_of_sum(sum: &[i64; 4]) -> Option<f64> {
     (sum[1] > 0).then(|| sum[0] as f64 / BILLION)
 }
 
-/// The sum of the counts of all units.
-pub fn sum_of(counts: &BySequence) -> [i64; 4] {
-    counts.values().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
+/// The sum of the counts of some units.
+pub fn sum_of<'c>(counts: impl IntoIterator<Item = &'c [i64; 4]>) -> [i64; 4] {
+    counts.into_iter().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
+}
+
+/// What two have on the sequences that both have.
+pub fn in_common<T: Copy>(first: &BTreeMap<String, T>, second: &BTreeMap<String, T>) -> Vec<(T, T)> {
+    first.iter().filter_map(|(sequence, one)| Some((*one, *second.get(sequence)?))).collect()
 }
 
 #[cfg(test)]
@@ -204,12 +209,11 @@ mod tests {
         let f = |sum: &[i64; 4]| metric_of_sum(Metric::F_SCORE, None, sum);
         let here = Sampling::with_seed(3);
         let first = here.interval(&counts, f).unwrap();
-        let value = f(&counts.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]))).unwrap();
+        let value = f(&sum_of(&counts)).unwrap();
         assert!(first.0 < value && value < first.1);
         let elsewhere = Sampling::with_seed(3);
-        assert!(
-            elsewhere.interval(&counts[..3], f).is_some() && elsewhere.interval(&counts[..2], f).is_none()
-        );
+        let of_few = [3, 2].map(|n| elsewhere.interval(&counts[..n], f).is_some());
+        assert_eq!(of_few, [true, false]);
         assert_eq!(elsewhere.interval(&counts, f), Some(first));
         assert_ne!(Sampling::with_seed(4).interval(&counts, f), Some(first));
     }

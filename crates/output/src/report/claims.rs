@@ -5,6 +5,7 @@
 
 mod sampled;
 
+use super::sentences::say;
 use crate::results::Results;
 use crate::sampling::Units;
 use crate::table::layout::is_anchor;
@@ -55,7 +56,6 @@ pub struct Chip {
 }
 
 /// A claim tested for one tracker.
-#[derive(Clone)]
 struct Tested {
     chip: Chip,
     /// Whether our numbers as they are meet it.
@@ -66,21 +66,20 @@ struct Tested {
     lines: Vec<String>,
 }
 
-/// Numbers of trackers for which a claim holds, is undecided, does not hold, and cannot be tested.
-fn counts(tested: &[Tested]) -> [usize; 4] {
-    ClaimOutcome::ALL.map(|o| tested.iter().filter(|t| t.chip.outcome == o).count())
-}
-
 /// The outcome over all trackers: a claim holds where it holds for each of them; it does not hold where it holds for none
 /// and fails for one by more than chance does among so many; what can be tested for some trackers is judged by
 /// these; all else is undecided.
 fn overall(tested: &[Tested]) -> ClaimOutcome {
-    let [holds, _, _, untestable] = counts(tested);
-    match tested.len() - untestable {
-        0 => ClaimOutcome::CannotBeTested,
-        testable if holds == testable => ClaimOutcome::Holds,
-        _ if holds == 0 && tested.iter().any(|t| t.fails_beyond_chance) => ClaimOutcome::DoesNotHold,
-        _ => ClaimOutcome::Undecided,
+    let testable = || tested.iter().filter(|t| t.chip.outcome != ClaimOutcome::CannotBeTested);
+    let holds = |t: &Tested| t.chip.outcome == ClaimOutcome::Holds;
+    if testable().count() == 0 {
+        ClaimOutcome::CannotBeTested
+    } else if testable().all(holds) {
+        ClaimOutcome::Holds
+    } else if !tested.iter().any(holds) && tested.iter().any(|t| t.fails_beyond_chance) {
+        ClaimOutcome::DoesNotHold
+    } else {
+        ClaimOutcome::Undecided
     }
 }
 
@@ -117,8 +116,11 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     }
     let is_of_anchor = |q: &Quantity| matches!(q, Quantity::Metric(_, name) if is_anchor(experiment, name));
     let several = tested.len() > 1;
-    let of_outcomes = ClaimOutcome::ALL.into_iter().zip(counts(&tested)).filter(|(_, n)| several && *n > 0);
-    let words: Vec<String> = of_outcomes.map(|(outcome, n)| format!("{} for {n}", outcome.words())).collect();
+    let words = |outcome: ClaimOutcome| {
+        let n = tested.iter().filter(|t| t.chip.outcome == outcome).count();
+        (several && n > 0).then(|| format!("{} for {n}", outcome.words()))
+    };
+    let words: Vec<String> = ClaimOutcome::ALL.into_iter().filter_map(words).collect();
     let detail = |Tested { chip: Chip { tracker, outcome }, lines, .. }: &Tested| {
         let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
         format!("{who}{}: {}", outcome.words(), lines.join("; "))
@@ -147,7 +149,7 @@ fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize
         ClaimVerdict::Untestable(reason) => vec![reason.clone()],
         _ => judgement.compared.iter().map(|c| line(claim, c)).collect(),
     };
-    let is_met = claim.test(tracker, &|r| samples.value(r)) == ClaimVerdict::Holds;
+    let is_met = claim.test(tracker, &|r| Some(samples.measured(r)?.value)) == ClaimVerdict::Holds;
     let chip = Chip { tracker: tracker.to_string(), outcome: ClaimOutcome::of(&judgement.verdict) };
     Tested { chip, is_met, fails_beyond_chance, lines }
 }
@@ -207,32 +209,15 @@ pub struct ClaimCounts {
 impl ClaimCounts {
     /// Counts outcomes.
     pub fn of(outcomes: impl IntoIterator<Item = ClaimOutcome>) -> Self {
-        let mut counts = Self::default();
-        for outcome in outcomes {
-            *match outcome {
-                ClaimOutcome::Holds => &mut counts.hold,
-                ClaimOutcome::Undecided => &mut counts.undecided,
-                ClaimOutcome::DoesNotHold => &mut counts.do_not_hold,
-                ClaimOutcome::CannotBeTested => &mut counts.cannot_be_tested,
-            } += 1;
-        }
-        counts
+        let all: Vec<ClaimOutcome> = outcomes.into_iter().collect();
+        let [hold, undecided, do_not_hold, cannot_be_tested] =
+            ClaimOutcome::ALL.map(|outcome| all.iter().filter(|o| **o == outcome).count() as u64);
+        Self { hold, undecided, do_not_hold, cannot_be_tested }
     }
 
     /// `2 hold, 1 undecided, 3 do not hold`, with those that cannot be tested where there are any; empty without claims.
     pub fn words(self) -> String {
-        let Self { hold, undecided, do_not_hold, cannot_be_tested } = self;
-        if self == Self::default() {
-            return String::new();
-        }
-        let one = |n: u64, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
-        let mut words = vec![
-            one(hold, "holds", "hold"),
-            format!("{undecided} undecided"),
-            one(do_not_hold, "does not hold", "do not hold"),
-        ];
-        words.extend((cannot_be_tested > 0).then(|| format!("{cannot_be_tested} cannot be tested")));
-        words.join(", ")
+        if self == Self::default() { String::new() } else { say("claims", self) }
     }
 }
 
@@ -280,18 +265,20 @@ mod tests {
 
     #[test]
     fn one_tracker_of_many_decides_only_beyond_chance() {
-        let tested = |outcome: ClaimOutcome, fails_beyond_chance: bool| {
-            let (chip, lines) = (Chip { tracker: String::new(), outcome }, Vec::new());
-            Tested { chip, is_met: false, fails_beyond_chance, lines }
+        let overall = |outcomes: &[(ClaimOutcome, bool)]| {
+            let tested = |&(outcome, fails_beyond_chance): &(ClaimOutcome, bool)| {
+                let (chip, lines) = (Chip { tracker: String::new(), outcome }, Vec::new());
+                Tested { chip, is_met: false, fails_beyond_chance, lines }
+            };
+            overall(&outcomes.iter().map(tested).collect::<Vec<_>>())
         };
-        let (holds, open) = (tested(ClaimOutcome::Holds, false), tested(ClaimOutcome::Undecided, false));
-        let fails = |beyond| tested(ClaimOutcome::DoesNotHold, beyond);
-        assert_eq!(overall(&[holds.clone(), holds.clone()]), ClaimOutcome::Holds);
-        assert_eq!(overall(&[open.clone(), fails(true)]), ClaimOutcome::DoesNotHold);
-        assert_eq!(overall(&[open.clone(), fails(false)]), ClaimOutcome::Undecided);
-        assert_eq!(overall(&[holds, fails(true)]), ClaimOutcome::Undecided);
-        let untestable = tested(ClaimOutcome::CannotBeTested, false);
-        assert_eq!(overall(&[untestable.clone(), fails(true)]), ClaimOutcome::DoesNotHold);
+        let (holds, open) = ((ClaimOutcome::Holds, false), (ClaimOutcome::Undecided, false));
+        let (untestable, fails) = ((ClaimOutcome::CannotBeTested, false), ClaimOutcome::DoesNotHold);
+        assert_eq!(overall(&[holds, holds]), ClaimOutcome::Holds);
+        assert_eq!(overall(&[open, (fails, true)]), ClaimOutcome::DoesNotHold);
+        assert_eq!(overall(&[open, (fails, false)]), ClaimOutcome::Undecided);
+        assert_eq!(overall(&[holds, (fails, true)]), ClaimOutcome::Undecided);
+        assert_eq!(overall(&[untestable, (fails, true)]), ClaimOutcome::DoesNotHold);
         assert_eq!(overall(&[untestable]), ClaimOutcome::CannotBeTested);
     }
 }

@@ -39,30 +39,18 @@ pub fn style(experiment: &Experiment, method: &str) -> (Style, Marker) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackfail_engine::spec::read::parse;
+    use crate::report::operating::tests::experiment;
 
-    fn experiment(methods: &[&str]) -> Experiment {
-        let mut text = "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n[suites]\n\
-                        test = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n"
-            .to_string();
-        for method in methods {
-            text.push_str(&format!("[[method]]\nname = \"{method}\"\n"));
-            if *method == "own" {
-                text.push_str(
-                    "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\", below = 0.5 }\n",
-                );
-            }
-        }
-        text.push_str("[[method]]\nname = \"never\"\ndetector = { kind = \"never\" }\n");
-        parse("a.toml", &text).unwrap()
-    }
+    const OWN: (&str, &str) =
+        ("own", "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\", below = 0.5 }");
+    const NEVER: (&str, &str) = ("never", "detector = { kind = \"never\" }");
 
     // The list of named methods begins with DTEF, NAIVE, RAW, CovF: theirs are the first four colors, in any order and in any
     // company.
     #[test]
     fn a_method_has_one_color_in_all_experiments() {
-        for methods in [&["CovF", "DTEF"][..], &["DTEF", "own", "RAW", "CovF"]] {
-            let experiment = experiment(methods);
+        for methods in [&[("CovF", ""), ("DTEF", ""), NEVER][..], &[("DTEF", ""), OWN, ("CovF", ""), NEVER]] {
+            let experiment = experiment("", methods, "");
             let colors = ["DTEF", "CovF", "never"].map(|m| color(&experiment, m));
             assert_eq!(colors, [Style::nth(0).color, Style::nth(3).color, Color::Gray]);
             assert_eq!(color(&experiment, "DTEF"), of_name("DTEF"));
@@ -72,7 +60,7 @@ mod tests {
     #[test]
     fn methods_of_one_color_have_other_dashes() {
         // By its letters, `own` has the second color, which is that of NAIVE.
-        let experiment = experiment(&["NAIVE", "own"]);
+        let experiment = experiment("", &[("NAIVE", ""), OWN, NEVER], "");
         let styles = ["NAIVE", "own", "never"].map(|m| style(&experiment, m).0);
         assert_eq!(styles[0].color, styles[1].color);
         assert_eq!(styles.map(|s| s.dash), [Dash::Solid, Dash::Dashed, Dash::Dashed]);

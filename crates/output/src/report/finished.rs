@@ -39,18 +39,15 @@ pub enum FinishedError {
 
 /// Names of the experiments below a results folder whose run is finished, in order.
 pub fn names(results: &Path) -> Vec<String> {
-    walkdir::WalkDir::new(results)
-        .sort_by_file_name()
-        .into_iter()
-        // The store and results that are not complete yet are hidden.
-        .filter_entry(|e| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b"."))
-        .filter_map(Result::ok)
-        .filter(|entry| entry.file_name() == MANIFEST)
-        .filter_map(|entry| {
-            let folder = entry.path().parent()?.strip_prefix(results).ok()?;
-            Some(folder.to_str()?.replace('\\', "/")).filter(|name| check_experiment_name(name).is_ok())
-        })
-        .collect()
+    // The store and results that are not complete yet are hidden.
+    let is_shown =
+        |e: &walkdir::DirEntry| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b".");
+    let entries = walkdir::WalkDir::new(results).sort_by_file_name().into_iter().filter_entry(is_shown);
+    let name = |entry: walkdir::DirEntry| {
+        let folder = entry.path().parent()?.strip_prefix(results).ok()?;
+        Some(folder.to_str()?.replace('\\', "/")).filter(|name| check_experiment_name(name).is_ok())
+    };
+    entries.filter_map(Result::ok).filter(|entry| entry.file_name() == MANIFEST).filter_map(name).collect()
 }
 
 /// The folder of a finished experiment.

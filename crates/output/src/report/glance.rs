@@ -32,22 +32,17 @@ pub fn figure_first(
     (metric, best): (Option<Metric>, &[String]),
     is_about_readings: bool,
 ) {
-    let own = experiment.figures.len();
     let place = if is_about_readings {
-        Some(own)
+        Some(experiment.figures.len())
     } else if experiment.methods.is_empty() {
         None
     } else {
-        let is_it = |view: &FigureView, figure: &Figure| view.file == format!("figures/{}.svg", figure.name);
         let answers = |view: &FigureView| {
-            let figure = experiment.figures.iter().find(|figure| is_it(view, figure));
-            let fits = |(metric, figure): (Metric, &Figure)| {
-                shows(figure, metric) && has_most(&figure.params.methods, best)
-            };
-            metric.zip(figure).is_some_and(fits)
+            let own = experiment.figures.iter().find(|own| view.file == format!("figures/{}.svg", own.name));
+            let (Some(metric), Some(own)) = (metric, own) else { return false };
+            shows(own, metric) && has_most(&own.params.methods, best)
         };
-        let headline = format!("figures/{HEADLINE}");
-        let of_all = |view: &FigureView| view.file.starts_with(&headline);
+        let of_all = |view: &FigureView| view.file.starts_with(&format!("figures/{HEADLINE}"));
         figures.iter().position(answers).or_else(|| figures.iter().position(of_all))
     };
     if let Some(place) = place.filter(|place| *place < figures.len()) {

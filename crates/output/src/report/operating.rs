@@ -24,8 +24,7 @@ pub fn published(method: &Method) -> Option<Vec<(String, f64)>> {
 
 /// The variant of a method with a grid at the published parameters.
 pub fn variant(method: &Method) -> Option<&Variant> {
-    let published = published(method)?;
-    method.variants.iter().find(|v| v.point == published)
+    nearest(method).filter(|(_, distance)| *distance == 0.0).map(|(variant, _)| variant)
 }
 
 /// The variant with which a method is ranked: its only one; of a grid the published one or, of a method that the
@@ -36,55 +35,60 @@ pub fn ranked<'m>(experiment: &Experiment, method: &'m Method) -> Option<&'m Var
     }
     let own = OWN.iter().find(|(paper, _)| experiment.paper.as_deref() == Some(*paper));
     let is_own = own.is_some_and(|(_, methods)| methods.contains(&method.name.as_str()));
-    variant(method).or_else(|| nearest(method).filter(|_| is_own))
+    nearest(method).filter(|(_, distance)| is_own || *distance == 0.0).map(|(variant, _)| variant)
 }
 
-/// The variant with the smallest sum of differences to the published values, each as a share of the value.
-fn nearest(method: &Method) -> Option<&Variant> {
+/// The variant with the smallest sum of differences to the published values, each as a share of the value, and that sum.
+fn nearest(method: &Method) -> Option<(&Variant, f64)> {
     let published = published(method)?;
     let distance = |v: &Variant| -> f64 {
         let pairs = v.point.iter().zip(&published);
         pairs.map(|((_, at), (_, printed))| (at - printed).abs() / printed.abs().max(f64::MIN_POSITIVE)).sum()
     };
     // The first of equally near ones.
-    method.variants.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    method.variants.iter().map(|v| (v, distance(v))).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use trackfail_engine::spec::read::parse;
 
-    fn experiment(paper: &str, methods: &str) -> Experiment {
+    /// An experiment with one tracker and these methods, each a name and further lines, and what stands below them.
+    pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experiment {
+        let method = |(name, lines): &(&str, &str)| format!("[[method]]\nname = \"{name}\"\n{lines}\n");
+        let methods: String = methods.iter().map(method).collect();
         let text = format!(
-            "schema = 1\nname = \"a\"\ntitle = \"a\"\n{paper}\nprotocol = \"khalid2016/1\"\n\
-             [suites]\ntest = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n{methods}"
+            "schema = 1\nname = \"a\"\ntitle = \"a\"\n{paper}\nprotocol = \"khalid2016/1\"\nseed = 1\n\
+             [suites]\ntest = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n{methods}{below}"
         );
         parse("a.toml", &text).unwrap()
     }
 
-    fn ranked_params(paper: &str, methods: &str) -> Vec<Option<String>> {
-        let experiment = experiment(paper, methods);
+    fn ranked_params(paper: &str, methods: &[(&str, &str)]) -> Vec<Option<String>> {
+        let experiment = experiment(paper, methods, "");
         experiment.methods.iter().map(|m| ranked(&experiment, m).map(Variant::params)).collect()
     }
 
     #[test]
     fn a_grid_is_ranked_at_its_published_point_alone() {
-        let methods = "[[method]]\nname = \"DTEF\"\ngrid = { horizon = [5, 10], threshold = [0.003, 0.004] }\n\
-             [[method]]\nname = \"CovF\"\ngrid = { above = [2.0, 2.5] }\n[[method]]\nname = \"RAW\"\n\
-             [[method]]\nname = \"own\"\nsignal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\" }\n\
-             grid = { below = [0.5, 0.88] }\n";
+        let own = "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\" }\ngrid = { below = [0.5, 0.88] }";
+        let methods = [
+            ("DTEF", "grid = { horizon = [5, 10], threshold = [0.003, 0.004] }"),
+            ("CovF", "grid = { above = [2.0, 2.5] }"),
+            ("RAW", ""),
+            ("own", own),
+        ];
         let expected = [Some("horizon=5;threshold=0.004"), None, Some(""), None];
-        assert_eq!(ranked_params("", methods), expected.map(|p| p.map(String::from)));
+        assert_eq!(ranked_params("", &methods), expected.map(|p| p.map(String::from)));
     }
 
     #[test]
     fn the_papers_own_method_is_always_ranked() {
-        let methods = "[[method]]\nname = \"DTEF\"\ngrid = { threshold = [0.002, 0.005, 0.008] }\n\
-             [[method]]\nname = \"NAIVE\"\ngrid = { threshold = [0.002, 0.005, 0.008] }\n";
+        let methods = ["DTEF", "NAIVE"].map(|name| (name, "grid = { threshold = [0.002, 0.005, 0.008] }"));
         let expected = [Some("threshold=0.005".to_string()), None];
-        assert_eq!(ranked_params("paper = \"khalid2016\"", methods), expected);
-        assert_eq!(ranked_params("", methods), [None, None]);
+        assert_eq!(ranked_params("paper = \"khalid2016\"", &methods), expected);
+        assert_eq!(ranked_params("", &methods), [None, None]);
     }
 
     #[test]

@@ -1,9 +1,21 @@
-//! The page of a report as plain data, before it becomes HTML or Markdown.
+//! The page of a report as plain data, and as one HTML file and as Markdown for GitHub.
+//!
+//! minijinja escapes every text of the HTML; the only markup that passes unescaped are figures that [`Page::check`] has
+//! checked, and series from [`super::sequences::json`]. The content security policy of the page lets it load only files
+//! beside it and run only its own script.
 
 use super::claims::Finding;
 use super::sequences::Tallies;
 use crate::table::layout::TableLayout;
+use crate::table::render::{self as tables, markdown_escape};
+use base64::prelude::{BASE64_STANDARD, Engine};
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Serialize;
+use sha2::{Digest, Sha256};
+use trackfail_dataset::text::visible;
+use trackfail_methods::score::tracker_metric::TRACKER_METRICS;
 
 /// The data of a report, in the order of the page.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -83,24 +95,9 @@ pub struct FailedCell {
 /// A report that cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A row has more or fewer cells than its table has columns.
-    #[error("row `{row}` of table `{table}` has {got} cells for {expected} columns")]
-    Row {
-        /// Name of the table.
-        table: String,
-        /// Label of the row.
-        row: String,
-        /// Number of its cells.
-        got: usize,
-        /// Number of columns.
-        expected: usize,
-    },
-    /// The SVG of a figure has scripts, foreign content, ids or links, which a page must not have.
-    #[error("figure `{0}` is not an SVG made by this program")]
-    NotAFigure(String),
-    /// The series have characters that could end their element in the page.
-    #[error("the series of the sequences are not packed for a page")]
-    NotPacked,
+    /// Parts of the page do not fit together, or are not safe to embed.
+    #[error("{0}")]
+    Unfit(String),
     /// The template does not fit the data.
     #[error("the page could not be rendered: {0}")]
     Template(#[from] minijinja::Error),
@@ -110,25 +107,25 @@ impl Page {
     /// Checks that all parts fit together and are safe to embed.
     ///
     /// # Errors
-    /// See [`ReportError`].
+    /// When a row has more or fewer cells than its table has columns, series could end their element in the page, or the SVG
+    /// of a figure has scripts, foreign content, ids or links.
     pub fn check(&self) -> Result<(), ReportError> {
         for table in &self.tables {
             let expected = table.columns.len();
-            let rows = table.groups.iter().flat_map(|g| &g.rows);
-            if let Some(row) = rows.into_iter().find(|r| r.cells.len() != expected) {
-                let (table, row, got) = (table.name.clone(), row.label.name.clone(), row.cells.len());
-                return Err(ReportError::Row { table, row, got, expected });
+            if let Some(row) = table.groups.iter().flat_map(|g| &g.rows).find(|r| r.cells.len() != expected) {
+                let (name, row, got) = (&table.name, &row.label.name, row.cells.len());
+                let message = format!("row `{row}` of table `{name}` has {got} cells for {expected} columns");
+                return Err(ReportError::Unfit(message));
             }
         }
         if self.series.contains(['<', '>', '&', '\u{2028}', '\u{2029}']) {
-            return Err(ReportError::NotPacked);
+            return Err(ReportError::Unfit("the series of the sequences are not packed for a page".into()));
         }
-        for figure in &self.figures {
-            if !is_picture(&figure.svg) || !(figure.narrow.is_empty() || is_picture(&figure.narrow)) {
-                return Err(ReportError::NotAFigure(figure.name.clone()));
-            }
-        }
-        Ok(())
+        let is_bad =
+            |f: &&FigureView| !(is_picture(&f.svg) && (f.narrow.is_empty() || is_picture(&f.narrow)));
+        self.figures.iter().find(is_bad).map_or(Ok(()), |figure| {
+            Err(ReportError::Unfit(format!("figure `{}` is not an SVG made by this program", figure.name)))
+        })
     }
 }
 
@@ -137,17 +134,115 @@ fn is_picture(svg: &str) -> bool {
     let svg = svg.trim();
     // Figures escape quotes and angle brackets in texts, so these words can only be markup.
     let foreign = ["<script", "<foreignObject", "<style", "<!", "<?", "<a ", " id=\"", "href=\"http"];
-    let markup = has_handler(svg) || foreign.iter().any(|word| svg.contains(word));
-    svg.starts_with("<svg ") && svg.ends_with("</svg>") && !markup
+    let is_handler =
+        |word: &str| word.len() > 2 && word.as_bytes()[..2].eq_ignore_ascii_case(b"on") && word.contains('=');
+    let tags = svg.split('<').filter_map(|tag| tag.split('>').next());
+    let has_handler = tags.flat_map(str::split_whitespace).any(is_handler);
+    let is_foreign = has_handler || foreign.iter().any(|word| svg.contains(word));
+    svg.starts_with("<svg ") && svg.ends_with("</svg>") && !is_foreign
 }
 
-/// Whether a tag has an event handler: `onload=`.
-fn has_handler(svg: &str) -> bool {
-    svg.split('<').filter_map(|tag| tag.split('>').next()).any(|tag| {
-        tag.split_whitespace().any(|word| {
-            word.len() > 2
-                && word.get(..2).is_some_and(|w| w.eq_ignore_ascii_case("on"))
-                && word.contains('=')
-        })
-    })
+/// Renders `index.html`.
+///
+/// # Errors
+/// See [`ReportError`].
+pub fn render(page: &Page) -> Result<String, ReportError> {
+    page.check()?;
+    let script = concat!(include_str!("templates/page.js"), include_str!("templates/viewer.js"));
+    fill(include_str!("templates/page.html"), include_str!("templates/page.css"), script, page)
+}
+
+/// Renders `report.md`; figures are referred to by their files.
+///
+/// # Errors
+/// As [`render()`].
+pub fn markdown(page: &Page) -> Result<String, ReportError> {
+    page.check()?;
+    let environment = environment("report.md", include_str!("templates/report.md"))?;
+    let grids: Vec<String> = page.tables.iter().map(tables::markdown).collect();
+    let about = context! { grids => Serde(&grids), ..Serde(page) };
+    let text = environment.get_template("report.md")?.render(about)?;
+    let lines: Vec<&str> = text.trim_end().lines().map(str::trim_end).collect();
+    Ok(lines.join("\n") + "\n")
+}
+
+/// Fills the template of an HTML file, whose content security policy allows only its script.
+///
+/// # Errors
+/// When the template does not fit the data, which would be a bug.
+pub(super) fn fill(
+    template: &'static str,
+    style: &'static str,
+    script: &'static str,
+    about: &impl Serialize,
+) -> Result<String, ReportError> {
+    // minijinja escapes because the name ends in .html.
+    let mut environment = environment("page.html", template)?;
+    environment.add_global("script", script);
+    environment
+        .add_global("script_digest", format!("sha256-{}", BASE64_STANDARD.encode(Sha256::digest(script))));
+    environment.add_global("style", style);
+    Ok(environment.get_template("page.html")?.render(Serde(about))?)
+}
+
+/// An environment with one template.
+pub(super) fn environment(
+    name: &'static str,
+    template: &'static str,
+) -> Result<Environment<'static>, ReportError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
+    type Filter = fn(&str) -> String;
+    let filters: [(&'static str, Filter); 6] = [
+        ("visible", visible),
+        ("in_words", in_words),
+        ("address", address),
+        ("text", markdown_escape),
+        ("begin", begin),
+        ("target", target),
+    ];
+    for (filter, change) in filters {
+        environment.add_filter(filter, move |text: String| change(&text));
+    }
+    environment.add_template(name, template)?;
+    Ok(environment)
+}
+
+/// A name of a table or a figure as a heading: a metric of trackers that it ends with is in words, as in
+/// `uncertainty, success AUC` of `uncertainty-success_auc`.
+fn in_words(name: &str) -> String {
+    let metric = |(what, metric): (&str, &str)| {
+        let known = TRACKER_METRICS.iter().find(|m| m.name == metric)?;
+        Some(format!("{what}, {}", known.heading))
+    };
+    name.split_once('-').and_then(metric).unwrap_or_else(|| name.to_string())
+}
+
+/// A path below the page's folder as a URL, with all other characters percent-encoded.
+fn address(path: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_./".contains(&b);
+    path.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+/// The paragraph of Markdown with its first characters escaped where they would make it a list, a rule or an underlined
+/// heading.
+fn begin(escaped: &str) -> String {
+    let rest = escaped.trim_start_matches(|c: char| c.is_ascii_digit());
+    let digits = &escaped[..escaped.len() - rest.len()];
+    match (rest.starts_with(['-', '+', '=']), rest.starts_with(['.', ')'])) {
+        (true, _) if digits.is_empty() => format!("\\{rest}"),
+        (_, true) if !digits.is_empty() => format!("{digits}\\{rest}"),
+        _ => escaped.to_owned(),
+    }
+}
+
+/// A link target of Markdown in angle brackets.
+fn target(path: &str) -> String {
+    let encoded = |c: char| match c {
+        '<' | '>' | '\\' | '|' => format!("%{:02X}", u32::from(c)),
+        c if c.is_control() => "%20".to_owned(),
+        c => c.to_string(),
+    };
+    path.chars().map(encoded).collect()
 }

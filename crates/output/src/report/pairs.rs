@@ -1,9 +1,8 @@
 //! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
 
-use super::differences::pair_of;
-use crate::results::frame_measures::EVERY_TRACKER;
-use crate::results::{Results, ResultsError, method_label};
-use crate::sampling::{BySequence, Sampling, Units, by_sequence, metric_of_sum};
+use super::standings::{of_every_tracker, pair_of};
+use crate::results::{Results, ResultsError, grouped, method_label};
+use crate::sampling::{BySequence, Sampling, Units, by_sequence, in_common, metric_of_sum, sum_of};
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::{Metric, TrackerMetric};
@@ -27,14 +26,9 @@ const METRICS: [Metric; 4] = [Metric::F_SCORE, Metric::PRECISION, Metric::RECALL
 
 /// Names that can be compared: methods with their grid points, then trackers that an analysis scored.
 pub fn names(results: &Results) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
     let methods = results.measures.iter().map(|m| method_label(&m.method, &m.params));
-    for name in methods.chain(results.analyses.iter().map(|a| a.tracker.clone())) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    names
+    let all: Vec<String> = methods.chain(results.analyses.iter().map(|a| a.tracker.clone())).collect();
+    grouped(&all, |name| name).into_iter().map(|(name, _)| name.clone()).collect()
 }
 
 /// A method, or a tracker that an analysis scored, sequence by sequence.
@@ -97,14 +91,12 @@ pub fn apart(
     [(first, a), (second, b)]: [(&str, &Side); 2],
     tracker: Option<&str>,
 ) -> Result<Vec<Apart>, ResultsError> {
-    let both: Vec<([i64; 4], [i64; 4])> =
-        a.counts.iter().filter_map(|(sequence, a)| Some((*a, *b.counts.get(sequence)?))).collect();
+    let both = in_common(&a.counts, &b.counts);
     if both.is_empty() {
         return Ok(Vec::new());
     }
     let sampling = Sampling::new(&results.experiment);
-    let add = |sum: [i64; 4], counts: &[i64; 4]| std::array::from_fn(|k| sum[k] + counts[k]);
-    let sums = both.iter().fold([[0; 4]; 2], |[one, other], (a, b)| [add(one, a), add(other, b)]);
+    let sums = [sum_of(both.iter().map(|(a, _)| a)), sum_of(both.iter().map(|(_, b)| b))];
     let of_metric = |metric: Metric| Apart {
         measure: format!("pooled {}", metric.name()),
         sequences: Some(both.len()),
@@ -115,12 +107,8 @@ pub fn apart(
     let pairs = results.frame_pairs()?;
     if let Some(pair) = pair_of(&pairs, first, second).filter(|_| tracker.is_none()) {
         for (name, difference) in [("auroc", pair.auroc), ("found_at_5", pair.found_at_5)] {
-            let value = |method: &str| {
-                let key = [EVERY_TRACKER, method, ""].map(str::to_string);
-                results.frame_measures.get(&key)?.get(name)
-            };
-            let (values, bounds) = ([first, second].map(value), difference.bounds);
-            all.push(Apart { measure: name.to_string(), sequences: None, values, bounds });
+            let values = [first, second].map(|method| of_every_tracker(results, method)?.get(name));
+            all.push(Apart { measure: name.to_string(), sequences: None, values, bounds: difference.bounds });
         }
     }
     Ok(all)
@@ -130,8 +118,7 @@ pub fn apart(
 pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)> {
     let of_measure = |(measure, a): &(String, BTreeMap<String, f64>)| {
         let (_, b) = second.iter().find(|(other, _)| other == measure)?;
-        let pairs = a.iter().filter_map(|(sequence, a)| Some((*a, *b.get(sequence)?)));
-        Some((measure.clone(), pairs.collect()))
+        Some((measure.clone(), in_common(a, b)))
     };
     first.iter().filter_map(of_measure).collect()
 }

@@ -24,19 +24,17 @@ pub struct Item {
 
 /// The tables and figures that a page shows, in its order.
 pub(super) fn items(page: &Page) -> Vec<Item> {
-    let table = |name: &String| Item {
-        name: name.clone(),
-        file: format!("tables/{name}.tex"),
-        caption: None,
-        is_wide: false,
-    };
+    let tables = page.tables.iter().map(|table| {
+        let (name, file) = (table.name.clone(), format!("tables/{}.tex", table.name));
+        Item { name, file, caption: None, is_wide: false }
+    });
     let figures = page.figures.iter().map(|figure| {
         let file = figure.file.replace(".svg", ".pdf");
         let name = file.trim_start_matches("figures/").trim_end_matches(".pdf").to_string();
         let is_wide = figure.endings.contains(&"column.svg");
         Item { name, file, caption: Some(figure.caption.clone()), is_wide }
     });
-    page.tables.iter().map(|t| table(&t.name)).chain(figures).collect()
+    tables.chain(figures).collect()
 }
 
 /// Items of an experiment, with the folder of its report.
@@ -69,13 +67,13 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
         macros.push_str(&format!("\\input{{{stem}-macros}}\n"));
         for Item { name, file, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
-            let Some(caption) = caption else {
+            let Some(caption) = caption.as_deref().map(latex_escape) else {
                 copy(file, &format!("{label}.tex"))?;
                 body.push(format!("\\input{{{label}}}\n"));
                 continue;
             };
             copy(file, &format!("{label}.pdf"))?;
-            let (float, caption) = (if *is_wide { "figure*" } else { "figure" }, latex_escape(caption));
+            let float = if *is_wide { "figure*" } else { "figure" };
             body.push(format!(
                 "\\begin{{{float}}}\n\\centering\n\\includegraphics[width=\\linewidth]{{{label}}}\n\\caption{{{caption}}}\n\
                  \\label{{fig:{label}}}\n\\end{{{float}}}\n"

@@ -109,20 +109,26 @@ impl<'r> Collector<'r> {
     pub fn new(results: &'r Results) -> Self {
         let manifest = &results.manifest;
         let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
-        let mut note = String::new();
+        let mut notes = Vec::new();
+        if manifest.trackers.iter().any(|t| t.runs > 1) {
+            notes.push("Of several runs of a tracker the first is shown.".to_string());
+        }
         let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
         if records.len() > MAX_METHODS {
             let all = records.len();
+            notes.push(format!(
+                "Of {all} methods with their grid points the first point of each method is shown."
+            ));
             let mut known = BTreeSet::new();
             records.retain(|m| known.insert(m.name.as_str()));
-            note =
-                format!("Of {all} methods with their grid points the first point of each method is shown.");
         }
-        if manifest.trackers.iter().any(|t| t.runs > 1) {
-            note = format!("Of several runs of a tracker the first is shown. {note}").trim_end().to_string();
-        }
-        let methods = records.iter().map(|m| method(results, m, &trackers)).collect();
-        let all = Sequences { trackers, methods, note, ..Sequences::default() };
+        let method = |record: &&MethodRecord| Method {
+            name: method_label(&record.name, &record.params),
+            thresholds: trackers.iter().map(|t| record.thresholds.get(t).copied()).collect(),
+            counted: results.experiment.protocol_of(&record.name).map_or_else(String::new, counted_by),
+        };
+        let methods = records.iter().map(method).collect();
+        let all = Sequences { trackers, methods, note: notes.join(" "), ..Sequences::default() };
         let regions = background_rules(results);
         Self { results, records, regions, all, tracks: Vec::new(), numbers: BTreeMap::new() }
     }
@@ -132,16 +138,12 @@ impl<'r> Collector<'r> {
         for track in &tracks {
             self.numbers.entry(track.sequence.clone()).or_insert_with(|| track.numbers.clone());
         }
-        let pack = |track: TrackSeries| {
-            let tracker = self.all.trackers.iter().position(|t| *t == track.tracker)?;
-            let packed = self.pack(tracker, &track);
-            Some((track.sequence, packed))
-        };
-        let packed: Vec<_> = tracks.into_par_iter().filter_map(pack).collect();
+        let packed: Vec<_> = tracks.par_iter().filter_map(|track| self.pack(track)).collect();
         self.tracks.extend(packed);
     }
 
-    fn pack(&self, tracker: usize, track: &TrackSeries) -> Track {
+    fn pack(&self, track: &TrackSeries) -> Option<(String, Track)> {
+        let tracker = self.all.trackers.iter().position(|t| *t == track.tracker)?;
         let rects = &track.rects;
         let background = |rule: &distribution_field::Params| {
             let at = |t| background_region(&rects[..t], &rects[t], rule.history, rule.displacement);
@@ -161,7 +163,7 @@ impl<'r> Collector<'r> {
             Some((k, Said::new(track, series, &judged, method.thresholds[tracker])))
         };
         let said = self.records.iter().zip(&self.all.methods).enumerate().filter_map(said).collect();
-        Track::new([0, tracker], track, &background, said)
+        Some((track.sequence.clone(), Track::new([0, tracker], track, &background, said)))
     }
 
     /// All that was added, in the order of the suite.
@@ -173,44 +175,29 @@ impl<'r> Collector<'r> {
         if numbers.is_empty() {
             return Ok(Sequences::default());
         }
-        all.sequences = sequences(results, &numbers)?;
+        let suite = &results.manifest.suite;
+        let mut truth = results.truth()?;
+        let sequence = |(name, numbers): (String, Vec<i64>)| {
+            let mut regions = truth.remove(&name).unwrap_or_default();
+            Sequence {
+                first: numbers.first().copied().unwrap_or(1),
+                size: suite.sizes.get(&name).copied(),
+                attributes: suite.attributes.get(&name).cloned().unwrap_or_default(),
+                truth: numbers.iter().map(|number| regions.remove(number)).collect(),
+                name,
+                ..Sequence::default()
+            }
+        };
+        all.sequences = numbers.into_iter().map(sequence).collect();
+        // Others than those of the suite come last, in order of name.
+        let in_suite = |s: &Sequence| suite.present.iter().position(|(name, _)| *name == s.name);
+        all.sequences.sort_by_cached_key(|s| in_suite(s).unwrap_or(usize::MAX));
         let place = |name: &str| all.sequences.iter().position(|sequence| sequence.name == name);
         let placed = |(name, track): (String, Track)| Some(Track { sequence: place(&name)?, ..track });
         all.tracks = tracks.into_iter().filter_map(placed).collect();
         all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
         Ok(all)
     }
-}
-
-fn method(results: &Results, record: &MethodRecord, trackers: &[String]) -> Method {
-    let threshold = |t: &String| record.thresholds.get(t).copied().filter(|v| v.is_finite());
-    let thresholds = trackers.iter().map(threshold).collect();
-    let protocol = results.experiment.protocol_of(&record.name);
-    let counted = protocol.map_or_else(String::new, counted_by);
-    Method { name: method_label(&record.name, &record.params), thresholds, counted }
-}
-
-/// The sequences whose frame numbers are known.
-fn sequences(results: &Results, numbers: &BTreeMap<String, Vec<i64>>) -> Result<Vec<Sequence>, ResultsError> {
-    let suite = &results.manifest.suite;
-    let mut truth = results.truth()?;
-    let in_suite = suite.present.iter().map(|(name, _)| name.as_str());
-    let known: BTreeSet<&str> = in_suite.clone().collect();
-    let others = numbers.keys().map(String::as_str).filter(|name| !known.contains(name));
-    let names: Vec<&str> = in_suite.chain(others).collect();
-    let sequence = |name: &str| {
-        let numbers = numbers.get(name)?;
-        let mut regions = truth.remove(name).unwrap_or_default();
-        Some(Sequence {
-            name: name.to_string(),
-            first: numbers.first().copied().unwrap_or(1),
-            size: suite.sizes.get(name).copied(),
-            attributes: suite.attributes.get(name).cloned().unwrap_or_default(),
-            truth: numbers.iter().map(|number| regions.remove(number)).collect(),
-            ..Sequence::default()
-        })
-    };
-    Ok(names.into_iter().filter_map(sequence).collect())
 }
 
 /// How the background region moves, for each tracker on which a method reads distribution fields.
@@ -272,11 +259,13 @@ impl Sequences {
     /// The table of counts: hits, misses and false alarms of every method on every track.
     pub fn tallies(&self) -> Tallies {
         let attributes: BTreeSet<&String> = self.sequences.iter().flat_map(|s| &s.attributes).collect();
+        let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
         let row = |track: &Track| {
             let sequence = &self.sequences[track.sequence];
             let mut cells = vec![String::new(); self.methods.len()];
             for (k, counts, events) in &track.counts {
                 cells[*k] = if self.unannotated { events.to_string() } else { tally(counts) };
+                totals[*k] = Some(totals[*k].into_iter().chain([*counts]).sum());
             }
             let marks = attributes.iter().enumerate().filter(|(_, a)| sequence.attributes.contains(a));
             TallyRow {
@@ -290,10 +279,6 @@ impl Sequences {
                 cells,
             }
         };
-        let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
-        for (k, counts, _) in self.tracks.iter().flat_map(|track| &track.counts) {
-            totals[*k] = Some(totals[*k].into_iter().chain([*counts]).sum());
-        }
         Tallies {
             note: self.note.clone(),
             unannotated: self.unannotated,
@@ -307,12 +292,11 @@ impl Sequences {
     /// Sequence, tracker and method that are shown first: the track and method with most events, the earliest among
     /// equals. Without ground truth it is the first method, which the verdict is of.
     fn start(&self) -> Option<[usize; 3]> {
-        let all =
-            self.tracks.iter().flat_map(|t| t.counts.iter().map(move |(k, _, events)| (t, *k, *events)));
-        let all = all.filter(|(_, k, _)| *k == 0 || !self.unannotated);
-        let most = all.clone().map(|(_, _, events)| events).max()?;
-        let (track, method, _) = all.into_iter().find(|(_, _, events)| *events == most)?;
-        Some([track.sequence, track.tracker, method])
+        let of_tracks = self.tracks.iter().flat_map(|t| t.counts.iter().map(move |of| (t, of)));
+        let all = of_tracks.filter(|(_, (method, ..))| *method == 0 || !self.unannotated);
+        // `min_by_key` takes the first of equal ones.
+        let most = all.min_by_key(|(_, (.., events))| std::cmp::Reverse(*events));
+        most.map(|(track, (method, ..))| [track.sequence, track.tracker, *method])
     }
 }
 

@@ -8,18 +8,14 @@
 //! The page has no script.
 
 mod leaderboard;
-mod standing;
 mod summary;
 
 pub use leaderboard::LEADERBOARD;
-pub use standing::{Estimate, Standing};
-pub use summary::{FORMAT, Summary, summary, write_summary};
+pub use summary::{Estimate, FORMAT, Standing, Summary, summary, write_summary};
 
 use super::claims::ClaimCounts;
-use super::files::{INDEX, OWNED, SUMMARY};
-use super::html::fill;
-use super::page::ReportError;
-use super::write::WriteError;
+use super::page::{ReportError, fill};
+use super::write::{INDEX, OWNED, SUMMARY, WriteError};
 use serde::Serialize;
 use std::fs::File;
 use std::path::Path;

@@ -1,5 +1,5 @@
 //! Which method or tracker is the best, and how sure that is: the one list that the tables `uncertainty`, `pairs` and
-//! `differences`, the figure and the sentence at the head of a page, and the leaderboard of all reports read.
+//! `differences` (and, beside it, `breakdown`), the figure and the sentence at the head of a page, and the leaderboard of all reports read.
 //!
 //! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
 //! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
@@ -9,21 +9,25 @@
 
 mod answer;
 mod fields;
+mod frames;
 mod tables;
 
-pub use answer::{best_names, dots, frames_verdict, verdict};
+pub use crate::results::frame_pairs::Difference as Estimate;
+pub use answer::{dots, frames_verdict, verdict};
 pub use fields::{frames_metric, of_frames};
+pub use frames::{CHANCE, breakdown, differences, of_every_tracker, pair_of};
 
-use super::layouts::{self, cell, of_suite};
 use super::pairs;
-use crate::figure::{Dots, Figure};
+use crate::figure::{Dot, Dots, Figure};
 use crate::results::Results;
-use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, sum_of};
+use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, in_common, sum_of};
+use crate::table::build::{cell, of_suite, suite};
 use crate::table::layout::{Cell, TableLayout};
 use crate::table::leaderboard::better_first;
 use crate::table::number::Style;
 use fields::{of_methods, of_trackers};
 use rayon::prelude::*;
+use serde_json::{Value, json};
 use trackfail_core::direction::Direction;
 use trackfail_core::num::pooled;
 use trackfail_core::num::ranks::{Friedman, friedman, holm};
@@ -32,20 +36,21 @@ use trackfail_engine::spec::table::Side;
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{FrameMeasures, Metric, TrackerMetric};
 
-/// A number with its 95 % bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Estimate {
-    /// The number.
-    pub value: Option<f64>,
-    /// Its bounds.
-    pub bounds: Option<(f64, f64)>,
-}
-
 impl Estimate {
     /// A measure of frames.
     pub fn of_frames(measures: &FrameMeasures, name: &str) -> Self {
         let bound = |end: &str| measures.get(&format!("{name}_{end}"));
         Self { value: measures.get(name), bounds: bound("low").zip(bound("high")) }
+    }
+
+    /// A statistic of summed counts, with its interval over sequences.
+    pub fn of_counts(
+        counts: &BySequence,
+        of: impl Fn(&[i64; 4]) -> Option<f64>,
+        sampling: &Sampling,
+    ) -> Self {
+        let units: Vec<[i64; 4]> = counts.values().copied().collect();
+        Self { value: of(&sum_of(&units)), bounds: sampling.interval(&units, of) }
     }
 
     /// The number and its bounds, as a table has them.
@@ -56,6 +61,11 @@ impl Estimate {
     /// A difference the other way round.
     fn turned(self) -> Self {
         Self { value: self.value.map(|v| -v), bounds: self.bounds.map(|(low, high)| (-high, -low)) }
+    }
+
+    /// The number in a figure.
+    fn dot(self) -> Option<Dot> {
+        Some(Dot { value: self.value?, bounds: self.bounds })
     }
 }
 
@@ -83,6 +93,17 @@ impl Measured {
     pub fn column(heading: &str) -> Self {
         let direction = TrackerMetric::of_heading(heading).map_or(Direction::HigherIsBetter, |m| m.direction);
         Self { title: heading.to_string(), direction, style: Style::DEFAULT, metric: None }
+    }
+
+    /// Itself in the templates of sentences.
+    fn told(&self) -> Value {
+        let is = |direction| self.direction == direction;
+        json!({
+            "title": self.title,
+            "larger": is(Direction::HigherIsBetter),
+            "smaller": is(Direction::LowerIsBetter),
+            "of_methods": self.metric.is_some(),
+        })
     }
 }
 
@@ -167,12 +188,14 @@ impl Standings {
 
 impl Field {
     /// How far one is above another, where the two were compared.
-    pub fn difference(&self, one: &Standing, other: &Standing) -> Option<Estimate> {
-        let of = |a: &Standing, b: &Standing| {
-            let is_it = |pair: &&Pair| pair.labels[0] == a.label && pair.labels[1] == b.label;
-            self.pairs.iter().find(is_it).map(|pair| pair.difference)
-        };
-        of(one, other).or_else(|| of(other, one).map(Estimate::turned))
+    fn difference(&self, one: &Standing, other: &Standing) -> Option<Estimate> {
+        let wanted = [&one.label, &other.label];
+        self.pairs.iter().find_map(|Pair { labels: [a, b], difference, .. }| {
+            if [a, b] == wanted {
+                return Some(*difference);
+            }
+            ([b, a] == wanted).then(|| difference.turned())
+        })
     }
 }
 
@@ -187,10 +210,7 @@ fn field(
     direction: Direction,
     sampling: &Sampling,
 ) -> Field {
-    standings.par_iter_mut().for_each(|s| {
-        let counts: Vec<[i64; 4]> = s.counts.values().copied().collect();
-        s.estimate = Estimate { value: of(&sum_of(&s.counts)), bounds: sampling.interval(&counts, of) };
-    });
+    standings.par_iter_mut().for_each(|s| s.estimate = Estimate::of_counts(&s.counts, of, sampling));
     let competing: Vec<&Standing> = standings.iter().filter(|s| s.competes).collect();
     let values = |sequence: &String| -> Option<Vec<f64>> {
         competing.iter().map(|s| of(s.counts.get(sequence)?)).collect()
@@ -212,16 +232,15 @@ fn field(
 
 /// The pairs that are tested: all of them or, of many competitors, the best one with each of the others.
 fn tested<'s>(competing: &[&'s Standing], direction: Direction) -> Vec<(&'s Standing, &'s Standing)> {
-    let places: Vec<(usize, usize)> = if competing.len() <= MAX_COMPETITORS {
-        (0..competing.len()).flat_map(|i| (i + 1..competing.len()).map(move |j| (i, j))).collect()
-    } else {
-        let value = |k: &usize| competing[*k].estimate.value;
-        // The first of equal ones.
-        let best = (0..competing.len()).min_by(|a, b| better_first(value(a), value(b), direction));
-        let against = |best: usize| (0..competing.len()).filter(move |k| *k != best).map(move |k| (best, k));
-        best.into_iter().flat_map(against).collect()
-    };
-    places.into_iter().map(|(i, j)| (competing[i], competing[j])).collect()
+    if competing.len() <= MAX_COMPETITORS {
+        let with_later = |k: usize| competing[k + 1..].iter().map(move |other| (competing[k], *other));
+        return (0..competing.len()).flat_map(with_later).collect();
+    }
+    let value = |s: &Standing| s.estimate.value;
+    // The first of equal ones.
+    let best = competing.iter().copied().min_by(|a, b| better_first(value(a), value(b), direction));
+    let others = |best: &'s Standing| competing.iter().copied().filter(move |s| s.label != best.label);
+    best.into_iter().flat_map(|best| others(best).map(move |other| (best, other))).collect()
 }
 
 fn pair(
@@ -230,8 +249,7 @@ fn pair(
     of: impl Fn(&[i64; 4]) -> Option<f64> + Copy,
     sampling: &Sampling,
 ) -> Pair {
-    let both: Vec<([i64; 4], [i64; 4])> =
-        a.counts.iter().filter_map(|(sequence, x)| Some((*x, *b.counts.get(sequence)?))).collect();
+    let both = in_common(&a.counts, &b.counts);
     let seed = sampling.seed_of(&[&a.label, &b.label]);
     let enough = Some(&both).filter(|both| both.len() >= MIN_SEQUENCES);
     let tested = enough.and_then(|both| pooled::permutation(both, of, SAMPLES, seed));
@@ -281,8 +299,7 @@ pub struct Uncertainty {
 /// Intervals, tests and ranks of an experiment's methods, and of the trackers that an analysis scored.
 pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
     let experiment = &results.experiment;
-    let has_trackers = fields::first_by_sequence(results).is_some();
-    if experiment.methods.is_empty() && !has_trackers {
+    if experiment.methods.is_empty() && fields::first_by_sequence(results).is_none() {
         return Uncertainty::default();
     }
     let present = results.manifest.suite.present.len();
@@ -297,7 +314,7 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
     let mut uncertainty = Uncertainty::default();
     for (k, of) in all.enumerate() {
         let (suffix, suite) = match of.measured.metric {
-            Some(_) => (String::new(), layouts::suite(results)),
+            Some(_) => (String::new(), suite(results)),
             None => {
                 (format!("-{}", pairs::measure_name(&of.measured.title)), fields::suite_of_trackers(results))
             }
@@ -306,11 +323,10 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
         if k == 0 {
             uncertainty.verdict = verdict(&of);
             uncertainty.dots = dots(&of, experiment, &suite);
-            uncertainty.best = best_names(&of);
+            uncertainty.best = answer::best_names(&of);
             uncertainty.ranked = Some(of_suite(tables::ranked(&of, intervals.clone()), results, &suite));
         }
-        let pairs = Some(pairs).filter(|table| !table.groups.is_empty());
-        for mut table in std::iter::once(intervals).chain(pairs) {
+        for mut table in [intervals].into_iter().chain(pairs) {
             table.name.push_str(&suffix);
             uncertainty.tables.push(of_suite(table, results, &suite));
         }

@@ -26,15 +26,12 @@ pub fn tracker<'a>(results: &'a Results, wanted: Option<&'a str>) -> &'a str {
 /// The tracks of a strip figure: those asked for that exist, or the one with most events (the first by name among
 /// equals).
 pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSeries]) -> Vec<&'a TrackSeries> {
-    if !wanted.is_empty() {
-        return wanted
-            .iter()
-            .filter_map(|name| tracks.iter().find(|t| t.sequence == *name).copied())
-            .collect();
+    if wanted.is_empty() {
+        // `max_by_key` takes the last of equal ones.
+        let most = tracks.iter().rev().max_by_key(|track| events(results, track).len());
+        return most.copied().into_iter().collect();
     }
-    // `max_by_key` takes the last of equal ones.
-    let most = tracks.iter().rev().max_by_key(|track| events(results, track).len());
-    most.copied().into_iter().collect()
+    wanted.iter().filter_map(|name| tracks.iter().find(|t| t.sequence == *name).copied()).collect()
 }
 
 /// Frames in which the tracker failed, by the experiment's protocol.
@@ -64,12 +61,8 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
 
 /// The stills of one figure; none where it shows none or has no track.
 pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<StillRequest> {
-    let (sequences, stills) = (&figure.params.sequences, figure.params.stills);
-    if stills == 0 {
-        return None;
-    }
-    let shown = chosen(results, sequences, tracks);
-    let track = shown.first()?;
+    let stills = Some(figure.params.stills).filter(|stills| *stills > 0)?;
+    let track = *chosen(results, &figure.params.sequences, tracks).first()?;
     let frames = pick(track.error.len(), events(results, track).first().copied(), stills);
     Some(StillRequest { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }

@@ -3,13 +3,11 @@
 //! | module | makes |
 //! |---|---|
 //! | [`page`] | an HTML file that needs nothing beside it: verdict, strip, viewer, thumbnails |
-//! | [`plot`] | a figure: stills over a panel for each method |
-//! | [`drawn`] | a video frame with the boxes, the state and the score |
+//! | [`picture`] | a figure of stills over a panel for each method; a frame with the boxes, the state and the score |
 //! | [`video`] | frames as a video file |
 
-pub mod drawn;
 pub mod page;
-pub mod plot;
+pub mod picture;
 pub mod video;
 
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
@@ -26,6 +24,13 @@ pub struct UserVideo<'a> {
     pub tracks: Vec<UserTrack>,
     /// Program, inputs and methods that the results rest on: names and values.
     pub facts: Vec<(String, String)>,
+}
+
+impl UserVideo<'_> {
+    /// The target of a video that has only one.
+    fn lone(&self) -> Option<&UserTrack> {
+        self.tracks.first().filter(|_| self.tracks.len() == 1)
+    }
 }
 
 /// A target.

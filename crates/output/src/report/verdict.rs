@@ -1,7 +1,10 @@
 //! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches that it rests on.
 
+use super::page::environment;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 use crate::table::number::Style;
+use minijinja::value::Serde;
+use serde_json::json;
 use std::ops::Range;
 use trackfail_core::num::fixed;
 use trackfail_methods::detector::RECOVERY_FRAMES;
@@ -45,63 +48,24 @@ enum End {
 /// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again there,
 /// or look at the frames from 181 on.`
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
-    let losses = losses(method);
-    let (Some(first), Some(last)) = (losses.first(), losses.last()) else {
-        return without_loss(track, method);
-    };
-    let times = match losses.len() {
-        1 => String::new(),
-        n => format!(", {n} times in all"),
-    };
-    let since = format!("since frame {}{times}", track.number(first.frames.start));
-    if last.end != End::Found {
-        let again = match last.end {
-            End::Unsure => "; not surely found again",
-            _ if losses.len() > 1 => "; lost at the end",
-            _ => "",
-        };
-        let restart = track.number(last.frames.start);
-        return format!(
-            "Lost {since}{again}. Start the tracker again at frame {restart}, or do not use its boxes from there on."
-        );
-    }
-    let possible = possibly_lost(method).into_iter().find(|run| run.start >= last.frames.end);
-    let from = possible.map(|run| track.number(run.start));
-    let but = from.map_or(String::new(), |from| format!(", but possibly lost from {from} on"));
-    let (when, there) = match losses.as_slice() {
-        [one] => (during(track, &one.frames), "there"),
-        _ => (since, "in the frames below"),
-    };
-    format!("Lost {when}; found again{but}. Do not use its boxes {there}.")
-}
-
-/// `from frame 3 to 5`, or `in frame 3`.
-fn during(track: &JudgedTrack, frames: &Range<usize>) -> String {
-    match [frames.start, frames.end - 1].map(|t| track.number(t)) {
-        [from, to] if from == to => format!("in frame {from}"),
-        [from, to] => format!("from frame {from} to {to}"),
-    }
-}
-
-/// The answer where there was no alarm.
-fn without_loss(track: &JudgedTrack, method: &JudgedMethod) -> String {
-    let possible = possibly_lost(method);
-    if let Some(first) = possible.first() {
-        let more = match possible.len() {
-            1 => String::new(),
-            n => format!(" and in {} more stretch{}", n - 1, if n == 2 { "" } else { "es" }),
-        };
-        let at = during(track, first);
-        return format!("Possibly lost {at}{more}; there was no alarm. Look at these frames.");
-    }
-    let seen = method.states.iter().filter(|state| **state != TargetState::Absent).count();
-    let s = if seen == 1 { "" } else { "s" };
-    let absent = match method.states.len() - seen {
-        0 => String::new(),
-        1 => "; one frame has no box".to_string(),
-        n => format!("; {n} frames have no box"),
-    };
-    format!("No loss found in {seen} frame{s}{absent}.")
+    let (losses, possible) = (losses(method), possibly_lost(method));
+    let ends = |run: &Range<usize>| [run.start, run.end - 1].map(|t| track.number(t));
+    let is_last = |end: End| losses.last().is_some_and(|last| last.end == end);
+    let after = losses.last().map_or(0, |last| last.frames.end);
+    let absent = method.states.iter().filter(|state| **state == TargetState::Absent).count();
+    let about = json!({
+        "losses": losses.iter().map(|loss| ends(&loss.frames)).collect::<Vec<_>>(),
+        "is_found": is_last(End::Found),
+        "is_unsure": is_last(End::Unsure),
+        "possible": possible.iter().map(ends).collect::<Vec<_>>(),
+        "doubt": possible.iter().find(|run| run.start >= after).map(|run| track.number(run.start)),
+        "absent": absent,
+        "seen": method.states.len() - absent,
+    });
+    let environment = environment("verdict.txt", include_str!("templates/verdict.txt"));
+    let said = environment.and_then(|of| Ok(of.get_template("verdict.txt")?.render(Serde(&about))?));
+    // It fails only where the template does not fit, which tests would show.
+    said.unwrap_or_else(|e| e.to_string()).trim().to_string()
 }
 
 /// The losses; one that an absence interrupts is one.
@@ -187,15 +151,18 @@ pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
 
 /// `alarm: .97 > .80`, and how the loss ends.
 fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
-    let before = frames.start.checked_sub(1).and_then(|t| method.states.get(t));
+    let state = |t: Option<usize>| method.states.get(t?);
+    let is_after_absence = state(frames.start.checked_sub(1)) == Some(&TargetState::Absent);
     let comparison =
-        || comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
-    let begins = if before == Some(&TargetState::Absent) && method.label.get(frames.start) != Some(&true) {
-        "lost before, too".to_string()
-    } else {
-        comparison().map_or_else(|| "alarm".to_string(), |comparison| format!("alarm: {comparison}"))
+        comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
+    let begins = match comparison {
+        _ if is_after_absence && method.label.get(frames.start) != Some(&true) => {
+            "lost before, too".to_string()
+        }
+        Some(comparison) => format!("alarm: {comparison}"),
+        None => "alarm".to_string(),
     };
-    let ends = match method.states.get(frames.end) {
+    let ends = match state(Some(frames.end)) {
         Some(TargetState::Tracking) if ending(method, frames.end) == End::Found => "; then found again",
         Some(TargetState::Tracking) => "; then not surely found again",
         _ => "",
@@ -240,24 +207,23 @@ pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
     let is_near = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p >= NEAR * threshold);
     let is_loss = |t: Option<usize>| t.and_then(|t| method.states.get(t)) == Some(&TargetState::Lost);
     let mut found: Vec<Range<usize>> = Vec::new();
-    for (_, mut run) in method.stretches().filter(|(state, _)| *state == TargetState::Tracking) {
-        if is_loss(run.start.checked_sub(1)) {
-            while !run.is_empty() && is_near(run.start) {
-                run.start += 1;
-            }
+    for (_, Range { mut start, mut end }) in
+        method.stretches().filter(|(state, _)| *state == TargetState::Tracking)
+    {
+        if is_loss(start.checked_sub(1)) {
+            start = (start..end).find(|t| !is_near(*t)).unwrap_or(end);
         }
-        if is_loss(Some(run.end)) {
-            while !run.is_empty() && is_near(run.end - 1) {
-                run.end -= 1;
-            }
+        if is_loss(Some(end)) {
+            end = (start..end).rfind(|t| !is_near(*t)).map_or(start, |t| t + 1);
         }
-        let begin = found.len();
-        for t in run.filter(|t| is_near(*t)) {
-            match found.get_mut(begin..).and_then(<[Range<usize>]>::last_mut) {
+        let mut run: Vec<Range<usize>> = Vec::new();
+        for t in (start..end).filter(|t| is_near(*t)) {
+            match run.last_mut() {
                 Some(last) if t < last.end + RECOVERY_FRAMES => last.end = t + 1,
-                _ => found.push(t..t + 1),
+                _ => run.push(t..t + 1),
             }
         }
+        found.extend(run);
     }
     found
 }
@@ -303,71 +269,71 @@ mod tests {
         let score = |states: &str| -> Vec<f64> {
             states.chars().map(|c| if c == 'L' { 0.97 } else { 0.05 }).collect()
         };
-        let of = |states: &str| said(states, &score(states), Some(0.8));
         let again = |frame| {
-            format!("Start the tracker again at frame {frame}, or do not use its boxes from there on.")
+            format!(" Start the tracker again at frame {frame}, or do not use its boxes from there on.")
         };
-        assert_eq!(of("..LLL"), format!("Lost since frame 3. {}", again(3)));
         let good = ".".repeat(10);
-        let of_found = |states: &str| of(&format!("{states}{good}"));
-        assert_eq!(of_found("..LLL"), "Lost from frame 3 to 5; found again. Do not use its boxes there.");
-        assert_eq!(of_found("..L"), "Lost in frame 3; found again. Do not use its boxes there.");
-        assert_eq!(of(".LL.L"), format!("Lost since frame 2, 2 times in all; lost at the end. {}", again(5)));
-        assert_eq!(
-            of_found(".L.L.L"),
-            "Lost since frame 2, 3 times in all; found again. Do not use its boxes in the frames below."
-        );
-        // Fewer than ten frames as good as before are no reason, nor are ten that are not.
-        assert_eq!(of("..LLL........."), format!("Lost since frame 3; not surely found again. {}", again(3)));
-        let mut doubtful = score(&format!("..LLL{good}"));
+        for (states, sentence) in [
+            ("..LLL", "Lost since frame 3.".to_string() + &again(3)),
+            ("..LLL+", "Lost from frame 3 to 5; found again. Do not use its boxes there.".into()),
+            ("..L+", "Lost in frame 3; found again. Do not use its boxes there.".into()),
+            (".LL.L", "Lost since frame 2, 2 times in all; lost at the end.".to_string() + &again(5)),
+            (
+                ".L.L.L+",
+                "Lost since frame 2, 3 times in all; found again. Do not use its boxes in the frames below."
+                    .into(),
+            ),
+            // Fewer than ten frames as good as before are no reason.
+            ("..LLL.........", "Lost since frame 3; not surely found again.".to_string() + &again(3)),
+            // An absence is part of the loss that it interrupts.
+            (".LAAL+", "Lost from frame 2 to 5; found again. Do not use its boxes there.".into()),
+            (".LAA", "Lost since frame 2.".to_string() + &again(2)),
+            ("...", "No loss found in 3 frames.".into()),
+            (".A", "No loss found in 1 frame; one frame has no box.".into()),
+            ("A.A", "No loss found in 1 frame; 2 frames have no box.".into()),
+        ] {
+            let states = states.replace('+', &good);
+            assert_eq!(said(&states, &score(&states), Some(0.8)), sentence, "{states}");
+        }
+        // Nor are ten that are not as good.
+        let states = format!("..LLL{good}");
+        let mut doubtful = score(&states);
         doubtful[9] = 0.2;
-        let said_of = |score: &[f64]| said(&format!("..LLL{good}"), score, Some(0.8));
-        assert_eq!(said_of(&doubtful), format!("Lost since frame 3; not surely found again. {}", again(3)));
+        let unsure = |frame| format!("Lost since frame {frame}; not surely found again.{}", again(frame));
+        assert_eq!(said(&states, &doubtful, Some(0.8)), unsure(3));
         // A later stretch near an alarm is no loss, but a reason for doubt.
-        let mut doubt = score(&format!(".LLL{good}.."));
+        let states = format!(".LLL{good}..");
+        let mut doubt = score(&states);
         doubt[14..].fill(0.7);
-        let doubt = said(&format!(".LLL{good}.."), &doubt, Some(0.8));
-        assert!(
-            doubt.starts_with("Lost from frame 2 to 4; found again, but possibly lost from 15 on. "),
-            "{doubt}"
-        );
-        // An absence is part of the loss that it interrupts.
-        assert_eq!(of_found(".LAAL"), "Lost from frame 2 to 5; found again. Do not use its boxes there.");
-        assert_eq!(of(".LAA"), format!("Lost since frame 2. {}", again(2)));
-        assert_eq!(of("..."), "No loss found in 3 frames.");
-        assert_eq!(of("A.A"), "No loss found in 1 frame; 2 frames have no box.");
+        let doubt = said(&states, &doubt, Some(0.8));
+        let begins = "Lost from frame 2 to 4; found again, but possibly lost from 15 on. ";
+        assert!(doubt.starts_with(begins), "{doubt}");
         // Without a probability, an alarm that is over need not mean that the target is found.
         let mut track = judged(".LLL.", &[0.0, 9.0, 0.0, 0.0, 0.0], Some(1.0));
         track.methods[0].is_probability = false;
-        assert_eq!(
-            verdict(&track, &track.methods[0]),
-            "Lost from frame 2 to 4; found again. Do not use its boxes there."
-        );
+        let found = "Lost from frame 2 to 4; found again. Do not use its boxes there.";
+        assert_eq!(verdict(&track, &track.methods[0]), found);
         track.methods[0].label[2..].fill(false);
-        assert_eq!(
-            verdict(&track, &track.methods[0]),
-            format!("Lost since frame 2; not surely found again. {}", again(2))
-        );
+        assert_eq!(verdict(&track, &track.methods[0]), unsure(2));
     }
 
     #[test]
     fn a_loss_is_possible_near_an_alarm() {
-        let mut score = [0.1; 6];
-        score[2..4].fill(0.74);
-        assert_eq!(
-            said("......", &score, Some(0.83)),
-            "Possibly lost from frame 3 to 4; there was no alarm. Look at these frames."
-        );
-        score[3] = 0.1;
-        assert_eq!(
-            said("......", &score, Some(0.83)),
-            "Possibly lost in frame 3; there was no alarm. Look at these frames."
-        );
-        assert_eq!(
-            rows(&judged("......", &score, Some(0.83))),
-            ["3|3|tracking|.74|possibly lost: near an alarm"]
-        );
-        assert_eq!(said("......", &score, Some(0.99)), "No loss found in 6 frames.");
+        let mut score = [0.1; 30];
+        for (near, threshold, sentence) in [
+            (2..4, 0.83, "Possibly lost from frame 3 to 4; there was no alarm. Look at these frames."),
+            (2..3, 0.83, "Possibly lost in frame 3; there was no alarm. Look at these frames."),
+            (2..3, 0.99, "No loss found in 30 frames."),
+        ] {
+            score.fill(0.1);
+            score[near].fill(0.74);
+            assert_eq!(said(&".".repeat(30), &score, Some(threshold)), sentence);
+        }
+        let track = judged(&".".repeat(30), &score, Some(0.83));
+        assert_eq!(rows(&track), ["3|3|tracking|.74|possibly lost: near an alarm"]);
+        score[20] = 0.74;
+        let several = said(&".".repeat(30), &score, Some(0.83));
+        assert!(several.starts_with("Possibly lost in frame 3 and in 1 more stretch; there"), "{several}");
     }
 
     #[test]

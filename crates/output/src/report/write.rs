@@ -3,31 +3,37 @@
 use super::claims::{self, Finding};
 use super::colors;
 use super::explain;
-use super::facts;
 use super::figures::{self, DrawError, FigureOutcome};
-use super::files::{INDEX, MARKDOWN};
 use super::glance::{self, HEADLINE};
-use super::html::render;
-use super::learned_on_test;
-use super::markdown::markdown;
-use super::page::{FailedCell, FigureView, Page, ReportError};
+use super::page::{FailedCell, FigureView, Page, ReportError, markdown, render};
 use super::paper::{self, Item};
-use super::provenance::provenance;
 use super::readings;
 use super::sequences::{self, Collector, Sequences, json};
+use super::site;
+use super::sources;
 use super::standings::{self, Uncertainty};
-use super::stills::{self, StillRequest};
-use super::{breakdown, differences, layouts};
-use crate::figure::{Figure as Drawing, Files, WIDTH};
+use super::stills;
+use crate::figure::{Files, WIDTH};
 use crate::results::{Manifest, Results, ResultsError, TrackSeries, unfinished};
 use crate::sampling::Units;
 use crate::table;
+use crate::table::build::suite;
 use crate::table::layout::TableLayout;
 use crate::table::suites::targets_note;
 use rayon::prelude::*;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use trackfail_core::image;
+use trackfail_engine::store::staging::{self, Staging};
 use trackfail_engine::store::{self, StoreError};
+
+/// The page, whose presence says that a report folder is complete.
+pub const INDEX: &str = "index.html";
+/// The folders in a report folder that hold nothing but parts of the report.
+pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
+/// The report as Markdown, beside its page.
+pub const MARKDOWN: &str = "report.md";
+/// The report in short, beside its page.
+pub const SUMMARY: &str = "summary.json";
 
 /// Content of a written report.
 pub struct WrittenReport {
@@ -65,24 +71,56 @@ const MAX_MISSING: usize = 12;
 /// Size of a page above which its series go into files beside it, in bytes.
 const MAX_PAGE: usize = 5 << 20;
 
+/// A report in a temporary folder beside its place, which it then takes as a whole.
+pub struct StagedReport {
+    name: String,
+    aside: Staging,
+    written: WrittenReport,
+}
+
+impl StagedReport {
+    /// Renders a report aside, and its tables beside the results.
+    ///
+    /// # Errors
+    /// See [`WriteError`].
+    pub fn render(results: &Results, reports: &Path) -> Result<Self, WriteError> {
+        staging::sweep(reports);
+        let aside = Staging::new(reports)?;
+        let written = write(results, aside.path())?;
+        site::write_summary(results, &written, aside.path())?;
+        Ok(Self { name: results.experiment.name.clone(), aside, written })
+    }
+
+    /// Puts the report in its place below `reports`; returns the path of its page, and what it says.
+    ///
+    /// # Errors
+    /// When the folder cannot be replaced.
+    pub fn publish(self, reports: &Path) -> Result<(PathBuf, WrittenReport), WriteError> {
+        let target = reports.join(&self.name);
+        self.aside.publish(&target, INDEX, &OWNED)?;
+        Ok((target.join(INDEX), self.written))
+    }
+}
+
 /// Writes a report from results alone: tables into the results folder; figures, stills, series, `index.html` and
 /// `report.md` into an empty folder.
 ///
 /// # Errors
 /// See [`WriteError`].
 pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
+    let experiment = &results.experiment;
     let scores = results.scores()?;
-    let units = Units::new(&results.experiment, &scores);
+    let units = Units::new(experiment, &scores);
     // All trackers together come first: that is what a leaderboard is asked for.
     let pairs = results.frame_pairs()?;
     let by_frames = standings::of_frames(results, &pairs);
-    let of_frames = by_frames.as_ref().map(|of| differences::table(of, results, &pairs));
-    let mut layouts: Vec<TableLayout> = of_frames.into_iter().chain(breakdown::table(results)).collect();
+    let of_frames = by_frames.as_ref().map(|of| standings::differences(of, results, &pairs));
+    let mut layouts: Vec<TableLayout> = of_frames.into_iter().chain(standings::breakdown(results)).collect();
     let of_readings = results.readings()?;
     let mut of_experiment =
         [readings::tables(results, &of_readings), table::layouts(results, &scores, &units)];
     // Readings are the answer where most methods are readings, else they stand behind the tables that they are about.
-    let readings_first = readings::are_the_answer(&results.experiment);
+    let readings_first = readings::are_the_answer(experiment);
     if !readings_first {
         of_experiment.reverse();
     }
@@ -93,7 +131,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     refuse_link(&results.folder.join("tables"))?;
     let mut page = page_frame(results);
     page.claims = claims::test(results, &units);
-    let facts = facts::facts(results, &page.claims);
+    let facts = sources::facts(results, &page.claims);
     let by_frames = by_frames.as_ref();
     page.verdict = by_frames
         .and_then(standings::frames_verdict)
@@ -103,28 +141,30 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         .into_iter()
         .collect();
     // Beside the page too: it offers them, wherever the results are.
-    table::write_tables([&results.folder, folder], &results.experiment, &facts, &layouts)?;
+    table::write_tables([&results.folder, folder], experiment, &facts, &layouts)?;
     page.downloads = true;
     // Where no figure shows tracks, they are never in memory all at once.
-    let shown = figures::show_tracks(&results.experiment.figures);
+    let shown = figures::show_tracks(&experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
     figures_of_experiment(results, folder, (&tracks, &units), &mut page)?;
-    let of_readings = readings::figures(&of_readings, |method| colors::color(&results.experiment, method));
+    let of_readings = readings::figures(&of_readings, |method| colors::color(experiment, method));
     let is_about_readings = readings_first && !of_readings.is_empty();
-    let of_frames =
-        by_frames.and_then(|of| standings::dots(of, &results.experiment, &layouts::suite(results)));
+    let of_frames = by_frames.and_then(|of| standings::dots(of, experiment, &suite(results)));
     let headline = of_frames.or(dots).filter(|_| !is_about_readings);
-    let headline = headline.into_iter().map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
-    for (name, dots, caption) in of_readings.into_iter().chain(headline) {
-        page.figures.push(draw_own(results, folder, name, &dots.figure(), caption)?);
-    }
-    for (name, ranks, caption) in ranks {
-        page.figures.push(draw_own(results, folder, name, &ranks, caption)?);
+    let headline = headline.map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
+    let own = of_readings.into_iter().chain(headline);
+    let own = own.map(|(name, dots, caption)| (name, dots.figure(), caption)).chain(ranks);
+    for (mut name, figure, caption) in own {
+        while experiment.figures.iter().any(|f| f.name == name) {
+            name.push('_');
+        }
+        let files = figure.draw(WIDTH).map_err(|error| DrawError::Figure { name: name.clone(), error })?;
+        page.figures.push(keep_figure(folder, &name, name.clone(), caption, files)?);
     }
     // Differences and readings have a verdict of their own, and their tables stand first.
-    let counted = standings::ordering_metric(&results.experiment);
+    let counted = standings::ordering_metric(experiment);
     let metric = if pairs.is_empty() { Some(counted) } else { standings::frames_metric() };
-    glance::figure_first(&mut page.figures, &results.experiment, (metric, &best), is_about_readings);
+    glance::figure_first(&mut page.figures, experiment, (metric, &best), is_about_readings);
     // The others are looked at more closely; a second picture of each would double what a page has to carry.
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
     page.summary.extend(note);
@@ -136,16 +176,18 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
         results.each_track(|tracks| collector.add(tracks))?;
     }
     let mut sequences = collector.finish()?;
-    keep_stills(results, folder, &requests, &mut sequences)?;
+    for request in &requests {
+        keep_stills(results, folder, request, &mut sequences)?;
+    }
     page.sequences = sequences.tallies();
     explain::link(results, &mut layouts, &sequences.trackers, &page.sequences);
-    page.links = !results.experiment.tables.is_empty();
+    page.links = !experiment.tables.is_empty();
     page.tables = layouts;
-    let answer =
-        ranked.clone().filter(|ranked| pairs.is_empty() && !readings_first && !ranked.groups.is_empty());
-    let answer = answer.or_else(|| page.tables.first().cloned());
-    if pairs.is_empty() && !readings_first {
-        glance::table_first(&mut page, &results.experiment, counted, (ranked, &best));
+    let methods_first = pairs.is_empty() && !readings_first;
+    let answer = ranked.as_ref().filter(|ranked| methods_first && !ranked.groups.is_empty());
+    let answer = answer.or(page.tables.first()).cloned();
+    if methods_first {
+        glance::table_first(&mut page, experiment, counted, (ranked, &best));
     }
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
@@ -167,8 +209,7 @@ fn figures_of_experiment(
     for (figure, drawn) in figures.iter().zip(drawn) {
         match drawn? {
             FigureOutcome::Drawn(drawn) => {
-                let (names, files) = ((figure.name.as_str(), drawn.name), drawn.files);
-                page.figures.push(keep_figure(folder, names, drawn.caption, files)?);
+                page.figures.push(keep_figure(folder, &figure.name, drawn.name, drawn.caption, drawn.files)?)
             }
             FigureOutcome::NoData(reason) => {
                 page.warnings.push(format!("Figure {} is not drawn: {reason}.", figure.name));
@@ -178,27 +219,12 @@ fn figures_of_experiment(
     Ok(())
 }
 
-/// Draws a figure that reports make by themselves, under a name that no figure of the experiment has.
-fn draw_own(
-    results: &Results,
-    folder: &Path,
-    mut name: String,
-    figure: &Drawing,
-    caption: String,
-) -> Result<FigureView, WriteError> {
-    while results.experiment.figures.iter().any(|f| f.name == name) {
-        name.push('_');
-    }
-    let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let files = figure.draw(WIDTH).map_err(fail)?;
-    keep_figure(folder, (&name, name.clone()), caption, files)
-}
-
 /// Writes a figure as SVG, PNG and PDF under a file name, and as wide as a column where it is wider; returns how the page
 /// shows it, under a title and with a caption.
 fn keep_figure(
     folder: &Path,
-    (file, name): (&str, String),
+    file: &str,
+    name: String,
     caption: String,
     Files { svg, narrow, narrow_pdf, png, pdf }: Files,
 ) -> Result<FigureView, WriteError> {
@@ -214,22 +240,20 @@ fn keep_figure(
     Ok(FigureView { file: path("svg"), endings, name, caption, svg, narrow })
 }
 
-/// Copies the stills of the figures for the frame viewer.
+/// Copies the stills of a figure for the frame viewer.
 fn keep_stills(
     results: &Results,
     folder: &Path,
-    requests: &[StillRequest],
+    request: &stills::StillRequest,
     sequences: &mut Sequences,
 ) -> Result<(), WriteError> {
-    for request in requests {
-        let named = |(_, sequence): &(usize, &mut sequences::Sequence)| sequence.name == request.sequence;
-        let Some((s, sequence)) = sequences.sequences.iter_mut().enumerate().find(named) else { continue };
-        for &t in &request.frames {
-            if sequence.stills.contains(&t) {
-                continue;
-            }
-            // A run that could not decode the frame again has written no still.
-            let Ok(pixels) = results.still(&request.figure, t) else { continue };
+    let mut all = sequences.sequences.iter_mut().enumerate();
+    let Some((s, sequence)) = all.find(|(_, s)| s.name == request.sequence) else { return Ok(()) };
+    for &t in &request.frames {
+        // A run that could not decode the frame again has written no still.
+        if !sequence.stills.contains(&t)
+            && let Ok(pixels) = results.still(&request.figure, t)
+        {
             let path = folder.join(sequences::still_file(s, t));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
             store::write_derived(&path, &png)?;
@@ -249,7 +273,7 @@ pub(super) fn small_enough(
 ) -> Result<String, WriteError> {
     let drawn: usize = page.figures.iter().map(|f| f.svg.len() + f.narrow.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
-    if let Some(series) = most.checked_sub(drawn).and_then(|room| json::embedded(sequences, room)) {
+    if let Some(series) = json::embedded(sequences, most.saturating_sub(drawn)) {
         page.series = series;
         let html = render(page)?;
         if html.len() <= most {
@@ -266,13 +290,12 @@ pub(super) fn small_enough(
         ));
     }
     page.figures_beside = page.series.len() + drawn > most;
-    let smaller: [fn(&mut Page); 3] = [|_| {}, |page| page.figures_beside = true, |page| page.links = false];
-    let mut html = String::new();
+    let mut html = render(page)?;
+    let smaller: [fn(&mut Page); 2] = [|page| page.figures_beside = true, |page| page.links = false];
     for make in smaller {
-        make(page);
-        html = render(page)?;
-        if html.len() <= most {
-            break;
+        if html.len() > most {
+            make(page);
+            html = render(page)?;
         }
     }
     Ok(html)
@@ -313,7 +336,7 @@ fn page_frame(results: &Results) -> Page {
         warnings: warnings(manifest),
         summary: experiment.note.iter().cloned().collect(),
         failed: unfinished::groups(&manifest.cells_failed).into_iter().map(failed).collect(),
-        provenance: provenance(results),
+        provenance: sources::provenance(results),
         // The experiment's file, protocol, seed and version, and the suites.
         provenance_head: 4 + manifest.digests.len(),
         ..Page::default()
@@ -341,7 +364,7 @@ fn warnings(manifest: &Manifest) -> Vec<String> {
     warnings.extend(on_test);
     // The points of a grid are of one method, and stand together.
     warnings.dedup();
-    warnings.extend(learned_on_test::warnings(manifest));
+    warnings.extend(sources::learned_on_test(manifest));
     warnings.extend(unfinished::not_run(&manifest.not_run).into_iter().map(|line| line + "."));
     warnings.extend(manifest.rules.iter().map(|(rule, count)| format!("{rule}: {count} times.")));
     warnings

@@ -1,8 +1,13 @@
-//! Cells of a run as rows: their names, their order, and what is written at once.
+//! Cells of a run as rows: their names, their order, their results, and what is written at once.
 
 use std::collections::HashMap;
 use std::hash::Hash;
+use std::sync::Arc;
+use trackfail_engine::execute::judge::Judged;
+use trackfail_engine::execute::track::Track;
+use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
+use trackfail_methods::detector::DetectorOutput;
 
 /// A method's name in `frames.parquet`: with its grid point, where it has one.
 pub fn method_label(method: &str, params: &str) -> String {
@@ -23,42 +28,66 @@ pub fn parse_point(params: &str) -> Vec<(String, f64)> {
 /// The cells by their names, whatever the order in which they were done.
 pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
-    fn key<'c>(outcome: &'c Outcome<'_>, c: &'c Cell) -> (&'c str, &'c str, u32, &'c str, &'c str) {
-        (&outcome.sequences[c.sequence].name, &c.tracker, c.run, &c.method, &c.params)
-    }
-    cells.sort_by(|a, b| key(outcome, a).cmp(&key(outcome, b)));
+    cells.sort_by_key(|&cell| (track_name(outcome, cell), &cell.method, &cell.params));
     cells
 }
 
-/// About how many rows of a file with a row for each frame are in memory at once; a row group has as many.
-const ROWS_AT_ONCE: usize = 1 << 17;
+/// Sequence, tracker and run of a track.
+pub(super) type TrackName<'a> = (&'a str, &'a str, i64);
 
-/// Parts of about [`ROWS_AT_ONCE`] frames, at least one, of a list whose items have a row for each frame of their cell.
-pub(super) fn in_parts<'c, T>(
-    outcome: &Outcome<'_>,
-    cells: &'c [T],
-    cell: impl Fn(&T) -> &Cell,
-) -> Vec<&'c [T]> {
+/// The name of a cell's track.
+pub(super) fn track_name<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> TrackName<'a> {
+    (&outcome.sequences[cell.sequence].name, &cell.tracker, i64::from(cell.run))
+}
+
+/// The track of a cell, where there is one.
+pub(super) fn track<'a>(outcome: &'a Outcome<'_>, cell: &Cell) -> Option<&'a Track> {
+    outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok().map(|track| &**track)
+}
+
+/// A cell that has a result, with what its detector says of its track.
+pub(super) struct Done<'a> {
+    pub cell: &'a Cell,
+    pub judged: &'a Judged,
+    pub track: &'a Track,
+    pub output: Arc<DetectorOutput>,
+}
+
+/// Those of the cells that have a result. A detection that cannot be read from the store any more is an error.
+pub(super) fn done<'a>(
+    outcome: &'a Outcome<'_>,
+    cells: impl IntoIterator<Item = &'a Cell>,
+) -> Result<Vec<Done<'a>>, StoreError> {
+    let mut all = Vec::new();
+    for cell in cells {
+        let (Ok(judged), Some(track)) = (&cell.result, track(outcome, cell)) else { continue };
+        let output = outcome.detector_output(cell, judged)?;
+        all.push(Done { cell, judged, track, output });
+    }
+    Ok(all)
+}
+
+/// Parts of a list, each of what fits: `size` is that of an item behind those before it in its part. There is at least one
+/// part, and an item that is too large is one.
+pub(crate) fn in_parts<T>(all: &[T], most: usize, size: impl Fn(&[T], &T) -> usize) -> Vec<&[T]> {
     let mut parts = Vec::new();
-    let mut rest = cells;
-    while !rest.is_empty() {
-        let mut rows = 0;
-        let fits = |one: &&T| {
-            rows += outcome.sequences[cell(one).sequence].len();
-            rows <= ROWS_AT_ONCE
+    let mut rest = all;
+    while !rest.is_empty() || parts.is_empty() {
+        let mut used = 0;
+        let fits = |k: &usize| {
+            used += size(&rest[..*k], &rest[*k]);
+            used <= most
         };
-        let (part, later) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        let fitting = (0..rest.len()).take_while(fits).count();
+        let (part, later) = rest.split_at(fitting.max(1).min(rest.len()));
         parts.push(part);
         rest = later;
-    }
-    if parts.is_empty() {
-        parts.push(rest);
     }
     parts
 }
 
 /// What has the same key together, behind the key; groups and their members in the order in which they come.
-pub(super) fn grouped<T: Copy, K: Copy + Eq + Hash>(
+pub(crate) fn grouped<T: Copy, K: Clone + Eq + Hash>(
     all: impl IntoIterator<Item = T>,
     key: impl Fn(T) -> K,
 ) -> Vec<(K, Vec<T>)> {
@@ -67,7 +96,7 @@ pub(super) fn grouped<T: Copy, K: Copy + Eq + Hash>(
     for one in all {
         let key = key(one);
         // The map only finds a group's place, its own order plays no part.
-        let place = *places.entry(key).or_insert(groups.len());
+        let place = *places.entry(key.clone()).or_insert(groups.len());
         if place == groups.len() {
             groups.push((key, Vec::new()));
         }

@@ -2,6 +2,7 @@
 //!
 //! A new column is a field here, and its value where the rows are filled.
 
+use super::cells::TrackName;
 use super::frame_measures::MEASURES;
 use super::frame_pairs::Difference;
 use super::rows::{Column, File, Kind, Rows, rows};
@@ -26,6 +27,10 @@ pub(super) const fn real(name: &'static str, meaning: &'static str) -> Column {
 const SUITE: Column = text("suite", "Name of the suite");
 const SEQUENCE: Column = text("sequence", "Name of the sequence");
 const TRACKER: Column = text("tracker", "Label of the tracker in the experiment");
+const TRACKER_OR_POOL: Column = TRACKER.means(
+    "Label of the tracker; in experiments of the leaderboard also `*` for all of them, `* FAMILY` for those of a family, \
+     `* on SOURCE` for all on a source of videos, `* FAMILY on SOURCE`",
+);
 const RUN: Column = integer("run", "Repetition of the tracker, from 0");
 const FRAME: Column = integer("frame", "Number of the frame, as the sequence numbers its frames");
 const METHOD: Column = text("method", "Name of the method");
@@ -77,14 +82,12 @@ const CORNERS: [Column; 8] = [
 
 rows! {
     /// The counts of a cell, or of all cells of a run of a tracker.
-    pub(super) struct Score in "scores.csv",
+    pub(super) struct Score<'a> in "scores.csv",
     "One row for each cell (a method on one run of a tracker over a sequence), sorted by its names, and one with sequence `*` \
      for each run of a tracker with a method, pooled over its sequences.", [SUITE] {
-        sequence: String = [SEQUENCE.means("Name of the sequence; `*` for all of them")],
-        tracker: String = [TRACKER],
-        run: i64 = [RUN],
-        method: String = [METHOD],
-        params: String = [PARAMS],
+        track: TrackName<'a> = [SEQUENCE.means("Name of the sequence; `*` for all of them"), TRACKER, RUN],
+        method: &'a str = [METHOD],
+        params: &'a str = [PARAMS],
         counts: Option<Counts> = COUNTS,
         status: String = [text(
             "status",
@@ -94,12 +97,10 @@ rows! {
     } []
 
     /// The numbers of a tracker and a method with its grid point.
-    pub(super) struct MeasureRow in "measures.csv",
+    pub(super) struct MeasureRow<'a> in "measures.csv",
     "One row for each tracker and method (with its grid point), pooled over sequences and runs: ratios are those of the \
      summed counts.", [SUITE] {
-        tracker: String = [TRACKER],
-        method: String = [METHOD],
-        params: String = [PARAMS],
+        of: (&'a str, &'a str, &'a str) = [TRACKER, METHOD, PARAMS],
         done: i64 = [integer("done", "Cells that have a result").unit("cells")],
         failed: i64 = [integer(
             "failed",
@@ -124,16 +125,11 @@ rows! {
     } []
 
     /// The measures frame by frame of a tracker, or of several together, and a method with its grid point.
-    pub(super) struct Measured in "frame_measures.csv",
+    pub(super) struct Measured<'a> in "frame_measures.csv",
     "One row for each tracker and method (with its grid point), as in measures.csv: how well the method's score and its \
      alarms tell lost frames from good ones, frame by frame, all frames together. Bounds are those of a 95 % bootstrap \
      interval over sequences. Runs of earlier versions have no such file.", [SUITE] {
-        tracker: String = [TRACKER.means(
-            "Label of the tracker; in experiments of the leaderboard also `*` for all of them, `* FAMILY` for those of a \
-             family, `* on SOURCE` for all on a source of videos, `* FAMILY on SOURCE`",
-        )],
-        method: String = [METHOD],
-        params: String = [PARAMS],
+        of: (&'a str, &'a str, &'a str) = [TRACKER_OR_POOL, METHOD, PARAMS],
         measures: FrameMeasures = MEASURES,
     } []
 
@@ -165,9 +161,7 @@ rows! {
     /// A frame of a cell.
     pub(super) struct Frame<'a> in "frames.parquet",
     "One row for each frame of every cell that has a result, cells sorted by their names.", [SUITE] {
-        sequence: &'a str = [SEQUENCE],
-        tracker: &'a str = [TRACKER],
-        run: i64 = [RUN],
+        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
         frame: i64 = [FRAME],
         x: f64 = [real("x", "Left edge of the tracker's box").unit("pixels")],
         y: f64 = [real("y", "Upper edge of the tracker's box").unit("pixels")],
@@ -192,9 +186,7 @@ rows! {
     pub(super) struct Signal<'a> in "signals.parquet",
     "One row for each frame of every cell that has a result, of methods that read a signal. Cells that differ in the point of \
      a method's grid alone share their rows where all of them read the same signal and none makes a forecast.", [SUITE] {
-        sequence: &'a str = [SEQUENCE],
-        tracker: &'a str = [TRACKER],
-        run: i64 = [RUN],
+        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
         frame: i64 = [FRAME],
         method: &'a str = [METHOD],
         params: &'a str = [PARAMS.empty("the method has no grid, or the row is that of all its points").recent()],
@@ -217,9 +209,7 @@ rows! {
     pub(super) struct ConditionRow<'a> in "conditions.parquet",
     "One row for each frame of every cell of a method that follows the tracker's condition. Only experiments with such a \
      method have the file.", [SUITE] {
-        sequence: &'a str = [SEQUENCE],
-        tracker: &'a str = [TRACKER],
-        run: i64 = [RUN],
+        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
         frame: i64 = [FRAME],
         method: &'a str = [METHOD],
         params: &'a str = [PARAMS.recent()],
@@ -228,14 +218,12 @@ rows! {
     } []
 
     /// A check of a track by running the tracker backwards.
-    pub(super) struct CheckRow in "checks.csv",
+    pub(super) struct CheckRow<'a> in "checks.csv",
     "One row for each time a method checked a track by running the tracker backwards, cells sorted by their names. Only \
      experiments with a method that follows the tracker's condition have the file.", [SUITE] {
-        sequence: String = [SEQUENCE],
-        tracker: String = [TRACKER],
-        run: i64 = [RUN],
-        method: String = [METHOD],
-        params: String = [PARAMS],
+        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
+        method: &'a str = [METHOD],
+        params: &'a str = [PARAMS],
         frame: i64 = [FRAME.means("Number of the frame in which the check was made")],
         reference: i64 = [integer("reference", "Number of the earlier frame that the tracker was run back to")],
         error: Option<f64> = [
@@ -246,13 +234,11 @@ rows! {
     } []
 
     /// A part of a track that was scored by itself.
-    pub(super) struct Piece in "pieces.csv",
+    pub(super) struct Piece<'a> in "pieces.csv",
     "One row for each piece of a track under a protocol in which a restart of the tracker begins a new track, such as \
      khalid2016/2. Frames between two pieces were skipped and count for nothing. Tracks without restarts have no row.",
     [SUITE] {
-        sequence: String = [SEQUENCE],
-        tracker: String = [TRACKER],
-        run: i64 = [RUN],
+        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
         first: i64 = [integer("first", "Number of the piece's first frame")],
         last: i64 = [integer("last", "Number of the piece's last frame")],
     } []

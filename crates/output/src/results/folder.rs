@@ -4,10 +4,8 @@
 //! and must have the digest that the manifest states; names in the manifest are compared and never opened.
 //! Links are followed for reading.
 
-use super::files::{
-    CheckRow, ConditionRow, Frame, MeasureRow, Measured, Pair, Piece, Row, Score, Signal, Target, of_folder,
-};
-use super::json::{from_json, to_dense_json, to_json};
+use super::files::{Frame, MeasureRow, Measured, Pair, Row, Score, Signal, Target, of_folder};
+use super::json::{from_json, to_dense_json, write_json};
 use super::manifest::{self, Hashed, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::rows::{Rows, TableError, packed, to_csv, to_parquet};
@@ -84,8 +82,7 @@ pub fn write(
         written.put(USER_SUITES, suites.as_bytes())?;
     }
     let suite = outcome.suite.as_str();
-    let scores = Score::frame(suite, scores::rows(experiment, outcome, detail))?;
-    written.put_rows(Score::NAME, scores, detail)?;
+    written.put_rows(Score::NAME, scores::frame(experiment, outcome, detail)?, detail)?;
     written.put(MeasureRow::NAME, &MeasureRow::csv(suite, measures::rows(outcome)?)?)?;
     if !outcome.cells.is_empty() {
         let rows = frame_measures::measure(experiment, outcome)?;
@@ -105,12 +102,9 @@ pub fn write(
     if !outcome.analyses.is_empty() {
         written.put(analyses::FILE, &to_dense_json(&folder.join(analyses::FILE), &outcome.analyses)?)?;
     }
-    let path = folder.join(run::FILE);
-    store::write(&path, &to_json(&path, record)?)?;
+    write_json(&folder.join(run::FILE), record)?;
     let manifest = Manifest { files: written.files, ..Manifest::new(experiment, outcome) };
-    let path = folder.join(manifest::FILE);
-    store::write(&path, &to_json(&path, &manifest)?)?;
-    Ok(())
+    write_json(&folder.join(manifest::FILE), &manifest)
 }
 
 /// Writes the files that tell of single frames.
@@ -136,13 +130,8 @@ fn write_frames(
     let digests = streamed.par_iter().map(stream).collect::<Result<Vec<_>, ResultsError>>()?;
     written.files.extend(digests);
     written.put(Target::NAME, &fill::truth(outcome)?)?;
-    if let Some(bytes) = fill::pieces(experiment, outcome)? {
-        written.put(Piece::NAME, &bytes)?;
-    }
-    let followed = fill::followed(outcome)?;
-    if !followed.is_empty() {
-        written.put(ConditionRow::NAME, &fill::conditions(outcome, &followed)?)?;
-        written.put(CheckRow::NAME, &fill::checks(outcome, &followed)?)?;
+    for (name, bytes) in fill::pieces(experiment, outcome)?.into_iter().chain(fill::followed(outcome)?) {
+        written.put(name, &bytes)?;
     }
     Ok(())
 }
@@ -238,7 +227,7 @@ impl Results {
     /// # Errors
     /// When the file is damaged.
     pub fn readings(&self) -> Result<Vec<Row>, ResultsError> {
-        self.table_if_any(Row::NAME, readings::read)
+        self.table_if_any(Row::NAME, |bytes| Row::rows(&Row::read(bytes)?))
     }
 
     /// Reads the differences between methods frame by frame; nothing where the run wrote none.
@@ -246,7 +235,7 @@ impl Results {
     /// # Errors
     /// When the file is damaged.
     pub fn frame_pairs(&self) -> Result<Vec<Pair>, ResultsError> {
-        self.table_if_any(Pair::NAME, frame_pairs::read)
+        self.table_if_any(Pair::NAME, |bytes| Pair::rows(&Pair::read(bytes)?))
     }
 
     /// Whether the run wrote a file.

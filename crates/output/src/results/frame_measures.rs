@@ -1,20 +1,18 @@
 //! `frame_measures.csv`: measures of scores and alarms frame by frame, pooled over sequences and runs.
 
-use super::cells::grouped;
+use super::cells::{Done, done, grouped};
 use super::files::{Measured, NO_INTERVAL, integer, real};
 use super::measures::Measure;
 use super::rows::{Column, Field, File, Rows, TableError, group, ungroup};
 use polars::prelude::{Column as Values, DataFrame};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 use trackfail_core::direction::Direction;
 use trackfail_core::num::seed;
-use trackfail_engine::execute::judge::Judged;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
-use trackfail_methods::detector::DetectorOutput;
 use trackfail_methods::score::FrameMeasures;
 use trackfail_methods::score::frames::list::FRAME_METRICS;
 use trackfail_methods::score::frames::measures::{Sampled, of_scores, with_alarms};
@@ -98,55 +96,47 @@ pub(super) struct Row<'a> {
 /// determine.
 fn of_method<'a>(
     experiment: &Experiment,
-    outcome: &Outcome<'_>,
+    outcome: &'a Outcome<'_>,
     (tracker, cells): (&str, &[&'a Cell]),
 ) -> Result<Vec<Row<'a>>, StoreError> {
     let mut rows = Vec::new();
-    let mut last: Option<(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)> = None;
+    let mut last: Option<(Vec<Done<'_>>, FrameMeasures, Sampled)> = None;
     for (params, cells) in grouped(cells.iter().copied(), |cell| &cell.params) {
         let first = cells[0];
-        let judged = cells.iter().filter_map(|cell| Some((*cell, cell.result.as_ref().ok()?)));
-        let outputs = judged.clone().map(|(cell, judged)| outcome.detector_output(cell, judged));
-        let outputs = outputs.collect::<Result<Vec<_>, StoreError>>()?;
-        let track = |((cell, judged), output): ((&Cell, &Judged), &'_ Arc<DetectorOutput>)| {
-            let track = outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok()?;
-            let error = restarts::counted_errors(&judged.pieces, &track.error);
-            Some(((cell.sequence, cell.job), error, output.clone()))
-        };
-        let tracks_of: Vec<_> = judged.zip(&outputs).filter_map(track).collect();
-        let names: Vec<(usize, usize)> = tracks_of.iter().map(|(name, ..)| *name).collect();
+        let done = done(outcome, cells)?;
+        let tracks: Vec<(usize, usize)> = done.iter().map(|one| (one.cell.sequence, one.cell.job)).collect();
         // Sequences without a result are not drawn in bootstrap samples.
-        let sequences: BTreeSet<usize> = names.iter().map(|(sequence, _)| *sequence).collect();
+        let sequences: BTreeSet<usize> = tracks.iter().map(|(sequence, _)| *sequence).collect();
         let sequences: Vec<usize> = sequences.into_iter().collect();
-        let tracks: Vec<ScoredTrack<'_>> = tracks_of
-            .iter()
-            .map(|((sequence, _), error, output)| ScoredTrack {
-                sequence: sequences.partition_point(|s| s < sequence),
-                error,
-                score: &output.score,
-                alarm: &output.alarm,
-            })
-            .collect();
-        let same = |(before, ..): &&(Vec<Arc<DetectorOutput>>, FrameMeasures, Sampled)| {
-            let equal = |(a, b): (&Arc<DetectorOutput>, &Arc<DetectorOutput>)| {
-                a.score == b.score && a.alarm_score == b.alarm_score
+        let errors: Vec<_> =
+            done.iter().map(|one| restarts::counted_errors(&one.judged.pieces, &one.track.error)).collect();
+        let scored = done.iter().zip(&errors).map(|(one, error)| ScoredTrack {
+            sequence: sequences.partition_point(|sequence| *sequence < one.cell.sequence),
+            error,
+            score: &one.output.score,
+            alarm: &one.output.alarm,
+        });
+        let scored: Vec<ScoredTrack<'_>> = scored.collect();
+        let same = |(before, ..): &&(Vec<Done<'_>>, FrameMeasures, Sampled)| {
+            let equal = |(a, b): (&Done<'_>, &Done<'_>)| {
+                a.output.score == b.output.score && a.output.alarm_score == b.output.alarm_score
             };
-            before.len() == outputs.len() && before.iter().zip(&outputs).all(equal)
+            before.len() == done.len() && before.iter().zip(&done).all(equal)
         };
-        let (scores, sampled) = match last.take().as_ref().filter(same) {
+        let (scores, sampled) = match last.as_ref().filter(same) {
             Some((_, measures, sampled)) => (*measures, sampled.clone()),
             None => {
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
-                let compared: Vec<&[f64]> = tracks_of.iter().map(|(.., output)| output.compared()).collect();
-                let differs = tracks_of.iter().any(|(.., output)| output.alarm_score.is_some());
+                let compared: Vec<&[f64]> = done.iter().map(|one| one.output.compared()).collect();
+                let differs = done.iter().any(|one| one.output.alarm_score.is_some());
                 let reading = reading(experiment, &first.method, params);
-                of_scores(&tracks, differs.then_some(&compared[..]), reading, Some(seed))
+                of_scores(&scored, differs.then_some(&compared[..]), reading, Some(seed))
             }
         };
-        let measures = with_alarms(scores, &tracks);
+        let measures = with_alarms(scores, &scored);
         let kept = if tracker == EVERY_TRACKER { sampled.clone() } else { Sampled::default() };
-        rows.push(Row { tracker: tracker.to_string(), first, measures, sampled: kept, tracks: names });
-        last = Some((outputs, scores, sampled));
+        rows.push(Row { tracker: tracker.to_string(), first, measures, sampled: kept, tracks });
+        last = Some((done, scores, sampled));
     }
     Ok(rows)
 }
@@ -210,10 +200,8 @@ pub(super) fn measure<'a>(
 
 impl Row<'_> {
     /// The row of the file.
-    pub fn measured(&self) -> Measured {
-        let [tracker, method, params] =
-            [&self.tracker, &self.first.method, &self.first.params].map(String::clone);
-        Measured { tracker, method, params, measures: self.measures }
+    pub fn measured(&self) -> Measured<'_> {
+        Measured { of: (&self.tracker, &self.first.method, &self.first.params), measures: self.measures }
     }
 }
 
@@ -225,8 +213,9 @@ pub type ByMethod = BTreeMap<[String; 3], FrameMeasures>;
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
-    let rows = Measured::rows(&Measured::read(bytes)?)?;
-    Ok(rows.into_iter().map(|row| ([row.tracker, row.method, row.params], row.measures)).collect())
+    let frame = Measured::read(bytes)?;
+    let names = |row: &Measured<'_>| <[&str; 3]>::from(row.of).map(str::to_string);
+    Ok(Measured::rows(&frame)?.into_iter().map(|row| (names(&row), row.measures)).collect())
 }
 
 /// Puts measures to the pooled numbers of the same tracker, method and grid point.
@@ -271,11 +260,7 @@ mod tests {
             tracker: "t".into(),
             method: method.into(),
             params: params.into(),
-            attribute: None,
-            pooled: trackfail_methods::score::Pooled::default(),
-            done: 1,
-            failed: 0,
-            not_there: 0,
+            ..Measure::default()
         };
         let mut measures = [measure("a", ""), measure("b", "x=1"), measure("b", "x=2")];
         attach(&read(text.clone().into_bytes()).unwrap(), &mut measures);

@@ -11,7 +11,7 @@
 pub use super::files::Pair;
 
 use super::frame_measures::{EVERY_TRACKER, Row};
-use super::rows::{Column, Field, Rows, TableError, group, ungroup};
+use super::rows::{Column, Field, TableError, group, ungroup};
 use polars::prelude::{Column as Values, DataFrame};
 use trackfail_methods::score::frames::bootstrap::interval;
 
@@ -83,17 +83,10 @@ impl Pair {
     }
 }
 
-/// Reads the file.
-///
-/// # Errors
-/// When the columns are not those of the file, or a number is damaged.
-pub fn read(bytes: Vec<u8>) -> Result<Vec<Pair>, TableError> {
-    Pair::rows(&Pair::read(bytes)?)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::rows::Rows;
     use trackfail_engine::{Cell, CellError};
     use trackfail_methods::score::FrameMeasures;
     use trackfail_methods::score::frames::measures::Sampled;
@@ -133,7 +126,8 @@ mod tests {
             row(&cells[1], [0.25, 0.25, 0.25], &[(0, 0), (1, 0)]),
             row(&cells[2], [0.25, 0.25, 0.25], &[(0, 0)]),
         ];
-        let read = read(Pair::csv("s", super::rows(&rows)).unwrap()).unwrap();
+        let frame = Pair::read(Pair::csv("s", super::rows(&rows)).unwrap()).unwrap();
+        let read = Pair::rows(&frame).unwrap();
         let [pair] = read.as_slice() else { panic!("{read:?}") };
         assert_eq!((pair.method.as_str(), pair.other.as_str()), ("a", "b"));
         let (low, high) = pair.auroc.bounds.unwrap();

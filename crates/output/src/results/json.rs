@@ -4,6 +4,7 @@ use super::ResultsError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
+use trackfail_engine::store;
 
 /// Pretty JSON with a final newline; `path` names the file in messages.
 ///
@@ -19,6 +20,11 @@ pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsE
 /// When the value cannot be JSON.
 pub(super) fn to_dense_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
     ended(path, serde_json::to_vec(value))
+}
+
+/// Writes pretty JSON.
+pub(super) fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), ResultsError> {
+    Ok(store::write(path, &to_json(path, value)?)?)
 }
 
 fn ended(path: &Path, bytes: serde_json::Result<Vec<u8>>) -> Result<Vec<u8>, ResultsError> {

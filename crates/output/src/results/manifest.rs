@@ -165,34 +165,32 @@ impl NotRun {
             reason: reason.to_string(),
             cells,
         };
-        let jobs = outcome.tracks.iter().enumerate().flat_map(|(s, tracks)| {
-            outcome.jobs.iter().zip(tracks).map(move |(job, track)| (s, job.tracker, track))
-        });
-        let absent = jobs.filter_map(|(s, tracker, track)| match track {
-            Err(CellError::Absent(reason)) => {
-                Some((s, (experiment.trackers[tracker].label.as_str(), reason)))
+        let mut all: Vec<Self> = Vec::new();
+        for (sequence, tracks) in outcome.tracks.iter().enumerate() {
+            for (job, track) in outcome.jobs.iter().zip(tracks) {
+                let Err(CellError::Absent(reason)) = track else { continue };
+                let tracker = &experiment.trackers[job.tracker].label;
+                // It is declared for all runs.
+                if all.iter().all(|known| (&known.tracker, &known.reason) != (tracker, reason)) {
+                    let is_mine = |cell: &&Cell| cell.sequence == sequence && cell.tracker == *tracker;
+                    let cells = outcome.cells.iter().filter(is_mine).count();
+                    all.push(entry(tracker, String::new(), reason, cells));
+                }
             }
-            _ => None,
-        });
-        // It is declared for all runs.
-        let absent = grouped(absent, |(_, what)| what).into_iter().map(|((tracker, reason), tracks)| {
-            let sequence = tracks[0].0;
-            let is_mine = |cell: &&Cell| cell.sequence == sequence && cell.tracker == tracker;
-            entry(tracker, String::new(), reason, outcome.cells.iter().filter(is_mine).count())
-        });
+        }
         let unmet = outcome.cells.iter().filter_map(|cell| match cell.result {
             Err(CellError::Unmet(need)) => Some((&*cell.tracker, &*cell.method, &*cell.params, need)),
             _ => None,
         });
-        let unmet =
-            grouped(unmet, |what| what).into_iter().map(|((tracker, method, params, need), cells)| {
-                entry(tracker, method_label(method, params), need, cells.len())
-            });
-        let analyses = outcome.not_analysed.iter().filter(|n| !n.error.is_failure());
-        let analyses = analyses.map(|NotAnalysed { analysis, tracker, error }| {
-            entry(tracker, format!("analysis {analysis}"), &error.to_string(), 0)
-        });
-        absent.chain(unmet).chain(analyses).collect()
+        for ((tracker, method, params, need), cells) in grouped(unmet, |what| what) {
+            all.push(entry(tracker, method_label(method, params), need, cells.len()));
+        }
+        for NotAnalysed { analysis, tracker, error } in &outcome.not_analysed {
+            if !error.is_failure() {
+                all.push(entry(tracker, format!("analysis {analysis}"), &error.to_string(), 0));
+            }
+        }
+        all
     }
 }
 
@@ -378,33 +376,32 @@ impl Manifest {
 fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
     let mut written: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {
-        let name = format!("{} ({})", method_label(&m.method, &m.params), m.tracker);
-        let mut text = format!("{}, {}: ", m.suite, runs(m.runs));
-        match &m.content {
+        let text = match &m.content {
             Content::Chosen { parameter, value, maximise, reached, candidates } => {
                 let reached = reached.map_or("no value".to_string(), |r| format!("{r:.4}"));
                 let tried = candidates.len();
-                text.push_str(&format!("{parameter} = {value} of {tried} values, {maximise} {reached}"));
+                format!("{parameter} = {value} of {tried} values, {maximise} {reached}")
             }
             Content::OnOthers { folds } => {
-                let values = folds.iter().filter_map(|fold| match &fold.content {
-                    Content::Chosen { value, .. } => Some(value.to_string()),
-                    Content::Learned { .. } | Content::OnOthers { .. } => None,
+                let values = folds.iter().filter_map(|fold| {
+                    let Content::Chosen { value, .. } = &fold.content else { return None };
+                    Some(value.to_string())
                 });
                 let values: Vec<String> = values.collect();
-                text.push_str(&format!("{} folds, without this tracker: {}", folds.len(), values.join(", ")));
+                format!("{} folds, without this tracker: {}", folds.len(), values.join(", "))
             }
             Content::Learned { model, threshold } => {
-                text.push_str(&threshold.map_or(String::new(), |t| format!("threshold {t}; ")));
+                let threshold = threshold.map_or(String::new(), |t| format!("threshold {t}; "));
                 if written.contains(&model) {
-                    text.push_str("the same model");
+                    threshold + "the same model"
                 } else {
                     written.push(model);
-                    text.push_str(&model.to_string());
+                    format!("{threshold}{model}")
                 }
             }
-        }
-        (name, text)
+        };
+        let name = format!("{} ({})", method_label(&m.method, &m.params), m.tracker);
+        (name, format!("{}, {}: {text}", m.suite, runs(m.runs)))
     };
     models.iter().map(record).collect()
 }

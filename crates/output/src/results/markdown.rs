@@ -68,16 +68,16 @@ mod tests {
             let declared = R::columns().into_iter().map(|c| (c.name, c.kind.types().1));
             assert!(found.eq(declared), "{}", R::NAME);
         }
-        check::<Score>();
-        check::<MeasureRow>();
-        check::<Measured>();
+        check::<Score<'_>>();
+        check::<MeasureRow<'_>>();
+        check::<Measured<'_>>();
         check::<Pair>();
         check::<Frame<'_>>();
         check::<Signal<'_>>();
         check::<Target<'_>>();
         check::<ConditionRow<'_>>();
-        check::<CheckRow>();
-        check::<Piece>();
+        check::<CheckRow<'_>>();
+        check::<Piece<'_>>();
         check::<Row>();
         check::<TableRow<'_>>();
         check::<Judgement<'_>>();

@@ -1,10 +1,10 @@
 //! `measures.csv`: everything pooled over sequences and runs.
 
-use super::cells::{grouped, method_label, parse_point};
+use super::cells::{done, grouped, method_label, parse_point};
 use super::files::MeasureRow;
 use super::manifest::FailedCell;
 use super::rows::{File, Rows, TableError};
-use super::scores::{CellScore, sum_of_cells};
+use super::scores::CellScore;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 use trackfail_engine::store::StoreError;
@@ -18,7 +18,7 @@ use trackfail_methods::score::{Metric, Pooled};
 pub static FILE: LazyLock<File> = LazyLock::new(MeasureRow::file);
 
 /// The pooled numbers of one tracker and one variant of a method, over all sequences and runs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Measure {
     /// Label of the tracker.
     pub tracker: String,
@@ -50,47 +50,30 @@ impl Measure {
     }
 }
 
-/// The rows of an outcome, in the order in which trackers and variants first appear.
+/// The file's rows, in the order in which trackers and variants first appear.
 ///
 /// # Errors
 /// When a detection cannot be read from the store any more.
-pub(super) fn rows(outcome: &Outcome<'_>) -> Result<Vec<MeasureRow>, StoreError> {
-    let groups = grouped(&outcome.cells, |cell| (&cell.tracker, &cell.method, &cell.params));
-    let row = |((tracker, method, params), cells): ((&String, &String, &String), Vec<&Cell>)| {
-        let done = cells.iter().filter(|c| c.result.is_ok()).count();
-        let pooled = pool_cells(outcome, &cells)?;
-        let effort = (done > 0).then_some(pooled.effort);
-        let [tracker, method, params] = [tracker, method, params].map(String::clone);
+pub(super) fn rows<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<MeasureRow<'a>>, StoreError> {
+    let groups =
+        grouped(&outcome.cells, |cell| (cell.tracker.as_str(), cell.method.as_str(), cell.params.as_str()));
+    let row = |(of, cells): (_, Vec<&'a Cell>)| {
+        let done = done(outcome, cells.iter().copied())?;
+        let scores = done.iter().map(|one| restarts::counted(&one.judged.pieces, &one.output.score));
+        let some = !done.is_empty();
+        let effort: Effort = done.iter().map(|one| one.judged.effort).sum();
         Ok(MeasureRow {
-            tracker,
-            method,
-            params,
-            done: done as i64,
+            of,
+            done: done.len() as i64,
             failed: cells.iter().filter(|c| c.has_failed()).count() as i64,
-            counts: (done > 0).then_some(pooled.counts),
-            score: pooled.score,
-            reverse_runs: effort.map(|e| e.runs as i64),
-            reverse_frames: effort.map(|e| e.frames as i64),
-            delay: pooled.delay,
+            counts: some.then(|| done.iter().map(|one| one.judged.score.counts).sum()),
+            score: normalized_mean_std(scores),
+            reverse_runs: some.then_some(effort.runs as i64),
+            reverse_frames: some.then_some(effort.frames as i64),
+            delay: median_delay(done.iter().flat_map(|one| one.judged.score.delays()).collect()),
         })
     };
     groups.into_iter().map(row).collect()
-}
-
-/// Pools the cells that have a result.
-fn pool_cells(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<Pooled, StoreError> {
-    let judged = || cells.iter().filter_map(|c| Some((c, c.result.as_ref().ok()?)));
-    let detections = judged().map(|(cell, judged)| outcome.detector_output(cell, judged));
-    let detections = detections.collect::<Result<Vec<_>, StoreError>>()?;
-    Ok(Pooled {
-        counts: sum_of_cells(cells),
-        score: normalized_mean_std(
-            judged().zip(&detections).map(|((_, judged), d)| restarts::counted(&judged.pieces, &d.score)),
-        ),
-        effort: judged().map(|(_, judged)| judged.effort).sum(),
-        delay: median_delay(judged().flat_map(|(_, judged)| judged.score.delays()).collect()),
-        ..Pooled::default()
-    })
 }
 
 /// Pools the counts of the sequences with each attribute, attributes by name; trackers and variants in the
@@ -139,27 +122,18 @@ pub fn by_attribute(
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
     let count = |number: i64| u64::try_from(number).unwrap_or_default();
-    // Where no cell has a result the fields are empty.
-    let measure = |row: MeasureRow| Measure {
-        tracker: row.tracker,
-        method: row.method,
-        params: row.params,
-        attribute: None,
-        pooled: Pooled {
-            counts: row.counts.unwrap_or_default(),
-            score: row.score,
-            effort: Effort {
-                runs: row.reverse_runs.map_or(0, count),
-                frames: row.reverse_frames.map_or(0, count),
-            },
-            delay: row.delay,
-            ..Pooled::default()
-        },
-        done: count(row.done) as usize,
-        failed: count(row.failed) as usize,
-        not_there: 0,
+    let frame = MeasureRow::read(bytes)?;
+    let measure = |row: MeasureRow<'_>| {
+        let [tracker, method, params] = <[&str; 3]>::from(row.of).map(str::to_string);
+        let [runs, frames] = [row.reverse_runs, row.reverse_frames].map(|n| n.map_or(0, count));
+        // Where no cell has a result the fields are empty.
+        let counts = row.counts.unwrap_or_default();
+        let effort = Effort { runs, frames };
+        let pooled = Pooled { counts, score: row.score, effort, delay: row.delay, ..Pooled::default() };
+        let [done, failed] = [row.done, row.failed].map(|n| count(n) as usize);
+        Measure { tracker, method, params, attribute: None, pooled, done, failed, not_there: 0 }
     };
-    Ok(MeasureRow::rows(&MeasureRow::read(bytes)?)?.into_iter().map(measure).collect())
+    Ok(MeasureRow::rows(&frame)?.into_iter().map(measure).collect())
 }
 
 /// Counts the cells of each measure whose data is not there.

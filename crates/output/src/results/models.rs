@@ -4,11 +4,10 @@
 
 use super::ResultsError;
 use super::frame_measures::EVERY_TRACKER;
-use super::json::to_json;
+use super::json::write_json;
 use std::path::Path;
 use trackfail_engine::Outcome;
 use trackfail_engine::execute::train::{Content, Model};
-use trackfail_engine::store;
 
 /// The folder of the models.
 pub const FOLDER: &str = "models";
@@ -26,8 +25,7 @@ pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), ResultsE
             point => format!("{}-{}", slug(&model.method), slug(point)),
         };
         let name = format!("{:03}-{method}-{}.json", k + 1, slug(tracker));
-        let path = folder.join(FOLDER).join(name);
-        store::write(&path, &to_json(&path, model)?)?;
+        write_json(&folder.join(FOLDER).join(name), model)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Results shown by another experiment file: captions, titles, order, selection, widths and claims are not what was run.
 
 use super::manifest::{self, sha256};
-use super::{Results, ResultsError, SPEC, json::to_json, readings};
+use super::{Results, ResultsError, SPEC, json::write_json, readings};
 use std::path::Path;
 use trackfail_engine::spec::presentation::other_keys;
 use trackfail_engine::spec::read_file;
@@ -24,8 +24,7 @@ impl Results {
         self.manifest.spec_digest = sha256(experiment.source.as_bytes());
         self.manifest.files.insert(SPEC.to_string(), self.manifest.spec_digest.clone());
         store::write(&self.folder.join(SPEC), experiment.source.as_bytes())?;
-        let path = self.folder.join(manifest::FILE);
-        store::write(&path, &to_json(&path, &self.manifest)?)?;
+        write_json(&self.folder.join(manifest::FILE), &self.manifest)?;
         self.experiment = experiment;
         self.put_in_order();
         Ok(())

@@ -5,8 +5,7 @@
 
 pub use super::files::Row;
 
-use super::cells::grouped;
-use super::rows::{Rows, TableError};
+use super::cells::{Done, done, grouped};
 use std::collections::BTreeMap;
 use trackfail_core::num::seed;
 use trackfail_engine::spec::Experiment;
@@ -59,9 +58,7 @@ impl<'a> Named<'a> {
         let like_method =
             experiment.methods.iter().find(|m| m.name == method).and_then(|m| m.like.as_deref());
         let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
-        for cell in cells {
-            let Ok(judged) = &cell.result else { continue };
-            let output = outcome.detector_output(cell, judged)?;
+        for Done { cell, judged, output, .. } in done(outcome, cells.iter().copied())? {
             let scores = restarts::counted(&judged.pieces, &output.score);
             parts.entry(cell.sequence).or_default().add(&Part::new(judged.score.counts, &scores), 1);
         }
@@ -119,12 +116,4 @@ pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec
         }
     }
     Ok(rows)
-}
-
-/// Reads the file.
-///
-/// # Errors
-/// When the columns are not those of the file, or a number is damaged.
-pub fn read(bytes: Vec<u8>) -> Result<Vec<Row>, TableError> {
-    Row::rows(&Row::read(bytes)?)
 }

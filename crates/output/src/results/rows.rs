@@ -143,7 +143,7 @@ pub(super) fn packed(name: &str) -> String {
 }
 
 /// The rows of a file; `rows!` implements it.
-pub(super) trait Rows<'a>: Sized {
+pub(crate) trait Rows<'a>: Sized {
     /// Name of the file in the results folder.
     const NAME: &'static str;
     /// Meaning of a row, and the purpose of the file.
@@ -170,12 +170,14 @@ pub(super) trait Rows<'a>: Sized {
         to_parquet(Self::frame(same, rows)?)
     }
 
-    /// Reads a file, CSV or Parquet.
+    /// Reads a file, CSV or Parquet, whose header must be the declared one.
     fn read(bytes: Vec<u8>) -> Result<DataFrame, TableError> {
         let is_parquet = bytes.starts_with(b"PAR1");
         let read =
             if is_parquet { ParquetReader::new(Cursor::new(bytes)).finish()? } else { from_csv(bytes)? };
-        Self::typed(&read)
+        let columns = Self::columns();
+        check(&columns, read.get_column_names().into_iter().map(PlSmallStr::as_str))?;
+        typed(&columns, &read)
     }
 
     /// Gives `take` a Parquet file a row group at a time, without the first column, which is the same in all rows.
@@ -199,13 +201,6 @@ pub(super) trait Rows<'a>: Sized {
             from += rows;
         }
         Ok(())
-    }
-
-    /// A frame that was read, if its header is that of the file.
-    fn typed(read: &DataFrame) -> Result<DataFrame, TableError> {
-        let columns = Self::columns();
-        check(&columns, read.get_column_names().into_iter().map(PlSmallStr::as_str))?;
-        typed(&columns, read)
     }
 }
 
@@ -359,6 +354,21 @@ numbers! {
     i32, None;
     i64, None;
     f64, Some(f64::NAN);
+}
+
+/// Names that rows of several files begin with, a column each.
+impl<'a, A: Field<'a>, B: Field<'a>, C: Field<'a>> Field<'a> for (A, B, C) {
+    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
+        let (first, second, third): (Vec<A>, Vec<B>, Vec<C>) = values.into_iter().collect();
+        [A::write(&columns[..1], first), B::write(&columns[1..2], second), C::write(&columns[2..], third)]
+            .concat()
+    }
+
+    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
+        let others = B::read(&columns[1..2], frame)?.into_iter().zip(C::read(&columns[2..], frame)?);
+        let all = A::read(&columns[..1], frame)?.into_iter().zip(others);
+        Ok(all.map(|(first, (second, third))| (first, second, third)).collect())
+    }
 }
 
 /// Columns of numbers that a value has several of; `number` is that of the column of an index.

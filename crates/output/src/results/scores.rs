@@ -1,11 +1,13 @@
 //! `scores.csv`: the counts of every cell; in compact results `scores.parquet`, with the same columns.
 
-use super::cells::{grouped, sorted_cells};
+use super::cells::{grouped, sorted_cells, track_name};
 use super::files::Score;
 use super::folder::Detail;
 use super::rows::{Column, Field, Rows, TableError, group};
 use polars::prelude::{Column as Values, DataFrame};
+use trackfail_dataset::suite::Missing;
 use trackfail_engine::spec::Experiment;
+use trackfail_engine::spec::method::Method;
 use trackfail_engine::{Cell, CellError, Outcome};
 use trackfail_methods::score::{Counts, Metric, Pooled};
 
@@ -35,29 +37,35 @@ impl<'a> Field<'a> for Option<Counts> {
     }
 }
 
-/// The rows of the file.
-pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>, detail: Detail) -> Vec<Score> {
+/// The file's rows: those of the cells, of the runs of a tracker with a method, and of sequences that are not there.
+pub(super) fn frame(
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+    detail: Detail,
+) -> Result<DataFrame, TableError> {
     let cells = sorted_cells(outcome);
-    let mut rows: Vec<Score> = cells.iter().map(|cell| of_cell(outcome, cell)).collect();
+    let mut rows: Vec<Score<'_>> = cells.iter().map(|cell| of_cell(outcome, cell)).collect();
     let runs = grouped(cells, |c| (&c.tracker, c.run, &c.method, &c.params));
     rows.extend(runs.iter().map(|(_, cells)| of_run(outcome, cells)));
-    if detail == Detail::Frames {
-        rows.extend(of_missing(experiment, outcome));
+    let variants = experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v.params())));
+    let variants: Vec<(&Method, String)> = variants.collect();
+    let not_there: &[Missing] = if detail == Detail::Frames { &outcome.missing } else { &[] };
+    for (missing, tracker) in not_there.iter().flat_map(|m| experiment.trackers.iter().map(move |t| (m, t))) {
+        for (method, params) in variants.iter().filter(|(method, _)| method.runs_on(&tracker.label)) {
+            rows.extend((0..tracker.runs).map(|run| Score {
+                track: (&missing.name, &tracker.label, i64::from(run)),
+                method: &method.name,
+                params,
+                counts: None,
+                status: format!("missing: {}", missing.folder),
+            }));
+        }
     }
-    fn key(r: &Score) -> (&str, &str, i64, &str, &str) {
-        (&r.sequence, &r.tracker, r.run, &r.method, &r.params)
-    }
-    rows.sort_by(|a, b| key(a).cmp(&key(b)));
-    rows
+    rows.sort_by_key(|row| (row.track, row.method, row.params));
+    Score::frame(&outcome.suite, rows)
 }
 
-fn row(sequence: &str, cell: &Cell, counts: Option<Counts>, status: String) -> Score {
-    let Cell { tracker, run, method, params, .. } = cell;
-    let [tracker, method, params] = [tracker, method, params].map(String::clone);
-    Score { sequence: sequence.to_string(), tracker, run: i64::from(*run), method, params, counts, status }
-}
-
-fn of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Score {
+fn of_cell<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> Score<'a> {
     let status = match &cell.result {
         Ok(_) => "ok".to_string(),
         Err(CellError::Missing(m)) => format!("missing: {m}"),
@@ -65,42 +73,20 @@ fn of_cell(outcome: &Outcome<'_>, cell: &Cell) -> Score {
         Err(e @ (CellError::Unmet(_) | CellError::Absent(_))) => format!("not run: {e}"),
     };
     let counts = cell.result.as_ref().ok().map(|judged| judged.score.counts);
-    row(&outcome.sequences[cell.sequence].name, cell, counts, status)
+    Score { track: track_name(outcome, cell), method: &cell.method, params: &cell.params, counts, status }
 }
 
 /// The row with sequence `*` of the cells of a run.
-fn of_run(outcome: &Outcome<'_>, cells: &[&Cell]) -> Score {
-    let done = cells.iter().filter(|c| c.result.is_ok()).count();
-    let complete = done == cells.len() && outcome.missing.is_empty();
-    let status = if complete { "ok".to_string() } else { format!("partial: {done} of {}", outcome.wanted) };
-    row("*", cells[0], (done > 0).then(|| sum_of_cells(cells)), status)
-}
-
-/// Rows for the cells of sequences that are not there.
-fn of_missing(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Score> {
-    let mut rows = Vec::new();
-    for missing in &outcome.missing {
-        for tracker in &experiment.trackers {
-            let methods = experiment.methods.iter().filter(|m| m.runs_on(&tracker.label));
-            for (method, variant) in methods.flat_map(|m| m.variants.iter().map(move |v| (m, v))) {
-                rows.extend((0..tracker.runs).map(|run| Score {
-                    sequence: missing.name.clone(),
-                    tracker: tracker.label.clone(),
-                    run: i64::from(run),
-                    method: method.name.clone(),
-                    params: variant.params(),
-                    counts: None,
-                    status: format!("missing: {}", missing.folder),
-                }));
-            }
-        }
-    }
-    rows
-}
-
-/// The summed counts of the cells that have a result.
-pub(super) fn sum_of_cells(cells: &[&Cell]) -> Counts {
-    cells.iter().filter_map(|c| c.result.as_ref().ok()).map(|judged| judged.score.counts).sum()
+fn of_run<'a>(outcome: &'a Outcome<'_>, cells: &[&'a Cell]) -> Score<'a> {
+    let counts = cells.iter().filter_map(|cell| Some(cell.result.as_ref().ok()?.score.counts));
+    let counts: Vec<Counts> = counts.collect();
+    let (done, first) = (counts.len(), of_cell(outcome, cells[0]));
+    let is_complete = done == cells.len() && outcome.missing.is_empty();
+    let status =
+        if is_complete { "ok".to_string() } else { format!("partial: {done} of {}", outcome.wanted) };
+    let (_, tracker, run) = first.track;
+    let counts = (done > 0).then(|| counts.into_iter().sum());
+    Score { track: ("*", tracker, run), counts, status, ..first }
 }
 
 /// The counts of one cell.
@@ -125,10 +111,12 @@ pub struct CellScore {
 /// # Errors
 /// When the columns are not those of the file, or a count is not a number.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
-    let rows = Score::rows(&Score::read(bytes)?)?;
-    let done = rows.into_iter().filter(|row| row.sequence != "*" && row.status == "ok");
-    let cell = |Score { sequence, tracker, run, method, params, counts, .. }: Score| {
+    let frame = Score::read(bytes)?;
+    let rows = Score::rows(&frame)?;
+    let done = rows.into_iter().filter(|row| row.track.0 != "*" && row.status == "ok");
+    let cell = |Score { track: (sequence, tracker, run), method, params, counts, .. }: Score<'_>| {
         let lacking = || TableError::Number { column: "tp", found: String::new() };
+        let [sequence, tracker, method, params] = [sequence, tracker, method, params].map(str::to_string);
         let of = |counts| CellScore { sequence, tracker, run, method, params, counts };
         counts.map(of).ok_or_else(lacking)
     };

@@ -1,8 +1,7 @@
 //! Tracks with what methods made of them, from `frames.parquet`, `pieces.csv`, `signals.parquet`, `conditions.parquet`
 //! and `checks.csv`; and the ground truth.
 
-use super::cells::method_label;
-use super::checks::ReverseCheck;
+use super::cells::{TrackName, method_label};
 use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
 use super::rows::{Rows, TableError};
 use super::{Results, ResultsError};
@@ -34,6 +33,10 @@ pub struct TrackSeries {
 }
 
 impl TrackSeries {
+    fn name(&self) -> TrackName<'_> {
+        (&self.sequence, &self.tracker, self.run)
+    }
+
     /// The series of a method.
     pub fn method(&self, name: &str) -> Option<&MethodSeries> {
         self.methods.iter().find(|m| m.name == name)
@@ -69,6 +72,19 @@ pub struct MethodSeries {
     pub checks: Vec<ReverseCheck>,
 }
 
+/// A check of a track by running the tracker backwards.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReverseCheck {
+    /// Number of the frame in which it was made.
+    pub frame: i64,
+    /// Number of the frame that was run back to.
+    pub reference: i64,
+    /// Error there between both ways; none where nothing was run.
+    pub error: Option<f64>,
+    /// Whether the track is taken to be successful again.
+    pub accepted: bool,
+}
+
 /// Which tracks and methods to read; `None` is all of them.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TrackFilter<'a> {
@@ -82,42 +98,33 @@ pub struct TrackFilter<'a> {
     pub run: Option<i64>,
 }
 
-/// Sequence, tracker, run and method that a row is about.
-type Key<'a> = (&'a str, &'a str, i64, &'a str);
-
 impl TrackFilter<'_> {
-    fn passes(&self, (sequence, tracker, run, method): Key<'_>) -> bool {
+    fn passes(&self, (sequence, tracker, run): TrackName<'_>, method: &str) -> bool {
         let is = |wanted: Option<&str>, found: &str| wanted.is_none_or(|w| w == found);
         is(self.tracker, tracker)
             && is(self.sequence, sequence)
             && is(self.method, method)
             && self.run.is_none_or(|r| r == run)
     }
-}
 
-impl TrackSeries {
-    fn is_of(&self, (sequence, tracker, run, _): Key<'_>) -> bool {
-        self.sequence == sequence && self.tracker == tracker && self.run == run
+    /// The method on one of the tracks that rows are about, if they pass.
+    fn find<'t>(
+        &self,
+        tracks: &'t mut [TrackSeries],
+        track: TrackName<'_>,
+        method: &str,
+    ) -> Option<&'t mut MethodSeries> {
+        if !self.passes(track, method) {
+            return None;
+        }
+        let track = tracks.iter_mut().find(|known| known.name() == track)?;
+        track.methods.iter_mut().find(|known| known.name == method)
     }
 }
 
-impl<'a> Frame<'a> {
-    fn key(&self) -> Key<'a> {
-        (self.sequence, self.tracker, self.run, self.method)
-    }
-}
-
-impl<'a> Signal<'a> {
-    fn key(&self) -> Key<'a> {
-        (self.sequence, self.tracker, self.run, self.method)
-    }
-}
-
-impl<'a> ConditionRow<'a> {
-    fn key(&self) -> Key<'a> {
-        (self.sequence, self.tracker, self.run, self.method)
-    }
-}
+/// The first run of every tracker.
+const FIRST_RUNS: TrackFilter<'static> =
+    TrackFilter { tracker: None, sequence: None, method: None, run: Some(0) };
 
 /// Numbers of the first and the last frame of each piece, by sequence, tracker and run of the track.
 type Pieces = BTreeMap<(String, String, i64), Vec<(i64, i64)>>;
@@ -131,7 +138,7 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn all_tracks(&self) -> Result<Vec<TrackSeries>, ResultsError> {
-        self.read_frames(&TrackFilter { run: Some(0), ..TrackFilter::default() })
+        self.read_frames(&FIRST_RUNS)
     }
 
     /// Copies of tracks of a tracker's first run, with signals and conditions.
@@ -144,8 +151,15 @@ impl Results {
         tracks: &[&TrackSeries],
     ) -> Result<Vec<TrackSeries>, ResultsError> {
         let mut tracks: Vec<TrackSeries> = tracks.iter().map(|track| (*track).clone()).collect();
-        let filter = TrackFilter { tracker: Some(tracker), run: Some(0), ..TrackFilter::default() };
-        self.add_signals(&filter, &mut tracks)?;
+        let filter = TrackFilter { tracker: Some(tracker), ..FIRST_RUNS };
+        self.each_part::<Signal<'_>>(|part| {
+            for rows in Signal::rows(&part)?.chunk_by(|a, b| (a.track, a.method) == (b.track, b.method)) {
+                let Some(series) = filter.find(&mut tracks, rows[0].track, rows[0].method) else { continue };
+                series.signal.extend(rows.iter().map(|row| row.signal));
+                series.forecast.extend(rows.iter().map(|row| row.forecast.unwrap_or(f64::NAN)));
+            }
+            Ok(())
+        })?;
         self.add_conditions(&filter, &mut tracks)?;
         Ok(tracks)
     }
@@ -157,7 +171,15 @@ impl Results {
     pub fn checked_tracks(&self, filter: &TrackFilter<'_>) -> Result<Vec<TrackSeries>, ResultsError> {
         let mut tracks = self.read_frames(filter)?;
         self.add_conditions(filter, &mut tracks)?;
-        self.add_checks(&mut tracks)?;
+        self.table_if_any(CheckRow::NAME, |bytes| {
+            for row in CheckRow::rows(&CheckRow::read(bytes)?)? {
+                let label = method_label(row.method, row.params);
+                let Some(series) = filter.find(&mut tracks, row.track, &label) else { continue };
+                let CheckRow { frame, reference, error, accepted, .. } = row;
+                series.checks.push(ReverseCheck { frame, reference, error, accepted: accepted == 1 });
+            }
+            Ok(())
+        })?;
         Ok(tracks)
     }
 
@@ -166,7 +188,7 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn each_track(&self, take: impl FnMut(Vec<TrackSeries>)) -> Result<(), ResultsError> {
-        self.each_frames(&TrackFilter { run: Some(0), ..TrackFilter::default() }, take)
+        self.each_frames(&FIRST_RUNS, take)
     }
 
     fn read_frames(&self, filter: &TrackFilter<'_>) -> Result<Vec<TrackSeries>, ResultsError> {
@@ -185,36 +207,29 @@ impl Results {
             tracks.iter_mut().for_each(|track| add_pieces(track, &pieces));
             take(tracks);
         };
-        self.table_if_any(Frame::NAME, |bytes| {
-            let mut tracks: Vec<TrackSeries> = Vec::new();
-            Frame::each_part(bytes, |part| {
-                for rows in Frame::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
-                    if filter.passes(rows[0].key()) {
-                        add_frames(rows, &mut tracks);
-                    }
+        let mut tracks: Vec<TrackSeries> = Vec::new();
+        self.each_part::<Frame<'_>>(|part| {
+            for rows in Frame::rows(&part)?.chunk_by(|a, b| (a.track, a.method) == (b.track, b.method)) {
+                if filter.passes(rows[0].track, rows[0].method) {
+                    add_frames(rows, &mut tracks);
                 }
-                // The last one may go on in the next part.
-                let last = tracks.pop();
-                take(std::mem::take(&mut tracks));
-                tracks.extend(last);
-                Ok(())
-            })?;
-            take(tracks);
+            }
+            // The last one may go on in the next part.
+            let last = tracks.pop();
+            take(std::mem::take(&mut tracks));
+            tracks.extend(last);
             Ok(())
-        })
+        })?;
+        take(tracks);
+        Ok(())
     }
 
-    /// Adds signals and forecasts.
-    fn add_signals(&self, filter: &TrackFilter<'_>, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        let add = |part: DataFrame| -> Result<(), TableError> {
-            for rows in Signal::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
-                let Some(series) = series_of(tracks, filter, rows[0].key()) else { continue };
-                series.signal.extend(rows.iter().map(|row| row.signal));
-                series.forecast.extend(rows.iter().map(|row| row.forecast.unwrap_or(f64::NAN)));
-            }
-            Ok(())
-        };
-        self.table_if_any(Signal::NAME, |bytes| Signal::each_part(bytes, add))
+    /// Gives `take` a file with a row for each frame part by part; nothing where the run wrote none.
+    fn each_part<'a, R: Rows<'a>>(
+        &self,
+        take: impl FnMut(DataFrame) -> Result<(), TableError>,
+    ) -> Result<(), ResultsError> {
+        self.table_if_any(R::NAME, |bytes| R::each_part(bytes, take))
     }
 
     /// Adds the conditions, if the experiment has a method that follows them.
@@ -223,27 +238,14 @@ impl Results {
         filter: &TrackFilter<'_>,
         tracks: &mut [TrackSeries],
     ) -> Result<(), ResultsError> {
-        let add = |part: DataFrame| -> Result<(), TableError> {
-            for rows in ConditionRow::rows(&part)?.chunk_by(|a, b| a.key() == b.key()) {
-                let Some(series) = series_of(tracks, filter, rows[0].key()) else { continue };
+        self.each_part::<ConditionRow<'_>>(|part| {
+            for rows in ConditionRow::rows(&part)?.chunk_by(|a, b| (a.track, a.method) == (b.track, b.method))
+            {
+                let Some(series) = filter.find(tracks, rows[0].track, rows[0].method) else { continue };
                 series.condition.extend(rows.iter().map(|row| row.condition));
             }
             Ok(())
-        };
-        self.table_if_any(ConditionRow::NAME, |bytes| ConditionRow::each_part(bytes, add))
-    }
-
-    /// Adds the checks, if the experiment has a method that makes any.
-    fn add_checks(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
-        let checks = self.table_if_any(CheckRow::NAME, |bytes| CheckRow::rows(&CheckRow::read(bytes)?))?;
-        for CheckRow { sequence, tracker, run, method, params, frame, reference, error, accepted } in checks {
-            let label = method_label(&method, &params);
-            let key = (sequence.as_str(), tracker.as_str(), run, label.as_str());
-            if let Some(series) = series_of(tracks, &TrackFilter::default(), key) {
-                series.checks.push(ReverseCheck { frame, reference, error, accepted: accepted == 1 });
-            }
-        }
-        Ok(())
+        })
     }
 
     /// Reads the ground truth; frames without annotation are left out.
@@ -251,26 +253,24 @@ impl Results {
     /// # Errors
     /// When the file is absent or damaged.
     pub fn truth(&self) -> Result<Truth, ResultsError> {
-        self.table_if_any(Target::NAME, |bytes| {
-            let mut truth = Truth::new();
-            Target::each_part(bytes, |part| {
-                for rows in Target::rows(&part)?.chunk_by(|a, b| a.sequence == b.sequence) {
-                    let region =
-                        |row: &Target<'_>| Some((row.frame, Region::from_numbers(&row.corners?).ok()?));
-                    let of_sequence = truth.entry(rows[0].sequence.to_string()).or_default();
-                    of_sequence.extend(rows.iter().filter_map(region));
-                }
-                Ok(())
-            })?;
-            Ok(truth)
-        })
+        let mut truth = Truth::new();
+        self.each_part::<Target<'_>>(|part| {
+            for rows in Target::rows(&part)?.chunk_by(|a, b| a.sequence == b.sequence) {
+                let region = |row: &Target<'_>| Some((row.frame, Region::from_numbers(&row.corners?).ok()?));
+                let of_sequence = truth.entry(rows[0].sequence.to_string()).or_default();
+                of_sequence.extend(rows.iter().filter_map(region));
+            }
+            Ok(())
+        })?;
+        Ok(truth)
     }
 }
 
 fn read_pieces(bytes: Vec<u8>) -> Result<Pieces, TableError> {
     let mut all = Pieces::new();
-    for Piece { sequence, tracker, run, first, last } in Piece::rows(&Piece::read(bytes)?)? {
-        all.entry((sequence, tracker, run)).or_default().push((first, last));
+    for Piece { track: (sequence, tracker, run), first, last } in Piece::rows(&Piece::read(bytes)?)? {
+        let track = (sequence.to_string(), tracker.to_string(), run);
+        all.entry(track).or_default().push((first, last));
     }
     Ok(all)
 }
@@ -287,9 +287,8 @@ fn add_pieces(track: &mut TrackSeries, pieces: &Pieces) {
 
 /// Adds the frames of a method on a track to those before.
 fn add_frames(rows: &[Frame<'_>], tracks: &mut Vec<TrackSeries>) {
-    let key = rows[0].key();
-    let (sequence, tracker, run, method) = key;
-    if tracks.last().is_none_or(|track| !track.is_of(key)) {
+    let Frame { track: (sequence, tracker, run), method, .. } = rows[0];
+    if tracks.last().is_none_or(|track| track.name() != (sequence, tracker, run)) {
         let (sequence, tracker) = (sequence.to_string(), tracker.to_string());
         tracks.push(TrackSeries { sequence, tracker, run, ..TrackSeries::default() });
     }
@@ -309,17 +308,4 @@ fn add_frames(rows: &[Frame<'_>], tracks: &mut Vec<TrackSeries>) {
     series.alarm_score.extend(scores.collect::<Option<Vec<_>>>().unwrap_or_default());
     series.alarm.extend(rows.iter().map(|row| row.label != 0));
     series.changes.extend(rows.iter().map(|row| row.change));
-}
-
-/// The method on a track that rows are about, if they pass.
-fn series_of<'t>(
-    tracks: &'t mut [TrackSeries],
-    filter: &TrackFilter<'_>,
-    key: Key<'_>,
-) -> Option<&'t mut MethodSeries> {
-    if !filter.passes(key) {
-        return None;
-    }
-    let track = tracks.iter_mut().find(|track| track.is_of(key))?;
-    track.methods.iter_mut().find(|method| method.name == key.3)
 }

@@ -1,6 +1,7 @@
 //! Cells without a result, in groups that a reader takes in at once: what is not there by tracker, what failed or was not
 //! run by reason.
 
+use super::cells::grouped;
 use super::manifest::{FailedCell, NotRun};
 
 /// Most lines that tell of methods that were not run one by one.
@@ -73,13 +74,7 @@ pub fn what(cell: &FailedCell) -> &'static str {
 
 /// Names in the order in which they come, each once.
 fn names<'a, T>(cells: &[&'a T], name: fn(&'a T) -> &'a str) -> Vec<&'a str> {
-    let mut names: Vec<&str> = Vec::new();
-    for cell in cells {
-        if !names.contains(&name(cell)) {
-            names.push(name(cell));
-        }
-    }
-    names
+    grouped(cells.iter().copied(), name).into_iter().map(|(name, _)| name).collect()
 }
 
 /// One name, or how many there are.
@@ -92,32 +87,20 @@ fn counted(names: &[&str], what: &str) -> String {
 
 /// The groups, in the order of their first cells.
 pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
-    let mut groups: Vec<(String, Vec<&FailedCell>)> = Vec::new();
-    for cell in cells {
-        // Reasons of missing data name the file of each sequence.
-        let common = if cell.missing { cell.tracker.clone() } else { cause(cell) };
-        let is_alike = |group: &[&FailedCell]| {
-            group.first().is_some_and(|first| first.missing == cell.missing && what(first) == what(cell))
-        };
-        match groups.iter_mut().find(|(of, group)| *of == common && is_alike(group)) {
-            Some((_, group)) => group.push(cell),
-            None => groups.push((common, vec![cell])),
-        }
-    }
-    let group = |(common, cells): (String, Vec<&FailedCell>)| {
-        let first = cells.first()?;
+    // Reasons of missing data name the file of each sequence.
+    let common = |cell: &FailedCell| if cell.missing { cell.tracker.clone() } else { cause(cell) };
+    let group = |((missing, what, common), cells): ((bool, &'static str, String), Vec<&FailedCell>)| {
+        let sequences = names(&cells, |c| &c.sequence);
+        let reason = if missing || sequences.len() == 1 { cells[0].reason.clone() } else { common };
         let parts = [
             counted(&names(&cells, |c| &c.tracker), "trackers"),
-            counted(&names(&cells, |c| &c.sequence), "sequences"),
+            counted(&sequences, "sequences"),
             counted(&names(&cells, |c| &c.method), "methods"),
         ];
         let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        let has_own = first.missing || names(&cells, |c| &c.sequence).len() == 1;
-        let reason = if has_own { first.reason.clone() } else { common };
-        let (missing, what, count) = (first.missing, what(first), cells.len());
-        Some(Unfinished { missing, cells: parts.join(", "), what, count, reason })
+        Unfinished { missing, cells: parts.join(", "), what, count: cells.len(), reason }
     };
-    groups.into_iter().filter_map(group).collect()
+    grouped(cells, |cell| (cell.missing, what(cell), common(cell))).into_iter().map(group).collect()
 }
 
 /// Lines that tell of tracks that are declared not to be there, and of methods that were not run: one for each or, where they
@@ -129,13 +112,12 @@ pub fn not_run(all: &[NotRun]) -> Vec<String> {
         lines.extend(methods.iter().map(ToString::to_string));
         return lines;
     }
-    let line = |reason: &str| {
-        let mine: Vec<&NotRun> = methods.iter().copied().filter(|n| n.reason == reason).collect();
+    let line = |(reason, mine): (&String, Vec<&NotRun>)| {
         let methods = names(&mine, |n| &n.method).join(", ");
         let trackers = counted(&names(&mine, |n| &n.tracker), "trackers");
         format!("Not run on {trackers}: {methods}; each {reason}")
     };
-    lines.extend(names(&methods, |n| &n.reason).into_iter().map(line));
+    lines.extend(grouped(methods, |n| &n.reason).into_iter().map(line));
     lines
 }
 
@@ -164,14 +146,14 @@ mod tests {
                 "w",
                 "m",
                 false,
-                "mine: frame 1 of a: it ended; its stderr ends with: Traceback | no module named numpy",
+                "mine: frame 1 of a: it ended; its stderr ends with: Trace | no numpy",
             ),
             cell(
                 "b",
                 "w",
                 "m",
                 false,
-                "mine: frame 7 of b: it ended; its stderr ends with: Traceback | no module named numpy",
+                "mine: frame 7 of b: it ended; its stderr ends with: Trace | no numpy",
             ),
             cell("a", "v", "m", false, "frame 3 of a: it ran away"),
             cell("b", "v", "m", false, "frame 3 of b: it ran away"),
@@ -184,7 +166,7 @@ mod tests {
             (false, "2 trackers, a, m", "no module"),
             (false, "z, a, m", "it broke"),
             (false, "z, 2 sequences, m", "it hung"),
-            (false, "w, 2 sequences, m", "no module named numpy"),
+            (false, "w, 2 sequences, m", "no numpy"),
             (false, "v, 2 sequences, m", "frame 3 of …: it ran away"),
         ];
         assert_eq!(words, expected);
@@ -193,7 +175,7 @@ mod tests {
             "2 cells: no module (2 trackers, a, m)",
             "z, a, m: it broke",
             "2 cells: it hung (z, 2 sequences, m)",
-            "2 cells: no module named numpy (w, 2 sequences, m)",
+            "2 cells: no numpy (w, 2 sequences, m)",
         ];
         assert_eq!(told[..4], lines);
         assert!(groups(&[]).is_empty());

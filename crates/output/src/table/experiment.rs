@@ -5,7 +5,7 @@ use super::macros::Fact;
 use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::results::manifest::{self, Manifest, TrackerRecord};
-use crate::results::{CellScore, Measure, Results, ResultsError, measures, tables};
+use crate::results::{CellScore, Measure, Results, ResultsError, grouped, measures, tables};
 use crate::sampling::Units;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -60,21 +60,21 @@ fn declared_note(experiment: &Experiment, manifest: &Manifest) -> String {
 /// `, 10 runs`: what was run of each tracker, and what was asked for, where either is more than one. Trackers with as many
 /// runs are named together, and not at all where that is all of them.
 fn runs_note(trackers: &[(&str, u32, u32)], what: &str) -> String {
-    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
-    for &(label, done, asked) in trackers.iter().filter(|(_, done, asked)| *done > 1 || *asked > 1) {
+    let several = trackers.iter().filter(|(_, done, asked)| *done > 1 || *asked > 1);
+    let note = |(runs, alike): ((u32, u32), Vec<&(&str, _, _)>)| {
+        let (done, asked) = runs;
         let of = if done == asked { String::new() } else { format!(" of {asked}") };
         let words = format!("{}{of}{what}", manifest::runs(done));
-        match groups.iter_mut().find(|(known, _)| *known == words) {
-            Some((_, labels)) => labels.push(label),
-            None => groups.push((words, vec![label])),
+        match alike.len() {
+            1 if trackers.len() == 1 => format!(", {words}"),
+            n if n == trackers.len() => format!(", {words} per tracker"),
+            _ => {
+                let labels: Vec<&str> = alike.iter().map(|(label, ..)| *label).collect();
+                format!(", {}: {words}", labels.join(", "))
+            }
         }
-    }
-    let note = |(words, labels): &(String, Vec<&str>)| match labels.len() {
-        1 if trackers.len() == 1 => format!(", {words}"),
-        n if n == trackers.len() => format!(", {words} per tracker"),
-        _ => format!(", {}: {words}", labels.join(", ")),
     };
-    groups.iter().map(note).collect()
+    grouped(several, |(_, done, asked)| (*done, *asked)).into_iter().map(note).collect()
 }
 
 /// The pooled numbers of an experiment's tables: over all sequences, then over those with each attribute where a table is by

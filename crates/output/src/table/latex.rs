@@ -13,6 +13,7 @@
 
 use super::layout::{LabelKind, TableLayout};
 use super::render::lines;
+use crate::results::in_parts;
 use std::ops::Range;
 use trackfail_dataset::text::visible;
 use trackfail_engine::spec::width::Width;
@@ -67,20 +68,14 @@ fn is_common(c: char) -> bool {
     c.is_ascii() || (('À'..='ÿ').contains(&c) && !"ÐÞðþ÷".contains(c)) || "±↑↓†\u{fffd}".contains(c)
 }
 
-/// A number as siunitx reads it: its digits before and after the point, and whether it has a sign.
+/// A number: its digits before the point, of which siunitx asks for one, and after it, and whether it has a sign.
 fn digits(text: &str) -> Option<(usize, usize, bool)> {
     let unsigned = text.trim_start_matches(['+', '-']);
     let (whole, part) = unsigned.split_once('.').unwrap_or((unsigned, ""));
     let all_digits = |t: &str| t.bytes().all(|b| b.is_ascii_digit());
-    let is_number =
-        text.len() - unsigned.len() <= 1 && !whole.is_empty() && all_digits(whole) && all_digits(part);
-    (is_number && !unsigned.ends_with('.')).then_some((whole.len(), part.len(), unsigned.len() < text.len()))
-}
-
-/// Whether a text is a number without a digit before the point.
-fn is_bare(text: &str) -> bool {
-    let unsigned = text.trim_start_matches(['+', '-']);
-    unsigned.starts_with('.') && digits(&format!("0{unsigned}")).is_some()
+    let is_number = unsigned.ends_with(|c: char| c.is_ascii_digit()) && all_digits(whole) && all_digits(part);
+    let signs = text.len() - unsigned.len();
+    (is_number && signs <= 1).then_some((whole.len(), part.len(), signs == 1))
 }
 
 /// Marks numbers that lack failed cells.
@@ -225,21 +220,9 @@ impl Part {
     fn sheets(&self, below_each_other: usize) -> Vec<&[Line]> {
         // Each of these has a line of headings and three rules.
         let most = (MAX_LINES / below_each_other).saturating_sub(3).max(5);
-        let mut sheets = Vec::new();
-        let (mut from, mut used) = (0, 0);
-        for (k, line) in self.lines.iter().enumerate() {
-            let height = |from: usize| {
-                let before = self.lines[from..k].last();
-                1 + usize::from(self.heading(line, before).is_some_and(|heading| !heading.is_empty()))
-            };
-            if used + height(from) > most {
-                sheets.push(&self.lines[from..k]);
-                (from, used) = (k, 0);
-            }
-            used += height(from);
-        }
-        sheets.push(&self.lines[from..]);
-        sheets
+        in_parts(&self.lines, most, |before, line| {
+            1 + usize::from(self.heading(line, before.last()).is_some_and(|heading| !heading.is_empty()))
+        })
     }
 
     fn tabular(&self, lines: &[Line], columns: Range<usize>) -> String {
@@ -322,11 +305,11 @@ impl Part {
 /// How a column is aligned: by a `table-format` of siunitx, or flush right (`None`).
 fn format_of(lines: &[Line], column: usize) -> Option<String> {
     let cells = lines.iter().filter_map(|line| line.cells.get(column));
-    let texts: Vec<&str> = cells.map(|(text, _)| text.trim_end_matches(FAILED)).collect();
-    if texts.iter().any(|text| is_bare(text)) {
+    let numbers = cells.filter_map(|(text, _)| digits(text.trim_end_matches(FAILED)));
+    let found: Vec<(usize, usize, bool)> = numbers.collect();
+    if found.iter().any(|d| d.0 == 0) {
         return None;
     }
-    let found: Vec<(usize, usize, bool)> = texts.iter().filter_map(|text| digits(text)).collect();
     let whole = found.iter().map(|d| d.0).max()?;
     let part = found.iter().map(|d| d.1).max()?;
     let sign = if found.iter().any(|d| d.2) { "+" } else { "" };

@@ -12,7 +12,8 @@
 //! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
 //! metric's own bootstrap interval stand in place of the two shares.
 
-use super::layout::{Cell, Group, Label, LabelKind, Origin, Row, TableLayout, is_anchor};
+use super::build::{self, number};
+use super::layout::{Cell, Group, Label, LabelKind, Origin, TableLayout, is_anchor};
 use super::number::Style;
 use crate::results::{Measure, method_label};
 use crate::sampling::{BySequence, MIN_SEQUENCES, Units, along, metric_of_sum};
@@ -76,17 +77,12 @@ pub fn leaderboard(
 ) -> TableLayout {
     let metric = table.ranked.unwrap_or(Metric::F_SCORE);
     let trackers = experiment.trackers.iter().map(|t| t.label.as_str());
-    let groups: Vec<Group> = trackers
-        .filter_map(|tracker| {
-            let is_shown = |m: &&Measure| {
-                m.tracker == tracker
-                    && m.attribute.is_none()
-                    && m.done > 0
-                    && table.methods.contains(&m.method)
-            };
-            group(experiment, tracker, metric, measures.iter().filter(is_shown).collect(), units)
-        })
-        .collect();
+    let group = |tracker: &str| {
+        let mine = measures.iter().filter(|m| m.tracker == tracker && m.attribute.is_none() && m.done > 0);
+        let shown = mine.filter(|m| table.methods.contains(&m.method)).collect();
+        group(experiment, tracker, metric, shown, units)
+    };
+    let groups: Vec<Group> = trackers.filter_map(group).collect();
     let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
     if !caption.ends_with('.') {
         caption.push('.');
@@ -102,14 +98,12 @@ pub fn leaderboard(
     let has_failed = groups.iter().flat_map(|g| &g.rows).flat_map(|r| &r.cells).any(|c| c.failed > 0);
     let left_out = if has_failed { " † No result where other methods have one, so no rank." } else { "" };
     let (name, suite) = (metric.heading(), &experiment.suites[TEST]);
+    let caption = format!("{caption} By {name}; {how}. Suite {suite}: {data_note}.{left_out}");
+    let columns = ["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()];
     TableLayout {
-        name: table.name.clone(),
-        caption: format!("{caption} By {name}; {how}. Suite {suite}: {data_note}.{left_out}"),
         data: data_note.to_string(),
-        corner: "method".to_string(),
-        columns: vec!["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()],
         latex: table.latex.clone(),
-        groups,
+        ..build::table(&table.name, caption, "method", columns, groups)
     }
 }
 
@@ -144,31 +138,17 @@ fn group(
         } else {
             sure.filter(|_| sequences.len() >= MIN_SEQUENCES).map(|s| (s.first, s.keeps)).unzip()
         };
-        let cell = |value: Option<f64>, style: Style| Cell {
-            value,
-            ours: value.map(|v| style.format(v)),
-            ..Cell::default()
-        };
-        let rank = cell(sure.map(|s| s.rank as f64), Style::COUNT);
         let value = Cell {
             failed: most - m.done,
             of: Some(Origin::ranked(m, metric)),
-            ..cell(m.value(metric), Style::of_metric(metric))
+            ..number(m.value(metric), Style::of_metric(metric))
         };
+        let beside = [low, high].map(|value| number(value, Style::DEFAULT));
+        let cells = [number(sure.map(|s| s.rank as f64), Style::COUNT), value].into_iter().chain(beside);
         let kind = if is_anchor(experiment, &m.method) { LabelKind::Anchor } else { LabelKind::Result };
-        Row {
-            label: Label { kind, ..method_label(&m.method, &m.params).into() },
-            direction: Direction::Neither,
-            cells: vec![rank, value, cell(low, Style::DEFAULT), cell(high, Style::DEFAULT)],
-        }
+        (Label { kind, ..method_label(&m.method, &m.params).into() }, cells.collect::<Vec<Cell>>())
     };
-    Some(Group {
-        rows: all.iter().map(row).collect(),
-        label: format!("{tracker} ({} sequences)", sequences.len()),
-        key: tracker.to_string(),
-        published_tracker: None,
-        has_ours: true,
-    })
+    Some(build::group(tracker, format!("{tracker} ({} sequences)", sequences.len()), all.iter().map(row)))
 }
 
 #[cfg(test)]

@@ -2,15 +2,17 @@
 
 use super::layout::{Cell, Group, LabelKind, Row, TableLayout};
 use crate::results::TableError;
-use crate::results::tables::{self, TableRow};
+use crate::results::rows::Rows;
+use crate::results::tables::TableRow;
 use trackfail_dataset::text::visible;
 
-/// The table as CSV, one row for each cell; see [`tables`].
+/// The table as CSV, one row for each cell. Fields are written as they are, for programs; names that a spreadsheet would take
+/// for a formula (they begin with `=`, `+`, `-` or `@`) are refused where experiments are read.
 ///
 /// # Errors
 /// When polars refuses.
 pub fn csv(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
-    tables::csv(&cells(layout), &layout.data)
+    TableRow::csv(&layout.data, rows(layout))
 }
 
 /// The table as Parquet, with the columns of [`csv`].
@@ -18,23 +20,19 @@ pub fn csv(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
 /// # Errors
 /// When polars refuses.
 pub fn parquet(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
-    tables::parquet(&cells(layout), &layout.data)
+    TableRow::parquet(&layout.data, rows(layout))
 }
 
-fn cells(layout: &TableLayout) -> Vec<TableRow<'_>> {
-    let mut cells = Vec::new();
-    for (group, row, column, cell) in layout.cells() {
-        cells.push(TableRow {
-            group: &group.key,
-            published_tracker: group.published_tracker.as_deref(),
-            row: &row.label.name,
-            column: &column.name,
-            ours: cell.value,
-            published: cell.published.as_deref(),
-            difference: cell.difference.as_deref(),
-        });
-    }
-    cells
+fn rows(layout: &TableLayout) -> impl Iterator<Item = TableRow<'_>> {
+    layout.cells().map(|(group, row, column, cell)| TableRow {
+        group: &group.key,
+        published_tracker: group.published_tracker.as_deref(),
+        row: &row.label.name,
+        column: &column.name,
+        ours: cell.value,
+        published: cell.published.as_deref(),
+        difference: cell.difference.as_deref(),
+    })
 }
 
 /// Mark of a number that is the best of its row or column, and of one that others are as good as.

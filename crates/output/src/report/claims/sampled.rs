@@ -2,8 +2,8 @@
 
 use crate::results::{Measure, Results};
 use crate::sampling::{
-    MIN_SEQUENCES, Units, along, by_sequence, counts_of_column, mean_of_sum, metric_of_sum, sum_of,
-    total_of_sum,
+    BySequence, MIN_SEQUENCES, Units, along, by_sequence, counts_of_column, mean_of_sum, metric_of_sum,
+    sum_of, total_of_sum,
 };
 use crate::table::layout;
 use std::cell::RefCell;
@@ -44,36 +44,35 @@ impl<'a> Samples<'a> {
         Self { results, units, sequences: units.sequences(), known: RefCell::default() }
     }
 
-    fn measure(&self, tracker: &str, method: &str, r: &Reference) -> Option<&'a Measure> {
-        layout::measure_of(&self.results.measures, tracker, method, &r.point)
-    }
-
-    /// The number of a reference that names its tracker, where there is one.
-    pub fn value(&self, r: &Reference) -> Option<f64> {
+    /// The number of a reference that names its tracker, with its spread: samples for what is made of counts, and for numbers
+    /// of analyses that are the mean or the total of their column by sequence; bounds for measures of frames; all others are
+    /// taken as they are.
+    pub fn measured(&self, r: &Reference) -> Option<Measured> {
         let tracker = r.tracker.as_deref()?;
         match &r.quantity {
-            Quantity::Metric(metric, method) => self.measure(tracker, method, r)?.value(*metric),
+            Quantity::Metric(metric, method) => {
+                let measure = layout::measure_of(&self.results.measures, tracker, method, &r.point)?;
+                let value = measure.value(*metric)?;
+                Some(Measured { value, spread: self.of_metric(*metric, measure) })
+            }
             Quantity::Finding(made) => {
                 let mine = |a: &&Analysed| a.analysis == made.analysis && a.tracker == tracker;
-                self.results.analyses.iter().find(mine)?.findings.number(&made.part)
+                let value = self.results.analyses.iter().find(mine)?.findings.number(&made.part)?;
+                let spread = self.of_column(made, tracker, value).unwrap_or(Spread::Exact);
+                Some(Measured { value, spread })
             }
         }
     }
 
-    /// The number with its spread: samples for what is made of counts, and for numbers of analyses that are the mean or
-    /// the total of their column by sequence; bounds for measures of frames; all others are taken as they are.
-    pub fn measured(&self, r: &Reference) -> Option<Measured> {
-        let (value, tracker) = (self.value(r)?, r.tracker.as_deref()?);
-        let spread = match &r.quantity {
-            Quantity::Metric(metric, method) => self.of_metric(*metric, self.measure(tracker, method, r)?),
-            Quantity::Finding(made) => self.of_column(made, tracker, value).unwrap_or(Spread::Exact),
-        };
-        Some(Measured { value, spread })
-    }
-
     fn of_metric(&self, metric: Metric, measure: &'a Measure) -> Spread {
         match metric.source() {
-            Source::Counts => self.draws(metric, measure),
+            Source::Counts => {
+                let counts = self.units.of_measure(measure);
+                let of = |sum: &[i64; 4]| metric_of_sum(metric, measure.pooled.chance, sum);
+                let drawn = || self.draws(counts, self.sequences.iter().copied(), of);
+                let key = [&measure.tracker, &measure.method, &measure.params].map(String::as_str);
+                self.known.borrow_mut().entry((metric.name(), key)).or_insert_with(drawn).clone()
+            }
             Source::Frames => {
                 let bounds = metric.interval(&measure.pooled);
                 bounds.map_or(Spread::TooFew, |(low, high)| Spread::Bounds(low, high))
@@ -94,27 +93,22 @@ impl<'a> Samples<'a> {
         };
         let columns: Vec<_> = self.results.analyses.iter().filter_map(column).collect();
         let (_, counts) = columns.iter().find(|(label, _)| *label == tracker)?;
-        let statistic = statistic_of(&sum_of(counts), value)?;
-        if counts.len() < MIN_SEQUENCES {
-            return Some(Spread::TooFew);
-        }
+        let statistic = statistic_of(&sum_of(counts.values()), value)?;
         // Those of all trackers: a claim compares numbers from the same samples.
         let sequences: BTreeSet<&String> = columns.iter().flat_map(|(_, counts)| counts.keys()).collect();
-        let values = self.units.sampling.values(&along(counts, sequences), statistic);
-        Some(values.map_or(Spread::TooFew, Spread::Draws))
+        Some(self.draws(Some(counts), sequences, statistic))
     }
 
-    fn draws(&self, metric: Metric, measure: &'a Measure) -> Spread {
-        let Some(counts) = self.units.of_measure(measure).filter(|c| c.len() >= MIN_SEQUENCES) else {
-            return Spread::TooFew;
-        };
-        let drawn = || {
-            let counts = along(counts, self.sequences.iter().copied());
-            let of = |sum: &[i64; 4]| metric_of_sum(metric, measure.pooled.chance, sum);
-            self.units.sampling.values(&counts, of).map_or(Spread::TooFew, Spread::Draws)
-        };
-        let key = (metric.name(), [&measure.tracker, &measure.method, &measure.params].map(String::as_str));
-        self.known.borrow_mut().entry(key).or_insert_with(drawn).clone()
+    /// Samples of a statistic over some sequences.
+    fn draws<'s>(
+        &self,
+        counts: Option<&BySequence>,
+        sequences: impl IntoIterator<Item = &'s String>,
+        of: impl Fn(&[i64; 4]) -> Option<f64>,
+    ) -> Spread {
+        let counts = counts.filter(|counts| counts.len() >= MIN_SEQUENCES);
+        let values = counts.and_then(|counts| self.units.sampling.values(&along(counts, sequences), of));
+        values.map_or(Spread::TooFew, Spread::Draws)
     }
 }
 

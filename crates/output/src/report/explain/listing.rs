@@ -36,13 +36,7 @@ impl Listing {
         let names = [of.tracker.as_str(), &of.method, &of.params, of.metric.name()];
         let named = |row: Vec<String>| names.map(String::from).into_iter().chain(row).collect();
         let rows = rows.into_iter().map(named).collect();
-        Self {
-            headings: ["tracker", "method", "params", "metric"]
-                .into_iter()
-                .chain(columns.split(','))
-                .collect(),
-            rows,
-        }
+        Self { headings: "tracker,method,params,metric".split(',').chain(columns.split(',')).collect(), rows }
     }
 }
 
@@ -59,17 +53,10 @@ fn number(digits: Digits, value: Option<f64>) -> String {
 pub fn about(results: &Results, table: &Table, explained: &Explained) -> String {
     let (of, experiment) = (&explained.of, &results.experiment);
     let value = explained.value.map_or("no value".to_string(), |v| v.to_string());
-    let mut lines = vec![
-        format!(
-            "{}/{}, tracker {}: {} of {} is {value}",
-            experiment.name,
-            table.name,
-            of.tracker,
-            of.metric.title(),
-            of.label()
-        ),
-        explained.formula.clone(),
-    ];
+    let (title, label) = (of.metric.title(), of.label());
+    let number =
+        format!("{}/{}, tracker {}: {title} of {label} is {value}", experiment.name, table.name, of.tracker);
+    let mut lines = vec![number, explained.formula.clone()];
     lines.extend(explained.protocol.map(counted_by));
     lines.extend(of.attribute.as_ref().map(|a| format!("only sequences with the attribute {a}")));
     for p in experiment.published.iter().filter(|p| p.table == table.name && p.row == of.row) {
@@ -222,12 +209,12 @@ pub fn frames(explained: &Explained, traces: &[Trace], (from, to): (i64, i64), d
                     EventOutcome::Hit => String::new(),
                     outcome => format!(" ({})", outcome.words()),
                 };
-                if m.event == Some(t) {
-                    marks.push(format!("event: {}{end}", trace.event_word(t)));
-                }
-                if m.detection == Some(t) {
-                    marks.push(format!("detection: {}{end}", trace.detection_word(t)));
-                }
+                let event = m.event.filter(|e| *e == t).map(|_| ("event", trace.event_word(t)));
+                let detection =
+                    m.detection.filter(|d| *d == t).map(|_| ("detection", trace.detection_word(t)));
+                marks.extend(
+                    event.into_iter().chain(detection).map(|(what, word)| format!("{what}: {word}{end}")),
+                );
             }
             let rect = of_track.rects[t];
             let mut row = track(trace).to_vec();

@@ -7,6 +7,7 @@ use crate::results::analyses::FILE as ANALYSES;
 use crate::results::{CellScore, Results};
 use crate::table;
 use crate::table::layout::{self, Origin};
+use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_core::plugin;
 use trackfail_engine::spec::table::Table;
@@ -22,15 +23,8 @@ pub enum SelectError {
     #[error("{0}")]
     Name(String),
     /// The files of the results do not belong together.
-    #[error("{sequence}: frames.parquet gives {counted:?}, scores.csv has {stored:?}; run it again")]
-    Counts {
-        /// The sequence.
-        sequence: String,
-        /// The counts from the frames.
-        counted: Counts,
-        /// The counts in the table of scores.
-        stored: Counts,
-    },
+    #[error("{0}; run it again")]
+    Counts(String),
 }
 
 impl SelectError {
@@ -76,9 +70,8 @@ pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), Select
         }
     }
     if found.len() > 1 {
-        let names: Vec<String> =
-            found.iter().map(|(r, _)| format!("`{}/{table}`", r.experiment.name)).collect();
-        let names = names.join(" or ");
+        let name = |(results, _): &(Results, usize)| format!("`{}/{table}`", results.experiment.name);
+        let names = found.iter().map(name).collect::<Vec<_>>().join(" or ");
         let message = format!("{place}: several experiments have a table `{table}`: write {names}");
         return Err(SelectError::Name(message));
     }
@@ -100,11 +93,9 @@ pub fn find_cells(
 ) -> Result<Vec<Origin>, SelectError> {
     let name = format!("{}/{}", results.experiment.name, table.name);
     if let Some(shows) = &table.shows {
-        let file = results.folder.join(ANALYSES);
-        return Err(SelectError::Name(format!(
-            "{name} shows `{shows}`, which an analysis made without events and detections; what it found is in {}",
-            file.display()
-        )));
+        let file = results.folder.join(ANALYSES).display().to_string();
+        let shown = "which an analysis made without events and detections; what it found is in";
+        return Err(SelectError::Name(format!("{name} shows `{shows}`, {shown} {file}")));
     }
     let pooled = table::pooled(results, scores, [table]);
     let mut cells = layout::origins(&results.experiment, table, &pooled);
@@ -116,12 +107,9 @@ pub fn find_cells(
     ];
     for (what, wanted, name_of) in names {
         let Some(wanted) = wanted else { continue };
-        let mut known: Vec<String> = Vec::new();
-        for name in cells.iter().map(name_of) {
-            if !known.contains(&name) {
-                known.push(name);
-            }
-        }
+        let mut known: Vec<String> = cells.iter().map(name_of).collect();
+        let mut seen = BTreeSet::new();
+        known.retain(|name| seen.insert(name.clone()));
         // A method may also be named without its grid point, and a metric as tables show it.
         let title = |name: &str| Metric::from_name(name).map(Metric::title);
         cells.retain(|of| {
@@ -165,5 +153,7 @@ pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> 
     if counted == part.counts {
         return Ok(());
     }
-    Err(SelectError::Counts { sequence: sequence.to_string(), counted, stored: part.counts })
+    let stored = part.counts;
+    let message = format!("{sequence}: frames.parquet gives {counted:?}, scores.csv has {stored:?}");
+    Err(SelectError::Counts(message))
 }

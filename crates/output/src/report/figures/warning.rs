@@ -27,10 +27,8 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
             Some(Line { method, tracker, points, band, marked: true, ..Line::default() })
         })
         .collect();
-    let axes = (
-        Axis::new("Frames before the loss, at most", Range::FromZero),
-        Axis::new("AUROC", Range::Auto),
-    );
+    let axes =
+        (Axis::new("Frames before the loss, at most", Range::FromZero), Axis::new("AUROC", Range::Auto));
     let mut figure = arrange(experiment, &scope.note, axes, &lines);
     behind(&mut figure, &Mark::Level(0.5, CHANCE));
     figure.legend.push(Entry::new(Symbol::Line(CHANCE, None), "chance"));

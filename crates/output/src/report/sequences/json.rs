@@ -23,12 +23,12 @@
 use super::{Method, Sequence, Sequences, Track};
 use crate::figure::spans_where;
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome, Moment};
+use crate::results::detections::{JudgedMethod, TargetState};
 use crate::results::{MethodSeries, TrackSeries};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::ops::Range;
 use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::visible;
@@ -85,27 +85,46 @@ impl Said {
         judged: &TrackScore,
         threshold: Option<f64>,
     ) -> Self {
-        let digits = digits(&method.score, threshold);
-        let mark = |moment: &Moment| {
+        let mark = |moment: Moment| {
             let found = moment.event.is_some_and(|t| trace::is_recovery(&track.error, t));
             let clear = moment.detection.is_some_and(|t| trace::is_all_clear(&method.changes, t));
             (moment.event, moment.detection, u8::from(found), u8::from(clear))
         };
         Self {
-            marks: trace::moments(judged).iter().map(mark).collect(),
-            alarms: ends(&spans_where(&method.alarm)),
-            digits,
-            score: differences(method.score.iter().map(|v| whole(v * 10_f64.powi(digits)))),
+            marks: trace::moments(judged).into_iter().map(mark).collect(),
             counts: judged.counts,
             events: judged.events.len(),
-            ..Self::default()
+            ..Self::of_series(&method.score, &method.alarm, threshold)
         }
     }
 
-    /// The same with the runs of frames in which the target is lost and absent, where there is no ground truth.
-    #[must_use]
-    pub fn in_states(self, lost: &[Range<usize>], absent: &[Range<usize>]) -> Self {
-        Self { lost: ends(lost), absent: ends(absent), events: lost.len(), ..self }
+    /// The series of a method on a track without ground truth, with the runs of frames in which the target is lost and
+    /// absent.
+    pub fn of_states(method: &JudgedMethod) -> Self {
+        let absent = method.stretches().filter(|(state, _)| *state == TargetState::Absent);
+        let absent: Vec<Range<usize>> = absent.map(|(_, run)| run).collect();
+        let lost = method.losses();
+        let marks = |run: &Range<usize>| {
+            let is_over = method.states.get(run.end) == Some(&TargetState::Tracking);
+            [Some((None, Some(run.start), 0, 0)), is_over.then_some((None, Some(run.end), 0, 1))]
+        };
+        let score: Vec<f64> = method.score.iter().map(|score| score.unwrap_or(f64::NAN)).collect();
+        Self {
+            marks: lost.iter().flat_map(marks).flatten().collect(),
+            lost: ends(&lost),
+            absent: ends(&absent),
+            events: lost.len(),
+            ..Self::of_series(&score, &method.label, method.threshold)
+        }
+    }
+
+    fn of_series(score: &[f64], alarm: &[bool], threshold: Option<f64>) -> Self {
+        // Four digits of the threshold, or of the largest score where there is none.
+        let largest = score.iter().filter(|v| v.is_finite()).fold(0.0, |a: f64, v| a.max(v.abs()));
+        let typical = threshold.map(f64::abs).filter(|t| *t > 0.0 && *t < largest).unwrap_or(largest);
+        let digits = if typical > 0.0 { (3 - typical.log10().floor() as i32).clamp(-300, 300) } else { 0 };
+        let score = differences(score.iter().map(|v| whole(v * 10_f64.powi(digits))));
+        Self { alarms: ends(&spans_where(alarm)), digits, score, ..Self::default() }
     }
 }
 
@@ -118,17 +137,18 @@ impl Track {
         said: BTreeMap<usize, Said>,
     ) -> Self {
         let counts = said.iter().map(|(k, said)| (*k, said.counts, said.events)).collect();
+        // An error below 1 stays below 1.
+        let thousandths = |error: &f64| {
+            let rounded = whole(error * 1000.0)?;
+            Some(if *error < 1.0 { rounded.min(999) } else { rounded })
+        };
         let packed = Packed {
             rects: boxes(&track.rects),
-            error: differences(track.error.iter().map(|error| thousandths(*error))),
+            error: differences(track.error.iter().map(thousandths)),
             said,
             background: if background.is_empty() { Vec::new() } else { boxes(background) },
         };
         Self { sequence, tracker, frames: track.error.len(), counts, series: text(&packed) }
-    }
-
-    fn key(&self) -> String {
-        format!("{}-{}", self.sequence, self.tracker)
     }
 }
 
@@ -137,10 +157,9 @@ pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
     if all.tracks.iter().map(|track| track.series.len()).sum::<usize>() > most {
         return None;
     }
-    let truth = object(all.sequences.iter().map(truth).enumerate());
-    let series = object(all.tracks.iter().map(|track| (track.key(), &track.series)));
-    let index = index(all, &vec![None; all.tracks.len()], &[], &parts(&truth, &series));
-    (index.len() <= most).then_some(index)
+    let truths: Vec<String> = all.sequences.iter().map(truth).collect();
+    let parts = parts(truths.iter().enumerate(), all.tracks.iter());
+    Some(index(all, &vec![None; all.tracks.len()], &[], &parts)).filter(|index| index.len() <= most)
 }
 
 /// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file as fit;
@@ -166,28 +185,26 @@ pub fn beside<E>(
                 (part, size) = (part + 1, more);
             }
             *place = files.len().checked_sub(1);
-            if let Some((_, tracks)) = files.last_mut() {
-                tracks.push(track);
-            }
+            files.last_mut().into_iter().for_each(|(_, tracks)| tracks.push(track));
         }
     }
     for (name, tracks) in &files {
-        let truth = object(tracks.iter().map(|track| (track.sequence, &truths[track.sequence])));
-        let series = object(tracks.iter().map(|track| (track.key(), &track.series)));
-        keep(name, &format!("trackfail({});\n", parts(&truth, &series)))?;
+        let truths = tracks.iter().map(|track| (track.sequence, &truths[track.sequence]));
+        keep(name, &format!("trackfail({});\n", parts(truths, tracks.iter().copied())))?;
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    Ok((index(all, &places, &names, &parts("{}", "{}")), names.len()))
+    Ok((index(all, &places, &names, "{\"truth\":{},\"data\":{}}"), names.len()))
 }
 
-fn parts(truth: &str, data: &str) -> String {
-    format!("{{\"truth\":{truth},\"data\":{data}}}")
-}
-
-/// A JSON object of values that are JSON already, under keys that need no escapes.
-fn object<K: Display, V: Display>(parts: impl Iterator<Item = (K, V)>) -> String {
-    let parts: Vec<String> = parts.map(|(key, json)| format!("\"{key}\":{json}")).collect();
-    format!("{{{}}}", parts.join(","))
+/// The ground truth of some sequences and the series of some tracks as one JSON object.
+fn parts<'a>(
+    truths: impl Iterator<Item = (usize, &'a String)>,
+    tracks: impl Iterator<Item = &'a Track>,
+) -> String {
+    let truths: Vec<String> = truths.map(|(sequence, json)| format!("\"{sequence}\":{json}")).collect();
+    let series = |t: &Track| format!("\"{}-{}\":{}", t.sequence, t.tracker, t.series);
+    let series: Vec<String> = tracks.map(series).collect();
+    format!("{{\"truth\":{{{}}},\"data\":{{{}}}}}", truths.join(","), series.join(","))
 }
 
 /// Numbers under names as JSON, which cannot fail.
@@ -224,10 +241,9 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], parts: &str)
             "outcome": EventOutcome::ALL.map(EventOutcome::words),
         },
     });
-    let names = names.to_string();
     // Both are objects: the second one's members follow the first one's.
-    let (names, parts) = (names.strip_suffix('}'), parts.strip_prefix('{'));
-    in_a_page(&format!("{},{}", names.unwrap_or_default(), parts.unwrap_or_default()))
+    let names = names.to_string();
+    in_a_page(&format!("{},{}", &names[..names.len() - 1], &parts[1..]))
 }
 
 /// JSON that is safe in a script element: characters that could end it, begin a comment or end a line are escaped, which
@@ -269,20 +285,8 @@ fn ends(runs: &[Range<usize>]) -> Vec<usize> {
     runs.iter().flat_map(|run| [run.start, run.end - 1]).collect()
 }
 
-/// Decimals that leave four digits of the threshold, or of the largest score where there is none.
-fn digits(score: &[f64], threshold: Option<f64>) -> i32 {
-    let largest = score.iter().copied().filter(|v| v.is_finite()).fold(0.0, |a: f64, v| a.max(v.abs()));
-    let typical = threshold.map(f64::abs).filter(|t| *t > 0.0 && *t < largest).unwrap_or(largest);
-    if typical > 0.0 { (3 - typical.log10().floor() as i32).clamp(-300, 300) } else { 0 }
-}
-
 fn tenths(v: f64) -> Option<i64> {
     whole(v * 10.0)
-}
-
-fn thousandths(error: f64) -> Option<i64> {
-    let rounded = whole(error * 1000.0)?;
-    Some(if error < 1.0 { rounded.min(999) } else { rounded })
 }
 
 /// The nearest integer that JavaScript represents exactly; `None` for NaN and infinity.

@@ -2,7 +2,7 @@ use super::json::{beside, embedded, in_a_page};
 use super::*;
 use crate::results::MethodSeries;
 use proptest::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 use trackfail_dataset::text::visible;
 use trackfail_methods::score::{TrackScore, khalid2016};
 
@@ -47,11 +47,9 @@ fn sequences(name: &str, frames: usize) -> Sequences {
     let series = track(frames);
     let first = [(0_usize, said(&series, 2, Some(0.0041))), (1, said(&series, 12, Some(0.0041)))];
     let second = [(1_usize, said(&series, 12, None))];
-    let method = |name: &str| Method {
-        name: name.into(),
-        thresholds: vec![Some(0.0041), None],
-        counted: String::new(),
-    };
+    let thresholds = vec![Some(0.0041), None];
+    let method =
+        |name: &str| Method { name: name.into(), thresholds: thresholds.clone(), ..Method::default() };
     Sequences {
         trackers: vec![name.to_string(), "KCF".into()],
         methods: vec![method(name), method("RAW")],
@@ -93,7 +91,6 @@ fn series_that_are_too_long_are_not_packed() {
 #[test]
 fn counts_by_hand() {
     let tallies = sequences("Girl", 60).tallies();
-    assert_eq!(tallies.rows.len(), 3);
     let cells: Vec<_> = tallies.rows.iter().map(|r| r.cells.clone()).collect();
     assert_eq!(cells, [["1 / 0 / 0", "0 / 1 / 1"], ["", "0 / 1 / 1"], ["1 / 0 / 0", "0 / 1 / 1"]]);
     assert_eq!(tallies.totals, ["2 / 0 / 0", "0 / 3 / 3"]);
@@ -104,33 +101,33 @@ fn counts_by_hand() {
 #[test]
 fn series_by_hand() {
     let all = packed(&sequences("Girl", 60));
-    assert_eq!(all["trackers"], serde_json::json!(["Girl", "KCF"]));
-    assert_eq!(all["methods"][1]["thresholds"], serde_json::json!([0.0041, null]));
-    assert_eq!(all["start"], serde_json::json!([0, 0, 0]));
-    assert_eq!(all["tracks"], serde_json::json!([[0, 0, null], [0, 1, null], [1, 0, null]]));
-    assert_eq!(all["sequences"][0]["stills"], serde_json::json!([3]));
-    assert_eq!(
-        (all["sequences"][0]["frames"].as_u64(), &all["sequences"][0]["size"][1]),
-        (Some(60), &240.into())
-    );
+    for (place, value) in [
+        ("/trackers", json!(["Girl", "KCF"])),
+        ("/methods/1/thresholds", json!([0.0041, null])),
+        ("/start", json!([0, 0, 0])),
+        ("/tracks", json!([[0, 0, null], [0, 1, null], [1, 0, null]])),
+        ("/sequences/0/stills", json!([3])),
+        ("/sequences/0/frames", json!(60)),
+        ("/sequences/0/size/1", json!(240)),
+        ("/words/outcome", json!(["hit", "missed", "false alarm"])),
+        ("/data/0-0/said/0/marks", json!([[20, 22, 0, 0]])),
+        ("/data/0-0/said/1/marks", json!([[20, null, 0, 0], [null, 32, 0, 0]])),
+        ("/data/0-0/said/0/alarms", json!([22, 31])),
+        // Four digits of 0.0041: steps of 1e-6; without a threshold four digits of the largest score, 0.0059.
+        ("/data/0-0/said/0/digits", json!(6)),
+        ("/data/0-1/said/1/digits", json!(6)),
+    ] {
+        assert_eq!(all.pointer(place), Some(&value), "{place}");
+    }
     // Upright polygons are rectangles; the slanted ones have corners.
-    assert_eq!(all["truth"]["0"].as_array().unwrap().len(), 4);
+    let sides = |sequence: &str| all["truth"][sequence].as_array().unwrap().len();
+    assert_eq!((sides("0"), sides("1")), (4, 8));
     assert_eq!(column(&all["truth"]["0"][2])[..3], [Some(40), None, Some(40)]);
-    assert_eq!(all["truth"]["1"].as_array().unwrap().len(), 8);
     let track = &all["data"]["0-0"];
     assert_eq!(column(&track["box"][0])[..4], [Some(0), Some(3), Some(7), Some(10)]);
     assert_eq!(column(&track["error"])[19..21], [Some(250), Some(1000)]);
+    assert_eq!(column(&track["said"]["0"]["score"])[..3], [Some(0), Some(100), Some(200)]);
     assert!(all["data"]["0-1"]["background"].is_null() && !track["background"].is_null());
-    let series = &track["said"]["0"];
-    assert_eq!(series["marks"], serde_json::json!([[20, 22, 0, 0]]));
-    assert_eq!(track["said"]["1"]["marks"], serde_json::json!([[20, null, 0, 0], [null, 32, 0, 0]]));
-    assert_eq!(all["words"]["outcome"], serde_json::json!(["hit", "missed", "false alarm"]));
-    assert_eq!(series["alarms"], serde_json::json!([22, 31]));
-    // Four digits of 0.0041: steps of 1e-6.
-    assert_eq!(series["digits"], 6);
-    assert_eq!(column(&series["score"])[..3], [Some(0), Some(100), Some(200)]);
-    // Without a threshold four digits of the largest score, 0.0059.
-    assert_eq!(all["data"]["0-1"]["said"]["1"]["digits"], 6);
 }
 
 #[test]
@@ -156,7 +153,7 @@ fn long_series_lie_in_files_that_hold_the_same() {
     assert_eq!((count, &names[..]), (3, &["data/00-000.js", "data/00-001.js", "data/01-000.js"][..]));
     let whole = packed(&all);
     let index: Value = serde_json::from_str(&split).unwrap();
-    assert_eq!(index["tracks"], serde_json::json!([[0, 0, 0], [0, 1, 2], [1, 0, 1]]));
+    assert_eq!(index["tracks"], json!([[0, 0, 0], [0, 1, 2], [1, 0, 1]]));
     assert!(index["data"].as_object().unwrap().is_empty() && split.len() < 1000);
     for track in index["tracks"].as_array().unwrap() {
         let [s, t, file] = [0, 1, 2].map(|k| track[k].as_u64().unwrap() as usize);

@@ -6,11 +6,9 @@
 //! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one
 //! is named only where its interval is above chance.
 
-use super::standing::Standing;
-use super::{Site, Summary};
-use crate::report::differences::CHANCE;
-use crate::report::html::fill;
-use crate::report::page::ReportError;
+use super::{Site, Standing, Summary};
+use crate::report::page::{ReportError, fill};
+use crate::report::standings::CHANCE;
 use serde::Serialize;
 use std::cmp::Ordering;
 use trackfail_judge::method::names;
@@ -84,11 +82,6 @@ fn auroc(standing: &Standing) -> Option<f64> {
     standing.auroc.value.parse().ok()
 }
 
-/// Whether a method can be the best: it is no anchor.
-fn competes(standing: &Standing) -> bool {
-    !standing.anchor
-}
-
 /// Whether an experiment has enough sequences for ranks.
 fn is_large(summary: &Summary) -> bool {
     summary.present >= MIN_SEQUENCES as u64
@@ -97,7 +90,7 @@ fn is_large(summary: &Summary) -> bool {
 /// Rank of a method among those of an experiment, `3`, or `3=` where another one has it too; empty for anchors, without a value,
 /// and with too few sequences.
 fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> String {
-    let value = |s: &Standing| auroc(s).filter(|_| competes(s) && is_large(summary));
+    let value = |s: &Standing| auroc(s).filter(|_| !s.anchor && is_large(summary));
     let Some(mine) = value(standing) else { return String::new() };
     let all = || standings.iter().filter_map(|s| value(s));
     let above = all().filter(|v| *v > mine).count();
@@ -112,7 +105,7 @@ fn better_first(a: Option<f64>, b: Option<f64>) -> Ordering {
 
 /// The methods with these needs that have the largest AUROC as printed.
 fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
-    let fits = |s: &&&Standing| competes(s) && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
+    let fits = |s: &&&Standing| !s.anchor && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
     let first = experiment.standings.iter().find(fits)?;
     let ties = experiment.standings.iter().filter(fits).filter(|s| auroc(s) == auroc(first));
     let is_above = |s: &&Standing| s.auroc.low.parse::<f64>().is_ok_and(|low| low > CHANCE);
@@ -167,7 +160,7 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
             _ if method.anchor => "anchor".to_string(),
             None => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
             Some((rank, e)) => {
-                let of = e.standings.iter().filter(|s| competes(s)).count();
+                let of = e.standings.iter().filter(|s| !s.anchor).count();
                 format!("rank {rank} of {of} in {}", e.folder)
             }
         };
@@ -192,11 +185,11 @@ pub fn render(site: &Site) -> Result<Option<String>, ReportError> {
     if experiments.is_empty() {
         return Ok(None);
     }
-    let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| competes(s)).count();
+    let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| !s.anchor).count();
     let asked: Vec<&Experiment<'_>> =
         experiments.iter().filter(|e| is_large(e.summary) && competing(e) > 1).collect();
     let mut needs: Vec<&str> = NEEDS.into();
-    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| competes(s)) {
+    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| !s.anchor) {
         if !needs.contains(&standing.needs.as_str()) {
             needs.push(&standing.needs);
         }

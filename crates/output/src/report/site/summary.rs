@@ -1,15 +1,19 @@
-//! A report in short: the file `summary.json` beside its page.
+//! A report in short: the file `summary.json` beside its page, with the methods of an experiment of the leaderboard.
 
-use super::standing::{Standing, standings};
 use crate::report::claims::ClaimCounts;
-use crate::report::files::SUMMARY;
-use crate::report::write::{WriteError, WrittenReport};
+use crate::report::standings::{self, of_every_tracker};
+use crate::report::write::{SUMMARY, WriteError, WrittenReport};
 use crate::results::{self, Results};
-use crate::table;
+use crate::sampling::{Units, metric_of_sum};
+use crate::table::layout::is_anchor;
+use crate::table::{self, number::Style};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use trackfail_dataset::{DatasetError, synthetic, text};
+use trackfail_engine::spec::method::Method;
 use trackfail_engine::store;
+use trackfail_methods::analysis::Grid;
+use trackfail_methods::score::Metric;
 
 /// Version of the summary's format.
 /// - 1: first version;
@@ -59,6 +63,49 @@ pub struct Summary {
     pub standings: Vec<Standing>,
 }
 
+/// A method on all trackers of an experiment together. Numbers are as they are printed; empty where there is none.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Standing {
+    /// The method.
+    pub method: String,
+    /// Its first need beside the boxes of the tracker: `boxes alone`, `frames` ...
+    pub needs: String,
+    /// Whether it is an anchor, which does not compete.
+    pub anchor: bool,
+    /// Number of trackers that it was run on.
+    pub trackers: u64,
+    /// Area under the ROC curve of lost frames against good ones.
+    pub auroc: Estimate,
+    /// Average precision of lost frames.
+    pub auprc: Estimate,
+    /// False alarms per 1000 good frames where half of the losses are found.
+    pub false_alarms: Estimate,
+    /// F-score beyond that of random detections, with the method's own threshold.
+    pub f_over_chance: Estimate,
+    /// Milliseconds a frame, from an analysis of times; empty without one.
+    pub cost: String,
+}
+
+/// A number with its 95 % bootstrap interval over sequences.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimate {
+    /// The number.
+    pub value: String,
+    /// Its lower bound.
+    pub low: String,
+    /// Its upper bound.
+    pub high: String,
+}
+
+impl Estimate {
+    fn printed(style: Style, of: standings::Estimate) -> Self {
+        let [value, low, high] = of.cells(|v| style.format(v)).map(|cell| cell.ours.unwrap_or_default());
+        Self { value, low, high }
+    }
+}
+
 /// The summary of a written report.
 pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
@@ -83,6 +130,52 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
         verdict: written.verdict.clone(),
         standings: standings(results, &written.units),
     }
+}
+
+/// The methods of an experiment that asks for them, in its order; those without a result and the points of grids are left out.
+fn standings(results: &Results, units: &Units) -> Vec<Standing> {
+    let experiment = &results.experiment;
+    let standing = |method: &Method| {
+        let variant = method.variants.first().filter(|_| !method.has_grid())?;
+        let name = &method.name;
+        let frames = of_every_tracker(results, name)?;
+        let trackers = results.measures.iter().filter(|m| m.method == *name && m.done > 0).count();
+        let of = |style, measure| Estimate::printed(style, standings::Estimate::of_frames(frames, measure));
+        let (needs, real) = (variant.needs(), Style::DEFAULT);
+        (trackers > 0).then(|| Standing {
+            method: name.clone(),
+            needs: if needs.is_empty() { "nothing".to_string() } else { needs.join(", ") },
+            anchor: is_anchor(experiment, name),
+            trackers: trackers as u64,
+            auroc: of(real, "auroc"),
+            auprc: of(real, "auprc"),
+            false_alarms: of(Style { decimals: 1, ..real }, "false_alarms_at_half"),
+            f_over_chance: Estimate::printed(real, f_over_chance(results, units, name)),
+            cost: cost(results, name),
+        })
+    };
+    let asked = experiment.methods.iter().filter(|_| experiment.leaderboard);
+    asked.filter_map(standing).collect()
+}
+
+/// F over chance of the counts of all trackers.
+fn f_over_chance(results: &Results, units: &Units, method: &str) -> standings::Estimate {
+    let chance = results.experiment.chance_of(method);
+    let of = |sum: &[i64; 4]| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum);
+    standings::Estimate::of_counts(&units.pooled(method, None), of, &units.sampling)
+}
+
+/// Milliseconds a frame of a method, for its signal, detection and reverse runs, where an analysis of the experiment has timed
+/// it; else empty.
+fn cost(results: &Results, method: &str) -> String {
+    let tables = results.analyses.iter().flat_map(|a| &a.findings.tables).filter(|t| t.name == "stages");
+    let total = |stages: &Grid| {
+        let column = stages.columns.iter().position(|name| name == method)?;
+        let (_, values) = stages.rows.iter().find(|(heading, _)| heading == "total")?;
+        values.get(column).copied().flatten()
+    };
+    // The last one that has it.
+    tables.filter_map(total).next_back().map_or_else(String::new, |value| format!("{value:.3}"))
 }
 
 /// Writes the summary beside the page of a report.

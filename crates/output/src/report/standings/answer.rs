@@ -1,12 +1,14 @@
 //! The best method or tracker in a sentence and as a figure, with how sure that is.
 
+use super::frames::CHANCE;
 use super::{Estimate, Field, Standing, Standings};
-use crate::figure::{Color, Dash, Dot, DotPanel, Dots};
-use crate::report::colors;
-use crate::report::differences::CHANCE;
+use crate::figure::{Color, Dash, DotPanel, Dots};
 use crate::report::figures::published;
+use crate::report::{colors, sentences::say};
+use crate::results::grouped;
 use crate::table::leaderboard::better_first;
 use crate::table::number::Style;
+use serde_json::{Value, json};
 use trackfail_core::direction::Direction;
 use trackfail_engine::spec::Experiment;
 
@@ -42,25 +44,25 @@ impl Best<'_> {
         self.lead.bounds.is_some_and(|(low, _)| low > 0.0)
     }
 
-    fn by_chance(&self) -> &'static str {
-        if self.is_beyond_chance() {
-            "more than chance"
-        } else {
-            "which these sequences cannot tell from chance"
-        }
-    }
-
-    /// `0.31 (95 %: 0.22 to 0.41)`.
-    fn estimate(&self, style: Style) -> String {
-        let shown = |(low, high)| format!(" (95 %: {} to {})", style.format(low), style.format(high));
-        style.format(self.values[0]) + &self.first.estimate.bounds.map_or_else(String::new, shown)
-    }
-
-    /// Bounds of the lead in brackets behind some words: ` (-0.020 to +0.110)`.
-    fn bounds(&self, style: Style, words: &str) -> String {
-        let signed = |v| style.format_signed(v);
-        let shown = |(low, high)| format!(" ({words}{} to {})", signed(low), signed(high));
-        self.lead.bounds.map_or_else(String::new, shown)
+    /// Itself in the templates of sentences.
+    fn told(&self, style: Style) -> Value {
+        let [value, other] = self.values;
+        let range = |bounds: Option<(f64, f64)>, shown: fn(Style, f64) -> String| {
+            bounds.map(|(low, high)| format!("{} to {}", shown(style, low), shown(style, high)))
+        };
+        json!({
+            "field": self.field,
+            "first": self.first.spoken(),
+            "next": self.next.spoken(),
+            "value": style.format(value),
+            "interval": range(self.first.estimate.bounds, Style::format),
+            "behind": style.format((style.round(value) - style.round(other)).abs()),
+            "lead": self.lead.value.map(|v| style.format_signed(v)),
+            "lead_interval": range(self.lead.bounds, Style::format_signed),
+            "is_sure": self.is_beyond_chance(),
+            "ties": self.ties,
+            "more": self.more,
+        })
     }
 }
 
@@ -94,54 +96,33 @@ pub fn best_names(of: &Standings) -> Vec<String> {
 
 /// `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` where nothing has a value and a rival.
 pub fn verdict(of: &Standings) -> Option<String> {
-    let style = of.measured.style;
-    let told = match best(of).as_slice() {
-        [] => return None,
-        [one] => single(one, style),
-        many => counted(many, style),
-    };
-    let most = if of.measured.direction == Direction::LowerIsBetter { "Smallest" } else { "Largest" };
-    // An analysis may have another number of that name, weighted by frames.
-    let way = if of.measured.metric.is_none() { ", mean over sequences" } else { "" };
-    Some(format!("{most} {}{way}{told}.", of.measured.title))
-}
-
-fn single(one: &Best<'_>, style: Style) -> String {
-    let on = if one.field.is_empty() { String::new() } else { format!(" on {}", one.field) };
-    let ([first, next], [value, other]) = ([one.first, one.next].map(Standing::spoken), one.values);
-    let equal = match one.more {
-        _ if !one.ties => {
-            let behind = style.format((style.round(value) - style.round(other)).abs());
-            let (shown, bounds, chance) = (one.estimate(style), one.bounds(style, ""), one.by_chance());
-            return format!(
-                "{on}: {first}, {shown}. The next is {next}, behind by {behind}{bounds}, {chance}"
-            );
-        }
-        0 => format!("{first} and {next}"),
-        more => format!("{first}, {next} and {more} more"),
-    };
-    let bounds = if one.more == 0 { one.bounds(style, "95 % of their difference: ") } else { String::new() };
-    format!("{on}: {equal} are equal, {}{bounds}", style.format(value))
+    let (best, style) = (best(of), of.measured.style);
+    // A tracker whose methods have several protocols is there for each of them.
+    let what = if best.iter().any(|b| b.field.contains(", ")) { "comparisons" } else { "trackers" };
+    let told: Vec<Value> = best.iter().map(|b| b.told(style)).collect();
+    let about = json!({
+        "measured": of.measured.told(),
+        "best": told,
+        "what": what,
+        "won": won(&best, style),
+        "sure": best.iter().filter(|b| b.is_beyond_chance()).count(),
+    });
+    (!best.is_empty()).then(|| say("verdict", about))
 }
 
 /// Of many trackers only how many each of the first ones wins; those at the top that are equal as printed win none.
-fn counted(best: &[Best<'_>], style: Style) -> String {
+fn won(best: &[Best<'_>], style: Style) -> Vec<String> {
     let most = if best.len() <= MAX_NAMED { MAX_NAMED } else { MAX_WINNERS };
-    let mut winners: Vec<(String, Vec<String>)> = Vec::new();
-    for b in best.iter().filter(|b| !b.ties) {
-        let (winner, on) = (b.first.spoken(), format!("{} {}", b.field, style.format(b.values[0])));
-        match winners.iter_mut().find(|(label, _)| *label == winner) {
-            Some((_, fields)) => fields.push(on),
-            None => winners.push((winner, vec![on])),
-        }
-    }
+    let mut winners = grouped(best.iter().filter(|b| !b.ties), |b| b.first.label.as_str());
     winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
     let (first, others) = winners.split_at(winners.len().min(most));
-    let won = |(label, fields): &(String, Vec<String>)| match best.len() <= MAX_NAMED {
-        true => format!("{label} on {} ({})", fields.len(), fields.join(", ")),
-        false => format!("{label} on {}", fields.len()),
+    let of_winner = |(_, fields): &(&str, Vec<&Best<'_>>)| {
+        let on = |b: &&Best<'_>| format!("{} {}", b.field, style.format(b.values[0]));
+        let named: Vec<String> = fields.iter().filter(|_| best.len() <= MAX_NAMED).map(on).collect();
+        let named = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
+        format!("{} on {}{named}", fields[0].first.spoken(), fields.len())
     };
-    let mut won: Vec<String> = first.iter().map(won).collect();
+    let mut won: Vec<String> = first.iter().map(of_winner).collect();
     if !others.is_empty() {
         let on: usize = others.iter().map(|(_, fields)| fields.len()).sum();
         let methods = if others.len() == 1 { "method" } else { "methods" };
@@ -149,26 +130,12 @@ fn counted(best: &[Best<'_>], style: Style) -> String {
     }
     let ties = best.iter().filter(|b| b.ties).count();
     won.extend((ties > 0).then(|| format!("two or more equal at the top on {ties}")));
-    let told = match best.iter().filter(|b| b.is_beyond_chance()).count() {
-        0 => "on none of them is the lead more than chance".to_string(),
-        n => format!("on {n} of them the lead is more than chance"),
-    };
-    // A tracker whose methods have several protocols is there for each of them.
-    let what = if best.iter().any(|b| b.field.contains(", ")) { "comparisons" } else { "trackers" };
-    format!(", of {} {what}: {}; {told}", best.len(), won.join(", "))
+    won
 }
 
 /// The best method frame by frame in a sentence, with how sure that is.
 pub fn frames_verdict(of: &Standings) -> Option<String> {
-    let (best, style) = (best(of).pop()?, of.measured.style);
-    let (first, next, shown) = (&best.first.name, &best.next.name, best.estimate(style));
-    let lead = best.lead.value.filter(|_| best.lead.bounds.is_some()).map_or_else(String::new, |value| {
-        let (value, bounds) = (style.format_signed(value), best.bounds(style, ""));
-        format!(" It leads {next} by {value}{bounds}, {}.", best.by_chance())
-    });
-    Some(format!(
-        "{first} tells lost frames from good ones best: area under the ROC curve {shown} over all trackers together.{lead}"
-    ))
+    Some(say("frames verdict", best(of).pop()?.told(of.measured.style)))
 }
 
 /// The figure `headline` with its caption: those that can be the best with their intervals, the best at the top, a panel for
@@ -189,10 +156,7 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
     }
     let chance = measured.metric.filter(|metric| metric.is_of_frames()).map(|_| CHANCE);
     let panel = |field: &Field| {
-        let dot = |row: &&Standing| {
-            let estimate = field.standings.iter().find(|s| s.label == row.label)?.estimate;
-            Some(Dot { value: estimate.value?, bounds: estimate.bounds })
-        };
+        let dot = |row: &&Standing| field.standings.iter().find(|s| s.label == row.label)?.estimate.dot();
         let printed =
             |row: &&Standing| published::of_metric(experiment, &field.tracker, &row.name, measured.metric?);
         let anchor = |(name, dash): (&str, Dash)| {
@@ -208,39 +172,24 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
         }
     };
     let panels: Vec<DotPanel> = fields.iter().map(panel).collect();
-    let is_printed = panels.iter().flat_map(|p| &p.published).any(Option::is_some);
-    let printed = if is_printed { "; a diamond is the published value" } else { "" };
     let has = |dash: Dash| panels.iter().flat_map(|panel| &panel.levels).any(|level| level.1 == dash);
-    let dashed = match chance {
-        Some(_) => "; dashed: chance",
-        None if has(Dash::Dashed) => "; dashed: alarms at random",
-        None => "",
-    };
-    let dotted = if has(Dash::Dotted) { "; dotted: the oracle" } else { "" };
-    let way = if measured.direction == Direction::LowerIsBetter { "smaller" } else { "larger" };
-    let title = &measured.title;
-    let note =
-        format!("{title}, {way} is better, with 95 % intervals over sequences{printed}{dashed}{dotted}");
-    let caption = match (chance, all - rows.len()) {
-        (Some(_), _) => format!(
-            "{title} of lost frames against good ones, all trackers together, with 95 % bootstrap intervals over sequences; \
-             the best {} of {all} methods. {suite}",
-            rows.len()
-        ),
-        (None, more) => {
-            let left_out = if more > 0 { format!(" {more} more are in the tables.") } else { String::new() };
-            format!(
-                "{title} with 95 % bootstrap intervals over sequences; where these overlap by much, the methods cannot be told \
-                 apart.{left_out} {suite}"
-            )
-        }
-    };
+    let about = json!({
+        "measured": measured.told(),
+        "printed": panels.iter().flat_map(|p| &p.published).any(Option::is_some),
+        "chance": chance.is_some(),
+        "dashed": has(Dash::Dashed),
+        "dotted": has(Dash::Dotted),
+        "shown": rows.len(),
+        "all": all,
+        "suite": suite,
+    });
     // Trackers are no methods: all have one color.
     let color = |row: &&Standing| match measured.metric {
         Some(_) => colors::color(experiment, &row.name),
         None => Color::Blue,
     };
-    let (colors, title) = (rows.iter().map(color).collect(), String::new());
+    let (colors, note) = (rows.iter().map(color).collect(), say("headline note", &about));
     let rows = rows.iter().map(|row| row.spoken()).collect();
-    Some((Dots { title, note, rows, panels, shared_axis: true, colors, chance }, caption))
+    let dots = Dots { title: String::new(), note, rows, panels, shared_axis: true, colors, chance };
+    Some((dots, say("headline", &about)))
 }

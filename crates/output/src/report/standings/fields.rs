@@ -1,18 +1,18 @@
 //! The standings of an experiment: methods by counts and by measures of frames, and trackers.
 
 use super::{Estimate, Field, Measured, Pair, Standing, Standings, field, ordering_metric};
-use crate::report::{layouts, operating};
+use crate::report::operating;
 use crate::results::frame_measures::EVERY_TRACKER;
-use crate::results::frame_pairs::{self, Difference};
-use crate::results::{Results, method_label};
+use crate::results::{Results, frame_pairs, grouped, method_label};
 use crate::sampling::{Sampling, Units, by_sequence, counts_of_column, mean_of_sum, metric_of_sum};
+use crate::table::build::suite;
 use crate::table::layout::is_anchor;
 use crate::table::suites::suites_note;
 use trackfail_engine::execute::analyse::Analysed;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::method::{Method, Variant};
 use trackfail_methods::analysis::Grid;
-use trackfail_methods::score::{FrameMeasures, Metric, Protocol};
+use trackfail_methods::score::{FrameMeasures, Metric};
 
 /// The metric of frames that methods are ordered by.
 pub fn frames_metric() -> Option<Metric> {
@@ -25,21 +25,17 @@ pub fn of_methods(results: &Results, units: &Units) -> Standings {
     let metric = ordering_metric(experiment);
     let mut fields = Vec::new();
     for tracker in experiment.trackers.iter().map(|t| t.label.as_str()) {
-        let methods: Vec<&Method> = experiment.methods.iter().filter(|m| m.runs_on(tracker)).collect();
-        let mut protocols: Vec<&Protocol> = Vec::new();
-        for method in &methods {
-            if protocols.iter().all(|p| p.name != method.protocol.name) {
-                protocols.push(method.protocol);
-            }
-        }
-        for protocol in &protocols {
-            let mine = methods.iter().filter(|m| m.protocol.name == protocol.name);
-            let mine: Vec<Standing> = mine.flat_map(|m| at_points(experiment, m, tracker, units)).collect();
-            let label = match protocols.len() {
+        let methods = experiment.methods.iter().filter(|m| m.runs_on(tracker));
+        let by_protocol = grouped(methods, |m| m.protocol.name);
+        for (protocol, methods) in &by_protocol {
+            let chance = methods[0].protocol.chance;
+            let mine: Vec<Standing> =
+                methods.iter().flat_map(|m| at_points(experiment, m, tracker, units)).collect();
+            let label = match by_protocol.len() {
                 1 => tracker.to_string(),
-                _ => format!("{tracker}, {}", protocol.name),
+                _ => format!("{tracker}, {protocol}"),
             };
-            let of = |sum: &[i64; 4]| metric_of_sum(metric, Some(protocol.chance), sum);
+            let of = |sum: &[i64; 4]| metric_of_sum(metric, Some(chance), sum);
             if !mine.is_empty() {
                 let names = (label, tracker.to_string());
                 fields.push(field(names, mine, of, metric.direction(), &units.sampling));
@@ -70,7 +66,7 @@ pub fn first_by_sequence(results: &Results) -> Option<(&Analysed, &Grid)> {
 /// The sentence that says what the numbers of trackers rest on.
 pub fn suite_of_trackers(results: &Results) -> String {
     let compared = first_by_sequence(results).filter(|(a, _)| !a.shares.is_empty());
-    compared.map_or_else(|| layouts::suite(results), |(a, _)| format!("Suite {}.", suites_note(a)))
+    compared.map_or_else(|| suite(results), |(a, _)| format!("Suite {}.", suites_note(a)))
 }
 
 /// The trackers that the [first analysis](first_by_sequence) scored, for each column of its table.
@@ -79,8 +75,8 @@ pub fn of_trackers(results: &Results, sampling: &Sampling) -> Vec<Standings> {
     let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
     let of_column = |(k, column): (usize, &String)| {
         let standing = |a: &Analysed| {
-            let (label, name, counts) =
-                (a.tracker.clone(), a.tracker.clone(), counts_of_column(by_sequence(a)?, k));
+            let (label, name) = (a.tracker.clone(), a.tracker.clone());
+            let counts = counts_of_column(by_sequence(a)?, k);
             Some(Standing { label, name, competes: true, counts, ..Standing::default() })
         };
         let standings = mine.clone().filter_map(standing).collect();
@@ -109,8 +105,8 @@ pub fn of_frames(results: &Results, pairs: &[frame_pairs::Pair]) -> Option<Stand
     };
     let standings: Vec<Standing> = mine.map(standing).collect();
     let pair = |pair: &frame_pairs::Pair| {
-        let (labels, Difference { value, bounds }) = ([pair.method.clone(), pair.other.clone()], pair.auroc);
-        Pair { labels, difference: Estimate { value, bounds }, p: None, corrected: None, sequences: 0 }
+        let labels = [pair.method.clone(), pair.other.clone()];
+        Pair { labels, difference: pair.auroc, p: None, corrected: None, sequences: 0 }
     };
     let pairs = pairs.iter().map(pair).collect();
     let (label, tracker) = ("all trackers together".to_string(), EVERY_TRACKER.to_string());

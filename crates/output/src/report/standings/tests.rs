@@ -1,9 +1,9 @@
 use super::tables::{diagram, intervals, pairs, ranked};
 use super::*;
 use crate::figure::Mark;
+use crate::report::operating::tests::experiment;
 use crate::sampling::{counts_of_column, mean_of_sum, metric_of_sum};
 use crate::table::layout::Row;
-use trackfail_engine::spec::parse;
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
 
@@ -24,7 +24,6 @@ fn competitors() -> Vec<Standing> {
         competitor("swept[a=1]", false, &[good; 8]),
     ]
 }
-const LABELS: [&str; 5] = ["never", "good", "mixed", "bad", "swept[a=1]"];
 
 /// The field of methods on a tracker by a metric.
 fn field_of(tracker: &str, standings: Vec<Standing>, metric: Metric) -> Field {
@@ -42,18 +41,24 @@ fn values(row: &Row) -> Vec<Option<f64>> {
     row.cells.iter().map(|c| c.value).collect()
 }
 
+/// The rows of a table's only group, with their labels.
+fn rows(table: &TableLayout) -> (&[Row], Vec<&str>) {
+    let rows = &table.groups[0].rows;
+    (rows, rows.iter().map(|row| row.label.name.as_str()).collect())
+}
+
 // By hand: F is 6/7 for good, 2/7 for bad and 2 * 16 / (2 * 16 + 16 + 8) = 4/7 for both mixed. Equal sequences have no
 // spread. Ranks are 1, 1.5 or 2.5, 3, so 1.25, 2 and 2.75.
 #[test]
 fn intervals_and_ranks_by_hand() {
     let of = by(Metric::F_SCORE, competitors());
     let table = intervals(&of);
-    let rows = &table.groups[0].rows;
-    assert_eq!(rows.iter().map(|r| r.label.name.as_str()).collect::<Vec<_>>(), LABELS);
+    let (rows, labels) = rows(&table);
+    assert_eq!(labels, ["never", "good", "mixed", "bad", "swept[a=1]"]);
     let f = |n: f64| Some(n / 7.0);
-    assert_eq!(values(&rows[0])[..5], [Some(0.0), Some(0.0), Some(0.0), Some(8.0), None]);
-    assert_eq!(values(&rows[1])[..5], [f(6.0), f(6.0), f(6.0), Some(8.0), Some(1.25)]);
-    assert_eq!(values(&rows[3])[..5], [f(2.0), f(2.0), f(2.0), Some(8.0), Some(2.75)]);
+    for (k, f, rank) in [(0, f(0.0), None), (1, f(6.0), Some(1.25)), (3, f(2.0), Some(2.75))] {
+        assert_eq!(values(&rows[k])[..5], [f, f, f, Some(8.0), rank]);
+    }
     // SciPy's friedmanchisquare; a method that is not ranked has none.
     let p = rows.iter().map(|row| values(row)[5]);
     let is_p = |p: f64| (p - 0.002478752176666357).abs() < 1e-12;
@@ -77,14 +82,13 @@ fn intervals_and_ranks_by_hand() {
 // mixed is good or bad they differ in 4, so p = 2/16. Holm: 3 * 2/256, then 2 * 2/16 for both.
 #[test]
 fn pairs_by_hand() {
-    let table = pairs(&by(Metric::F_SCORE, competitors()));
-    let rows = &table.groups[0].rows;
-    let labels: Vec<&str> = rows.iter().map(|r| r.label.name.as_str()).collect();
+    let table = pairs(&by(Metric::F_SCORE, competitors())).unwrap();
+    let (rows, labels) = rows(&table);
     assert_eq!(labels, ["good against mixed", "good against bad", "mixed against bad"]);
-    let of = |k: usize| (rows[k].cells[3].value, rows[k].cells[4].value, rows[k].cells[5].value);
-    assert_eq!(of(0), (Some(0.125), Some(0.25), Some(8.0)));
-    assert_eq!(of(1), (Some(2.0 / 256.0), Some(6.0 / 256.0), Some(8.0)));
-    assert_eq!(of(2), (Some(0.125), Some(0.25), Some(8.0)));
+    let (half, all) = ([0.125, 0.25, 8.0], [2.0 / 256.0, 6.0 / 256.0, 8.0]);
+    for (row, expected) in rows.iter().zip([half, all, half]) {
+        assert_eq!(values(row)[3..], expected.map(Some));
+    }
     assert_eq!(rows[1].cells[0].ours.as_deref(), Some("+0.571"));
     let is_all = |v: Option<f64>| v.is_some_and(|v| (v - 4.0 / 7.0).abs() < 1e-12);
     assert!(is_all(rows[1].cells[1].value) && is_all(rows[1].cells[2].value), "equal sequences");
@@ -97,18 +101,17 @@ fn missing_values_stay_empty() {
     with_silent.push(competitor("silent", true, &[[0, 0, 3]; 8]));
     let of = by(Metric::PRECISION, with_silent);
     assert!(of.fields[0].friedman.is_none());
-    let table = pairs(&of);
-    let row = table.groups[0].rows.iter().find(|r| r.label.name == "good against silent").unwrap();
-    assert_eq!(values(row), [None, None, None, None, None, Some(8.0)]);
-    let first = &table.groups[0].rows[1];
-    assert_eq!((first.label.name.as_str(), first.cells[0].value), ("good against bad", Some(0.5)));
-    assert_eq!(first.cells[4].value, Some(6.0 / 256.0), "three pairs have a p-value");
+    let table = pairs(&of).unwrap();
+    let (rows, labels) = rows(&table);
+    assert_eq!(labels[1..3], ["good against bad", "good against silent"]);
+    assert_eq!(values(&rows[2]), [None, None, None, None, None, Some(8.0)]);
+    assert_eq!((rows[1].cells[0].value, rows[1].cells[4].value), (Some(0.5), Some(6.0 / 256.0)), "three p");
 
     let few = vec![competitor("a", true, &[[1, 0, 0]; 2]), competitor("b", true, &[[1, 1, 0]; 2])];
     let few = by(Metric::F_SCORE, few);
     assert!(few.fields[0].friedman.is_none() && few.fields[0].pairs[0].p.is_none());
     let alone = by(Metric::F_SCORE, vec![competitor("a", true, &[[1, 0, 0]; 4])]);
-    assert!(pairs(&alone).groups.is_empty() && diagram(&alone, "").is_none());
+    assert!(pairs(&alone).is_none() && diagram(&alone, "").is_none());
 }
 
 #[test]
@@ -159,7 +162,7 @@ fn trackers_are_compared_by_their_mean() {
     let rows = &table.groups[0].rows;
     assert_eq!((rows[0].cells[0].value, rows[0].cells[4].value), (Some(0.5), Some(1.25)));
     assert_eq!(table.corner, "tracker");
-    let row = &pairs(&of).groups[0].rows[0];
+    let row = &pairs(&of).unwrap().groups[0].rows[0];
     assert!((row.cells[0].value.unwrap() - 0.1).abs() < 1e-12);
     assert_eq!(row.cells[3].value, Some(10.0 / 16.0));
     assert_eq!(Measured::column("failures").direction, Direction::LowerIsBetter);
@@ -168,60 +171,48 @@ fn trackers_are_compared_by_their_mean() {
 // By hand: F is 6/7, 4/7 and 2/7 for good, mixed and bad, without spread for good and bad; two goods are equal.
 #[test]
 fn many_trackers_are_counted_and_few_are_named() {
-    let told = |fields: &[(&str, Vec<Standing>)]| {
-        let field =
-            |(tracker, list): &(&str, Vec<Standing>)| field_of(tracker, list.clone(), Metric::F_SCORE);
+    let told = |fields: &[(&str, &[&str])]| {
+        let (good, bad) = ([3, 1, 0], [1, 3, 2]);
+        // Those that are equal and the best, then the worst.
+        let field = |(tracker, best): &(&str, &[&str])| {
+            let mut list: Vec<Standing> =
+                best.iter().map(|best| competitor(best, true, &[good; 8])).collect();
+            list.push(competitor("bad", true, &[bad; 8]));
+            // Numbers of fewer sequences are no best ones.
+            list.push(competitor("easy", true, &[[3, 0, 0]; 7]));
+            field_of(tracker, list, Metric::F_SCORE)
+        };
         let fields = fields.iter().map(field).collect();
         verdict(&Standings { measured: Measured::metric(Metric::F_SCORE), fields }).unwrap()
     };
-    let on = |tracker: &'static str, first: &str| {
-        let mut list = competitors();
-        list.retain(|c| ["good", "bad"].contains(&c.label.as_str()));
-        (list[0].label, list[0].name) = (first.into(), first.into());
-        (tracker, list)
-    };
-    let even = || {
-        let (tracker, mut list) = on("EVEN", "good");
-        list.push(competitor("as good", true, &[[3, 1, 0]; 8]));
-        (tracker, list)
-    };
+    let [x, y, z, u, v] = ["x", "y", "z", "u", "v"].map(|name| [name]);
+    let [x, y, z, u, v] = [&x[..], &y, &z, &u, &v];
+    let even: &[&str] = &["good", "as good"];
+    assert!(told(&[("A", x)]).starts_with("Largest F1 score on A: x, 0.857"));
     assert_eq!(
-        told(&[on("A", "x"), on("B", "y"), even()]),
+        told(&[("A", x), ("B", y), ("EVEN", even)]),
         "Largest F1 score, of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; \
          on 2 of them the lead is more than chance."
     );
     assert_eq!(
-        told(&[even()]),
+        told(&[("EVEN", even)]),
         "Largest F1 score on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000)."
     );
-    let mut three = even();
-    three.1.push(competitor("too", true, &[[3, 1, 0]; 8]));
-    assert_eq!(told(&[three]), "Largest F1 score on EVEN: good, as good and 1 more are equal, 0.857.");
-    // Numbers of fewer sequences are no best ones.
-    let mut part = on("A", "x");
-    part.1.push(competitor("easy", true, &[[3, 0, 0]; 7]));
-    assert!(told(&[part]).starts_with("Largest F1 score on A: x, 0.857"));
-    let many = [("A", "x"), ("B", "y"), ("C", "y"), ("D", "z"), ("E", "u"), ("F", "v"), ("G", "u")];
-    let mut many: Vec<(&str, Vec<Standing>)> = many.map(|(tracker, first)| on(tracker, first)).into();
-    many.push(even());
+    let three: &[&str] = &["good", "as good", "too"];
     assert_eq!(
-        told(&many),
+        told(&[("EVEN", three)]),
+        "Largest F1 score on EVEN: good, as good and 1 more are equal, 0.857."
+    );
+    assert_eq!(
+        told(&[("A", x), ("B", y), ("C", y), ("D", z), ("E", u), ("F", v), ("G", u), ("H", even)]),
         "Largest F1 score, of 8 trackers: y on 2, u on 2, x on 1, 2 more methods on 2, two or more equal at the top on 1; \
          on 7 of them the lead is more than chance."
     );
 }
 
-fn experiment(tables: &str) -> Experiment {
-    let text = format!(
-        "schema = 1\nname = \"mine/try\"\ntitle = \"T\"\nprotocol = \"khalid2016/1\"\nseed = 1\n\
-         [suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n[[method]]\nname = \"DTEF\"\n{tables}"
-    );
-    parse("try.toml", &text).unwrap()
-}
-
 #[test]
 fn a_report_is_ordered_by_a_metric_that_orders_by_itself_where_it_can() {
-    let of = |tables: &str| ordering_metric(&experiment(tables)).name();
+    let of = |tables: &str| ordering_metric(&experiment("", &[("DTEF", "")], tables)).name();
     let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
     assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
     assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");
@@ -238,7 +229,7 @@ fn a_published_value_has_a_sign_and_a_word() {
         "[[published]]\ntable = \"t\"\ntracker = \"NCC\"\nrow = \"f_score\"\nvalues = { DTEF = \".191\" }\n";
     let mut of = by(Metric::F_SCORE, competitors());
     of.fields[0].standings[1].name = "DTEF".into();
-    let note = |tables: &str| dots(&of, &experiment(tables), "").unwrap().0;
+    let note = |tables: &str| dots(&of, &experiment("", &[("DTEF", "")], tables), "").unwrap().0;
     let with = note(&format!("{table}{published}"));
     assert!(with.note.ends_with("; a diamond is the published value"));
     assert_eq!(with.panels[0].published, [Some(0.191), None, None]);

@@ -1,6 +1,6 @@
 use super::*;
+use crate::report::sequences::json::Said;
 use crate::report::verdict::{Stretch, stretches, verdict};
-use crate::results::TrackSeries;
 use crate::results::detections;
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -31,36 +31,36 @@ fn video(frames: usize) -> Sequence {
     }
 }
 
+/// A video of tracks.
+fn shown(sequence: &Sequence, tracks: Vec<UserTrack>) -> UserVideo<'_> {
+    UserVideo { sequence, tracks, facts: vec![("boxes".to_string(), "a&b.txt".to_string())] }
+}
+
 /// A track that is lost in frames 20 to 29 and absent in the last five, as `methods` methods see it.
 fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
-    let states: Vec<TargetState> = (0..frames)
-        .map(|t| match t {
-            20..30 => TargetState::Lost,
-            t if t + 5 >= frames => TargetState::Absent,
-            _ => TargetState::Tracking,
-        })
-        .collect();
+    let state = |t: usize| match t {
+        20..30 => TargetState::Lost,
+        t if t + 5 >= frames => TargetState::Absent,
+        _ => TargetState::Tracking,
+    };
+    let score = |k: usize, t: usize| match state(t) {
+        TargetState::Lost => Some(0.9),
+        TargetState::Absent => None,
+        TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 20_000.0),
+    };
     let method = |k: usize| JudgedMethod {
         name: format!("M{k}"),
         threshold: Some(0.8),
         direction: Direction::LowerIsBetter,
         is_probability: true,
-        score: (0..frames)
-            .map(|t| match states[t] {
-                TargetState::Lost => Some(0.9),
-                TargetState::Absent => None,
-                TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 20_000.0),
-            })
-            .collect(),
-        label: states.iter().map(|state| *state == TargetState::Lost).collect(),
+        score: (0..frames).map(|t| score(k, t)).collect(),
+        label: (0..frames).map(|t| state(t) == TargetState::Lost).collect(),
         changes: vec![0; frames],
-        states: states.clone(),
+        states: (0..frames).map(state).collect(),
     };
     let judged = JudgedTrack { target, first: 1, methods: (0..methods).map(method).collect() };
-    let region = |t: usize| {
-        (t + 3 < frames).then(|| Region::Rect(Rect::new(20.0 + (t % 90) as f64, 30.0, 40.0, 50.0)))
-    };
-    UserTrack { judged, regions: (0..frames).map(region).collect() }
+    let rect = |t: usize| Region::Rect(Rect::new(20.0 + (t % 90) as f64, 30.0, 40.0, 50.0));
+    UserTrack { judged, regions: (0..frames).map(|t| (t + 3 < frames).then(|| rect(t))).collect() }
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn frames_that_say_most_come_first() {
 #[test]
 fn a_frame_shows_box_state_and_score() {
     let sequence = video(60);
-    let one = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 1)], facts: Vec::new() };
+    let one = shown(&sequence, vec![track(None, 60, 1)]);
     let frame = sequence.frame(25).unwrap();
     let has = |drawn: &Frame, rgb: [u8; 3]| drawn.bytes().chunks(3).any(|pixel| pixel == rgb);
     let (vermilion, green) = ([0xD5, 0x5E, 0x00], [0x00, 0x9E, 0x73]);
@@ -86,7 +86,7 @@ fn a_frame_shows_box_state_and_score() {
     assert!(has(&good, green) && !has(&good, vermilion));
     // The line above says more than the number of the frame: it covers more of the frame.
     let covered = |drawn: &Frame| (0..160).filter(|x| drawn.pixel(*x, 1) == [0x20; 3]).count();
-    let two = UserVideo { tracks: vec![track(Some(1), 60, 1), track(Some(2), 60, 1)], ..one };
+    let two = shown(&sequence, vec![track(Some(1), 60, 1), track(Some(2), 60, 1)]);
     assert!(covered(&lost) > 2 * covered(&two.drawn(25, &frame)));
     // Without a box there is only the line.
     let gone = two.drawn(59, &frame);
@@ -96,9 +96,7 @@ fn a_frame_shows_box_state_and_score() {
 #[test]
 fn a_page_of_2000_frames_is_below_three_megabytes_and_needs_nothing_beside_it() {
     let sequence = video(2000);
-    let facts = vec![("boxes".to_string(), "a&b.txt".to_string())];
-    let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 2000, 16)], facts };
-    let page = video.page().unwrap();
+    let page = shown(&sequence, vec![track(None, 2000, 16)]).page().unwrap();
     assert!(page.len() < 3_000_000, "{}", page.len());
     assert!(page.matches("data:image/jpeg;base64,").count() > 50);
     assert!(page.contains("Lost from frame 21 to 30; found again."), "the verdict");
@@ -111,8 +109,7 @@ fn a_page_of_2000_frames_is_below_three_megabytes_and_needs_nothing_beside_it() 
 #[test]
 fn a_page_without_frames_has_no_pictures() {
     let sequence = user_frames::without_frames("boxes", 60);
-    let tracks = vec![track(Some(3), 60, 1), track(Some(-1), 60, 1)];
-    let video = UserVideo { sequence: &sequence, tracks, facts: Vec::new() };
+    let video = shown(&sequence, vec![track(Some(3), 60, 1), track(Some(-1), 60, 1)]);
     let page = video.page().unwrap();
     assert!(!page.contains("data:image"));
     assert!(page.contains("Target 3: Lost from frame 21") && page.contains("Target -1: Lost"));
@@ -123,8 +120,7 @@ fn a_page_without_frames_has_no_pictures() {
 #[test]
 fn a_figure_has_stills_panels_and_the_verdict() {
     let sequence = video(60);
-    let video = UserVideo { sequence: &sequence, tracks: vec![track(None, 60, 2)], facts: Vec::new() };
-    let figure = video.plot().unwrap();
+    let figure = shown(&sequence, vec![track(None, 60, 2)]).plot().unwrap();
     assert_eq!((figure.stills.len(), figure.rows.len()), (5, 2));
     assert!(figure.note.starts_with("Lost from frame 21 to 30; found again."));
     let numbers: Vec<u32> = figure.stills.iter().map(|still| still.number).collect();
@@ -160,7 +156,7 @@ proptest! {
         let words: Vec<String> =
             text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_string()).collect();
         let stretches = stretches(method);
-        let said = page::said(&TrackSeries::default(), method);
+        let said = Said::of_states(method);
         let is_within = |runs: &[usize], t: usize| runs.chunks(2).any(|run| (run[0]..=run[1]).contains(&t));
         let region = Some(Region::Rect(Rect::new(1.0, 1.0, 5.0, 5.0)));
         let track = UserTrack { regions: vec![region; frames.len()], judged: judged.clone() };

@@ -1,10 +1,12 @@
 //! Frames as a video file, which `ffmpeg` encodes.
 
+use std::cell::Cell;
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
 use std::path::Path;
-use std::process::{ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 use trackfail_core::image::Frame;
 use trackfail_dataset::guarded::Guarded;
@@ -25,8 +27,6 @@ const ENCODERS: [(&str, &[&str]); 2] =
 const MAX_QUEUED: usize = 4;
 /// Longest time for it to take one, and to end after the last.
 const PATIENCE: Duration = Duration::from_secs(600);
-/// Pause between two looks whether it takes the next one.
-const PAUSE: Duration = Duration::from_millis(2);
 
 /// A video that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -67,11 +67,11 @@ pub fn container(path: &Path) -> Option<&'static str> {
 ///
 /// # Errors
 /// See [`VideoError`].
-pub fn write<E: std::error::Error + 'static>(
+pub fn write<E: std::error::Error + Send + 'static>(
     path: &Path,
     rate: f64,
     count: usize,
-    frame: impl Fn(usize) -> Result<Frame, E>,
+    frame: impl Fn(usize) -> Result<Frame, E> + Sync,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), VideoError<E>> {
     write_by(OsStr::new("ffmpeg"), path, rate, &Source { count, frame: &frame, is_stopped })
@@ -80,11 +80,11 @@ pub fn write<E: std::error::Error + 'static>(
 /// Where the frames come from.
 struct Source<'a, E> {
     count: usize,
-    frame: &'a dyn Fn(usize) -> Result<Frame, E>,
+    frame: &'a (dyn Fn(usize) -> Result<Frame, E> + Sync),
     is_stopped: &'a dyn Fn() -> bool,
 }
 
-fn write_by<E: std::error::Error + 'static>(
+fn write_by<E: std::error::Error + Send + 'static>(
     program: &OsStr,
     path: &Path,
     rate: f64,
@@ -93,120 +93,99 @@ fn write_by<E: std::error::Error + 'static>(
     let folder = TemporaryFolder::new("trackfail-video-");
     let folder = folder.map_err(|e| StoreError::new(&std::env::temp_dir(), e))?;
     let encoded = folder.path().join("video");
-    let shown = path.display().to_string();
     let format = container(path).unwrap_or("mp4");
-    let mut refused = String::new();
+    let first = (source.frame)(0).map_err(VideoError::Frame)?;
+    let size = format!("{}x{}", first.width(), first.height());
+    let mut url = OsString::from("file:");
+    url.push(&encoded);
+    let shown = path.display().to_string();
+    let mut message = String::new();
     for (encoder, options) in ENCODERS {
-        let first = (source.frame)(0).map_err(VideoError::Frame)?;
-        let mut command = command(program, &encoded, (first.width(), first.height()), rate, format);
-        let coded = ["-c:v", encoder, "-pix_fmt", "yuv420p"];
-        command.args(coded).args(options).args(["-f", format]).arg(url(&encoded));
-        let not_started = |e: std::io::Error| match e.kind() {
-            std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.clone()),
-            _ => VideoError::Ffmpeg { path: shown.clone(), message: e.to_string() },
-        };
-        let program = Guarded::start(command, [Stdio::piped(), Stdio::null()], Some(folder.path()));
-        match feed(program.map_err(not_started)?, first, source)?.map_err(not_started)? {
-            Ok(()) => {
-                let bytes = store::read(&encoded)?;
-                return Ok(store::write_output(path, &bytes)?);
-            }
-            Err(message) => refused = message,
+        let mut command = command(program, &size, rate, format);
+        command.args(["-c:v", encoder, "-pix_fmt", "yuv420p"]).args(options).args(["-f", format]).arg(&url);
+        match encode(command, folder.path(), &shown, source)? {
+            None => return Ok(store::write_output(path, &store::read(&encoded)?)?),
+            Some(refused) => message = refused,
         }
         // Another encoder helps only where this one is not built in.
-        if !refused.contains(encoder) {
+        if !message.contains(encoder) {
             break;
         }
     }
-    Err(VideoError::Ffmpeg { path: shown, message: refused })
-}
-
-fn url(path: &Path) -> OsString {
-    let mut url = OsString::from("file:");
-    url.push(path);
-    url
+    Err(VideoError::Ffmpeg { path: shown, message })
 }
 
 /// Everything before the encoder. One thread, because the bytes depend on their number.
-fn command(program: &OsStr, folder: &Path, (w, h): (usize, usize), rate: f64, format: &str) -> Command {
+fn command(program: &OsStr, size: &str, rate: f64, format: &str) -> Command {
     let mut command = Command::new(program);
     command
         .args(["-hide_banner", "-loglevel", "error", "-y", "-protocol_whitelist", "file,pipe"])
-        .args(["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", &format!("{w}x{h}"), "-r", &rate.to_string()])
+        .args(["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", &rate.to_string()])
         .args(["-i", "pipe:0", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"])
         // The color planes have half the sides.
-        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
-        .current_dir(folder.parent().unwrap_or(folder));
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"]);
     if ["mp4", "mov"].contains(&format) {
         command.args(["-movflags", "+faststart"]);
     }
     command
 }
 
-/// Gives a program all frames and waits for its end; the outer error of the value is that it cannot be started, the inner
-/// one what it says.
-fn feed<E: std::error::Error + 'static>(
-    mut program: Guarded,
-    first: Frame,
-    source: &Source<'_, E>,
-) -> Result<std::io::Result<Result<(), String>>, VideoError<E>> {
-    let (frames, queue) = sync_channel(MAX_QUEUED);
-    let stdin = program.stdin();
-    // It may not read what it is sent, which this thread alone waits for.
-    std::thread::spawn(move || stdin.map(|stdin| write_frames(stdin, &queue)));
-    let is_taken = give(frames, first, source)?;
-    let until = Instant::now() + PATIENCE;
-    let check = || {
-        if (source.is_stopped)() {
-            return Err(Some(Interrupted));
-        }
-        if is_taken && Instant::now() < until { Ok(()) } else { Err(None) }
+/// Gives a program all frames and waits for its end; what it says if it refuses them.
+fn encode<E: std::error::Error + Send + 'static>(
+    mut command: Command,
+    folder: &Path,
+    shown: &str,
+    &Source { count, frame, is_stopped }: &Source<'_, E>,
+) -> Result<Option<String>, VideoError<E>> {
+    let not_started = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.to_string()),
+        _ => VideoError::Ffmpeg { path: shown.to_string(), message: e.to_string() },
     };
-    Ok(match program.wait(check) {
-        Err(e) => Err(e),
-        Ok(Err(Some(interrupted))) => return Err(interrupted.into()),
-        Ok(Err(None)) => Ok(Err(format!("it does not go on for {} s", PATIENCE.as_secs()))),
-        Ok(Ok(status)) if status.success() => Ok(Ok(())),
-        Ok(Ok(status)) => Ok(Err(match visible(program.stderr().trim()) {
+    command.current_dir(folder.parent().unwrap_or(folder));
+    let mut program =
+        Guarded::start(command, [Stdio::piped(), Stdio::null()], Some(folder)).map_err(not_started)?;
+    let (frames, queue) = sync_channel::<Frame>(MAX_QUEUED);
+    let stdin = program.stdin();
+    // It may not read what it is sent, which this thread alone waits for. An encoder that refuses closes its pipe.
+    std::thread::spawn(move || {
+        let Some(mut stdin) = stdin else { return };
+        while queue.recv().is_ok_and(|frame| stdin.write_all(frame.bytes()).is_ok()) {}
+    });
+    let given = &AtomicUsize::new(0);
+    let last = Cell::new((0, Instant::now()));
+    let check = || {
+        let given = given.load(Ordering::Relaxed);
+        if last.get().0 != given {
+            last.set((given, Instant::now()));
+        }
+        match is_stopped() {
+            true => Err(Some(Interrupted)),
+            false if last.get().1.elapsed() > PATIENCE => Err(None),
+            false => Ok(()),
+        }
+    };
+    let (ended, made) = std::thread::scope(|scope| {
+        let maker = scope.spawn(move || -> Result<(), E> {
+            for t in 0..count {
+                if frames.send(frame(t)?).is_err() {
+                    break;
+                }
+                given.fetch_add(1, Ordering::Relaxed);
+            }
+            Ok(())
+        });
+        (program.wait(check), maker.join())
+    });
+    made.unwrap_or_else(|panic| std::panic::resume_unwind(panic)).map_err(VideoError::Frame)?;
+    match ended.map_err(not_started)? {
+        Err(Some(interrupted)) => Err(interrupted.into()),
+        Err(None) => Ok(Some(format!("it does not go on for {} s", PATIENCE.as_secs()))),
+        Ok(status) if status.success() => Ok(None),
+        Ok(status) => Ok(Some(match visible(program.stderr().trim()) {
             said if said.is_empty() => format!("it ends with {status}"),
             said => said,
         })),
-    })
-}
-
-/// Writes frames until there are no more, or the program takes no more.
-fn write_frames(mut stdin: ChildStdin, queue: &Receiver<Frame>) {
-    // An encoder that refuses closes its pipe, and says why.
-    while let Ok(frame) = queue.recv()
-        && stdin.write_all(frame.bytes()).is_ok()
-    {}
-}
-
-/// Queues frames until all are given, or the program takes no more; `false` if it does not go on.
-fn give<E: std::error::Error + 'static>(
-    frames: SyncSender<Frame>,
-    first: Frame,
-    source: &Source<'_, E>,
-) -> Result<bool, VideoError<E>> {
-    let mut next = first;
-    for t in 1..=source.count {
-        let until = Instant::now() + PATIENCE;
-        loop {
-            match frames.try_send(next) {
-                Ok(()) => break,
-                Err(TrySendError::Disconnected(_)) => return Ok(true),
-                Err(TrySendError::Full(_)) if (source.is_stopped)() => return Err(Interrupted.into()),
-                Err(TrySendError::Full(_)) if Instant::now() > until => return Ok(false),
-                Err(TrySendError::Full(frame)) => next = frame,
-            }
-            std::thread::sleep(PAUSE);
-        }
-        if t == source.count {
-            break;
-        }
-        next = (source.frame)(t).map_err(VideoError::Frame)?;
     }
-    Ok(true)
 }
 
 #[cfg(test)]

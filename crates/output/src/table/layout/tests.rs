@@ -64,12 +64,9 @@ fn measure(tracker: &str, method: &str, tp: u64) -> Measure {
     Measure {
         tracker: tracker.into(),
         method: method.into(),
-        params: String::new(),
-        attribute: None,
         pooled: Pooled { counts, ..Pooled::default() },
         done: 1,
-        failed: 0,
-        not_there: 0,
+        ..Measure::default()
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::sampling::Sampling;
+use crate::sampling::{Sampling, sum_of};
 use proptest::prelude::*;
 use trackfail_core::num::pooled::Draws;
 use trackfail_methods::score::chance::Chance;
@@ -13,9 +13,8 @@ fn counts(tp: i64, fp: i64, fn_: i64) -> [i64; 4] {
 fn sure(methods: &[(&[[i64; 4]], Option<Chance>)], metric: Metric) -> Vec<Stability> {
     let sampling = Sampling::with_seed(7);
     let values = |(counts, chance): &(&[[i64; 4]], Option<Chance>)| {
-        let sum = counts.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]));
         let of = |sum: &[i64; 4]| metric_of_sum(metric, *chance, sum);
-        (of(&sum), sampling.values(counts, of).unwrap())
+        (of(&sum_of(*counts)), sampling.values(counts, of).unwrap())
     };
     let (values, sampled): (Vec<_>, Vec<_>) = methods.iter().map(values).unzip();
     stability(&values, &sampled, metric.direction())
@@ -70,16 +69,14 @@ proptest! {
         let few = Draws::new(5, 50, 3);
         let of = |method: &Vec<(i64, i64, i64)>| {
             let list: Vec<[i64; 4]> = method.iter().map(|c| counts(c.0, c.1, c.2)).collect();
-            let sum = list.iter().fold([0; 4], |sum, c| std::array::from_fn(|k| sum[k] + c[k]));
-            (f(&sum), few.values(&list, f).unwrap())
+            (f(&sum_of(&list)), few.values(&list, f).unwrap())
         };
-        let of_all = |list: Vec<(Option<f64>, Vec<f64>)>| {
-            let (values, sampled): (Vec<_>, Vec<_>) = list.into_iter().unzip();
-            stability(&values, &sampled, Direction::HigherIsBetter)
-        };
-        let sure = of_all(list.iter().map(of).collect());
+        let (mut values, mut sampled): (Vec<_>, Vec<_>) = list.iter().map(of).unzip();
+        let sure = stability(&values, &sampled, Direction::HigherIsBetter);
         prop_assert!(sure.iter().map(|s| s.first).sum::<f64>() >= 1.0 - 1e-9);
-        let mut again = of_all(list.iter().rev().map(of).collect());
+        values.reverse();
+        sampled.reverse();
+        let mut again = stability(&values, &sampled, Direction::HigherIsBetter);
         again.reverse();
         prop_assert_eq!(sure, again);
     }

@@ -54,14 +54,26 @@ fn markdown_shows_ours_published_and_difference() {
 }
 
 #[test]
-fn csv_has_a_line_for_each_cell() {
-    let text = String::from_utf8(csv(&sample()).unwrap()).unwrap();
+fn files_for_programs_have_a_row_for_each_cell_and_empty_fields_where_nothing_is() {
+    let mut table = sample();
+    let text = |table: &TableLayout| String::from_utf8(csv(table).unwrap()).unwrap();
     assert_eq!(
-        text,
+        text(&table),
         "group,published_tracker,row,column,ours,published,difference,data\n\
-             Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
-             Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
+         Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
+         Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
     );
+    let group = &mut table.groups[0];
+    (group.key, group.published_tracker) = (String::new(), None);
+    group.rows[0].cells[1] = Cell { value: Some(0.1), ..Cell::default() };
+    assert!(text(&table).ends_with("\n,,precision,ARTE*,0.1,,,12 of 21 targets\n"));
+    let bytes = parquet(&table).unwrap();
+    assert_eq!(bytes, parquet(&table).unwrap());
+    let read = TableRow::read(bytes).unwrap();
+    assert_eq!(TableRow::rows(&read).unwrap(), rows(&table).collect::<Vec<_>>());
+    table.groups.clear();
+    let none = TableRow::read(parquet(&table).unwrap()).unwrap();
+    assert!(TableRow::rows(&none).unwrap().is_empty());
 }
 
 // Columns and rows that have no room are told of; anchors and counts stand on the page.
