@@ -1,10 +1,9 @@
 //! A video frame with boxes and a line of text drawn on its pixels.
 
 use super::font;
-use super::page::{Area, Page, Point, Stroke, draw};
-use super::raster::{Canvas, pixels};
+use super::page::{Area, Page, Point, Stroke};
+use super::raster::{paint, pixels};
 use super::style::{CASING, Color, Dash};
-use plotters::prelude::IntoDrawingArea;
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -42,20 +41,15 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
         plate(&mut page, line, (0.0, 1.5 * size * k as f64), size, color);
     }
     for AnnotatedBox { region, color, dash, label } in boxes {
-        let mut corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
-        if corners.iter().any(|c| !c.0.is_finite() || !c.1.is_finite()) {
-            continue;
+        let corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
+        let least = |side: fn(&Point) -> f64| corners.iter().map(side).fold(f64::INFINITY, f64::min);
+        let (left, top) = (least(|c| c.0).max(0.0), least(|c| c.1).max(1.5 * size) - 1.5 * size);
+        if page.outline(corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash }, 2.0 * width) {
+            plate(&mut page, label, (left, top), size, *color);
         }
-        corners.extend(corners.first().copied());
-        page.clipped(&corners, &area, Stroke::solid(CASING, 2.0 * width));
-        page.clipped(&corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash });
-        let left = corners.iter().map(|c| c.0).fold(f64::INFINITY, f64::min).max(0.0);
-        let top = corners.iter().map(|c| c.1).fold(f64::INFINITY, f64::min).max(1.5 * size);
-        plate(&mut page, label, (left, top - 1.5 * size), size, *color);
     }
     let mut image = pixels(frame);
-    // Memory cannot fail to be drawn on.
-    let _ = draw(&Canvas(&mut image).into_drawing_area(), &page.shapes, PIXELS);
+    paint(&mut image, &page.shapes, PIXELS);
     Frame::new(frame.width(), frame.height(), image.into_raw())
 }
 

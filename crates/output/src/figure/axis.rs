@@ -166,6 +166,19 @@ impl Scale {
     }
 }
 
+/// A panel's place on the page.
+pub struct Place {
+    pub area: Area,
+    pub x: Scale,
+    pub y: Scale,
+}
+
+impl Place {
+    pub fn of(&self, p: (f64, f64)) -> Point {
+        (self.x.place(p.0), self.y.place(p.1))
+    }
+}
+
 /// The distance of ticks for `lo..=hi`: 1, 2 or 5 times a power of ten.
 fn linear_step(lo: f64, hi: f64, max: usize) -> f64 {
     let raw = (hi - lo) / max.max(1) as f64;
@@ -234,63 +247,54 @@ pub struct Ticks {
 }
 
 /// Draws the frame of a panel with ticks; labels stand left and below.
-pub fn frame(page: &mut Page, area: &Area, (x, y): (&Scale, &Scale), ticks: &Ticks) {
+pub fn frame(page: &mut Page, Place { area, x, y }: &Place, ticks: &Ticks) {
     let stroke = Stroke::solid(SOFT, 0.8);
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
     page.line(vec![(l, t), (l, b), (r, b)], stroke);
     let inside = |at: f64, from: f64, to: f64| (from - 0.01..=to + 0.01).contains(&at);
-    for (at, lines) in
-        ticks.y.iter().map(|(v, lines)| (y.place(*v), lines)).filter(|(at, _)| inside(*at, t, b))
-    {
-        page.line(vec![(l - TICK, at), (l, at)], stroke);
-        for (k, line) in lines.iter().enumerate().filter(|_| ticks.labels.1) {
-            let at = at + NAME_LINE * (k as f64 - (lines.len() - 1) as f64 / 2.0);
-            page.text(line, (l - TICK - 3.0, at), SMALL, HPos::Right, INK);
+    for (value, lines) in &ticks.y {
+        let at = y.place(*value);
+        if inside(at, t, b) {
+            page.line(vec![(l - TICK, at), (l, at)], stroke);
+            for (k, line) in lines.iter().enumerate().filter(|_| ticks.labels.1) {
+                let at = at + NAME_LINE * (k as f64 - (lines.len() - 1) as f64 / 2.0);
+                page.text(line, (l - TICK - 3.0, at), SMALL, HPos::Right, INK);
+            }
         }
     }
     let mut free = f64::NEG_INFINITY;
-    for (at, text) in ticks.x.iter().map(|(v, text)| (x.place(*v), text)).filter(|(at, _)| inside(*at, l, r))
-    {
-        page.line(vec![(at, b), (at, b + TICK)], stroke);
-        let half = font::width(text, SMALL) / 2.0;
-        if ticks.labels.0 && at - half >= free {
-            let at = at.min(page.width - half - 1.0);
-            page.text(text, (at, b + TICK + 8.5), SMALL, HPos::Center, INK);
-            free = at + half + 5.0;
+    for (value, text) in &ticks.x {
+        let (at, half) = (x.place(*value), font::width(text, SMALL) / 2.0);
+        if inside(at, l, r) {
+            page.line(vec![(at, b), (at, b + TICK)], stroke);
+            if ticks.labels.0 && at - half >= free {
+                let at = at.min(page.width - half - 1.0);
+                page.text(text, (at, b + TICK + 8.5), SMALL, HPos::Center, INK);
+                free = at + half + 5.0;
+            }
         }
     }
 }
 
-/// Number of ticks a vertical axis of this length takes.
-pub fn max_ticks_y(length: f64) -> usize {
-    ((length / 26.0) as usize).clamp(2, 8)
-}
-
-/// Number of ticks a horizontal axis of this length takes.
-pub fn max_ticks_x(length: f64) -> usize {
-    ((length / 44.0) as usize).clamp(3, 12)
+/// Numbers of ticks that the axes of a panel of a size take.
+pub fn max_ticks((w, h): (f64, f64)) -> (usize, usize) {
+    (((w / 44.0) as usize).clamp(3, 12), ((h / 26.0) as usize).clamp(2, 8))
 }
 
 /// A polyline without the points that cannot be seen: of those within a quarter unit across, the first, lowest, highest
 /// and last are kept.
 pub fn thinned(points: &[Point]) -> Vec<Point> {
     let column = |p: &Point| (p.0 * 4.0).floor();
-    let mut out: Vec<Point> = Vec::new();
-    for chunk in points.chunk_by(|a, b| column(a) == column(b)) {
-        if chunk.len() <= 4 {
-            out.extend_from_slice(chunk);
-            continue;
-        }
-        let last = chunk.len() - 1;
+    let kept = |chunk: &[Point]| -> Vec<Point> {
         let by_height = |a: &usize, b: &usize| chunk[*a].1.total_cmp(&chunk[*b].1);
-        let low = (0..=last).min_by(by_height).unwrap_or(0);
-        let high = (0..=last).max_by(by_height).unwrap_or(0);
-        let mut keep = vec![0, low, high, last];
+        let all = || 0..chunk.len();
+        let lowest_and_highest = all().min_by(by_height).into_iter().chain(all().max_by(by_height));
+        let mut keep: Vec<usize> = lowest_and_highest.chain([0, chunk.len() - 1]).collect();
         keep.sort_unstable();
         keep.dedup();
-        out.extend(keep.into_iter().map(|i| chunk[i]));
-    }
-    out
+        if chunk.len() <= 4 { chunk.to_vec() } else { keep.into_iter().map(|i| chunk[i]).collect() }
+    };
+    points.chunk_by(|a, b| column(a) == column(b)).flat_map(kept).collect()
 }
 
 #[cfg(test)]

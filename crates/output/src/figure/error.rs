@@ -28,3 +28,8 @@ pub enum FigureError {
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }
+
+/// An error of a writer as that of a figure.
+pub fn failed(e: impl std::fmt::Display) -> FigureError {
+    FigureError::Draw(e.to_string())
+}

@@ -35,8 +35,7 @@ fn scale(size: f64) -> PxScale {
 
 /// Width of one line of text whose em is `size`, in the unit of `size`.
 pub fn width(text: &str, size: f64) -> f64 {
-    let face = FACE.as_scaled(scale(size));
-    text.chars().map(|c| f64::from(face.h_advance(face.glyph_id(c)))).sum()
+    text.chars().map(|c| glyph_width(glyph(c), size)).sum()
 }
 
 /// Width of the widest line.

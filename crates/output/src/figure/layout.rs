@@ -1,10 +1,10 @@
 //! The layout of a figure: title, stills, panels in rows and columns, legend.
 
-use super::axis::{Ends, NAME_LINE, Ticks, frame, max_ticks_x, max_ticks_y};
+use super::axis::{Ends, NAME_LINE, Ticks, frame, max_ticks};
 use super::error::FigureError;
 use super::font;
 use super::legend::{Entry, Legend};
-use super::page::{Area, LINE, Page};
+use super::page::{Area, LINE, Page, Point};
 use super::panel::Panel;
 use super::still::{Still, draw_stills};
 use super::style::{INK, LARGE, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
@@ -83,7 +83,7 @@ impl Cell<'_> {
     fn set_head(&mut self, width: f64) {
         self.title = font::wrap(&self.panel.title, MEDIUM, width);
         let entries: &[Entry] = if self.is_repeated { &[] } else { &self.panel.legend };
-        self.legend = Legend::new(entries, width);
+        self.legend = Legend::new(entries, width, 0.0);
     }
 
     /// Room on the left of the panel.
@@ -94,16 +94,20 @@ impl Cell<'_> {
         labels + name
     }
 
-    /// Whether the legend stands beside the title.
-    fn is_beside(&self, width: f64) -> bool {
-        let taken = font::widest(&self.title, MEDIUM) + 12.0;
-        self.title.len() == 1 && self.legend.rows() == 1 && taken + self.legend.width() <= width
+    /// Where the legend begins, from the upper left corner of the head: beside the title or below it.
+    fn legend_at(&self, width: f64) -> Point {
+        let beside = font::widest(&self.title, MEDIUM) + 12.0;
+        let is_line = self.title.len() == 1 && self.legend.rows() == 1;
+        match is_line && beside + self.legend.width() <= width {
+            true => (beside, -1.0),
+            false => (0.0, LINE * self.title.len() as f64),
+        }
     }
 
     /// Room above the panel.
     fn head(&self, width: f64) -> f64 {
-        let (title, legend) = (LINE * self.title.len() as f64, self.legend.height());
-        let height = if self.is_beside(width) { title.max(legend) } else { title + legend };
+        let below = self.legend_at(width).1.max(0.0) + self.legend.height();
+        let height = below.max(LINE * self.title.len() as f64);
         if height > 0.0 { height + 4.0 } else { 0.0 }
     }
 }
@@ -132,14 +136,14 @@ impl Figure {
         let (place, bottom) =
             if panels().next().is_some() { self.draw_panels(&mut page, y)? } else { ((MARGIN, y), y) };
         let (room, is_beside) = (width - place.0 - MARGIN, place.0 > MARGIN);
-        let legend = Legend::column(&self.legend, room, if is_beside { SIDE } else { 0.0 });
+        let legend = Legend::new(&self.legend, room, if is_beside { SIDE } else { 0.0 });
         legend.draw(&mut page, place);
         page.height = (place.1 + legend.height()).max(bottom) + MARGIN;
         Ok(page)
     }
 
     /// The rows of panels in a width.
-    fn lines(&self, width: f64) -> Vec<Vec<&Panel>> {
+    fn lines(&self, width: f64) -> Vec<&[Panel]> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let most = match self.form {
             Form::Rows { .. } => (width - self.row_names(width)) / LEAST_OF_ROWS,
@@ -147,13 +151,10 @@ impl Figure {
         };
         // As few blocks of columns as have room, equally filled.
         let each = columns.div_ceil(columns.div_ceil((most as usize).max(1)).max(1)).max(1);
-        let part = |row: &Vec<Panel>, first: usize| (first.min(row.len()), (first + each).min(row.len()));
-        let blocks = (0..columns).step_by(each);
-        let lines = blocks.flat_map(|first| self.rows.iter().map(move |row| (row, part(row, first))));
-        lines
-            .filter(|(_, (from, to))| from < to)
-            .map(|(row, (from, to))| row[from..to].iter().collect())
-            .collect()
+        let part = |first: usize| {
+            self.rows.iter().filter_map(move |row| row.get(first..(first + each).min(row.len())))
+        };
+        (0..columns).step_by(each).flat_map(part).filter(|line| !line.is_empty()).collect()
     }
 
     /// Room for the names of values on the vertical axis.
@@ -189,13 +190,12 @@ impl Figure {
     fn draw_panels(&self, page: &mut Page, mut y: f64) -> Result<((f64, f64), f64), FigureError> {
         let width = page.width;
         let lines = self.lines(width);
-        let columns = lines.iter().map(Vec::len).max().unwrap_or(1);
+        let columns = lines.iter().map(|line| line.len()).max().unwrap_or(1);
         let is_beside = self.form == Form::Square && columns == 1 && lines.len() == 1 && width >= WIDTH;
         // How many ticks an axis takes depends on its length, and that on the room of the labels, which is guessed first.
         let guess = if is_beside { SIDE } else { (width - 2.0 * MARGIN - 60.0) / columns as f64 - GAP };
-        let height_of = |w: f64, line: &[&Panel]| self.height(w, columns, line[0], width);
-        let max = (max_ticks_x(guess), max_ticks_y(height_of(guess, &lines[0])));
-        let mut grid = self.cells(&lines, height_of(guess, &lines[0]), max, width)?;
+        let height_of = |w: f64, line: &[Panel]| self.height(w, columns, &line[0], width);
+        let mut grid = self.cells(&lines, (guess, height_of(guess, lines[0])), width)?;
 
         let (common_x, common_y) = self.common();
         let left_of = |c: usize| grid.iter().filter_map(|l| l.get(c)).map(Cell::left).fold(0.0, f64::max);
@@ -236,45 +236,48 @@ impl Figure {
         }
     }
 
-    /// The panels of each line with their ranges, ticks and words, for a height of a panel and a width of the page.
+    /// The panels of each line with their ranges, ticks and words, for the size of a panel and a width of the page.
     fn cells<'f>(
         &self,
-        lines: &[Vec<&'f Panel>],
-        height: f64,
-        max: (usize, usize),
+        lines: &[&'f [Panel]],
+        size: (f64, f64),
         width: f64,
     ) -> Result<Vec<Vec<Cell<'f>>>, FigureError> {
         let (common_x, common_y) = self.common();
-        let values: Vec<(Vec<f64>, Vec<f64>)> = lines.iter().flatten().map(|p| p.values()).collect();
-        let all_x: Vec<f64> = values.iter().flat_map(|v| &v.0).copied().collect();
-        let all_y: Vec<f64> = values.iter().flat_map(|v| &v.1).copied().collect();
+        let (all_x, all_y): (Vec<f64>, Vec<f64>) =
+            lines.iter().copied().flatten().flat_map(Panel::values).unzip();
         let has_axes = self.form != Form::Diagram;
         let names = self.row_names(width).max(VALUE_NAMES);
-        let mut values = values.iter();
-        let mut grid: Vec<Vec<Cell<'f>>> = Vec::new();
-        for line in lines {
-            let mut cells: Vec<Cell<'f>> = Vec::new();
-            for (c, (panel, (x, y))) in line.iter().copied().zip(values.by_ref()).enumerate() {
-                let ends = (
-                    panel.x.ends(if common_x { &all_x } else { x }, max.0)?,
-                    panel.y.ends(if common_y { &all_y } else { y }, max.1)?,
-                );
-                let before = c.checked_sub(1).map(|c| line[c]);
-                let is_named = before.is_none_or(|before| before.y.label != panel.y.label);
-                let is_repeated = before.is_some_and(|before| before.legend == panel.legend);
-                let wrapped = |(at, text): (f64, String)| (at, font::wrap(&text, SMALL, names));
-                let ticks = Ticks {
-                    x: panel.x.ticks(ends.0, max.0),
-                    y: panel.y.ticks(ends.1, max.1).into_iter().map(wrapped).collect(),
-                    labels: (has_axes, has_axes && (c == 0 || !common_y)),
-                };
-                let name = if is_named { panel.y.label.as_str() } else { "" };
-                let name = font::wrap(name, MEDIUM, height + 20.0);
-                let (title, legend) = (Vec::new(), Legend::default());
-                cells.push(Cell { panel, ends, ticks, name, is_repeated, title, legend });
-            }
-            grid.push(cells);
-        }
+        let max = max_ticks(size);
+        let cell = |panel: &'f Panel, before: Option<&Panel>| {
+            let (x, y): (Vec<f64>, Vec<f64>) = panel.values().into_iter().unzip();
+            let ends = (
+                panel.x.ends(if common_x { &all_x } else { &x }, max.0)?,
+                panel.y.ends(if common_y { &all_y } else { &y }, max.1)?,
+            );
+            let is_named = before.is_none_or(|before| before.y.label != panel.y.label);
+            let wrapped = |(at, text): (f64, String)| (at, font::wrap(&text, SMALL, names));
+            let ticks = Ticks {
+                x: panel.x.ticks(ends.0, max.0),
+                y: panel.y.ticks(ends.1, max.1).into_iter().map(wrapped).collect(),
+                labels: (has_axes, has_axes && (before.is_none() || !common_y)),
+            };
+            Ok::<_, FigureError>(Cell {
+                panel,
+                ends,
+                ticks,
+                name: font::wrap(if is_named { panel.y.label.as_str() } else { "" }, MEDIUM, size.1 + 20.0),
+                is_repeated: before.is_some_and(|before| before.legend == panel.legend),
+                title: Vec::new(),
+                legend: Legend::default(),
+            })
+        };
+        let of_line = |line: &'f [Panel]| -> Result<Vec<Cell<'f>>, FigureError> {
+            let before = |c: usize| c.checked_sub(1).map(|c| &line[c]);
+            line.iter().enumerate().map(|(c, panel)| cell(panel, before(c))).collect()
+        };
+        let mut grid: Vec<Vec<Cell<'f>>> =
+            lines.iter().copied().map(of_line).collect::<Result<_, FigureError>>()?;
         // The labels of the horizontal axis stand under the last of a stack of panels with the same one.
         for r in 1..grid.len() {
             let (above, below) = grid.split_at_mut(r);
@@ -290,13 +293,13 @@ impl Figure {
         let place = cell.panel.place(area, &cell.ends);
         cell.panel.draw(page, &place);
         if self.form != Form::Diagram {
-            frame(page, &area, (&place.x, &place.y), &cell.ticks);
+            frame(page, &place, &cell.ticks);
         }
         let top = area.y - cell.head(area.w);
-        let below = page.lines(&cell.title, (area.x, top), MEDIUM, HPos::Left, INK);
-        let beside = (area.x + font::widest(&cell.title, MEDIUM) + 12.0, top - 1.0);
-        cell.legend.draw(page, if cell.is_beside(area.w) { beside } else { (area.x, below) });
-        let at = (area.x - left + LINE / 2.0, area.y + area.h / 2.0);
+        page.lines(&cell.title, (area.x, top), MEDIUM, HPos::Left, INK);
+        let at = cell.legend_at(area.w);
+        cell.legend.draw(page, (area.x + at.0, top + at.1));
+        let at = (area.x - left + LINE / 2.0, area.middle().1);
         page.lines_upwards(cell.name.clone(), at, MEDIUM, INK);
     }
 }

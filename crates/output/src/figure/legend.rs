@@ -2,13 +2,16 @@
 
 use super::font;
 use super::page::{Area, LINE, Page, Point, Stroke};
-use super::style::{CASING, Color, Dash, INK, SHADE, SMALL, Style};
+use super::style::{Color, Dash, INK, SHADE, SMALL, Style};
 use plotters::style::text_anchor::HPos;
 
 /// Between two rows, in units.
 const APART: f64 = 2.0;
 /// Width of a symbol, in units.
 const SYMBOL: f64 = 22.0;
+/// Widths of the line around a box on a still, and of the dark one under it, in units.
+pub const BOX: f64 = 1.7;
+pub const AROUND_BOX: f64 = 3.2;
 /// Between symbol and name, and between entries, in units.
 const GAPS: (f64, f64) = (5.0, 14.0);
 
@@ -39,34 +42,31 @@ impl Marker {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
     }
 
-    pub(super) fn draw(self, page: &mut Page, (x, y): Point, rgb: [u8; 3]) {
+    pub(super) fn draw(self, page: &mut Page, at: Point, rgb: [u8; 3]) {
         let white = [255; 3];
-        let diamond = |r: f64| vec![(x, y - r), (x + r, y), (x, y + r), (x - r, y)];
-        let down = |in_by: f64| {
-            let half = 3.2 - 0.87 * in_by;
-            vec![(x - half, y - 5.5 + 0.5 * in_by), (x + half, y - 5.5 + 0.5 * in_by), (x, y - in_by)]
-        };
+        let around = |corners: &[Point]| corners.iter().map(|c| (at.0 + c.0, at.1 + c.1)).collect::<Vec<_>>();
+        let diamond = |r: f64| around(&[(0.0, -r), (r, 0.0), (0.0, r), (-r, 0.0)]);
+        let down = |half: f64, top: f64, tip: f64| around(&[(-half, top), (half, top), (0.0, tip)]);
         match self {
-            Self::Circle => page.disc((x, y), 3.0, rgb),
-            Self::Square => page.fill(Area { x: x - 2.75, y: y - 2.75, w: 5.5, h: 5.5 }.corners(), rgb),
-            Self::Triangle => page.fill(vec![(x, y - 3.75), (x + 3.5, y + 2.5), (x - 3.5, y + 2.5)], rgb),
+            Self::Circle => page.disc(at, 3.0, rgb),
+            Self::Square => page.fill(Area::around(at, 2.75, 2.75).corners(), rgb),
+            Self::Triangle => page.fill(around(&[(0.0, -3.75), (3.5, 2.5), (-3.5, 2.5)]), rgb),
             Self::Diamond => page.fill(diamond(4.0), rgb),
             Self::Operating => {
-                let angle = |k: i32| f64::from(k) / 24.0 * std::f64::consts::TAU;
-                let ring: Vec<Point> =
-                    (0..=24).map(angle).map(|a| (x + 6.0 * a.cos(), y + 6.0 * a.sin())).collect();
-                page.line(ring.clone(), Stroke::solid(white, 3.4));
-                page.line(ring, Stroke::solid(rgb, 1.8));
+                let angles = (0..=24).map(|k| f64::from(k) / 24.0 * std::f64::consts::TAU);
+                let ring: Vec<Point> = angles.map(|a| (6.0 * a.cos(), 6.0 * a.sin())).collect();
+                page.line(around(&ring), Stroke::solid(white, 3.4));
+                page.line(around(&ring), Stroke::solid(rgb, 1.8));
             }
             Self::Published => {
                 for (r, rgb) in [(8.0, white), (6.5, rgb), (3.6, white)] {
                     page.fill(diamond(r), rgb);
                 }
             }
-            Self::AlarmBegins => page.fill(down(0.0), rgb),
+            Self::AlarmBegins => page.fill(down(3.2, -5.5, 0.0), rgb),
             Self::AlarmEnds => {
-                page.fill(down(0.0), rgb);
-                page.fill(down(2.0), white);
+                page.fill(down(3.2, -5.5, 0.0), rgb);
+                page.fill(down(1.46, -4.5, -2.0), white);
             }
         }
     }
@@ -113,18 +113,9 @@ pub struct Legend {
 }
 
 impl Legend {
-    /// Entries in rows of at most `room`.
-    pub fn new(entries: &[Entry], room: f64) -> Self {
-        Self::with_rows(entries, room, entries.len())
-    }
-
-    /// The same with a row for each entry, where no more than `height` is needed for that.
-    pub fn column(entries: &[Entry], room: f64, height: f64) -> Self {
-        let fits = entries.len() as f64 * (LINE + APART) <= height;
-        Self::with_rows(entries, room, if fits { 1 } else { entries.len() })
-    }
-
-    fn with_rows(entries: &[Entry], room: f64, most: usize) -> Self {
+    /// Entries in rows of at most `room`: a row for each, where no more than `height` is needed for that.
+    pub fn new(entries: &[Entry], room: f64, height: f64) -> Self {
+        let most = if entries.len() as f64 * (LINE + APART) <= height { 1 } else { entries.len() };
         let mut legend = Self::default();
         let mut used = f64::INFINITY;
         for entry in entries {
@@ -178,34 +169,26 @@ impl Legend {
 }
 
 impl Symbol {
-    fn draw(&self, page: &mut Page, (x, y): Point) {
-        let middle = x + SYMBOL / 2.0;
-        let area = |in_by: f64, half: f64| Area {
-            x: x + in_by,
-            y: y - half,
-            w: SYMBOL - 2.0 * in_by,
-            h: 2.0 * half,
-        };
-        match *self {
+    /// Draws the symbol behind a point.
+    fn draw(self, page: &mut Page, (x, y): Point) {
+        let at = (x + SYMBOL / 2.0, y);
+        let area = |in_by: f64, half: f64| Area::around(at, SYMBOL / 2.0 - in_by, half);
+        match self {
             Self::Line(style, marker) => {
                 let stroke = Stroke { width: style.width.max(1.4), ..Stroke::of(&style) };
                 page.line(vec![(x, y), (x + SYMBOL, y)], stroke);
-                if let Some(marker) = marker {
-                    marker.draw(page, (middle, y), style.color.rgb());
-                }
+                marker.into_iter().for_each(|marker| marker.draw(page, at, style.color.rgb()));
             }
-            Self::Mark(color, marker @ (Marker::AlarmBegins | Marker::AlarmEnds)) => {
-                marker.draw(page, (middle, y + 3.0), color.rgb());
+            Self::Mark(color, marker) => {
+                let is_alarm = matches!(marker, Marker::AlarmBegins | Marker::AlarmEnds);
+                marker.draw(page, (at.0, if is_alarm { y + 3.0 } else { y }), color.rgb());
             }
-            Self::Mark(color, marker) => marker.draw(page, (middle, y), color.rgb()),
             Self::Band(color) => page.band(area(2.0, 5.0).corners(), color.rgb()),
             Self::Shade => page.fill(area(3.0, 5.0).corners(), SHADE),
-            Self::Upright(style) => page.line(vec![(middle, y - 6.0), (middle, y + 6.0)], Stroke::of(&style)),
+            Self::Upright(style) => page.line(vec![(at.0, y - 6.0), (at.0, y + 6.0)], Stroke::of(&style)),
             Self::Outline(rgb, dash) => {
-                let mut corners = area(2.0, 5.5).corners();
-                corners.push(corners[0]);
-                page.line(corners.clone(), Stroke::solid(CASING, 3.2));
-                page.line(corners, Stroke { rgb, width: 1.7, dash });
+                let area = area(2.0, 5.5);
+                page.outline(area.corners(), &area, Stroke { rgb, width: BOX, dash }, AROUND_BOX);
             }
         }
     }

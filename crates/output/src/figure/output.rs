@@ -1,14 +1,16 @@
 //! Figures as files.
 
-use super::error::FigureError;
+use super::error::{FigureError, failed};
 use super::font;
 use super::layout::Figure;
-use super::page::{Page, draw};
+use super::page::{Page, Shape, strokes, whole, whole_width};
 use super::pdf::pdf;
 use super::raster::{encode, png, reduced};
 use super::style::{COLUMN, FINE, PER_INCH, WIDTH};
 use base64::prelude::{BASE64_STANDARD, Engine};
-use plotters::prelude::{IntoDrawingArea, SVGBackend};
+use plotters::prelude::{Color, DrawingBackend, IntoFont, RGBColor, SVGBackend, ShapeStyle};
+use plotters::style::text_anchor::{Pos, VPos};
+use plotters::style::{FontTransform, TextStyle};
 use std::fmt::Write;
 
 /// A figure in all its formats.
@@ -86,7 +88,7 @@ impl Figure {
 fn svg(page: &Page) -> Result<String, FigureError> {
     let (w, h) = ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32);
     let mut body = String::new();
-    draw(&SVGBackend::with_string(&mut body, (w, h)).into_drawing_area(), &page.shapes, FINE)?;
+    draw(SVGBackend::with_string(&mut body, (w, h)), &page.shapes)?;
     // plotters' outer element is replaced by one with the page's size, title and frames.
     let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
     // What is opaque need not say so; texts have their quotes escaped, so only attributes match.
@@ -99,8 +101,8 @@ fn svg(page: &Page) -> Result<String, FigureError> {
         escape(&page.title),
     );
     for (area, frame) in &page.frames {
-        let place = |x: f64, y: f64| ((x * FINE).round() as i32, (y * FINE).round() as i32);
-        let ((x0, y0), (x1, y1)) = (place(area.x, area.y), place(area.right(), area.bottom()));
+        let [(x0, y0), (x1, y1)] =
+            [(area.x, area.y), (area.right(), area.bottom())].map(|p| whole(&[p], FINE)[0]);
         let data = BASE64_STANDARD.encode(encode(&reduced(area, frame))?);
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -113,6 +115,37 @@ fn svg(page: &Page) -> Result<String, FigureError> {
     }
     let _ = write!(out, "<g stroke-linejoin=\"round\" stroke-linecap=\"round\">{inner}</g>\n</svg>\n");
     Ok(out)
+}
+
+/// The em of a text is its size in plotters, divided by this.
+const EM: f64 = 1.24;
+
+/// Draws shapes with plotters.
+fn draw(mut backend: SVGBackend<'_>, shapes: &[Shape]) -> Result<(), FigureError> {
+    let color = |[r, g, b]: [u8; 3]| RGBColor(r, g, b);
+    for shape in shapes {
+        match shape {
+            Shape::Line { points, stroke } => {
+                let style = ShapeStyle::from(color(stroke.rgb)).stroke_width(whole_width(stroke, FINE));
+                for run in strokes(points, stroke.dash, FINE) {
+                    backend.draw_path(run, &style).map_err(failed)?;
+                }
+            }
+            Shape::Fill { corners, rgb, opacity } => {
+                let style = color(*rgb).mix(*opacity);
+                backend.fill_polygon(whole(corners, FINE), &style).map_err(failed)?;
+            }
+            Shape::Text { text, at, size, anchor, upwards, rgb } => {
+                let turn = if *upwards { FontTransform::Rotate270 } else { FontTransform::None };
+                let ink = color(*rgb);
+                let style = TextStyle::from((font::FAMILY, size * FINE * EM).into_font().transform(turn))
+                    .color(&ink)
+                    .pos(Pos::new(*anchor, VPos::Center));
+                backend.draw_text(text, &style, whole(&[*at], FINE)[0]).map_err(failed)?;
+            }
+        }
+    }
+    backend.present().map_err(failed)
 }
 
 /// A length in inches, as SVG has it.

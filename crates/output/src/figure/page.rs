@@ -1,15 +1,8 @@
-//! A figure as it is laid out: lines, filled shapes and texts, in units of 0.7 pt from the top left corner, and the one
-//! function that draws them with a backend of plotters.
+//! A figure as it is laid out: lines, filled shapes and texts, in units of 0.7 pt from the top left corner.
 
-use super::error::FigureError;
 use super::font;
-use super::style::{Dash, Style};
-use plotters::coord::Shift;
-use plotters::prelude::{
-    Circle, Color, DrawingArea, DrawingBackend, IntoFont, PathElement, Polygon, RGBColor, ShapeStyle, Text,
-};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontTransform, TextStyle};
+use super::style::{CASING, Dash, Style};
+use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 
 pub type Point = (f64, f64);
@@ -36,6 +29,7 @@ impl Stroke {
 /// What a page is made of.
 #[derive(Clone)]
 pub enum Shape {
+    /// Its ends are round, so that a line from a point to the same one is a disk.
     Line {
         points: Vec<Point>,
         stroke: Stroke,
@@ -44,11 +38,6 @@ pub enum Shape {
         corners: Vec<Point>,
         rgb: [u8; 3],
         opacity: f64,
-    },
-    Disc {
-        center: Point,
-        radius: f64,
-        rgb: [u8; 3],
     },
     /// The middle of the small letters is at the height of the point.
     Text {
@@ -76,6 +65,15 @@ pub struct Area {
 }
 
 impl Area {
+    /// The rectangle around a point that reaches so far to each side, and up and down.
+    pub fn around((x, y): Point, w: f64, h: f64) -> Self {
+        Self { x: x - w, y: y - h, w: 2.0 * w, h: 2.0 * h }
+    }
+
+    pub fn middle(&self) -> Point {
+        (self.x + self.w / 2.0, self.y + self.h / 2.0)
+    }
+
     pub fn right(&self) -> f64 {
         self.x + self.w
     }
@@ -110,7 +108,8 @@ impl Area {
                 t1 = t1.min(q / p);
             }
         }
-        (t0 <= t1).then_some(((a.0 + t0 * dx, a.1 + t0 * dy), (a.0 + t1 * dx, a.1 + t1 * dy)))
+        let at = |t: f64| if t == 1.0 { b } else { (a.0 + t * dx, a.1 + t * dy) };
+        (t0 <= t1).then_some((at(t0), at(t1)))
     }
 }
 
@@ -141,7 +140,7 @@ impl Page {
     }
 
     pub fn disc(&mut self, center: Point, radius: f64, rgb: [u8; 3]) {
-        self.shapes.push(Shape::Disc { center, radius, rgb });
+        self.line(vec![center, center], Stroke::solid(rgb, 2.0 * radius));
     }
 
     pub fn text(&mut self, text: &str, at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) {
@@ -185,6 +184,17 @@ impl Page {
         self.flush(&mut run, stroke);
     }
 
+    /// Adds the outline of a box on a frame that lies in `area`, on a dark one; returns whether all corners have a place.
+    pub fn outline(&mut self, mut corners: Vec<Point>, area: &Area, stroke: Stroke, casing: f64) -> bool {
+        let has_place = corners.iter().all(|c| c.0.is_finite() && c.1.is_finite());
+        if has_place {
+            corners.extend(corners.first().copied());
+            self.clipped(&corners, area, Stroke::solid(CASING, casing));
+            self.clipped(&corners, area, stroke);
+        }
+        has_place
+    }
+
     fn flush(&mut self, run: &mut Vec<Point>, stroke: Stroke) {
         let points = std::mem::take(run);
         if points.len() > 1 {
@@ -193,56 +203,27 @@ impl Page {
     }
 }
 
-/// The em of a text is its size in plotters, divided by this: so plotters' SVG has it, and the other backends too.
-pub const EM: f64 = 1.24;
-
-pub fn failed(e: impl std::fmt::Display) -> FigureError {
-    FigureError::Draw(e.to_string())
+/// Points in whole coordinates, of which a unit has `scale`.
+pub fn whole(points: &[Point], scale: f64) -> Vec<(i32, i32)> {
+    points.iter().map(|p| ((p.0 * scale).round() as i32, (p.1 * scale).round() as i32)).collect()
 }
 
-/// Draws shapes; plotters' coordinates are integers, of which a unit has `scale`.
-pub fn draw<DB: DrawingBackend>(
-    page: &DrawingArea<DB, Shift>,
-    shapes: &[Shape],
-    scale: f64,
-) -> Result<(), FigureError> {
-    let whole = |length: f64| (length * scale).round() as i32;
-    let place = |p: &Point| (whole(p.0), whole(p.1));
-    let color = |[r, g, b]: [u8; 3]| RGBColor(r, g, b);
-    for shape in shapes {
-        match shape {
-            Shape::Line { points, stroke } => {
-                let width = whole(stroke.width).max(1) as u32;
-                let style = ShapeStyle::from(color(stroke.rgb)).stroke_width(width);
-                for run in dashes(points, stroke.dash.pattern()) {
-                    let mut run: Vec<(i32, i32)> = run.iter().map(place).collect();
-                    run.dedup();
-                    if run.len() == 1 {
-                        run.push(run[0]);
-                    }
-                    page.draw(&PathElement::new(run, style)).map_err(failed)?;
-                }
-            }
-            Shape::Fill { corners, rgb, opacity } => {
-                let corners: Vec<(i32, i32)> = corners.iter().map(place).collect();
-                let style = ShapeStyle::from(color(*rgb).mix(*opacity)).filled();
-                page.draw(&Polygon::new(corners, style)).map_err(failed)?;
-            }
-            Shape::Disc { center, radius, rgb } => {
-                let style = ShapeStyle { stroke_width: 0, ..ShapeStyle::from(color(*rgb)).filled() };
-                page.draw(&Circle::new(place(center), whole(*radius), style)).map_err(failed)?;
-            }
-            Shape::Text { text, at, size, anchor, upwards, rgb } => {
-                let turn = if *upwards { FontTransform::Rotate270 } else { FontTransform::None };
-                let ink = color(*rgb);
-                let style = TextStyle::from((font::FAMILY, size * scale * EM).into_font().transform(turn))
-                    .color(&ink)
-                    .pos(Pos::new(*anchor, VPos::Center));
-                page.draw(&Text::new(text.as_str(), place(at), style)).map_err(failed)?;
-            }
+/// The strokes of a line in whole coordinates, each from a first point to a last one, perhaps the same.
+pub fn strokes(points: &[Point], dash: Dash, scale: f64) -> Vec<Vec<(i32, i32)>> {
+    let stroke = |run: Vec<Point>| {
+        let mut run = whole(&run, scale);
+        run.dedup();
+        if run.len() == 1 {
+            run.push(run[0]);
         }
-    }
-    page.present().map_err(failed)
+        run
+    };
+    dashes(points, dash.pattern()).into_iter().map(stroke).collect()
+}
+
+/// The width of a line in whole coordinates.
+pub fn whole_width(stroke: &Stroke, scale: f64) -> u32 {
+    (stroke.width * scale).round().max(1.0) as u32
 }
 
 /// The share of a text that stands before its point.

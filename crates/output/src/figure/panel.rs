@@ -1,6 +1,6 @@
 //! Panels and what is in them.
 
-use super::axis::{Axis, Ends, Scale, linear_ticks, thinned};
+use super::axis::{Axis, Ends, Place, Scale, linear_ticks, thinned};
 use super::diagram;
 use super::font;
 use super::legend::{Entry, Marker};
@@ -105,19 +105,6 @@ const TOP: f64 = 8.0;
 const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::Dashed };
 const MAX_ISO: usize = 5;
 
-/// A panel's place on the page.
-pub struct Place {
-    pub area: Area,
-    pub x: Scale,
-    pub y: Scale,
-}
-
-impl Place {
-    pub fn of(&self, p: (f64, f64)) -> Point {
-        (self.x.place(p.0), self.y.place(p.1))
-    }
-}
-
 impl Panel {
     fn shows(&self, p: &(f64, f64)) -> bool {
         self.x.shows(p.0) && self.y.shows(p.1)
@@ -132,12 +119,11 @@ impl Panel {
         })
     }
 
-    /// Values that have to be in the ranges of both axes.
-    pub(super) fn values(&self) -> (Vec<f64>, Vec<f64>) {
-        let all = self.marks.iter().flat_map(Mark::places);
+    /// Values that have to be in the ranges of both axes, NaN where there is none of one.
+    pub(super) fn values(&self) -> Vec<(f64, f64)> {
         // Half a point is drawn nowhere, but bounds and levels are.
         let said = |p: &(f64, f64)| self.shows(p) || p.0.is_nan() != p.1.is_nan();
-        all.filter(said).unzip()
+        self.marks.iter().flat_map(Mark::places).filter(said).collect()
     }
 
     /// The axes in an area.
@@ -151,11 +137,14 @@ impl Panel {
     /// Draws everything but the frame.
     pub(super) fn draw(&self, page: &mut Page, place: &Place) {
         let area = &place.area;
+        let sign = |page: &mut Page, at: Point, marker: Marker, color: Color| {
+            if area.contains(at) {
+                marker.draw(page, at, color.rgb());
+            }
+        };
         for mark in &self.marks {
             match mark {
-                Mark::Line { points, style, marker } => {
-                    self.line(page, place, points, style, *marker);
-                }
+                Mark::Line { points, style, marker } => self.line(page, place, points, style, *marker),
                 Mark::Band(points, color) => self.band(page, place, points, *color),
                 Mark::Shade(range) => {
                     let ends = [range.start, range.end].map(|x| place.x.place(x).clamp(area.x, area.right()));
@@ -171,16 +160,10 @@ impl Panel {
                     page.clipped(&[(area.x, y), (area.right(), y)], area, Stroke::of(style));
                 }
                 Mark::Point(at, marker, color) if self.shows(at) => {
-                    let at = place.of(*at);
-                    if area.contains(at) {
-                        marker.draw(page, at, color.rgb());
-                    }
+                    sign(page, place.of(*at), *marker, *color);
                 }
                 Mark::Top(at, marker, color) if self.x.shows(*at) => {
-                    let at = (place.x.place(*at), area.y + TOP - 1.0);
-                    if area.contains(at) {
-                        marker.draw(page, at, color.rgb());
-                    }
+                    sign(page, (place.x.place(*at), area.y + TOP - 1.0), *marker, *color);
                 }
                 Mark::IsoF => iso_f(page, place),
                 Mark::Node(at, name) => diagram::node(page, place.of(*at), name),
@@ -193,8 +176,7 @@ impl Panel {
         }
         let is_line = |m: &Mark| matches!(m, Mark::Line { .. });
         if self.marks.iter().any(is_line) && !self.has_point() {
-            let middle = (area.x + area.w / 2.0, area.y + area.h / 2.0);
-            page.text("no values", middle, SMALL, HPos::Center, SOFT);
+            page.text("no values", area.middle(), SMALL, HPos::Center, SOFT);
         }
         self.names(page, place);
     }

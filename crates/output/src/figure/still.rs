@@ -1,9 +1,9 @@
 //! Video frames above the panels of a figure, with boxes.
 
 use super::font;
-use super::legend::{Entry, Symbol};
-use super::page::{Area, LINE, Page, Point, Stroke};
-use super::style::{CASING, Color, Dash, INK, MARGIN, SMALL};
+use super::legend::{AROUND_BOX, BOX, Entry, Symbol};
+use super::page::{Area, LINE, Page, Stroke};
+use super::style::{Color, Dash, INK, MARGIN, SMALL};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -88,15 +88,9 @@ pub fn draw_stills(page: &mut Page, stills: &[Still], mut y: f64) -> f64 {
 fn draw_still(page: &mut Page, still: &Still, area: Area) {
     let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
     for (region, style) in &still.boxes {
-        let mut corners: Vec<Point> =
-            region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
-        if corners.iter().any(|c| !c.0.is_finite() || !c.1.is_finite()) {
-            continue;
-        }
-        corners.extend(corners.first().copied());
+        let corners = region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
         let (rgb, dash, _) = style.look();
-        page.clipped(&corners, &area, Stroke::solid(CASING, 3.2));
-        page.clipped(&corners, &area, Stroke { rgb, width: 1.7, dash });
+        page.outline(corners, &area, Stroke { rgb, width: BOX, dash }, AROUND_BOX);
     }
     page.frames.push((area, still.pixels.clone()));
 }

@@ -77,9 +77,7 @@ impl Color {
         let RGBColor(r, g, b) = ViridisRGB::get_color(0.85 * share);
         Self::Mapped([r, g, b])
     }
-}
 
-impl Color {
     /// The color, or a lighter one where it would be hard to read on a dark ground.
     pub(super) fn bright(self) -> [u8; 3] {
         match self {

@@ -4,7 +4,7 @@
 //! stand beside the points. A chart with several curves has a panel a tracker. Curves whose names differ in a number alone,
 //! such as the length of a window, have ordered colors.
 
-use super::lines::{Curve, OPERATING, capitalized, compose};
+use super::lines::{Line, Look, OPERATING, capitalized, compose, distinct};
 use super::metrics::SHORT;
 use super::{DrawError, Drawing, Scope};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Marker, Range, Style, Symbol};
@@ -86,17 +86,16 @@ impl OfTracker {
         Some(Self { name, number, place, points: points.clone() })
     }
 
-    fn curve(&self, style: Style) -> Curve {
-        let marker = Marker::nth(self.place);
-        let marker = (self.points.len() <= MAX_MARKED).then_some(marker);
-        let entry = Entry::new(Symbol::Line(style, marker), self.name.as_str());
-        plain(String::new(), Some(entry), self.points.clone(), style, marker)
+    fn curve(&self, style: Style) -> (Look, Line) {
+        let marker = (self.points.len() <= MAX_MARKED).then_some(Marker::nth(self.place));
+        curve("", &self.name, self.points.clone(), style, marker)
     }
 }
 
-fn plain(panel: String, entry: Option<Entry>, points: Points, style: Style, marker: Option<Marker>) -> Curve {
-    let (band, published) = (Vec::new(), Vec::new());
-    Curve { panel: Some(panel), entry, points, band, style, marker, operating: None, published }
+/// A curve in a panel, with its name in the legend.
+fn curve(panel: &str, name: &str, points: Points, style: Style, marker: Option<Marker>) -> (Look, Line) {
+    let entry = Some(Entry::new(Symbol::Line(style, marker), name));
+    (Look { panel: Some(panel.to_string()), entry, style, marker }, Line { points, ..Line::default() })
 }
 
 /// Area under a curve of many points, by trapezoids.
@@ -112,9 +111,9 @@ fn best(points: &[(f64, f64)]) -> Option<(f64, f64)> {
 
 /// A point a tracker, with its name beside it.
 fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
-    let curve = |t: &OfTracker| Curve { entry: None, ..t.curve(Style::nth(t.place)) };
-    let curves: Vec<Curve> = trackers.iter().map(curve).collect();
+    let curves: Vec<(Look, Line)> = trackers.iter().map(|t| t.curve(Style::nth(t.place))).collect();
     let mut figure = compose(note, axes, &curves, None, Vec::new());
+    figure.legend.clear();
     let names = trackers.iter().filter_map(|t| Some(Mark::Name(*t.points.first()?, t.name.clone())));
     if let Some(panel) = figure.rows.iter_mut().flatten().next() {
         panel.marks.extend(names);
@@ -132,11 +131,10 @@ fn together(
     let key = |t: &OfTracker| if t.number.is_nan() { f64::NEG_INFINITY } else { t.number };
     trackers.sort_by(|a, b| key(b).total_cmp(&key(a)));
     let curve = |t: &OfTracker| {
-        let style = Style { dash: Dash::nth(t.place), ..Style::nth(t.place) };
-        let operating = best(&t.points).filter(|_| is_precision_recall);
-        Curve { operating, ..t.curve(style) }
+        let (look, line) = t.curve(Style { dash: Dash::nth(t.place), ..Style::nth(t.place) });
+        (look, Line { operating: best(&t.points).filter(|_| is_precision_recall), ..line })
     };
-    let curves: Vec<Curve> = trackers.iter().map(curve).collect();
+    let curves: Vec<(Look, Line)> = trackers.iter().map(curve).collect();
     let mut figure = compose(note, axes, &curves, None, Vec::new());
     figure.form = Form::Square;
     for entry in figure.legend.iter_mut().filter(|entry| entry.name == OPERATING) {
@@ -184,32 +182,24 @@ fn broken(points: &[(f64, f64)]) -> Points {
 }
 
 /// Several curves by name: a panel a tracker.
-fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<Curve> {
-    let all = || found.iter().flat_map(|(_, chart)| &chart.curves);
-    let mut names: Vec<&str> = Vec::new();
-    for (name, _) in all() {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-    }
+fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<(Look, Line)> {
+    let all =
+        || found.iter().flat_map(|(of, chart)| chart.curves.iter().map(move |curve| (of, chart, curve)));
+    let names = distinct(all().map(|(.., (name, _))| name.as_str()));
     let is_ordered = numbers(&names).is_some();
     // Marks stand on all curves of a chart or on none.
-    let few = all().all(|(_, points)| points.len() <= MAX_MARKED);
-    let of_chart = |(analysed, chart): &(&Analysed, &Chart)| {
-        let curve = |(name, points): &(String, Points)| {
+    let few = all().all(|(.., (_, points))| points.len() <= MAX_MARKED);
+    all()
+        .map(|(of, chart, (name, points))| {
             let k = names.iter().position(|n| n == name).unwrap_or(0);
             let style = match is_ordered {
                 true => Style::new(Color::ordered(k, names.len()), Dash::Solid),
                 false => Style { dash: Dash::nth(k), ..Style::nth(k) },
             };
-            let marker = few.then_some(Marker::nth(k));
-            let entry = Entry::new(Symbol::Line(style, marker), name.as_str());
             let points = if chart.y_log { broken(points) } else { points.clone() };
-            plain(analysed.tracker.clone(), Some(entry), points, style, marker)
-        };
-        chart.curves.iter().map(curve).collect::<Vec<_>>()
-    };
-    found.iter().flat_map(of_chart).collect()
+            curve(&of.tracker, name, points, style, few.then_some(Marker::nth(k)))
+        })
+        .collect()
 }
 
 #[cfg(test)]

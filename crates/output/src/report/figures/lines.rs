@@ -29,25 +29,17 @@ pub struct Line {
     pub summary: String,
 }
 
-/// A curve as it is drawn.
+/// How a curve is drawn, and where.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct Look {
     /// Heading of its panel; `None` where it is in all of them.
     pub panel: Option<String>,
     /// Its entry in the legend; equal ones are there once.
     pub entry: Option<Entry>,
-    /// Points in drawing order.
-    pub points: Vec<(f64, f64)>,
-    /// Bounds of each point's value; empty without any.
-    pub band: Vec<(f64, f64)>,
-    /// How it is drawn.
+    /// Its line.
     pub style: Style,
     /// The mark of its points.
     pub marker: Option<Marker>,
-    /// The point at which its method is operated.
-    pub operating: Option<(f64, f64)>,
-    /// The points that a paper prints.
-    pub published: Vec<(f64, f64)>,
 }
 
 /// Name of the sign at the point at which a method is operated.
@@ -59,45 +51,51 @@ const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which trackers are told apart by the line style.
 const MAX_DASHED: usize = 8;
 
+/// What there is, each once, in the order in which it comes.
+pub fn distinct<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut known: Vec<T> = Vec::new();
+    for value in all {
+        if !known.contains(&value) {
+            known.push(value);
+        }
+    }
+    known
+}
+
 /// Puts curves into panels, in the order in which these come, and makes their legend; `more` is for its end. Where there are
 /// `others`, the curves of other panels stand behind, in gray.
 pub fn compose(
     note: &str,
     (x, y): (Axis, Axis),
-    curves: &[Curve],
+    curves: &[(Look, Line)],
     others: Option<&str>,
     more: Vec<Entry>,
 ) -> Figure {
-    let mut names: Vec<&str> = Vec::new();
-    for name in curves.iter().filter_map(|c| c.panel.as_deref()) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let mut names = distinct(curves.iter().filter_map(|(look, _)| look.panel.as_deref()));
     if names.is_empty() {
         names.push("");
     }
     let panel = |name: &&str| {
-        let is_mine = |c: &&Curve| c.panel.as_deref().is_none_or(|panel| panel == *name);
-        let mine: Vec<&Curve> = curves.iter().filter(is_mine).collect();
-        let behind = curves.iter().filter(|c| others.is_some() && !is_mine(c));
-        let mut marks: Vec<Mark> = behind.map(|c| Mark::line(c.points.clone(), BEHIND)).collect();
-        let banded = mine.iter().filter(|c| c.points.len() > 1 && c.band.iter().any(|b| b.0.is_finite()));
+        let (mine, rest): (Vec<_>, Vec<_>) =
+            curves.iter().partition(|(look, _)| look.panel.as_deref().is_none_or(|panel| panel == *name));
+        let behind = rest.iter().filter(|_| others.is_some());
+        let mut marks: Vec<Mark> = behind.map(|(_, line)| Mark::line(line.points.clone(), BEHIND)).collect();
+        let has_band = |l: &Line| l.points.len() > 1 && l.band.iter().any(|b| b.0.is_finite());
+        let banded: Vec<_> = mine.iter().filter(|(_, line)| has_band(line)).collect();
         // Of many bands over each other none could be read.
-        if banded.clone().count() <= MAX_CURVES {
-            for curve in banded {
-                let bounds = curve.points.iter().zip(&curve.band).map(|(p, b)| (p.0, b.0, b.1));
-                marks.push(Mark::Band(bounds.collect(), curve.style.color));
-            }
+        for (look, line) in banded.iter().filter(|_| banded.len() <= MAX_CURVES) {
+            let bounds = line.points.iter().zip(&line.band).map(|(p, b)| (p.0, b.0, b.1));
+            marks.push(Mark::Band(bounds.collect(), look.style.color));
         }
-        for curve in &mine {
-            let (points, style, marker) = (curve.points.clone(), curve.style, curve.marker);
-            marks.push(Mark::Line { points, style, marker });
-        }
-        for curve in &mine {
-            let sign = |at: &(f64, f64), marker| Mark::Point(*at, marker, curve.style.color);
-            marks.extend(curve.operating.iter().map(|at| sign(at, Marker::Operating)));
-            marks.extend(curve.published.iter().map(|at| sign(at, Marker::Published)));
+        marks.extend(mine.iter().map(|(look, line)| Mark::Line {
+            points: line.points.clone(),
+            style: look.style,
+            marker: look.marker,
+        }));
+        for (look, line) in &mine {
+            let sign = |at: &(f64, f64), marker| Mark::Point(*at, marker, look.style.color);
+            marks.extend(line.operating.iter().map(|at| sign(at, Marker::Operating)));
+            marks.extend(line.published.iter().map(|at| sign(at, Marker::Published)));
         }
         let title = if names.len() > 1 { (*name).to_string() } else { String::new() };
         Panel { title, x: x.clone(), y: y.clone(), marks, legend: Vec::new() }
@@ -105,23 +103,22 @@ pub fn compose(
     let panels: Vec<Panel> = names.iter().map(panel).collect();
 
     let mut legend: Vec<Entry> = Vec::new();
-    for entry in curves.iter().filter_map(|c| c.entry.as_ref()) {
+    for entry in curves.iter().filter_map(|(look, _)| look.entry.as_ref()) {
         if legend.iter().all(|known| known.name != entry.name) {
             legend.push(entry.clone());
         }
     }
     legend.extend(more);
-    let other = Style { width: 1.0, ..BEHIND };
-    legend.extend(others.map(|name| Entry::new(Symbol::Line(other, None), name)));
+    let sign = |marker| Symbol::Mark(Color::Gray, marker);
+    let has_band = panels.iter().flat_map(|p| &p.marks).any(|mark| matches!(mark, Mark::Band(..)));
     let signs = [
-        (curves.iter().any(|c| c.operating.is_some()), Marker::Operating, OPERATING),
-        (curves.iter().any(|c| !c.published.is_empty()), Marker::Published, "published"),
+        (others.is_some(), Symbol::Line(Style { width: 1.0, ..BEHIND }, None), others.unwrap_or_default()),
+        (curves.iter().any(|c| c.1.operating.is_some()), sign(Marker::Operating), OPERATING),
+        (curves.iter().any(|c| !c.1.published.is_empty()), sign(Marker::Published), "published"),
+        (has_band, Symbol::Band(Color::Gray), "95 % bootstrap interval"),
     ];
     let signs = signs.into_iter().filter(|(is_there, ..)| *is_there);
-    legend.extend(signs.map(|(_, marker, name)| Entry::new(Symbol::Mark(Color::Gray, marker), name)));
-    if panels.iter().flat_map(|p| &p.marks).any(|mark| matches!(mark, Mark::Band(..))) {
-        legend.push(Entry::new(Symbol::Band(Color::Gray), "95 % bootstrap interval"));
-    }
+    legend.extend(signs.map(|(_, symbol, name)| Entry::new(symbol, name)));
     Figure { note: note.to_string(), rows: vec![panels], legend, ..Figure::default() }
 }
 
@@ -136,19 +133,6 @@ enum Plan {
     Ordered(String, Vec<f64>),
 }
 
-fn distinct<'l, T: PartialEq>(
-    lines: impl IntoIterator<Item = &'l Line>,
-    of: impl Fn(&'l Line) -> T,
-) -> Vec<T> {
-    let mut all: Vec<T> = Vec::new();
-    for value in lines.into_iter().map(of) {
-        if !all.contains(&value) {
-            all.push(value);
-        }
-    }
-    all
-}
-
 fn values_of<'l>(lines: impl IntoIterator<Item = &'l Line>, axis: &str) -> Vec<f64> {
     let others = lines.into_iter().flat_map(|l| &l.others);
     let mut values: Vec<f64> = others.filter(|(a, _)| a == axis).map(|(_, v)| *v).collect();
@@ -159,12 +143,13 @@ fn values_of<'l>(lines: impl IntoIterator<Item = &'l Line>, axis: &str) -> Vec<f
 
 fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
     let own = || lines.iter().filter(|l| !is_anchor(experiment, &l.method));
-    let axes = distinct(own(), |l| l.others.iter().map(|(a, _)| a.clone()).collect::<Vec<_>>()).concat();
-    let widest = axes.iter().max_by_key(|axis| (values_of(own(), axis).len(), std::cmp::Reverse(*axis)));
+    let axes = distinct(own().flat_map(|l| &l.others).map(|(axis, _)| axis));
+    let widest = axes.iter().max_by_key(|axis| (values_of(own(), axis).len(), std::cmp::Reverse(**axis)));
     if let Some(axis) = widest.filter(|axis| values_of(own(), axis).len() > 1) {
-        return Plan::Ordered(axis.clone(), values_of(own(), axis));
+        return Plan::Ordered((*axis).clone(), values_of(own(), axis));
     }
-    let (methods, trackers) = (distinct(lines, |l| &l.method).len(), distinct(lines, |l| &l.tracker).len());
+    let methods = distinct(lines.iter().map(|l| &l.method)).len();
+    let trackers = distinct(lines.iter().map(|l| &l.tracker)).len();
     if trackers > 1 {
         // Dashes are free for trackers where no two methods have the same color.
         let whole = own().all(|l| colors::style(experiment, &l.method).0.dash == Dash::Solid);
@@ -179,21 +164,15 @@ fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
 /// Curves of methods, arranged.
 pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &[Line]) -> Figure {
     let plan = plan(experiment, lines);
-    let trackers = distinct(lines, |l| l.tracker.as_str());
-    let several_methods = distinct(lines, |l| &l.method).len() > 1;
-    let varied: Vec<&String> = distinct(lines.iter(), |l| &l.others)
-        .into_iter()
-        .flatten()
-        .map(|(axis, _)| axis)
-        .filter(|axis| values_of(lines, axis).len() > 1)
-        .collect();
-    let dashed = plan == Plan::Methods { dashed: true };
+    let trackers = distinct(lines.iter().map(|l| l.tracker.as_str()));
+    let several_methods = distinct(lines.iter().map(|l| &l.method)).len() > 1;
+    let (dashed, of_panels) = (plan == Plan::Methods { dashed: true }, plan == Plan::PanelOfMethod);
+    let mapped = if let Plan::Ordered(axis, _) = &plan { Some(axis) } else { None };
     let curve = |line: &Line| {
+        let mut line = line.clone();
         let is_anchor = is_anchor(experiment, &line.method);
         let (mut style, mut marker) = colors::style(experiment, &line.method);
         let (mut key_style, mut name) = (style, line.method.clone());
-        // Of an ordered parameter only the published value has a band.
-        let mut band = line.band.clone();
         let mut panel: Vec<String> = Vec::new();
         match &plan {
             Plan::Ordered(axis, values) if !is_anchor => {
@@ -201,13 +180,13 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
                 let at = values.iter().position(|v| *v == value).unwrap_or(0);
                 style = Style::new(Color::ordered(at, values.len()), Dash::Solid);
                 (key_style, marker, name) = (style, Marker::nth(at), format!("{axis} {value}"));
+                // Of an ordered parameter only the published value has a band.
                 if line.operating.is_none() {
-                    band.clear();
+                    line.band.clear();
                 }
             }
             Plan::Methods { dashed: true } if !is_anchor => {
-                let tracker = trackers.iter().position(|t| *t == line.tracker).unwrap_or(0);
-                style.dash = Dash::nth(tracker);
+                style.dash = Dash::nth(trackers.iter().position(|t| *t == line.tracker).unwrap_or(0));
             }
             Plan::PanelOfMethod => panel.push(line.method.clone()),
             _ => {}
@@ -215,13 +194,12 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
         if !dashed && trackers.len() > 1 {
             panel.push(line.tracker.clone());
         }
-        if matches!(plan, Plan::Ordered(..)) && several_methods {
+        if mapped.is_some() && several_methods {
             panel.push(line.method.clone());
         }
-        let is_color = |axis: &String| matches!(&plan, Plan::Ordered(mapped, _) if mapped == axis);
-        let more = line.others.iter().filter(|(axis, _)| varied.contains(&axis) && !is_color(axis));
+        let more = line.others.iter().filter(|(axis, _)| values_of(lines, axis).len() > 1);
+        let more = more.filter(|(axis, _)| mapped != Some(axis));
         panel.extend(more.map(|(axis, value)| format!("{axis} {value}")));
-        let of_panels = plan == Plan::PanelOfMethod;
         if of_panels && !line.summary.is_empty() {
             panel.push(line.summary.clone());
         }
@@ -229,29 +207,22 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
         if !line.summary.is_empty() && is_alone {
             name = format!("{name} ({})", line.summary);
         }
-        let is_point = line.points.len() == 1;
         let marked = line.marked.then_some(marker);
-        let symbol =
-            if is_point { Symbol::Mark(style.color, marker) } else { Symbol::Line(key_style, marked) };
-        Curve {
-            // Anchors that do not differ from panel to panel are in all of them.
-            panel: (!of_panels || !is_anchor).then(|| panel.join(", ")),
-            entry: (!of_panels || is_anchor).then(|| Entry::new(symbol, name)),
-            points: line.points.clone(),
-            band,
-            style,
-            marker: if is_point { Some(marker) } else { marked },
-            operating: line.operating,
-            published: line.published.clone(),
-        }
+        let (symbol, marker) = match line.points.len() {
+            1 => (Symbol::Mark(style.color, marker), Some(marker)),
+            _ => (Symbol::Line(key_style, marked), marked),
+        };
+        // Anchors that do not differ from panel to panel are in all of them.
+        let panel = (!of_panels || !is_anchor).then(|| panel.join(", "));
+        let entry = (!of_panels || is_anchor).then(|| Entry::new(symbol, name));
+        (Look { panel, entry, style, marker }, line)
     };
-    let curves: Vec<Curve> = lines.iter().map(curve).collect();
+    let curves: Vec<(Look, Line)> = lines.iter().map(curve).collect();
     let dash = |(k, name): (usize, &&str)| {
         Entry::new(Symbol::Line(Style::new(Color::Gray, Dash::nth(k)), None), *name)
     };
-    let more = if dashed { trackers.iter().enumerate().map(dash).collect() } else { Vec::new() };
-    let others = (plan == Plan::PanelOfMethod).then_some("the other methods");
-    let mut figure = compose(note, axes, &curves, others, more);
+    let more = trackers.iter().enumerate().filter(|_| dashed).map(dash).collect();
+    let mut figure = compose(note, axes, &curves, of_panels.then_some("the other methods"), more);
     if let Plan::Ordered(axis, values) = &plan {
         // In the order of the values, whatever order the lines have.
         let place = |e: &Entry| values.iter().position(|v| e.name == format!("{axis} {v}"));

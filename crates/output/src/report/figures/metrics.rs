@@ -36,10 +36,7 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let x = scope.given("x", params.x_axis.as_ref())?;
     let experiment = &scope.results.experiment;
     let shown = || scope.results.measures.iter().filter(|m| params.methods.contains(&m.method));
-    let mut ends: Vec<f64> =
-        shown().flat_map(Measure::point).filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
-    ends.sort_by(f64::total_cmp);
-    ends.dedup();
+    let ends = values(shown().flat_map(Measure::point), x);
     let bands = Bands::new(scope.results, scope.units);
     let mut lines: Vec<Line> = Vec::new();
     for m in shown() {
@@ -61,16 +58,21 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
         }
     }
     for line in &mut lines {
-        let mut order: Vec<usize> = (0..line.points.len()).collect();
-        order.sort_by(|a, b| line.points[*a].0.total_cmp(&line.points[*b].0));
-        (line.points, line.band) = order.iter().map(|k| (line.points[*k], line.band[*k])).unzip();
+        let mut points: Vec<_> = line.points.iter().copied().zip(line.band.iter().copied()).collect();
+        points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        (line.points, line.band) = points.into_iter().unzip();
     }
     let axes = (Axis::new(&capitalized(x), Range::Auto), Axis::new(&metric.title(), Range::FromZero));
     let mut figure = arrange(experiment, &scope.note, axes, &lines);
     let style = Style { width: 1.1, ..Style::new(Color::Gray, Dash::Dashed) };
-    for at in uprights(scope, x, &params.methods).into_iter().filter(|at| ends.contains(at)) {
-        behind(&mut figure, &Mark::Upright(at, style));
-        figure.legend.push(Entry::new(Symbol::Upright(style), format!("published {x} {at}")));
+    let known = experiment.methods.iter().filter(|m| params.methods.contains(&m.name));
+    let published = values(known.filter_map(operating::published).flatten(), x);
+    for at in published.into_iter().filter(|at| ends.contains(at)) {
+        rule(
+            &mut figure,
+            &Mark::Upright(at, style),
+            Entry::new(Symbol::Upright(style), format!("published {x} {at}")),
+        );
     }
     let has_ring = lines.iter().any(|line| line.operating.is_some());
     let remark = if has_ring { " Rings are at the published parameters." } else { "" };
@@ -78,15 +80,24 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
 }
 
 /// Puts a mark into all panels, behind everything else.
-pub(super) fn behind(figure: &mut Figure, mark: &Mark) {
+fn behind(figure: &mut Figure, mark: &Mark) {
     figure.rows.iter_mut().flatten().for_each(|panel| panel.marks.insert(0, mark.clone()));
 }
 
-/// The published value of the axis for each method: upright lines, equal ones once.
-fn uprights(scope: &Scope<'_>, x: &str, methods: &[String]) -> Vec<f64> {
-    let shown = scope.results.experiment.methods.iter().filter(|m| methods.contains(&m.name));
-    let published = shown.filter_map(operating::published).flatten();
-    let mut values: Vec<f64> = published.filter(|(axis, _)| axis == x).map(|(_, at)| at).collect();
+/// The same with an entry at the end of the legend.
+pub(super) fn rule(figure: &mut Figure, mark: &Mark, entry: Entry) {
+    behind(figure, mark);
+    figure.legend.push(entry);
+}
+
+/// The entry of what a method reaches that knows nothing.
+pub(super) fn chance() -> Entry {
+    Entry::new(Symbol::Line(CHANCE, None), "chance")
+}
+
+/// The values of an axis in order, each once.
+fn values(points: impl Iterator<Item = (String, f64)>, axis: &str) -> Vec<f64> {
+    let mut values: Vec<f64> = points.filter(|(known, _)| known == axis).map(|(_, at)| at).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
     values
@@ -170,14 +181,12 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
             line.summary = format!("AP {}", SHORT.format(average_precision(&line.points)));
         }
     }
-    let best = best_by.heading();
-    let mut remark = match (has_published, has_best) {
-        (true, false) => " Rings are at the published parameters.".to_string(),
-        (true, true) => format!(
-            " Rings are at the published parameters, or where none are at the best {best} of these sequences."
-        ),
-        (false, true) => format!(" Rings are at the best {best} of these sequences."),
-        (false, false) => String::new(),
+    let of_published = has_published.then(|| "at the published parameters".to_string());
+    let at_best = || format!("at the best {} of these sequences", best_by.heading());
+    let rings: Vec<String> = of_published.into_iter().chain(has_best.then(at_best)).collect();
+    let mut remark = match rings.is_empty() {
+        true => String::new(),
+        false => format!(" Rings are {}.", rings.join(", or where none are ")),
     };
     let all = |side: fn(&(f64, f64)) -> f64| lines.iter().flat_map(|l| &l.points).map(side);
     let bounds = lines.iter().flat_map(|l| &l.band).flat_map(|b| [b.0, b.1]).filter(|b| b.is_finite());
@@ -195,8 +204,7 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     }
     let reason = format!("{} and {} have no value", y.name(), x.name());
     if (x, y) == (Metric::FPR, Metric::RECALL) && lines.iter().any(|line| !line.points.is_empty()) {
-        behind(&mut figure, &Mark::line(vec![(0.0, 0.0), (1.0, 1.0)], CHANCE));
-        figure.legend.push(Entry::new(Symbol::Line(CHANCE, None), "chance"));
+        rule(&mut figure, &Mark::line(vec![(0.0, 0.0), (1.0, 1.0)], CHANCE), chance());
     }
     Ok(Drawing::of_curves(figure, &remark, reason))
 }

@@ -1,9 +1,9 @@
 //! `warning`: whether scores rise before a loss, as the area under the ROC curve of "a loss begins within k frames" over k.
 
 use super::lines::{Line, arrange};
-use super::metrics::{CHANCE, behind};
+use super::metrics::{CHANCE, chance, rule};
 use super::{DrawError, Drawing, Scope};
-use crate::figure::{Axis, Entry, Mark, Range, Symbol};
+use crate::figure::{Axis, Mark, Range};
 use crate::report::standings::Estimate;
 use crate::results::frame_measures::EVERY_TRACKER;
 use trackfail_methods::score::FrameMeasures;
@@ -30,8 +30,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let axes =
         (Axis::new("Frames before the loss, at most", Range::FromZero), Axis::new("AUROC", Range::Auto));
     let mut figure = arrange(experiment, &scope.note, axes, &lines);
-    behind(&mut figure, &Mark::Level(0.5, CHANCE));
-    figure.legend.push(Entry::new(Symbol::Line(CHANCE, None), "chance"));
+    rule(&mut figure, &Mark::Level(0.5, CHANCE), chance());
     Ok(Drawing::of_curves(figure, "", "no method has a score before a loss".to_string()))
 }
 
