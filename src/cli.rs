@@ -8,22 +8,17 @@ pub mod data;
 pub mod detect;
 pub mod explain;
 mod export;
-pub mod fetch;
 pub mod list;
 mod live;
-pub mod man;
 pub mod merge;
 pub mod monitor;
 pub mod new;
 pub mod output;
-pub mod render;
 pub mod report;
 pub mod run;
 pub mod schema;
 pub mod serve_trax;
 pub mod slurm;
-mod times;
-pub mod why;
 
 use crate::dataset::suite::Catalog;
 use crate::plugin;
@@ -55,15 +50,13 @@ enum Verb {
     Report(report::Args),
     /// List experiments, suites, trackers, signals, detectors, methods, analyses or protocols
     List(list::Args),
-    /// List, verify, download, add and pin the sequences of suites
+    /// List, verify, download, render, add and pin the sequences of suites
     Data(data::Args),
     /// Tell, frame by frame, whether your own tracker has lost its target
     Detect(detect::Args),
     /// Tell live whether a tracker has lost its target: a JSON line in and a JSON line out for each frame
     Monitor(monitor::Args),
-    /// Write a synthetic suite to disk in OTB or VOT layout
-    Render(render::Args),
-    /// Write batch scripts that run experiments on a SLURM cluster, or submit them
+    /// Write a batch script that runs experiments on a SLURM cluster, or submit it
     Slurm(slurm::Args),
     /// Merge the stores of several `run --shard` into one
     Merge(merge::Args),
@@ -71,8 +64,6 @@ enum Verb {
     Compare(compare::Args),
     /// Run a built-in tracker for a program that speaks the TraX protocol
     ServeTrax(serve_trax::Args),
-    /// Explain why cells of an experiment would be computed again, or not
-    Why(why::Args),
     /// Trace a number of a table down to its sequences, events, detections and frames
     Explain(explain::Args),
     /// Write a commented minimal experiment that runs
@@ -81,8 +72,6 @@ enum Verb {
     Schema,
     /// Print a script that lets a shell complete this program's words
     Completions(completions::Args),
-    /// Write manual pages
-    Man(man::Args),
 }
 
 impl Cli {
@@ -98,17 +87,14 @@ impl Cli {
             Verb::Data(args) => data::run(args),
             Verb::Detect(args) => detect::run(args),
             Verb::Monitor(args) => monitor::run(args),
-            Verb::Render(args) => render::run(args),
             Verb::Slurm(args) => slurm::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Compare(args) => compare::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
-            Verb::Why(args) => why::run(args),
             Verb::Explain(args) => explain::run(args),
             Verb::New(args) => new::run(args),
             Verb::Schema => schema::run(),
             Verb::Completions(args) => completions::run(args),
-            Verb::Man(args) => man::run(args),
         }
     }
 }

@@ -1,8 +1,13 @@
-//! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned; and
-//! user suites.
+//! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned; downloads, rendered
+//! suites, and user suites.
+
+mod fetch;
+mod render;
+#[cfg(test)]
+mod tests;
 
 use super::Failure;
-use super::output::{self, Format, written};
+use super::output::{self, Format};
 use crate::dataset::format::{self, FORMATS, FormatEntry, vot};
 use crate::dataset::lock;
 use crate::dataset::suite::{self, Catalog, Finding, Suite};
@@ -12,7 +17,6 @@ use clap::Subcommand;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `trackfail data`.
@@ -43,7 +47,9 @@ enum Verb {
         allow_missing: bool,
     },
     /// Download missing sequences, unpack and check them
-    Fetch(super::fetch::Args),
+    Fetch(fetch::Args),
+    /// Write a synthetic suite to disk in OTB or VOT layout
+    Render(render::Args),
     /// Make a suite of your own sequences, in a datasets.lock in the data root
     Add(AddArgs),
     /// Print the lines of datasets.lock and datasets.files for local sequences, with digests
@@ -88,19 +94,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let roots = &args.data_roots.folders()?;
     let catalog = super::catalog(roots)?;
     let chosen = |names: &[String]| chosen(&catalog, names);
-    let mut out = Vec::new();
-    let outcome = match &args.verb {
+    output::write(&match &args.verb {
         Verb::List { suites, format: Format::Table } if suites.is_empty() => {
-            written(out.write_all(overview(&chosen(suites)?, roots).as_bytes()))
+            overview(&chosen(suites)?, roots)
         }
-        Verb::List { suites, format } => list(&mut out, &chosen(suites)?, roots, *format),
-        Verb::Verify { suites, allow_missing } => verify(&mut out, &chosen(suites)?, roots, *allow_missing),
-        Verb::Fetch(args) => super::fetch::run(args, &catalog, roots),
-        Verb::Add(args) => add(&mut out, args, &catalog, roots),
-        Verb::Lock { suites } => pin(&mut out, &chosen(suites)?, roots),
-    };
-    output::write(&String::from_utf8_lossy(&out))?;
-    outcome
+        Verb::List { suites, format } => list(&chosen(suites)?, roots, *format)?,
+        Verb::Verify { suites, allow_missing } => {
+            let (text, outcome) = verify(&chosen(suites)?, roots, *allow_missing);
+            output::write(&text)?;
+            return outcome;
+        }
+        Verb::Fetch(args) => return fetch::run(args, &catalog, roots),
+        Verb::Render(args) => return render::run(args),
+        Verb::Add(args) => add(args, &catalog, roots)?,
+        Verb::Lock { suites } => pin(&chosen(suites)?, roots)?,
+    })
 }
 
 /// The suites of these names; all if there are none.
@@ -130,13 +138,10 @@ struct Row {
 const COLUMNS: [&str; 10] =
     ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note", "root"];
 
-/// Nothing where a number is not known.
-fn number(n: Option<usize>) -> String {
-    n.map_or_else(String::new, |n| n.to_string())
-}
-
 impl Row {
     fn cells(&self) -> [String; 10] {
+        // Nothing where a number is not known.
+        let number = |n: Option<usize>| n.map_or_else(String::new, |n| n.to_string());
         [
             self.suite.clone(),
             self.sequence.clone(),
@@ -154,90 +159,81 @@ impl Row {
 
 fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
     let loaded = suite.load(data_roots);
-    let annotated = |s: &Sequence| s.truth.iter().flatten().count();
-    if suite.entries().is_empty() {
-        let row = |s: &Sequence| Row {
-            suite: suite.name().into(),
-            sequence: s.name.clone(),
-            status: "rendered",
-            frames: Some(s.len()),
-            annotated: Some(annotated(s)),
-            digest: "known",
-            folder: String::new(),
-            attributes: s.attributes.join(" "),
-            note: String::new(),
-            root: String::new(),
-        };
-        return loaded.sequences.iter().map(row).collect();
-    }
-    let row = |entry: &lock::Entry| {
-        let at = loaded.sequences.iter().position(|s| s.name == entry.name);
+    // Only rendered suites have no entries.
+    let row = |name: &str, entry: Option<&lock::Entry>| {
+        let at = loaded.sequences.iter().position(|s| s.name == name);
         let here = at.map(|at| &loaded.sequences[at]);
         let root = at.and_then(|at| loaded.roots.get(at));
-        let missing = loaded.missing.iter().find(|m| m.name == entry.name);
-        let broken = loaded.broken.iter().find(|b| b.name == entry.name);
+        let missing = loaded.missing.iter().find(|m| m.name == name);
+        let broken = loaded.broken.iter().find(|b| b.name == name);
         let (status, note) = match (missing, broken) {
             (Some(m), _) => ("missing", m.how_to_get.clone()),
             (_, Some(b)) => ("broken", b.error.to_string()),
+            _ if entry.is_none() => ("rendered", String::new()),
             _ => ("present", String::new()),
         };
+        let is_pinned = |entry: &lock::Entry| if entry.digest.is_some() { "pinned" } else { "unknown" };
         Row {
             suite: suite.name().into(),
-            sequence: entry.name.clone(),
+            sequence: name.into(),
             status,
-            frames: entry.frames.or(here.map(Sequence::len)),
-            annotated: here.map(annotated),
-            digest: if entry.digest.is_some() { "pinned" } else { "unknown" },
-            folder: entry.folder.clone(),
+            frames: entry.and_then(|entry| entry.frames).or(here.map(Sequence::len)),
+            annotated: here.map(|s| s.truth.iter().flatten().count()),
+            digest: entry.map_or("known", is_pinned),
+            folder: entry.map_or_else(String::new, |entry| entry.folder.clone()),
             attributes: here.map_or_else(String::new, |s| s.attributes.join(" ")),
             note,
             root: root.map_or_else(String::new, |root| root.display().to_string()),
         }
     };
-    suite.entries().iter().map(row).collect()
+    if suite.entries().is_empty() {
+        return loaded.sequences.iter().map(|s| row(&s.name, None)).collect();
+    }
+    suite.entries().iter().map(|entry| row(&entry.name, Some(entry))).collect()
 }
 
-fn list(
-    out: &mut impl Write,
-    suites: &[Suite],
-    data_roots: &[PathBuf],
-    format: Format,
-) -> Result<(), Failure> {
+fn list(suites: &[Suite], data_roots: &[PathBuf], format: Format) -> Result<String, Failure> {
     let rows: Vec<(&Suite, Vec<Row>)> = suites.iter().map(|s| (s, rows(s, data_roots))).collect();
     let flat = || rows.iter().flat_map(|(_, rows)| rows);
-    let text = match format {
+    match format {
         Format::Csv => {
-            let cells: Vec<Vec<String>> = flat().map(|r| r.cells().to_vec()).collect();
-            output::text(format, &COLUMNS, &cells)?
+            output::text(format, &COLUMNS, &flat().map(|r| r.cells().to_vec()).collect::<Vec<_>>())
         }
         Format::Json => {
-            let all: Vec<&Row> = flat().collect();
-            serde_json::to_string_pretty(&all).map_err(Failure::io)? + "\n"
+            let text = serde_json::to_string_pretty(&flat().collect::<Vec<_>>());
+            Ok(text.map_err(Failure::io)? + "\n")
         }
-        Format::Table => rows.iter().map(|(suite, rows)| table(suite, rows)).collect::<Vec<_>>().join("\n"),
-    };
-    written(out.write_all(text.as_bytes()))
+        Format::Table => {
+            Ok(rows.iter().map(|(suite, rows)| table(suite, rows)).collect::<Vec<_>>().join("\n"))
+        }
+    }
+}
+
+/// Rows under headings; the columns of numbers are aligned at their right.
+fn aligned<const N: usize>(headings: [&str; N], rows: Vec<[String; N]>, numbers: &[usize]) -> String {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::NOTHING).set_header(headings);
+    table.add_rows(rows);
+    for column in numbers {
+        if let Some(column) = table.column_mut(*column) {
+            column.set_cell_alignment(comfy_table::CellAlignment::Right);
+        }
+    }
+    table.trim_fmt()
 }
 
 /// Suites, a line each: how many sequences are here, whether the others can be fetched.
 fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
-    let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::NOTHING);
-    table.set_header(["suite", "here", "of", "broken", "download", "title"]);
-    for suite in suites {
+    let row = |suite: &Suite| {
         let loaded = suite.load(data_roots);
         let (here, broken) = (loaded.sequences.len(), loaded.broken.len());
         let broken = if broken == 0 { String::new() } else { broken.to_string() };
-        let (here, of) = (here.to_string(), loaded.wanted.to_string());
-        table.add_row([suite.name(), &here, &of, &broken, download(suite), suite.title()]);
-    }
-    for column in [1, 2, 3] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Right);
-        }
-    }
+        let (name, title) = (suite.name().to_string(), suite.title().to_string());
+        [name, here.to_string(), loaded.wanted.to_string(), broken, download(suite).to_string(), title]
+    };
+    let headings = ["suite", "here", "of", "broken", "download", "title"];
+    let shown = aligned(headings, suites.iter().map(row).collect(), &[1, 2, 3]);
     let note = if data_roots.is_empty() { format!("{}\n", suite::NO_DATA_ROOT) } else { String::new() };
-    let shown = table.trim_fmt();
     format!("{shown}\n{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
 }
 
@@ -253,43 +249,29 @@ fn download(suite: &Suite) -> &'static str {
 }
 
 fn table(suite: &Suite, rows: &[Row]) -> String {
-    let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::NOTHING);
-    table.set_header(["sequence", "status", "frames", "annotated", "digest", "folder", "root"]);
-    for row in rows {
+    let row = |row: &Row| {
         let [_, sequence, status, frames, annotated, digest, folder, _, _, root] = row.cells();
-        table.add_row([sequence, status, frames, annotated, digest, folder, root]);
-    }
-    for column in [2, 3] {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Right);
-        }
-    }
+        [sequence, status, frames, annotated, digest, folder, root]
+    };
+    let headings = ["sequence", "status", "frames", "annotated", "digest", "folder", "root"];
+    let shown = aligned(headings, rows.iter().map(row).collect(), &[2, 3]);
     let here = rows.iter().filter(|r| r.status == "present" || r.status == "rendered").count();
     let mut text =
         format!("{}: {}\n{here} of {} sequences are here\n", suite.name(), suite.title(), rows.len());
     if let Some((source, licence)) = suite.source() {
         text += &format!("source: {source}\nlicence: {licence}\n");
     }
-    text += &format!("{}\n", table.trim_fmt());
-    let mut notes: Vec<&str> = Vec::new();
-    for row in rows.iter().filter(|r| !r.note.is_empty() && r.status == "broken") {
-        notes.push(&row.note);
+    text += &format!("{shown}\n");
+    let broken = rows.iter().filter(|r| r.status == "broken" && !r.note.is_empty());
+    for row in broken.chain(rows.iter().find(|r| r.status == "missing")) {
+        text += &format!("note: {}\n", row.note);
     }
-    if let Some(row) = rows.iter().find(|r| r.status == "missing") {
-        notes.push(&row.note);
-    }
-    notes.iter().for_each(|note| text += &format!("note: {note}\n"));
     text
 }
 
-fn verify(
-    out: &mut impl Write,
-    suites: &[Suite],
-    data_roots: &[PathBuf],
-    allow_missing: bool,
-) -> Result<(), Failure> {
-    let (mut differing, mut missing) = (Vec::new(), Vec::new());
+/// What is found of each sequence, and whether all is right.
+fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
+    let (mut text, mut differing, mut missing) = (String::new(), Vec::new(), 0);
     for suite in suites {
         for checked in suite.verify(data_roots) {
             let name = format!("{}/{}", suite.name(), checked.name);
@@ -297,7 +279,7 @@ fn verify(
                 Finding::Same => "ok".to_owned(),
                 Finding::NoDigestPinned => "unpinned: there, but no digest to compare with".to_owned(),
                 Finding::Missing(m) => {
-                    missing.push(name.clone());
+                    missing += 1;
                     format!("missing: {}", m.how_to_get)
                 }
                 Finding::Differs(fact) => {
@@ -305,28 +287,21 @@ fn verify(
                     format!("differs: {fact}")
                 }
             };
-            written(writeln!(out, "{name}  {word}"))?;
+            text += &format!("{name}  {word}\n");
         }
     }
-    if !differing.is_empty() {
-        let message = format!("not as pinned: {}; fetch them again", differing.join(", "));
-        return Err(Failure::data(message));
-    }
-    if !missing.is_empty() && !allow_missing {
-        let count = missing.len();
-        return Err(Failure::data(format!(
-            "{count} sequences are missing; give --allow-missing to accept that"
-        )));
-    }
-    Ok(())
+    let outcome = if !differing.is_empty() {
+        Err(Failure::data(format!("not as pinned: {}; fetch them again", differing.join(", "))))
+    } else if missing > 0 && !allow_missing {
+        let message = format!("{missing} sequences are missing; give --allow-missing to accept that");
+        Err(Failure::data(message))
+    } else {
+        Ok(())
+    };
+    (text, outcome)
 }
 
-fn add(
-    out: &mut impl Write,
-    args: &AddArgs,
-    catalog: &Catalog,
-    data_roots: &[PathBuf],
-) -> Result<(), Failure> {
+fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<String, Failure> {
     let folder = |root: &&PathBuf| root.join(&args.folder).is_dir();
     let Some(root) = data_roots.iter().find(folder).or(data_roots.first()) else {
         return Err(Failure::usage(
@@ -357,35 +332,28 @@ fn add(
     store::write(&path, whole.as_bytes()).map_err(Failure::io)?;
     let count = catalog.suite(&args.name).map_err(data)?.entries().len();
     let what = if count == 1 { "sequence" } else { "sequences" };
-    written(writeln!(out, "{}: {count} {what}, in {}", args.name, path.display()))
+    Ok(format!("{}: {count} {what}, in {}\n", args.name, path.display()))
 }
 
-fn pin(out: &mut impl Write, suites: &[Suite], data_roots: &[PathBuf]) -> Result<(), Failure> {
+fn pin(suites: &[Suite], data_roots: &[PathBuf]) -> Result<String, Failure> {
     if data_roots.is_empty() {
         return Err(Failure::usage(
             "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
         ));
     }
     let fail = |e: DatasetError| Failure::data(e.to_string());
-    let mut files = BTreeMap::new();
+    let (mut text, mut files) = (String::new(), BTreeMap::new());
     for suite in suites {
         let lines = suite.pin(data_roots).map_err(fail)?;
         if !lines.is_empty() {
-            written(writeln!(out, "# {}", suite.name()))?;
+            text += &format!("# {}\n", suite.name());
         }
-        for line in lines {
-            written(writeln!(out, "    {line}"))?;
-        }
+        lines.iter().for_each(|line| text += &format!("    {line}\n"));
         files.extend(suite.pin_files(data_roots).map_err(fail)?);
     }
     if !files.is_empty() {
-        written(writeln!(out, "\n# datasets.files"))?;
+        text += "\n# datasets.files\n";
     }
-    for section in files.values() {
-        written(out.write_all(section.as_bytes()))?;
-    }
-    Ok(())
+    files.values().for_each(|section| text += section);
+    Ok(text)
 }
-
-#[cfg(test)]
-mod tests;

@@ -15,7 +15,7 @@ use crate::region::Region;
 use crate::report::user_track::{UserTrack, UserVideo};
 use crate::report::verdict::{of_target, verdict};
 use crate::results::detections::JudgedTrack;
-use crate::tracker::results::user_boxes::BoxFormat;
+use crate::tracker::results::user_boxes::{BoxFormat, UserTarget};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -109,17 +109,10 @@ pub struct Args {
     save_boxes: Option<PathBuf>,
 }
 
-/// A target with all that is known of it.
-struct Target {
-    /// Its number in a file of several.
-    id: Option<i64>,
-    /// Its box in each frame of the video; at least one frame has one.
-    regions: Vec<Option<Region>>,
-}
-
 /// Inputs beside frames.
 struct Tracks {
-    targets: Vec<Target>,
+    /// Each has a box in at least one frame.
+    targets: Vec<UserTarget>,
     /// Confidence of the tracker in each frame of the video; for a single target.
     confidence: Vec<Option<f64>>,
     /// Boxes of other trackers in each frame; for a single target.
@@ -233,22 +226,20 @@ fn judge_all(
         e => Failure::data(e.to_string()),
     })?;
     let first = sequence.number(0);
-    let of = |(target, methods): (Target, Vec<JudgedMethod>)| {
+    let of = |(target, methods): (UserTarget, Vec<JudgedMethod>)| {
         let judged = JudgedTrack { target: target.id, first, methods };
-        UserTrack { judged, regions: target.shown() }
+        UserTrack { judged, regions: shown(target.regions) }
     };
     Ok(targets.into_iter().zip(judged).map(of).collect())
 }
 
-impl Target {
-    /// Its boxes; where there is none between two others, the last one stays.
-    fn shown(self) -> Vec<Option<Region>> {
-        let end = self.regions.iter().rposition(Option::is_some).unwrap_or(0);
-        let mut last = None;
-        let stay = |(t, region): (usize, Option<Region>)| {
-            last = region.or_else(|| last.take().filter(|_| t <= end));
-            last.clone()
-        };
-        self.regions.into_iter().enumerate().map(stay).collect()
-    }
+/// The boxes of a target; where there is none between two others, the last one stays.
+fn shown(regions: Vec<Option<Region>>) -> Vec<Option<Region>> {
+    let end = regions.iter().rposition(Option::is_some).unwrap_or(0);
+    let mut last = None;
+    let stay = |(t, region): (usize, Option<Region>)| {
+        last = region.or_else(|| last.take().filter(|_| t <= end));
+        last.clone()
+    };
+    regions.into_iter().enumerate().map(stay).collect()
 }

@@ -182,7 +182,7 @@ impl Lines {
 
     /// The answer of the target's monitor; `None` for a target that ends.
     fn judge(&mut self, id: Option<&Id>, line: Line) -> Result<Option<Answer>, LineError> {
-        if line.ends() {
+        if line.end == Some(true) {
             return if self.targets.end(id) { Ok(None) } else { Err(LineError::NoTarget) };
         }
         let monitor = self.targets.of(id)?.ok_or(LineError::TooMany)?;
@@ -201,7 +201,7 @@ fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, LineError> {
     let base = monitor.base().into();
     let region = line.region(base)?;
     let companions = line.companions(base)?;
-    let (confidence, restart) = (line.confidence(), line.restart());
+    let (confidence, restart) = (line.confidence, line.restart == Some(true));
     let frame = if monitor.reads_frames() { line.frame()? } else { None };
     let (frame, region) = (frame.as_ref(), region.as_ref());
     Ok(monitor.update(&Update { frame, region, confidence, companions: &companions, restart })?)

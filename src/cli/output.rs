@@ -1,12 +1,12 @@
 //! Lists on stdout, as a table for people or as CSV or JSON for programs.
 
-pub mod repeated;
 pub mod replace;
 
 use super::Failure;
 use crate::dataset::text::is_plain;
 use crate::results;
 use comfy_table::{ContentArrangement, Table, presets};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 
 /// How a list is printed.
@@ -92,6 +92,11 @@ fn json(heading: &str, field: &str) -> serde_json::Value {
     }
 }
 
+/// A word in the quotes of a shell.
+pub fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
 /// Text for a terminal: its lines as they are, but without characters that would move the cursor, change
 /// colours or turn the reading direction. Names and messages come from files that anybody may have written.
 pub fn for_terminal(text: &str) -> String {
@@ -104,13 +109,8 @@ pub fn for_terminal(text: &str) -> String {
 /// # Errors
 /// When stdout cannot be written to.
 pub fn write(text: &str) -> Result<(), Failure> {
-    write_bytes(for_terminal(text).as_bytes())
-}
-
-/// Writes to stdout what a terminal may show.
-fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    written(out.write_all(bytes).and_then(|()| out.flush()))
+    written(out.write_all(for_terminal(text).as_bytes()).and_then(|()| out.flush()))
 }
 
 /// The outcome of writing to stdout. A closed pipe ends quietly.
@@ -128,6 +128,15 @@ pub fn written(result: std::io::Result<()>) -> Result<(), Failure> {
 pub fn note(line: &str) {
     // Nobody is left to tell when stderr is closed.
     let _ = writeln!(std::io::stderr(), "{}", for_terminal(line));
+}
+
+/// A bar on stderr, where that is a terminal; `more` is a template of indicatif for what stands behind the bar.
+pub fn progress_bar(name: &str, more: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_prefix(name.to_string());
+    match ProgressStyle::with_template(&format!("{{prefix}} {{wide_bar}} {more}")) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
 }
 
 #[cfg(test)]

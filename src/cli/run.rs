@@ -4,7 +4,7 @@ mod dry_run;
 mod print;
 
 use super::output::{self, Format};
-use super::{Failure, export, times};
+use super::{Cause, Failure, export, within};
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
 use crate::dataset::{Sequence, guarded};
 use crate::engine::store::{self, Store};
@@ -15,7 +15,7 @@ use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
 use crate::tracker::{RunContext, replay};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::ProgressBar;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -47,7 +47,7 @@ pub struct Args {
     /// Only tell what would be computed and how long it may take; with --shard also which shares are done
     #[arg(long)]
     dry_run: bool,
-    /// With --dry-run: list every cell and whether it is cached, stale, missing or absent
+    /// With --dry-run: list every cell, whether it is cached, stale, missing or absent, and why
     #[arg(long, short, requires = "dry_run")]
     verbose: bool,
     /// Compute everything again, and report what differs from the store
@@ -115,11 +115,6 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
     Err(Failure::usage(format!("{name}: no such file, and {unknown}")))
 }
 
-/// Experiments that are wrong.
-#[derive(Debug, thiserror::Error)]
-#[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-struct SeveralWrong(Vec<Failure>);
-
 /// Reads experiments as [`read_spec`] does.
 ///
 /// # Errors
@@ -129,14 +124,14 @@ pub fn read_specs(
     catalog: &Catalog,
     programs: &Programs,
 ) -> Result<Vec<Experiment>, Failure> {
-    let mut wrong = Vec::new();
-    let read = names.iter().map(|name| read_spec(name, catalog, programs));
-    let experiments = read.filter_map(|read| read.map_err(|failure| wrong.push(failure)).ok()).collect();
-    match wrong.len() {
-        0 => Ok(experiments),
-        1 => Err(wrong.remove(0)),
-        _ => Err(Failure::usage(SeveralWrong(wrong))),
+    let (mut experiments, mut wrong) = (Vec::new(), Vec::new());
+    for name in names {
+        match read_spec(name, catalog, programs) {
+            Ok(experiment) => experiments.push(experiment),
+            Err(failure) => wrong.push(failure.to_string()),
+        }
     }
+    if wrong.is_empty() { Ok(experiments) } else { Err(Failure::usage(wrong.join("\n"))) }
 }
 
 /// Runs the verb: all experiments, one after the other. One whose data are missing or whose cells fail does not keep
@@ -215,7 +210,10 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         return dry_run::run(args, &plan);
     }
     let store = Store::open(&args.results).map_err(|e| run_failure(experiment, e.into()))?;
-    let bar = progress_bar(args, &experiment.name);
+    let bar = match args.quiet {
+        true => ProgressBar::hidden(),
+        false => output::progress_bar(&experiment.name, "{pos}/{len} frames, {per_sec}, {eta} left"),
+    };
     let options = options(args, limits, &bar);
     if let Some(shard) = args.shard {
         let done = engine::run_shard(&plan, &store, &options, shard);
@@ -272,7 +270,7 @@ fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
         RunError::Dataset(_) => Failure::Data,
         _ => Failure::Io,
     };
-    kind(super::within(&experiment.name, error))
+    kind(within(&experiment.name, error))
 }
 
 fn options(args: &Args, limits: &RunLimits, bar: &ProgressBar) -> Options {
@@ -299,33 +297,27 @@ fn write(
     outcome: &Outcome<'_>,
     start: Instant,
 ) -> Result<(Results, WrittenReport, PathBuf), Failure> {
-    let name = experiment.name.as_str();
-    let aside = store.staging().map_err(|e| Failure::io(super::within(name, e)))?;
+    let io = |e: Cause| Failure::io(within(&experiment.name, e));
+    let aside = store.staging().map_err(|e| io(e.into()))?;
     // This package's build script knows the revision; the crates below do not.
     let record = RunRecord::here(option_env!("TRACKFAIL_REVISION"), start.elapsed().as_secs_f64());
     let detail = if args.compact { Detail::Sequences } else { Detail::Frames };
-    results::write(aside.path(), experiment, outcome, &record, detail)
-        .map_err(|e| Failure::io(super::within(name, e)))?;
-    let mut results = Results::read(aside.path()).map_err(|e| Failure::io(super::within(name, e)))?;
-    for request in stills::requests(&results).map_err(|e| Failure::io(super::within(name, e)))? {
+    results::write(aside.path(), experiment, outcome, &record, detail).map_err(|e| io(e.into()))?;
+    let mut results = Results::read(aside.path()).map_err(|e| io(e.into()))?;
+    for request in stills::requests(&results).map_err(|e| io(e.into()))? {
         let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };
         for &t in &request.frames {
-            let frame = sequence.frame(t).map_err(|e| Failure::io(super::within(name, e)))?;
-            results
-                .write_still(&request.figure, t, &frame)
-                .map_err(|e| Failure::io(super::within(name, e)))?;
+            let frame = sequence.frame(t).map_err(|e| io(e.into()))?;
+            results.write_still(&request.figure, t, &frame).map_err(|e| io(e.into()))?;
         }
     }
     // The report takes its place last: it can be made again from the results.
     let rendered = super::report::render(&results, &args.reports)?;
     let _lock = store::lock_exclusive(&args.results);
     results.folder = args.results.join(&experiment.name);
-    aside
-        .publish(&results.folder, manifest::FILE, &results::OWNED)
-        .map_err(|e| Failure::io(super::within(name, e)))?;
-    results::remove_others(&results).map_err(|e| Failure::io(super::within(name, e)))?;
-    let (index, written) =
-        rendered.publish(&args.reports).map_err(|e| Failure::io(super::within(name, e)))?;
+    aside.publish(&results.folder, manifest::FILE, &results::OWNED).map_err(|e| io(e.into()))?;
+    results::remove_others(&results).map_err(|e| io(e.into()))?;
+    let (index, written) = rendered.publish(&args.reports).map_err(|e| io(e.into()))?;
     super::report::write_site(&args.reports)?;
     Ok((results, written, index))
 }
@@ -340,7 +332,7 @@ pub(super) fn load(
     allow_missing: bool,
 ) -> Result<BTreeMap<String, Loaded>, Failure> {
     let suites = engine::execute::load(experiment, data_roots)
-        .map_err(|e| Failure::data(super::within(&experiment.name, e)))?;
+        .map_err(|e| Failure::data(within(&experiment.name, e)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];
         if let Some(broken) = suite.broken.first() {
@@ -369,26 +361,4 @@ fn missing_message(data_roots: &[PathBuf], suite: &str, loaded: &Loaded, first: 
         if loaded.sequences.is_empty() { "" } else { "\nOr run on what is there with --allow-missing." };
     let (missing, wanted) = (loaded.missing.len(), loaded.wanted);
     format!("{missing} of {wanted} sequences of suite {suite} {reason}\nFor {}: {how}.{hint}", first.folder)
-}
-
-fn progress_bar(args: &Args, name: &str) -> ProgressBar {
-    // indicatif draws nothing when stderr is no terminal.
-    let target = if args.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-        let rate = times::rate(state.per_sec());
-        let _ = if rate.is_empty() { Ok(()) } else { write!(to, ", {rate}") };
-    };
-    // Nothing is told of the time before there is a rate.
-    let left = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-        let known =
-            state.pos() > 0 && state.len().is_some_and(|all| state.pos() < all) && state.per_sec() > 0.0;
-        let _ = if known { write!(to, ", {} left", times::span(state.eta().as_secs_f64())) } else { Ok(()) };
-    };
-    let style = ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames{rate}{left}");
-    let style = style.map(|style| style.with_key("rate", rate).with_key("left", left));
-    let bar = ProgressBar::with_draw_target(None, target).with_prefix(name.to_string());
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }

@@ -1,23 +1,25 @@
-//! `trackfail slurm SPEC... --shards N`: batch scripts that run experiments on a SLURM cluster.
+//! `trackfail slurm SPEC... --shards N`: a batch script that runs experiments on a SLURM cluster.
 //!
-//! Writes an array of N jobs, a job that makes tables and report of what they computed, and a script
-//! that submits both; with `--submit` does so itself. All paths must be on a file system that the
-//! cluster's nodes share. Results are the bytes of a plain `trackfail run`.
+//! The script is an array of N tasks, `trackfail run --shard I/N`, and the job behind it that makes tables and report;
+//! started by hand, or by `--submit`, it submits both. All paths must be on a file system that the cluster's nodes share.
+//! Results are the bytes of a plain `trackfail run`.
 
-mod estimate;
-pub mod script;
-pub mod value;
-
-use super::{Failure, output, run::read_specs};
+use super::run::{load, read_specs};
+use super::{Failure, output, output::quoted};
 use crate::engine::store;
-use crate::spec::Experiment;
-use script::{ClusterRun, REPORT, SHARDS, SUBMIT};
+use minijinja::value::Serde;
+use minijinja::{Environment, context};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use value::{Setting, Word};
+
+/// Name of the script in its folder.
+pub const SCRIPT: &str = "trackfail.sbatch";
+/// The script, with places for what the user says.
+const TEMPLATE: &str = include_str!("slurm.sbatch");
 
 /// Arguments of `slurm`.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Serialize, clap::Args)]
 pub struct Args {
     /// Experiment files, or names of built-in experiments (see `trackfail list experiments`)
     #[arg(value_name = "SPEC", required = true)]
@@ -33,46 +35,33 @@ pub struct Args {
     #[arg(long, value_name = "DIR", default_value = "reports")]
     reports: PathBuf,
     #[command(flatten)]
+    #[serde(skip)]
     data_roots: super::DataRoots,
     /// File of programs that may be run as trackers, signals or detectors; TRACKFAIL_PLUGINS otherwise, else plugins.toml here
     #[arg(long, value_name = "FILE")]
     plugins: Option<PathBuf>,
-    /// Give each task a results folder of its own and merge them at the end
-    #[arg(long)]
-    separate: bool,
     /// Go on without sequences that are not there; tables say how many were
     #[arg(long)]
     allow_missing: bool,
-    /// Time limit of each job, at least 5 minutes
-    #[arg(long, value_name = "TIME", default_value = "04:00:00", value_parser = Setting::time)]
-    time: Setting,
+    /// Time limit of each job, as sbatch takes it; jobs are told to stop 2 minutes before
+    #[arg(long, value_name = "TIME", default_value = "04:00:00", value_parser = setting)]
+    time: String,
     /// Memory of each job
-    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = Setting::memory)]
-    memory: Setting,
+    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = setting)]
+    memory: String,
     /// Cores of each job
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
     /// Partition to run in
-    #[arg(long, value_name = "NAME", value_parser = Setting::partition)]
-    partition: Option<Setting>,
-    /// Account to charge
-    #[arg(long, value_name = "NAME", value_parser = Setting::account)]
-    account: Option<Setting>,
-    /// Largest number of tasks that run at once; all without it
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    throttle: Option<u16>,
-    /// A further option of sbatch, such as --gres=gpu:1; may be given more than once
-    #[arg(long = "sbatch-arg", value_name = "OPTION", allow_hyphen_values = true, value_parser = Word::sbatch_option)]
-    sbatch: Vec<Word>,
-    /// A command that every job runs first, such as `module load ffmpeg`; may be given more than once
-    #[arg(long, value_name = "COMMAND", value_parser = Word::command)]
-    before: Vec<Word>,
-    /// Folder of the scripts, and of the jobs' logs
+    #[arg(long, value_name = "NAME", value_parser = setting)]
+    partition: Option<String>,
+    /// A further line of the script, such as "#SBATCH --gres=gpu:1", or a command that every job runs first, such as
+    /// "module load ffmpeg"; may be given more than once
+    #[arg(long = "line", value_name = "LINE")]
+    lines: Vec<String>,
+    /// Folder of the script, and of the jobs' logs
     #[arg(long, value_name = "FOLDER", default_value = "slurm")]
     output: PathBuf,
-    /// Replace scripts that are there and differ
-    #[arg(long)]
-    force: bool,
     /// Submit the jobs too
     #[arg(long)]
     submit: bool,
@@ -81,104 +70,58 @@ pub struct Args {
 /// Runs the verb. Experiments and data are checked before anything is written.
 ///
 /// # Errors
-/// `Usage` for a wrong experiment, a path that cannot stand in a script and scripts that are there, `Data` for data that is
-/// missing, `Io` for what the file system or sbatch refuses.
+/// `Usage` for a wrong experiment and a path that cannot stand in a script, `Data` for data that is missing, `Io` for what
+/// the file system or sbatch refuses.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (plan, experiments) = plan(args)?;
-    let scripts =
-        [(SHARDS, plan.shards_script()), (REPORT, plan.report_script()), (SUBMIT, plan.submit_script())];
-    let folder = Path::new(plan.folder.text());
-    let differs = |(name, text): &&(&str, String)| {
-        let there = folder.join(name);
-        there.symlink_metadata().is_ok() && std::fs::read(there).ok().is_none_or(|old| old != text.as_bytes())
-    };
-    if let Some((name, _)) = scripts.iter().find(differs).filter(|_| !args.force) {
-        let path = folder.join(name);
-        let message = format!("{} is there already, for other jobs; --force replaces it", path.display());
-        return Err(Failure::usage(message));
-    }
-    let estimate = estimate::estimate(args, &experiments)?;
-    for (name, text) in scripts {
-        let path = folder.join(name);
-        store::write(&path, text.as_bytes()).map_err(Failure::io)?;
-    }
-    if !args.submit {
-        let folder = &plan.folder;
-        return output::write(&format!(
-            "scripts: {}\nsubmit:  sh {folder}/{SUBMIT}\ntime:    {estimate}\n",
-            folder.text()
-        ));
-    }
-    let shards = submit(&plan.sbatch_arguments(SHARDS, None)).map_err(Failure::io)?;
-    let report = submit(&plan.sbatch_arguments(REPORT, Some(&shards))).map_err(|e| {
-        Failure::io(format!("the array is in the queue as job {shards}, but its report is not: {e}"))
-    })?;
-    output::write(&format!("shards: job {shards}\nreport: job {report}\ntime:   {estimate}\n"))
-}
-
-/// Checks every argument that appears in a script.
-fn plan(args: &Args) -> Result<(ClusterRun, Vec<Experiment>), Failure> {
-    let data_roots = args.data_roots.folders()?;
-    let catalog = super::catalog(&data_roots)?;
+    let roots = args.data_roots.folders()?;
     let programs = super::programs(args.plugins.as_deref())?;
-    let experiments = read_specs(&args.specs, &catalog, &programs)?;
-    let mut specs = Vec::new();
-    for name in &args.specs {
-        let is_file = Path::new(name).is_file();
-        specs.push(if is_file { absolute(Path::new(name))? } else { Word::new(name).map_err(usage)? });
+    for experiment in read_specs(&args.specs, &super::catalog(&roots)?, &programs)? {
+        load(&experiment, &roots, args.allow_missing)?;
     }
+    let spec = |name: &String| if Path::new(name).is_file() { path(name) } else { Ok(quoted(name)) };
     let program = std::env::current_exe().map_err(|e| Failure::io(format!("path of this program: {e}")))?;
-    let folder = std::path::absolute(&args.output).map_err(|e| unusable(&args.output, &e))?;
-    let run = ClusterRun {
-        program: Word::path(&program).map_err(usage)?,
-        specs,
-        shards: args.shards,
-        throttle: args.throttle,
-        results: absolute(&args.results)?,
-        reports: absolute(&args.reports)?,
-        data_roots: data_roots.iter().map(|root| absolute(root)).collect::<Result<_, _>>()?,
-        plugins: super::plugins_file(args.plugins.as_deref()).as_deref().map(absolute).transpose()?,
-        separate: args.separate,
-        allow_missing: args.allow_missing,
-        time: args.time.clone(),
-        memory: args.memory.clone(),
-        cpus: args.cpus,
-        partition: args.partition.clone(),
-        account: args.account.clone(),
-        sbatch: args.sbatch.clone(),
-        before: args.before.clone(),
-        folder: Word::log_folder(&folder).map_err(usage)?,
+    let folder = absolute(&args.output)?;
+    if folder.contains(['%', '\\']) {
+        return Err(Failure::usage(format!("{folder}: SLURM expands `%` and `\\`; name another --output")));
+    }
+    let script = Path::new(&folder).join(SCRIPT);
+    let about = context! {
+        program => path(&program)?,
+        specs => args.specs.iter().map(spec).collect::<Result<Vec<_>, _>>()?,
+        results => path(&args.results)?,
+        reports => path(&args.reports)?,
+        data_roots => roots.iter().map(path).collect::<Result<Vec<_>, _>>()?,
+        plugins => super::plugins_file(args.plugins.as_deref()).map(path).transpose()?,
+        folder => quoted(&folder),
+        script => path(&script)?,
+        ..Serde(args)
     };
-    Ok((run, experiments))
-}
-
-fn absolute(path: &Path) -> Result<Word, Failure> {
-    let path = std::path::absolute(path).map_err(|e| unusable(path, &e))?;
-    Word::path(&path).map_err(usage)
-}
-
-fn unusable(path: &Path, e: &std::io::Error) -> Failure {
-    Failure::usage(format!("{:?}: {e}", path.display().to_string()))
-}
-
-fn usage(e: value::ValueError) -> Failure {
-    Failure::usage(e.to_string())
-}
-
-/// Submits a script with sbatch; returns the job's number.
-fn submit(arguments: &[String]) -> Result<String, String> {
-    let output = Command::new("sbatch").args(arguments).output().map_err(|e| {
-        format!("sbatch cannot be started ({e}); run {SUBMIT} on a machine that submits to the cluster")
-    })?;
-    let told = String::from_utf8_lossy(&output.stderr);
-    if !output.status.success() {
-        return Err(format!("sbatch: {}: {}", output.status, told.trim()));
+    let text = Environment::new().render_str(TEMPLATE, about).map_err(Failure::io)? + "\n";
+    store::write(&script, text.as_bytes()).map_err(Failure::io)?;
+    if !args.submit {
+        return output::write(&format!("script: {}\nsubmit: sh {}\n", script.display(), path(&script)?));
     }
-    // On a federation the answer is `job;cluster`.
-    let answer = String::from_utf8_lossy(&output.stdout);
-    let job = answer.trim().split(';').next().unwrap_or_default();
-    if job.is_empty() || !job.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(format!("sbatch gave no job number but {:?}", answer.trim()));
+    let status = Command::new("/bin/sh").arg(&script).status();
+    match status.map_err(|e| Failure::io(format!("/bin/sh: {e}")))? {
+        status if status.success() => Ok(()),
+        status => Err(Failure::io(format!("{}: {status}; not all is submitted", script.display()))),
     }
-    Ok(job.to_string())
+}
+
+/// A value of an `#SBATCH` line, which sbatch reads by rules of its own for quotes, blanks and `#`.
+fn setting(text: &str) -> Result<String, String> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.,:-".contains(c);
+    let want = "want letters, digits, `_`, `.`, `,`, `:` and `-`";
+    if text.is_empty() || !text.chars().all(is_plain) { Err(want.into()) } else { Ok(text.into()) }
+}
+
+/// A path as a word of the script.
+fn path(path: impl AsRef<Path>) -> Result<String, Failure> {
+    Ok(quoted(&absolute(path.as_ref())?))
+}
+
+fn absolute(path: &Path) -> Result<String, Failure> {
+    let whole = std::path::absolute(path).map_err(|e| Failure::usage(format!("{path:?}: {e}")))?;
+    let text = whole.into_os_string().into_string();
+    text.map_err(|text| Failure::usage(format!("{}: the name is not UTF-8; rename it", text.display())))
 }

@@ -31,7 +31,11 @@ columns = "method"
 /// A data root with one rendered sequence in the place of otb/Couple, and a tracker's boxes for it.
 fn data_root(root: &Path) -> PathBuf {
     let rendered = root.join("rendered");
-    trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&rendered).assert().success();
+    trackfail()
+        .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
+        .arg(&rendered)
+        .assert()
+        .success();
     let sequence = root.join("data/otb/Couple");
     std::fs::create_dir_all(root.join("data/otb")).unwrap();
     std::fs::rename(rendered.join("Girl"), &sequence).unwrap();

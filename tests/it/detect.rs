@@ -6,7 +6,7 @@ use std::path::Path;
 /// The first synthetic sequence on disk, with its ground truth as the tracker's boxes.
 fn rendered(root: &Path) -> std::path::PathBuf {
     let target = root.join("suite");
-    trackfail().args(["render", "synthetic-otb"]).arg(&target).assert().success();
+    trackfail().args(["data", "render", "synthetic-otb"]).arg(&target).assert().success();
     let mut folders: Vec<_> =
         std::fs::read_dir(&target).unwrap().map(|e| e.unwrap().path()).filter(|p| p.is_dir()).collect();
     folders.sort();
@@ -76,7 +76,11 @@ fn prints_a_row_for_each_frame_and_method() {
 fn nothing_that_lies_beside_the_frames_matters() {
     let root = tempfile::tempdir().unwrap();
     let target = root.path().join("suite");
-    trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&target).assert().success();
+    trackfail()
+        .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
+        .arg(&target)
+        .assert()
+        .success();
     let sequence = target.join("Girl");
     let boxes = root.path().join("boxes.txt");
     std::fs::rename(sequence.join("groundtruth_rect.txt"), &boxes).unwrap();
@@ -91,7 +95,7 @@ fn nothing_that_lies_beside_the_frames_matters() {
 /// A rendered sequence and the box of its first frame.
 fn drawn(root: &Path, name: &str) -> (std::path::PathBuf, String) {
     let target = root.join("suite");
-    trackfail().args(["render", "synthetic-d1", "--sequence", name]).arg(&target).assert().success();
+    trackfail().args(["data", "render", "synthetic-d1", "--sequence", name]).arg(&target).assert().success();
     let truth = std::fs::read_to_string(target.join(name).join("groundtruth_rect.txt")).unwrap();
     (target.join(name).join("img"), truth.lines().next().unwrap().to_string())
 }

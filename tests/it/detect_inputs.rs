@@ -17,7 +17,11 @@ impl Clip {
     fn new() -> Self {
         let root = tempfile::tempdir().unwrap();
         let target = root.path().join("suite");
-        trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&target).assert().success();
+        trackfail()
+            .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
+            .arg(&target)
+            .assert()
+            .success();
         let img = target.join("Girl/img");
         let mut files: Vec<PathBuf> =
             std::fs::read_dir(&img).unwrap().map(|entry| entry.unwrap().path()).collect();

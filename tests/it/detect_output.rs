@@ -182,7 +182,11 @@ fn clip(root: &Path) -> (PathBuf, PathBuf) {
     if boxes.exists() {
         return (img, boxes);
     }
-    trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&suite).assert().success();
+    trackfail()
+        .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
+        .arg(&suite)
+        .assert()
+        .success();
     let mut files: Vec<PathBuf> = std::fs::read_dir(&img).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
     files[30..].iter().for_each(|file| std::fs::remove_file(file).unwrap());

@@ -88,7 +88,7 @@ fn working_folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let rendered = here.join("rendered-otb");
-    let arguments = ["render", "synthetic-otb", "--sequence", "Tennis"];
+    let arguments = ["data", "render", "synthetic-otb", "--sequence", "Tennis"];
     trackfail().args(arguments).arg(&rendered).assert().success();
     let sequence = walkdir::WalkDir::new(&rendered).into_iter().map(|e| e.unwrap().into_path());
     let truth = sequence.filter(|p| p.ends_with("groundtruth_rect.txt")).last().unwrap();

@@ -129,10 +129,13 @@ impl Place {
         states
     }
 
+    /// The line of a cell, `sequence,tracker,run,method`, in a dry run with reasons.
     fn why(&self, cell: &str) -> String {
-        let output = self.command("why", "results").arg(cell).args(["--format", "csv"]).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap().lines().nth(1).unwrap_or_default().to_string()
+        let mut command = self.command("run", "results");
+        command.args(["--dry-run", "--verbose", "--allow-missing", "--format", "csv"]);
+        let text = String::from_utf8(command.output().unwrap().stdout).unwrap();
+        assert!(text.starts_with("sequence,tracker,run,method,params,state,because\n"), "{text}");
+        text.lines().find(|line| line.starts_with(&format!("{cell},"))).unwrap().to_string()
     }
 }
 
@@ -166,7 +169,7 @@ fn signals_with_several_values_come_from_the_store() {
 fn a_change_computes_exactly_the_results_that_depend_on_it() {
     let place = Place::new();
     assert_eq!(place.states(), [("missing".to_string(), 16)].into());
-    assert!(place.why("Couple/ncc/0/RAW").ends_with("missing,it was never computed here"));
+    assert!(place.why("Couple,ncc,0,RAW").ends_with("missing,it was never computed here"));
     assert_eq!(computed(&place.run()), (4, 8, 16));
     let before = place.run();
     assert_eq!(computed(&before), (0, 0, 0));
@@ -190,16 +193,16 @@ fn a_change_computes_exactly_the_results_that_depend_on_it() {
     };
     // A threshold: the labels of its method.
     let threshold = SPEC.replace("below = 0.5", "below = 0.4");
-    check(&threshold, "Couple/ncc/0/RAW", "detector level: below was 0.5, is 0.4", 4, (0, 0, 4));
+    check(&threshold, "Couple,ncc,0,RAW", "detector level: below was 0.5, is 0.4", 4, (0, 0, 4));
     // A parameter of a signal: that signal and the labels of its methods.
     let signal = SPEC.replace("layers = 8", "layers = 16");
-    check(&signal, "Couple/ncc/0/RAW", "signal distribution-field: layers was 8, is 16", 4, (0, 4, 4));
+    check(&signal, "Couple,ncc,0,RAW", "signal distribution-field: layers was 8, is 16", 4, (0, 4, 4));
     // Candidates of training: the models, and the labels of trained methods, whose addresses hold the model's.
     let grid = SPEC.replace("to = 0.9", "to = 0.8");
-    check(&grid, "Couple/ncc/0/Trained", "training of below: candidate", 4, (0, 0, 4));
+    check(&grid, "Couple,ncc,0,Trained", "training of below: candidate", 4, (0, 0, 4));
     // The seed: the tracker and the detector that draw random numbers.
     let seed = SPEC.replace("seed = 7", "seed = 8");
-    check(&seed, "Couple/scripted/0/Hist", "tracker scripted: seed was", 10, (2, 4, 10));
+    check(&seed, "Couple,scripted,0,Hist", "tracker scripted: seed was", 10, (2, 4, 10));
     assert_eq!(
         computed(&{
             place.spec(SPEC);
@@ -219,13 +222,13 @@ fn a_change_computes_exactly_the_results_that_depend_on_it() {
     });
     bytes = encode_png(&changed).unwrap();
     std::fs::write(&image, bytes).unwrap();
-    check(SPEC, "Couple/ncc/0/RAW", "tracker ncc: frames and truth was", 10, (2, 4, 10));
-    assert!(place.why("Crossing/ncc/0/RAW").contains("cached"));
+    check(SPEC, "Couple,ncc,0,RAW", "tracker ncc: frames and truth was", 10, (2, 4, 10));
+    assert!(place.why("Crossing,ncc,0,RAW").ends_with(",cached,"));
     assert_eq!(place.run()["models"], (0, 2));
     let path = place.path("data/otb/Crossing/groundtruth_rect.txt");
     let truth = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, truth.replacen(",16,12", ",16,13", 1)).unwrap();
-    check(SPEC, "Crossing/scripted/0/Random", "tracker scripted: frames and truth was", 10, (2, 4, 10));
+    check(SPEC, "Crossing,scripted,0,Random", "tracker scripted: frames and truth was", 10, (2, 4, 10));
 }
 
 #[test]

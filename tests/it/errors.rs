@@ -180,7 +180,7 @@ fn a_replay_cannot_leave_the_data_root() {
 fn exit_codes_are_the_documented_ones() {
     assert_eq!(output(&["run", "no-such-experiment"]).0, 2);
     assert_eq!(output(&["frobnicate"]).0, 2);
-    assert_eq!(output(&["render", "synthetic-ott", "/nonexistent"]).0, 2);
+    assert_eq!(output(&["data", "render", "synthetic-ott", "/nonexistent"]).0, 2);
     let (code, _, text) = output(&["run", "khalid2016/table2"]);
     assert_eq!(code, 3, "{text}");
     assert!(
@@ -334,8 +334,9 @@ fn small_parameters_are_written_with_an_exponent() {
     let output = trackfail().arg("run").arg(&path).args(["--dry-run"]).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(!text.contains("0000000000"), "{text}");
-    let cells = trackfail().arg("why").arg(&path).arg("RAW[below=1e-300]").output().unwrap();
-    assert!(!String::from_utf8_lossy(&cells.stderr).contains("0000000000"));
+    let cells = trackfail().arg("run").arg(&path).args(["--dry-run", "--verbose"]).output().unwrap();
+    let text = String::from_utf8_lossy(&cells.stdout);
+    assert!(text.contains("below=1e-300") && !text.contains("0000000000"), "{text}");
 }
 
 #[test]
@@ -390,7 +391,7 @@ fn the_environment_may_list_several_data_roots() {
 fn a_reader_that_has_gone_is_no_failure() {
     let dir = tempfile::tempdir().unwrap();
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_trackfail"))
-        .args(["render", "synthetic-otb", "--sequence", "Girl"])
+        .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
         .arg(dir.path().join("suite"))
         .stdout(std::process::Stdio::piped())
         .spawn()

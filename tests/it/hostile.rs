@@ -493,7 +493,7 @@ mod links {
     fn linked_sequences_are_read() {
         let root = tempfile::tempdir().unwrap();
         trackfail()
-            .args(["render", "synthetic-otb", "--sequence", "Girl"])
+            .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
             .arg(root.path().join("s"))
             .assert()
             .success();

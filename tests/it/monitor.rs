@@ -15,7 +15,11 @@ use trackfail::monitor::{Monitor, MonitorError, Options};
 /// Images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a companion's.
 fn rendered(root: &Path) -> (Vec<PathBuf>, Vec<Value>) {
     let target = root.join("suite");
-    trackfail().args(["render", "synthetic-otb", "--sequence", "Tennis"]).arg(&target).assert().success();
+    trackfail()
+        .args(["data", "render", "synthetic-otb", "--sequence", "Tennis"])
+        .arg(&target)
+        .assert()
+        .success();
     let mut images: Vec<PathBuf> = walkdir::WalkDir::new(&target)
         .into_iter()
         .map(|e| e.unwrap().into_path())

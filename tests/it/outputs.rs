@@ -185,7 +185,9 @@ fn exported_tracks_replace_no_results_of_a_data_root() {
 #[test]
 fn folders_and_states_are_not_made_where_there_is_no_folder() {
     let root = tempfile::tempdir().unwrap();
-    for arguments in ["render synthetic-otb --sequence Girl none/suite", "run --export-tracks none/tracks"] {
+    for arguments in
+        ["data render synthetic-otb --sequence Girl none/suite", "run --export-tracks none/tracks"]
+    {
         let output = shell(root.path(), &format!("\"$PROGRAM\" {arguments}"));
         assert_eq!(output.status.code(), Some(1), "{arguments}: {}", told(&output));
         assert!(

@@ -81,7 +81,7 @@ fn a_rendered_suite_is_read_back_as_it_was() {
     let root = tempfile::tempdir().unwrap();
     for (suite, truth) in [("synthetic-otb", "groundtruth_rect.txt"), ("synthetic-vot", "groundtruth.txt")] {
         let target = root.path().join(suite);
-        trackfail().args(["render", suite]).arg(&target).assert().success();
+        trackfail().args(["data", "render", suite]).arg(&target).assert().success();
         let first = std::fs::read_dir(&target)
             .unwrap()
             .map(|e| e.unwrap().path())
@@ -90,7 +90,7 @@ fn a_rendered_suite_is_read_back_as_it_was() {
             .unwrap();
         assert!(first.join(truth).is_file());
         // A second time would mix two renderings.
-        trackfail().args(["render", suite]).arg(&target).assert().failure();
+        trackfail().args(["data", "render", suite]).arg(&target).assert().failure();
     }
 }
 
@@ -98,7 +98,7 @@ fn a_rendered_suite_is_read_back_as_it_was() {
 fn help_names_every_verb() {
     let (code, text, _) = output(&["--help"]);
     assert_eq!(code, 0);
-    for verb in ["run", "report", "list", "data", "detect", "render", "slurm"] {
+    for verb in ["run", "report", "list", "data", "detect", "slurm"] {
         assert!(text.contains(&format!("\n  {verb}")), "{verb}");
     }
 }

@@ -9,7 +9,11 @@ use std::path::{Path, PathBuf};
 /// again.
 fn page(root: &Path, more: &[&str]) -> PathBuf {
     let suite = root.join("suite");
-    trackfail().args(["render", "synthetic-otb", "--sequence", "Girl"]).arg(&suite).assert().success();
+    trackfail()
+        .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
+        .arg(&suite)
+        .assert()
+        .success();
     let truth = std::fs::read_to_string(suite.join("Girl/groundtruth_rect.txt")).unwrap();
     let line = |(t, line): (usize, &str)| match t + 1 {
         41..=60 => "2,2,9,9".to_string(),

@@ -1,60 +1,42 @@
-//! Helpers of the tests of batch scripts: a plan, its words, and a program that prints or records them.
+//! Helpers of the tests of batch scripts: a script, its words, and a program that prints or records them.
 
-use std::path::Path;
+use crate::tools::trackfail;
+use std::path::{Path, PathBuf};
 use std::process::Command;
-use trackfail::cli::slurm::script::ClusterRun;
-use trackfail::cli::slurm::value::{Setting, Word};
+use trackfail::cli::output::quoted;
+use trackfail::cli::slurm::SCRIPT;
 
 /// A name with everything that a shell or sbatch takes for something else.
 pub const HOSTILE: &str = "it's \"$HOME\" `x` $(y) #SBATCH ; é *";
 
-pub fn word(text: &str) -> Word {
-    Word::new(text).unwrap()
+/// Writes the script for the quickstart and an experiment file in three shares, whose tasks start `program`; all is in
+/// `root`, the script in its folder `slurm`.
+pub fn script(root: &Path, program: &Path, results: &str, more: &[&str]) -> PathBuf {
+    std::fs::create_dir_all(root.join("data")).unwrap();
+    let quickstart = concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/quickstart.toml");
+    std::fs::copy(quickstart, root.join("a.toml")).unwrap();
+    let mut command = trackfail();
+    command.current_dir(root).args(["slurm", "quickstart", "a.toml", "--shards", "3", "--data-root", "data"]);
+    command.args(["--results", results]).args(more).assert().success();
+    let path = root.join("slurm").join(SCRIPT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let own = quoted(env!("CARGO_BIN_EXE_trackfail"));
+    assert_eq!(text.matches(&own).count(), 2, "{text}");
+    std::fs::write(&path, text.replace(&own, &quoted(program.to_str().unwrap()))).unwrap();
+    path
 }
 
-pub fn path(path: &Path) -> Word {
-    Word::path(path).unwrap()
-}
-
-pub fn plan(program: &Path, root: &str) -> ClusterRun {
-    ClusterRun {
-        program: path(program),
-        specs: vec![word("quickstart"), word(&format!("{root}/a.toml"))],
-        shards: 3,
-        throttle: None,
-        results: word(&format!("{root}/results")),
-        reports: word(&format!("{root}/reports")),
-        plugins: None,
-        data_roots: vec![word(&format!("{root}/data"))],
-        separate: false,
-        allow_missing: false,
-        time: Setting::time("00:05:00").unwrap(),
-        memory: Setting::memory("500M").unwrap(),
-        cpus: 1,
-        partition: None,
-        account: None,
-        sbatch: Vec::new(),
-        before: Vec::new(),
-        folder: word(&format!("{root}/slurm")),
-    }
-}
-
-/// The words of the program for a share, or for the report.
-pub fn expected(plan: &ClusterRun, share: Option<&str>) -> Vec<String> {
-    let mut words = vec!["run".to_string()];
-    words.extend(plan.specs.iter().map(|s| s.text().to_string()));
-    words.extend(share.iter().flat_map(|i| ["--shard".to_string(), format!("{i}/{}", plan.shards)]));
-    let results = plan.results.text();
-    words.push("--results".to_string());
-    words.push(match share {
-        Some(i) if plan.separate => format!("{results}/shards/{i}"),
-        _ => results.to_string(),
+/// The words of the program for a share of that script, or for the report.
+pub fn expected(root: &Path, results: &str, share: Option<&str>) -> Vec<String> {
+    let root = root.canonicalize().unwrap();
+    let path = |name: &str| std::path::absolute(root.join(name)).unwrap().to_str().unwrap().to_string();
+    let mut words =
+        ["run", "quickstart", &path("a.toml"), "--results", &path(results)].map(String::from).to_vec();
+    words.extend(["--jobs", "1", "--data-root", &path("data")].map(String::from));
+    words.extend(match share {
+        Some(share) => ["--shard".to_string(), format!("{share}/3")],
+        None => ["--reports".to_string(), path("reports")],
     });
-    if share.is_none() {
-        words.extend(["--reports".to_string(), plan.reports.text().to_string()]);
-    }
-    words.extend(plan.data_roots.iter().flat_map(|d| ["--data-root".to_string(), d.text().to_string()]));
-    words.extend(["--jobs".to_string(), plan.cpus.to_string()]);
     words
 }
 

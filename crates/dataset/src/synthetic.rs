@@ -38,7 +38,7 @@ pub use scene::FRAME_ATTRIBUTES;
 /// Raised whenever a frame or a region of any sequence changes.
 pub const VERSION: u32 = 1;
 
-/// Format that `trackfail render` writes a suite in.
+/// Format that `trackfail data render` writes a suite in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RenderLayout {
     /// `<Seq>/img/0001.png` and `groundtruth_rect.txt`, counted from 1.
@@ -54,7 +54,7 @@ pub struct RenderedSuite {
     pub name: &'static str,
     /// One line about it.
     pub summary: &'static str,
-    /// Layout that `trackfail render` writes.
+    /// Layout that `trackfail data render` writes.
     pub layout: RenderLayout,
     plans: fn() -> &'static [scene::ScenePlan],
 }

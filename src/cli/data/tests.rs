@@ -46,11 +46,7 @@ fn wrong_words_have_their_exit_codes() {
 #[test]
 fn lists_in_three_formats() {
     let root = root();
-    let text = |format| {
-        let mut out = Vec::new();
-        list(&mut out, &vot(), &[root.path().to_path_buf()], format).unwrap();
-        String::from_utf8(out).unwrap()
-    };
+    let text = |format| list(&vot(), &[root.path().to_path_buf()], format).unwrap();
     let csv = text(Format::Csv);
     assert!(csv.starts_with("suite,sequence,status,frames,annotated,digest,folder,attributes,note,root\n"));
     assert_eq!(csv.lines().count(), 26);
@@ -81,13 +77,11 @@ fn without_a_suite_each_has_one_line() {
 
 #[test]
 fn unknown_numbers_of_frames_are_empty() {
-    let mut out = Vec::new();
-    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], &[], Format::Csv).unwrap();
-    let text = String::from_utf8(out).unwrap();
+    let suites = [Catalog::default().suite("vot2013").unwrap()];
+    let text = list(&suites, &[], Format::Csv).unwrap();
     assert!(text.contains("\nvot2013,cup,missing,,,unknown,vot2013/cup,"), "{text}");
-    let mut out = Vec::new();
-    list(&mut out, &[Catalog::default().suite("vot2013").unwrap()], &[], Format::Json).unwrap();
-    let rows: Vec<serde_json::Value> = serde_json::from_slice(&out).unwrap();
+    let text = list(&suites, &[], Format::Json).unwrap();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&text).unwrap();
     assert!(rows.iter().all(|r| r["frames"].is_null()));
 }
 
@@ -95,9 +89,8 @@ fn unknown_numbers_of_frames_are_empty() {
 fn verify_tells_missing_from_differing() {
     let (full, empty) = (root(), tempfile::tempdir().unwrap());
     let check = |root: &Path, allow| {
-        let mut out = Vec::new();
-        let result = verify(&mut out, &vot(), &[root.to_path_buf()], allow);
-        (String::from_utf8(out).unwrap(), result.map_err(|e| (e.code(), e.to_string())))
+        let (text, result) = verify(&vot(), &[root.to_path_buf()], allow);
+        (text, result.map_err(|e| (e.code(), e.to_string())))
     };
     let (text, result) = check(full.path(), true);
     assert!(text.starts_with("vot2014/ball  differs: "), "{text}");
@@ -111,12 +104,9 @@ fn verify_tells_missing_from_differing() {
 #[trackfail_testing::needs(real_data)]
 #[test]
 fn real_data_verify_and_pin() {
-    let root = trackfail_testing::real_data();
-    let mut out = Vec::new();
-    verify(&mut out, &chosen(&Catalog::default(), &[]).unwrap(), std::slice::from_ref(&root), true).unwrap();
-    let mut lines = Vec::new();
-    pin(&mut lines, &vot(), std::slice::from_ref(&root)).unwrap();
-    let lines = String::from_utf8(lines).unwrap();
+    let roots = [trackfail_testing::real_data()];
+    verify(&chosen(&Catalog::default(), &[]).unwrap(), &roots, true).1.unwrap();
+    let lines = pin(&vot(), &roots).unwrap();
     assert!(lines.starts_with("# vot2014\n"));
     let (lock, files) = lines.split_once("\n# datasets.files\n").unwrap();
     assert!(lock.lines().skip(1).all(|l| lock::LOCK.contains(l)));

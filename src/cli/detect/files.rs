@@ -3,7 +3,7 @@
 use super::Args;
 use crate::cli::Failure;
 use crate::cli::output::replace::{self, Named};
-use crate::dataset::{DatasetError, Frames, Sequence};
+use crate::dataset::{Frames, Sequence};
 use crate::engine::Stop;
 use crate::engine::limits::Interrupted;
 use crate::engine::store;
@@ -18,11 +18,8 @@ const RATE: f64 = 25.0;
 
 /// Checks the names of outputs before anything is computed.
 pub fn check(args: &Args) -> Result<(), Failure> {
-    if let Some(path) = &args.plot
-        && !is_svg(path)
-        && !has_end(path, "png")
-        && !has_end(path, "pdf")
-    {
+    let is_figure = |path: &Path| ["svg", "png", "pdf"].iter().any(|end| has_end(path, end));
+    if let Some(path) = args.plot.as_ref().filter(|path| !is_figure(path)) {
         let message = format!("--plot {}: a figure is a .svg, a .pdf or a .png file", path.display());
         return Err(Failure::usage(message));
     }
@@ -80,10 +77,6 @@ fn has_end(path: &Path, end: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end))
 }
 
-fn is_svg(path: &Path) -> bool {
-    has_end(path, "svg")
-}
-
 /// Whether the annotated frames go into a folder.
 fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.extension().is_none()
@@ -97,7 +90,7 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
     if let Some(path) = &args.plot {
         let figure = video.plot().map_err(Failure::data)?;
-        let bytes = if is_svg(path) {
+        let bytes = if has_end(path, "svg") {
             figure.to_svg().map(String::into_bytes)
         } else if has_end(path, "pdf") {
             figure.to_pdf()
@@ -113,28 +106,12 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
 }
 
-/// Why a frame is not drawn.
-#[derive(Debug, thiserror::Error)]
-enum DrawError {
-    #[error(transparent)]
-    Frame(#[from] DatasetError),
-    #[error(transparent)]
-    Interrupted(#[from] Interrupted),
-}
-
-fn failure(e: DrawError) -> Failure {
-    match e {
-        DrawError::Frame(e) => Failure::data(e),
-        DrawError::Interrupted(e) => Failure::Interrupted(e.into()),
-    }
-}
-
 /// Frame `t` with what is drawn on it.
-fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, DrawError> {
+fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, Failure> {
     if stop.is_set() {
-        return Err(Interrupted.into());
+        return Err(Failure::Interrupted(Interrupted.into()));
     }
-    Ok(video.drawn(t, &video.sequence.frame(t)?))
+    Ok(video.drawn(t, &video.sequence.frame(t).map_err(Failure::data)?))
 }
 
 /// Writes the frames as PNG files that have the frames' numbers as names.
@@ -143,7 +120,7 @@ fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<
         std::fs::create_dir(folder).map_err(|e| Failure::io(format!("{}: {e}", folder.display())))?;
     }
     for t in 0..video.sequence.len() {
-        let frame = drawn(video, t, stop).map_err(failure)?;
+        let frame = drawn(video, t, stop)?;
         let png = image::encode_png(&frame).map_err(Failure::io)?;
         let path = folder.join(format!("{:06}.png", video.sequence.number(t)));
         store::write_derived(&path, &png).map_err(Failure::io)?;
@@ -154,7 +131,7 @@ fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<
 fn annotate_video(path: &Path, video: &UserVideo<'_>, rate: f64, stop: &Stop) -> Result<(), Failure> {
     let frame = |t| drawn(video, t, stop);
     video::write(path, rate, video.sequence.len(), frame, &|| stop.is_set()).map_err(|e| match e {
-        VideoError::Frame(e) => failure(e),
+        VideoError::Frame(e) => e,
         VideoError::Interrupted(e) => Failure::Interrupted(e.into()),
         e @ VideoError::NoFfmpeg(_) => Failure::data(e.to_string()),
         e => Failure::io(e.to_string()),

@@ -70,14 +70,14 @@ pub fn track(
         TrackingError::Tracker(e) => Failure::data(format!("{}: {e}", entry.kind)),
         e => Failure::data(e.to_string()),
     };
-    let model = Models { args, is_default_tracker: config.params() == built_in_params() };
+    let is_default_tracker = config.params() == built_in_params();
     let kept = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
     let run =
         TrackerRun { sequence: sequence.clone(), frames: kept, config, run: 0, seed, data_roots: Vec::new() };
     let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
     let confidence = started.1.confidence.is_some();
     let (methods, must_run) = wanted.methods(args, Inputs { frames: true, companions: false, confidence })?;
-    let ready = ready_for(methods, &started.1, must_run, &model)?;
+    let ready = ready_for(methods, &started.1, must_run, || model(args, is_default_tracker))?;
     let goes_back = ready.iter().any(|m| m.detector.detector.needs_reverse());
     let signals = || ready.iter().flat_map(|method| &method.signals).map(Some);
     let lane = Lane::of_started(started)
@@ -189,29 +189,20 @@ fn built_in_params() -> serde_json::Value {
     live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, config)| config.params())
 }
 
-/// Source of the learned model of a consistent filter.
-struct Models<'a> {
-    args: &'a Args,
-    /// Whether the tracker is the one of the built-in model.
-    is_default_tracker: bool,
-}
-
-impl Models<'_> {
-    /// The model, if there is one for the tracker.
-    fn model(&self) -> Result<Option<serde_json::Value>, Failure> {
-        let (name, bytes) = match &self.args.model {
-            Some(path) => {
-                let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE);
-                (path.display().to_string(), bytes.map_err(|e| Failure::data(e.to_string()))?)
-            }
-            None if self.is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
-            None => return Ok(None),
-        };
-        let data = |e: &dyn std::fmt::Display| Failure::data(format!("{name}: {e}"));
-        let file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
-        let model = file.get("model").cloned();
-        model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
-    }
+/// The learned model of a consistent filter, if there is one for the tracker: the user's, else that of the default tracker.
+fn model(args: &Args, is_default_tracker: bool) -> Result<Option<serde_json::Value>, Failure> {
+    let (name, bytes) = match &args.model {
+        Some(path) => {
+            let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE).map_err(Failure::data)?;
+            (path.display().to_string(), bytes)
+        }
+        None if is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
+        None => return Ok(None),
+    };
+    let data = |e: &dyn std::fmt::Display| Failure::data(format!("{name}: {e}"));
+    let mut file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
+    let model = file.get_mut("model").map(serde_json::Value::take);
+    model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
 }
 
 /// A need of a method that a tracker with this first state does not meet.
@@ -231,7 +222,7 @@ fn ready_for(
     methods: Vec<Method>,
     state: &TrackerState,
     must_run: bool,
-    models: &Models<'_>,
+    model: impl Fn() -> Result<Option<serde_json::Value>, Failure>,
 ) -> Result<Vec<Method>, Failure> {
     let mut ready = Vec::new();
     for method in methods {
@@ -239,7 +230,7 @@ fn ready_for(
         let found = match (lacks(&method, state), method.detector.detector.learner()) {
             (Some(need), _) => Err(refuse(need)),
             (None, None) => Ok(method),
-            (None, Some(_)) => match models.model()? {
+            (None, Some(_)) => match model()? {
                 Some(model) => Ok(method.with_model(&model).map_err(Failure::data)?),
                 None => Err(refuse("needs a model learned for this tracker; give --model")),
             },

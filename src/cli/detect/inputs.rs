@@ -1,7 +1,6 @@
 //! Inputs that the user gives: frames, boxes, confidence, companions.
 
-use super::{Args, Target, Tracks};
-use crate::cli::slurm::value::Word;
+use super::{Args, Tracks};
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{DatasetError, Sequence, text};
@@ -86,8 +85,7 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
         }
     };
     let has_box = |target: &UserTarget| target.regions.iter().any(Option::is_some);
-    let targets = boxes.targets.into_iter().filter(has_box);
-    let targets = targets.map(|target| Target { id: target.id, regions: target.regions }).collect();
+    let targets = boxes.targets.into_iter().filter(has_box).collect();
     Ok((whole, Tracks { targets, confidence, companions }))
 }
 
@@ -132,10 +130,7 @@ fn commands(candidates: &[Candidate]) -> String {
     let is_plain = |word: &str| {
         !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || "-_./,:=".contains(c))
     };
-    let quoted = |word: String| match Word::new(word.as_str()) {
-        Ok(quoted) if !is_plain(&word) => quoted.to_string(),
-        _ => word,
-    };
+    let quoted = |word: String| if is_plain(&word) { word } else { output::quoted(&word) };
     let command = words.map(quoted).collect::<Vec<_>>().join(" ");
     let one = |c: &Candidate| format!("\n  trackfail {command} --boxes-format {}", c.format.option());
     candidates.iter().map(one).collect()

@@ -81,11 +81,14 @@ pub(super) struct Line {
     frame: Option<FrameSource>,
     #[serde(rename = "box")]
     numbers: Option<Numbers>,
-    confidence: Option<f64>,
+    /// The tracker's confidence.
+    pub confidence: Option<f64>,
     companions: Option<List<Option<Numbers>, MAX_COMPANIONS>>,
-    restart: Option<bool>,
+    /// Whether the tracker was started again with this box.
+    pub restart: Option<bool>,
     id: Option<Id>,
-    end: Option<bool>,
+    /// Whether the target is followed no more.
+    pub end: Option<bool>,
 }
 
 /// Where a frame is: the text of a path, or `{"raw": ...}`.
@@ -162,29 +165,18 @@ impl Line {
     /// The tracker's box, whose top left pixel is `base`; `None` where it has none.
     pub fn region(&self, base: f64) -> Result<Option<Region>, LineError> {
         let read = |numbers: &Numbers| region(numbers, base);
-        let found = self.numbers.as_ref().map(read).transpose();
-        found.map(Option::flatten).map_err(|source| LineError::Region { key: "box", source })
+        let found = self.numbers.as_ref().map_or(Ok(None), read);
+        found.map_err(|source| LineError::Region { key: "box", source })
     }
 
     /// The boxes of companions; one that has none is nowhere.
     pub fn companions(&self, base: f64) -> Result<Vec<Region>, LineError> {
-        let read = |numbers: &Option<Numbers>| match numbers.as_ref().map(|numbers| region(numbers, base)) {
-            Some(found) => Ok(found?.unwrap_or_else(Region::nowhere)),
-            None => Ok(Region::nowhere()),
+        let read = |numbers: &Option<Numbers>| -> Result<Region, RegionError> {
+            let found = numbers.as_ref().map_or(Ok(None), |numbers| region(numbers, base));
+            Ok(found?.unwrap_or_else(Region::nowhere))
         };
-        let all = self.companions.iter().flat_map(|List(all)| all);
-        let found: Result<_, RegionError> = all.map(read).collect();
-        found.map_err(|source| LineError::Region { key: "companions", source })
-    }
-
-    /// The tracker's confidence.
-    pub fn confidence(&self) -> Option<f64> {
-        self.confidence
-    }
-
-    /// Whether the tracker was started again with this box.
-    pub fn restart(&self) -> bool {
-        self.restart == Some(true)
+        let all = self.companions.iter().flat_map(|List(all)| all).map(read);
+        all.collect::<Result<_, _>>().map_err(|source| LineError::Region { key: "companions", source })
     }
 
     /// The target that it is about, where it names one.
@@ -193,11 +185,6 @@ impl Line {
             Some(Id::Text(text)) if text.len() > MAX_ID => Err(LineError::LongId),
             id => Ok(id.clone()),
         }
-    }
-
-    /// Whether the target is followed no more.
-    pub fn ends(&self) -> bool {
-        self.end == Some(true)
     }
 
     /// The frame.

@@ -96,11 +96,6 @@ impl Costs {
     pub fn per_frame(&self, plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> Option<f64> {
         self.0.get(&key(plan, suite, tracker))?.per_frame()
     }
-
-    /// Sets what has been found by other means.
-    pub fn set(&mut self, plan: &ExperimentPlan<'_>, suite: usize, tracker: usize, cost: Cost) {
-        self.0.insert(key(plan, suite, tracker), cost);
-    }
 }
 
 /// Everything that the cost of a tracker on a suite depends on, but the machine.

@@ -1,54 +1,31 @@
 //! Why a cell is or is not in the store: the first ingredient, in data-flow order, that has changed.
 
-use super::cached::CellState;
 use super::experiment::ExperimentPlan;
 use crate::store::Store;
 use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
 
-/// State of a cell with its reason.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reason {
-    /// `sequence/tracker/run/method[params]`.
-    pub cell: String,
-    /// Its state in the store.
-    pub state: CellState,
-    /// The reason, in one sentence.
-    pub because: String,
-}
-
-/// State and reason of every cell whose name `wanted` accepts.
-pub fn why(plan: &ExperimentPlan<'_>, store: &Store, wanted: impl Fn(&str) -> bool + Sync) -> Vec<Reason> {
+/// Why each cell is stale, missing or absent, in one sentence, in the order of [`ExperimentPlan::cells`]; nothing is said of
+/// cached ones.
+pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
     let now = current(plan);
     let cached = plan.cached_tracks(store);
-    let cells = plan.map_labels(|labels| {
-        let name = labels.name();
-        wanted(&name).then(|| (labels.cell, name, labels.recipe()))
-    });
-    let mut reasons = Vec::new();
-    for (place, cell, recipe) in cells.into_iter().flatten() {
-        let (state, because) = match recipe {
-            Err(e) => (CellState::Absent, e.to_string()),
-            Ok(recipe) if store.contains(&recipe.address()) && !cached[place.sequence][place.job] => (
-                CellState::Missing,
-                "its track or a signal on it was never computed here, or has been removed".to_string(),
-            ),
-            Ok(recipe) if store.contains(&recipe.address()) => {
-                (CellState::Cached, "everything it was made from is as it was".to_string())
+    plan.map_labels(|labels| match labels.recipe() {
+        Err(e) => e.to_string(),
+        Ok(recipe) if store.contains(&recipe.address()) => {
+            let is_cached = cached[labels.cell.sequence][labels.cell.job];
+            let why = "its track or a signal on it was never computed here, or has been removed";
+            if is_cached { String::new() } else { why.to_string() }
+        }
+        Ok(recipe) => {
+            let before = store.heads(Stage::Labels, &plan.stored_name(&labels.name()));
+            // The record with most ingredients in common explains most.
+            match before.iter().max_by_key(|head| common(&head.recipe, &recipe)) {
+                None => "it was never computed here".to_string(),
+                Some(head) => difference(&head.recipe, &recipe, store, &now),
             }
-            Ok(recipe) => {
-                let before = store.heads(Stage::Labels, &plan.stored_name(&cell));
-                // The record with most ingredients in common explains most.
-                let nearest = before.iter().max_by_key(|head| common(&head.recipe, &recipe));
-                match nearest {
-                    None => (CellState::Missing, "it was never computed here".to_string()),
-                    Some(head) => (CellState::Stale, difference(&head.recipe, &recipe, store, &now)),
-                }
-            }
-        };
-        reasons.push(Reason { cell, state, because });
-    }
-    reasons
+        }
+    })
 }
 
 /// Every recipe of the plan except those of labels, by address.

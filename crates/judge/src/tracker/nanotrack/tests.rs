@@ -7,7 +7,7 @@ fn overlap(state: &TrackerState, region: &Region) -> f64 {
     Areas::Exact.overlap(&state.region, region, None)
 }
 
-/// Written by benches/peers/nanotrack.py on the frames of `trackfail render synthetic-otb` (60 of Girl): x, y, width, height
+/// Written by benches/peers/nanotrack.py on the frames of `trackfail data render synthetic-otb` (60 of Girl): x, y, width, height
 /// and score of every frame from the second on. Its crops are resized in steps of 1/2048, which moves boxes by hundredths of
 /// a pixel at first; later a crop now and then begins at the next pixel.
 #[test]

@@ -1,12 +1,12 @@
 //! `trackfail data fetch`: downloads what is missing, with the user's consent, and checks it.
 
-use super::{Failure, output};
+use crate::cli::{Failure, output};
 use crate::dataset::fetch::{
     self, FetchError, FetchJob, FetchOptions, FetchPlan, FetchWatch, Fetched, WantedSequences, Workspace,
 };
 use crate::dataset::suite::{Catalog, Finding, Suite};
 use crate::plugin::unknown;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -44,21 +44,14 @@ pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(),
     let plan = fetch::plan(&wanted, data_roots, args.again);
     output::write(&known(&plan))?;
     let options = FetchOptions { mirror: args.mirror.clone(), ..FetchOptions::default() };
-    let failed = if plan.jobs.is_empty() {
-        Failed::default()
-    } else {
+    let mut failed = Failed::default();
+    if !plan.jobs.is_empty() {
         let space = Workspace::open(root).map_err(failure)?;
-        let interactive = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-        let mut ask: Option<&mut dyn FnMut() -> bool> = None;
-        let mut asked = asked_on_terminal;
-        if interactive && !args.accept_licence {
-            ask = Some(&mut asked);
-        }
-        agree(&space, &suites_of(&plan, &wanted), args.accept_licence, ask, &mut std::io::stderr())?;
-        let mut failed = download(&space, &plan.jobs, &options)?;
+        let ask = || args.accept_licence || asked_on_terminal();
+        agree(&space, &suites_of(&plan, &wanted), ask, &mut std::io::stderr())?;
+        failed = download(&space, &plan.jobs, &options)?;
         check(&wanted, &plan.jobs, &mut failed, data_roots)?;
-        failed
-    };
+    }
     verdict(&plan, &failed)
 }
 
@@ -94,17 +87,11 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, F
 
 /// Tells which sequences need no download, and which cannot be downloaded.
 fn known(plan: &FetchPlan) -> String {
-    let mut text = String::new();
-    for name in &plan.here {
-        text += &format!("{name}  is here\n");
-    }
-    for (name, why) in &plan.broken {
-        text += &format!("{name}  is here and left as it is, but differs: {why}\n");
-    }
-    for (name, how) in &plan.by_hand {
-        text += &format!("{name}  by hand: {how}\n");
-    }
-    text
+    let here = plan.here.iter().map(|name| format!("{name}  is here\n"));
+    let broken = plan.broken.iter();
+    let broken = broken.map(|(name, why)| format!("{name}  is here and left as it is, but differs: {why}\n"));
+    let by_hand = plan.by_hand.iter().map(|(name, how)| format!("{name}  by hand: {how}\n"));
+    here.chain(broken).chain(by_hand).collect()
 }
 
 /// The suites that have something to download, each with its licence text.
@@ -121,31 +108,30 @@ fn suites_of<'w>(plan: &FetchPlan, wanted: &'w [WantedSequences]) -> Vec<(&'w st
     wanted.iter().map(|w| &w.suite).filter(|suite| downloads(suite)).filter_map(text).collect()
 }
 
+/// Whether the user agrees; not without a terminal.
 fn asked_on_terminal() -> bool {
+    let is_terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let mut answer = String::new();
-    let _ = write!(std::io::stderr(), "Do you agree to this, and fetch? [y/N] ");
-    let _ = std::io::stdin().read_line(&mut answer);
-    matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
+    is_terminal
+        && write!(std::io::stderr(), "Do you agree to this, and fetch? [y/N] ").is_ok()
+        && std::io::stdin().read_line(&mut answer).is_ok()
+        && matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
-/// Shows every licence that has not been agreed to yet, and asks, unless it is accepted in advance.
+/// Shows every licence that has not been agreed to yet, and asks.
 fn agree(
     space: &Workspace,
     suites: &[(&str, String)],
-    accepted: bool,
-    mut ask: Option<&mut dyn FnMut() -> bool>,
+    mut ask: impl FnMut() -> bool,
     err: &mut impl Write,
 ) -> Result<(), Failure> {
     for (suite, text) in suites.iter().filter(|(suite, text)| !space.agreed(suite, text)) {
-        let shown = write!(err, "{text}");
-        shown.map_err(|e| Failure::io(format!("stderr: {e}")))?;
-        let agrees = accepted || ask.as_mut().is_some_and(|ask| ask());
-        if !agrees {
-            let what = format!(
+        write!(err, "{text}").map_err(|e| Failure::io(format!("stderr: {e}")))?;
+        if !ask() {
+            return Err(Failure::usage(format!(
                 "nothing is downloaded of {suite} without your agreement to the text above; if you do agree, \
                  run the same again with --accept-licence"
-            );
-            return Err(Failure::usage(what));
+            )));
         }
         space.remember(suite, text).map_err(failure)?;
     }
@@ -169,7 +155,7 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
     let mut failed = Failed::default();
     for job in jobs {
         let name = &job.archive.name;
-        let bar = Bar::new(name);
+        let bar = Bar(output::progress_bar(name, "{bytes}/{total_bytes}, {bytes_per_sec}, {eta} left"));
         let outcome = fetch::fetch(space, job, options, &bar);
         bar.0.finish_and_clear();
         match outcome {
@@ -194,30 +180,22 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
 
 fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     let pinned = if job.archive.sha256.is_some() { "as pinned" } else { "not pinned yet" };
-    let mut text =
-        format!("{}: {} bytes, sha256 = \"{}\", {pinned}\n", job.archive.name, fetched.size, fetched.sha256);
-    for folder in &fetched.placed.new {
-        text += &format!("  new: {folder}\n");
-    }
-    for folder in &fetched.placed.replaced {
-        text += &format!("  replaced: {folder}\n");
-    }
-    for (folder, aside) in &fetched.placed.moved {
-        text += &format!(
-            "  {folder} had files that are not in the archive: all of the old one is in {}\n",
-            aside.display()
-        );
-    }
-    for (folder, why) in &fetched.placed.refused {
-        text += &format!(
+    let (Fetched { size, sha256, placed }, name) = (fetched, &job.archive.name);
+    let head = format!("{name}: {size} bytes, sha256 = \"{sha256}\", {pinned}\n");
+    let new = placed.new.iter().map(|folder| format!("  new: {folder}\n"));
+    let replaced = placed.replaced.iter().map(|folder| format!("  replaced: {folder}\n"));
+    let moved = placed.moved.iter().map(|(folder, aside)| {
+        let aside = aside.display();
+        format!("  {folder} had files that are not in the archive: all of the old one is in {aside}\n")
+    });
+    let refused = placed.refused.iter().map(|(folder, why)| {
+        format!(
             "  not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \
              it stays so, use a --mirror that has the pinned one\n"
-        );
-    }
-    for folder in &fetched.placed.kept {
-        text += &format!("  was here, left as it is: {folder}\n");
-    }
-    text
+        )
+    });
+    let kept = placed.kept.iter().map(|folder| format!("  was here, left as it is: {folder}\n"));
+    std::iter::once(head).chain(new).chain(replaced).chain(moved).chain(refused).chain(kept).collect()
 }
 
 /// Compares what has been fetched with what is pinned.
@@ -235,15 +213,15 @@ fn check(
         let full = |name: &str| format!("{}/{name}", suite.name());
         for checked in suite.verify_some(data_roots, |name| names.contains(&full(name))) {
             let name = full(&checked.name);
-            let word = match checked.finding {
-                Finding::Same => "ok".to_owned(),
-                Finding::NoDigestPinned => "fetched, but no digest is pinned to compare with".to_owned(),
-                Finding::Missing(_) => "is still missing".to_owned(),
-                Finding::Differs(fact) => format!("differs: {fact}"),
+            let (word, is_wrong) = match checked.finding {
+                Finding::Same => ("ok".to_owned(), false),
+                Finding::NoDigestPinned => {
+                    ("fetched, but no digest is pinned to compare with".to_owned(), false)
+                }
+                Finding::Missing(_) => ("is still missing".to_owned(), true),
+                Finding::Differs(fact) => (format!("differs: {fact}"), true),
             };
-            if word.starts_with("is still") || word.starts_with("differs") {
-                failed.differing.push(name.clone());
-            }
+            failed.differing.extend(is_wrong.then(|| name.clone()));
             output::write(&format!("{name}  {word}\n"))?;
         }
     }
@@ -281,18 +259,6 @@ fn failure(e: FetchError) -> Failure {
 /// A bar on stderr, where that is a terminal.
 struct Bar(ProgressBar);
 
-impl Bar {
-    fn new(name: &str) -> Self {
-        let bar =
-            ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_prefix(name.to_owned());
-        let template = "{prefix} {wide_bar} {bytes}/{total_bytes}, {bytes_per_sec}, {eta} left";
-        Self(match ProgressStyle::with_template(template) {
-            Ok(style) => bar.with_style(style),
-            Err(_) => bar,
-        })
-    }
-}
-
 impl FetchWatch for Bar {
     fn arrived(&self, _: &str, bytes: u64, total: Option<u64>) {
         if let Some(total) = total {
@@ -303,9 +269,7 @@ impl FetchWatch for Bar {
 
     fn note(&self, text: &str) {
         // Nobody is left to tell when stderr is closed; the exit code still counts.
-        self.0.suspend(|| {
-            let _ = writeln!(std::io::stderr(), "{text}");
-        });
+        self.0.suspend(|| drop(writeln!(std::io::stderr(), "{text}")));
     }
 }
 
@@ -388,22 +352,20 @@ mod tests {
     fn consent_is_asked_for_once() {
         let root = tempfile::tempdir().unwrap();
         let space = Workspace::open(root.path()).unwrap();
-        let agreed = |text: &str, accepted, answer: Option<bool>| {
+        let agreed = |text: &str, answer: bool| {
             let (mut shown, mut asked) = (Vec::new(), 0);
-            let mut ask = || {
+            let ask = || {
                 asked += 1;
-                answer == Some(true)
+                answer
             };
-            let ask: Option<&mut dyn FnMut() -> bool> = if answer.is_some() { Some(&mut ask) } else { None };
-            let result = agree(&space, &[("s", text.to_owned())], accepted, ask, &mut shown);
+            let result = agree(&space, &[("s", text.to_owned())], ask, &mut shown);
             (result.map_err(|e| e.code()), asked, String::from_utf8(shown).unwrap())
         };
-        assert_eq!(agreed("free", false, None), (Err(2), 0, "free".into()));
-        assert_eq!(agreed("free", false, Some(false)), (Err(2), 1, "free".into()));
-        assert_eq!(agreed("free", false, Some(true)), (Ok(()), 1, "free".into()));
-        assert_eq!(agreed("free", false, None), (Ok(()), 0, String::new()));
-        assert_eq!(agreed("not so free", false, None), (Err(2), 0, "not so free".into()));
-        assert_eq!(agreed("not so free", true, None), (Ok(()), 0, "not so free".into()));
+        assert_eq!(agreed("free", false), (Err(2), 1, "free".into()));
+        assert_eq!(agreed("free", true), (Ok(()), 1, "free".into()));
+        assert_eq!(agreed("free", false), (Ok(()), 0, String::new()));
+        assert_eq!(agreed("not so free", false), (Err(2), 1, "not so free".into()));
+        assert_eq!(agreed("not so free", true), (Ok(()), 1, "not so free".into()));
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! `trackfail render SUITE DIR`: writes a synthetic suite to disk, in OTB or VOT layout by suite.
+//! `trackfail data render SUITE DIR`: writes a synthetic suite to disk, in OTB or VOT layout by suite.
 //!
 //! OTB: `<Seq>/img/0001.png ...`, `<Seq>/groundtruth_rect.txt` (`x,y,w,h`, counted from 1) and
 //! `<Seq>/attributes.txt` (one line, separated by commas). VOT: `list.txt`, `<seq>/00000001.png ...`,
 //! `<seq>/groundtruth.txt` (8 numbers, counted from 0) and a `<seq>/<attribute>.label` (0 or 1 a line)
 //! for each attribute. Numbers are written so that reading them gives the same bits; PNG is lossless.
 
-use super::Failure;
+use crate::cli::{Failure, output};
 use crate::dataset::synthetic::{RenderLayout, RenderedSuite, SUITES};
 use crate::dataset::{Sequence, leftover};
 use crate::engine::store;
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Start of the names of folders that are being filled.
 const RENDERING: &str = ".trackfail-render-";
 
-/// Arguments of `trackfail render`.
+/// Arguments of `trackfail data render`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// Synthetic suite: synthetic-otb, synthetic-vot, synthetic-d1 or synthetic-d2
@@ -40,27 +40,20 @@ pub struct Args {
 /// `Usage` for an unknown suite or sequence and a folder that is not empty, `Io` for what the file
 /// system refuses.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let suite = find_suite(&args.suite)?;
+    let names = || SUITES.iter().map(|suite| suite.name);
+    let suite = SUITES.iter().find(|suite| suite.name == args.suite);
+    let suite = suite.ok_or_else(|| Failure::usage(unknown("synthetic suite", &args.suite, names())))?;
     let sequences = chosen(suite, &args.sequences)?;
     let dir = std::path::absolute(&args.dir).map_err(|e| io(&args.dir, &e))?;
-    match fs::read_dir(&dir) {
-        Ok(mut entries) => {
-            if entries.next().is_some() {
-                return Err(Failure::usage(format!(
-                    "{} is not empty; name a new folder, or empty it first",
-                    dir.display()
-                )));
-            }
-        }
+    let refuse = |why: &str| Err(Failure::usage(format!("{} {why}", dir.display())));
+    match fs::read_dir(&dir).map(|mut entries| entries.next().is_none()) {
+        Ok(true) => {}
+        Ok(false) => return refuse("is not empty; name a new folder, or empty it first"),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
-        Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
-            return Err(Failure::usage(format!("{} is not a folder", dir.display())));
-        }
+        Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => return refuse("is not a folder"),
         Err(e) => return Err(io(&dir, &e)),
     }
-    let Some(parent) = dir.parent() else {
-        return Err(Failure::usage(format!("{} cannot be written as a whole", dir.display())));
-    };
+    let Some(parent) = dir.parent() else { return refuse("cannot be written as a whole") };
     store::check_output(&dir).map_err(Failure::io)?;
     leftover::sweep(parent, RENDERING);
     let temporary =
@@ -79,14 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     fs::rename(&root, &dir).map_err(|e| io(&dir, &e))?;
     let frames: usize = sequences.iter().map(Sequence::len).sum();
     let (count, folder) = (sequences.len(), args.dir.display());
-    super::output::write(&format!("{}: {count} sequences, {frames} frames in {folder}\n", suite.name))
-}
-
-fn find_suite(name: &str) -> Result<&'static RenderedSuite, Failure> {
-    SUITES
-        .iter()
-        .find(|s| s.name == name)
-        .ok_or_else(|| Failure::usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))
+    output::write(&format!("{}: {count} sequences, {frames} frames in {folder}\n", suite.name))
 }
 
 fn chosen(suite: &RenderedSuite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
@@ -106,12 +92,9 @@ fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(
         RenderLayout::Vot => folder.to_path_buf(),
     };
     fs::create_dir_all(&images).map_err(|e| io(&images, &e))?;
+    let digits = if layout == RenderLayout::Otb { 4 } else { 8 };
     (0..q.len()).into_par_iter().try_for_each(|t| {
-        let number = q.number(t);
-        let path = images.join(match layout {
-            RenderLayout::Otb => format!("{number:04}.png"),
-            RenderLayout::Vot => format!("{number:08}.png"),
-        });
+        let path = images.join(format!("{:0digits$}.png", q.number(t)));
         let frame = q.frame(t).map_err(Failure::io)?;
         let png = image::encode_png(&frame).map_err(Failure::io)?;
         fs::write(&path, png).map_err(|e| io(&path, &e))
@@ -135,13 +118,8 @@ fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(
 
 /// `x,y,w,h`, counted from 1. OTB marks a frame without target by zeros.
 fn otb_line(region: Option<&Region>) -> String {
-    region.map_or_else(
-        || "0,0,0,0".to_string(),
-        |r| {
-            let r = r.rect();
-            join(&[r.x + 1.0, r.y + 1.0, r.w, r.h])
-        },
-    )
+    let Some(r) = region.map(Region::rect) else { return "0,0,0,0".to_string() };
+    join(&[r.x + 1.0, r.y + 1.0, r.w, r.h])
 }
 
 /// The corners one after the other, counted from 0. VOT marks a frame without target by NaN.
@@ -156,11 +134,7 @@ fn join(numbers: &[f64]) -> String {
 }
 
 fn write_lines<S: AsRef<str>>(path: &Path, lines: impl IntoIterator<Item = S>) -> Result<(), Failure> {
-    let mut text = String::new();
-    for line in lines {
-        text.push_str(line.as_ref());
-        text.push('\n');
-    }
+    let text: String = lines.into_iter().flat_map(|line| [line.as_ref(), "\n"].map(String::from)).collect();
     fs::write(path, text).map_err(|e| io(path, &e))
 }
 
