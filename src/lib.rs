@@ -13,7 +13,7 @@
 //! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
 //! | | [`method`] | a name, or plugins with parameters | signals and a detector |
 //! | | [`judge`], [`monitor`] | frames and boxes of a tracker | a judgement of each frame: whole tracks, or live |
-//! | dataset | [`dataset`] | folders, `datasets.lock`, downloads, the synthetic renderer | sequences: frames and ground truth |
+//! | dataset | [`dataset`] | folders, `datasets/*.toml`, downloads, `scenes/*.toml` | sequences: frames and ground truth |
 //! | methods | [`tracker`], [`signal`], [`detector`] | result files, foreign programs | the same, beside those of judge |
 //! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |

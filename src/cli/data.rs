@@ -38,7 +38,7 @@ enum Verb {
         #[arg(long, value_enum, default_value_t = Format::Table)]
         format: Format,
     },
-    /// Hash local sequences and compare them with datasets.lock
+    /// Hash local sequences and compare them with what is pinned
     Verify {
         /// Suites; by default all that are read from disk
         suites: Vec<String>,
@@ -52,7 +52,7 @@ enum Verb {
     Render(render::Args),
     /// Make a suite of your own sequences, in a datasets.lock in the data root
     Add(AddArgs),
-    /// Print the lines of datasets.lock and datasets.files for local sequences, with digests
+    /// Print the lines of datasets/*.toml and datasets.files for local sequences, with digests
     Lock {
         /// Suites; by default all that are read from disk
         suites: Vec<String>,
@@ -89,8 +89,12 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 ///
 /// # Errors
 /// [`Failure::Usage`] for unknown suites; [`Failure::Data`] for data that are not as pinned or, in `verify`
-/// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails.
+/// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails; and those of `fetch` and `render`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    // What is rendered needs no data.
+    if let Verb::Render(args) = &args.verb {
+        return render::run(args);
+    }
     let roots = &args.data_roots.folders()?;
     let catalog = super::catalog(roots)?;
     let chosen = |names: &[String]| chosen(&catalog, names);
@@ -105,7 +109,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return outcome;
         }
         Verb::Fetch(args) => return fetch::run(args, &catalog, roots),
-        Verb::Render(args) => return render::run(args),
+        Verb::Render(_) => return Ok(()),
         Verb::Add(args) => add(args, &catalog, roots)?,
         Verb::Lock { suites } => pin(&chosen(suites)?, roots)?,
     })

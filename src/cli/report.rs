@@ -51,9 +51,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let done = named.iter().try_for_each(|(name, file)| {
         let mut results = finished::read(results, name)?;
         file.map_or(Ok(()), |file| results.present(file))?;
-        let (index, written) = render(&results, &args.reports)?
-            .publish(&args.reports)
-            .map_err(|e| Failure::io(format!("{name}: {e}")))?;
+        let rendered_aside = render(&results, &args.reports)?;
+        file.map_or(Ok(()), |_| results.keep())?;
+        let (index, written) =
+            rendered_aside.publish(&args.reports).map_err(|e| Failure::io(format!("{name}: {e}")))?;
         rendered.push((name, args.reports.join(name), written.items));
         output::write(&format!("{}\n", index.display()))
     });

@@ -43,7 +43,7 @@ pub struct Args {
     /// Go on without sequences that are not there; tables say how many were
     #[arg(long)]
     allow_missing: bool,
-    /// Time limit of each job, as sbatch takes it; jobs are told to stop 2 minutes before
+    /// Time limit of each job, as sbatch takes it, 5 minutes or more; jobs are told to stop 2 minutes before
     #[arg(long, value_name = "TIME", default_value = "04:00:00", value_parser = setting)]
     time: String,
     /// Memory of each job
@@ -57,7 +57,7 @@ pub struct Args {
     partition: Option<String>,
     /// A further line of the script, such as "#SBATCH --gres=gpu:1", or a command that every job runs first, such as
     /// "module load ffmpeg"; may be given more than once
-    #[arg(long = "line", value_name = "LINE")]
+    #[arg(long = "line", value_name = "LINE", value_parser = line)]
     lines: Vec<String>,
     /// Folder of the script, and of the jobs' logs
     #[arg(long, value_name = "FOLDER", default_value = "slurm")]
@@ -113,6 +113,20 @@ fn setting(text: &str) -> Result<String, String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.,:-".contains(c);
     let want = "want letters, digits, `_`, `.`, `,`, `:` and `-`";
     if text.is_empty() || !text.chars().all(is_plain) { Err(want.into()) } else { Ok(text.into()) }
+}
+
+/// A line of the user's, which must not be more than one, nor set what the script sets already.
+fn line(text: &str) -> Result<String, String> {
+    const TAKEN: [&str; 10] =
+        ["--array", "-a", "--chdir", "-D", "--dependency", "-d", "--output", "-o", "--job-name", "--signal"];
+    let line = text.trim_start();
+    let option = line.strip_prefix("#SBATCH").map(str::trim_start).unwrap_or_default();
+    let option = option.split(|c: char| c == '=' || c.is_whitespace()).next().unwrap_or_default();
+    match text {
+        _ if text.chars().any(char::is_control) => Err("want one line, without control characters".into()),
+        _ if TAKEN.contains(&option) => Err(format!("the script sets {option} itself")),
+        _ => Ok(line.into()),
+    }
 }
 
 /// A path as a word of the script.

@@ -1,7 +1,7 @@
 //! Archives byte by byte, also those that no library would write.
 
 use flate2::Compression;
-use flate2::write::{DeflateEncoder, GzEncoder};
+use flate2::write::DeflateEncoder;
 use std::io::Write;
 
 /// A member of a zip file, and what its headers say.
@@ -86,76 +86,6 @@ pub fn zip(members: &[Zipped]) -> Vec<u8> {
 
 fn deflate(data: &[u8]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
-    encoder.write_all(data).expect("memory");
-    encoder.finish().expect("memory")
-}
-
-/// A member of a tar file.
-#[derive(Clone)]
-pub struct Taped {
-    pub name: Vec<u8>,
-    pub kind: u8,
-    pub data: Vec<u8>,
-    /// Size, where not the true one.
-    pub size: Option<u64>,
-    pub link: &'static [u8],
-}
-
-pub fn taped(name: impl AsRef<[u8]>, data: &[u8]) -> Taped {
-    special(name, b'0', data)
-}
-
-pub fn special(name: impl AsRef<[u8]>, kind: u8, data: &[u8]) -> Taped {
-    Taped { name: name.as_ref().to_vec(), kind, data: data.to_vec(), size: None, link: b"" }
-}
-
-/// A record of an extended header (POSIX pax, "pax Extended Header").
-pub fn record(key: &str, value: &[u8]) -> Vec<u8> {
-    let rest = key.len() + value.len() + 3;
-    let length = (1..).map(|digits: usize| rest + digits).find(|n| n.to_string().len() + rest == *n);
-    let mut text = format!("{} {key}=", length.expect("a fixed point")).into_bytes();
-    text.extend(value);
-    text.push(b'\n');
-    text
-}
-
-/// A tar file under gzip (POSIX ustar).
-pub fn tar_gz(members: &[Taped]) -> Vec<u8> {
-    let mut tar = Vec::new();
-    for member in members {
-        let mut header = [0_u8; 512];
-        let name = &member.name[..member.name.len().min(100)];
-        header[..name.len()].copy_from_slice(name);
-        let size = member.size.unwrap_or(member.data.len() as u64);
-        let mut octal = |at: usize, width: usize, value: u64| {
-            header[at..at + width].copy_from_slice(format!("{value:0width$o}").as_bytes());
-        };
-        octal(100, 7, 0o777);
-        octal(108, 7, 0);
-        octal(116, 7, 0);
-        octal(136, 11, 0);
-        if size < 1 << 33 {
-            octal(124, 11, size);
-        } else {
-            header[124] = 0x80;
-            header[128..136].copy_from_slice(&size.to_be_bytes());
-        }
-        header[156] = member.kind;
-        header[157..157 + member.link.len()].copy_from_slice(member.link);
-        header[257..265].copy_from_slice(b"ustar\x0000");
-        header[148..156].fill(b' ');
-        let sum: u64 = header.iter().map(|b| u64::from(*b)).sum();
-        header[148..155].copy_from_slice(format!("{sum:06o}\0").as_bytes());
-        tar.extend(header);
-        tar.extend(&member.data);
-        tar.resize(tar.len().next_multiple_of(512), 0);
-    }
-    tar.extend([0; 1024]);
-    gz(&tar)
-}
-
-pub fn gz(data: &[u8]) -> Vec<u8> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     encoder.write_all(data).expect("memory");
     encoder.finish().expect("memory")
 }

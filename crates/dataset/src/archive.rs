@@ -1,18 +1,14 @@
-//! Archives: what `trackfail data fetch` downloads, as `datasets.lock` names it.
+//! Archives: what `trackfail data fetch` downloads, as `datasets/archives.toml` names it.
 
 use serde::Deserialize;
 
 /// How an archive is packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Packing {
     /// A zip file.
-    #[serde(rename = "zip")]
     Zip,
-    /// A tar file compressed by gzip.
-    #[serde(rename = "tar.gz")]
-    TarGz,
     /// No archive: one file, kept as it is.
-    #[serde(rename = "file")]
     File,
 }
 
@@ -20,7 +16,7 @@ pub enum Packing {
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Archive {
-    /// Name, unique in `datasets.lock`; entries refer to it.
+    /// Name, unique among all; entries refer to it.
     pub name: String,
     /// Public address, http or https.
     pub url: String,

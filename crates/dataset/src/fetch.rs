@@ -9,7 +9,7 @@
 //! | `unpack-*` | an archive that is being unpacked; the next fetch removes what a killed one left |
 //! | `licence-<suite>` | the licence text that was agreed to |
 //!
-//! A sequence's folder is unpacked below `unpack-*`, compared with what `datasets.lock` pins of it, flushed, given the
+//! A sequence's folder is unpacked below `unpack-*`, compared with what is pinned of it, flushed, given the
 //! file [`MARKER`] as its last one, and renamed. Renaming is one step for the file system, so a folder under its final
 //! name is whole: with a marker it was fetched, without one the user has put it there. Neither is touched again, unless
 //! the user asks for one that was fetched and is not as pinned to be fetched anew; then the two folders change places in
@@ -17,32 +17,24 @@
 //! refused.
 //!
 //! Nothing a server sends becomes part of a path except names of archive members that have been
-//! checked, see [`MemberFault`]; only members that belong to a folder of `datasets.lock` are written at all.
+//! checked, see [`unpack()`]; only members that belong to a folder of a suite are written at all.
 
-mod address;
 mod download;
 mod error;
-mod from_tar;
-mod from_zip;
-mod layout;
-mod member;
 mod part;
 mod place;
 mod plan;
-mod sink;
 mod unpack;
 
 pub use download::{FetchWatch, Patience};
 pub use error::FetchError;
-pub use member::MemberFault;
 pub use place::{MARKER, Placed, Workspace};
 pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
-pub use sink::Caps;
+pub use unpack::{Caps, unpack};
 
-use crate::archive::{Archive, Packing};
+use crate::archive::Packing;
 use crate::lock::{pinned_suite, pinned_suite_names};
 use crate::suite::Finding;
-use layout::{ArchiveLayout, entry_parts};
 use std::path::Path;
 
 /// Settings of [`fetch`].
@@ -65,20 +57,6 @@ pub struct Fetched {
     pub sha256: String,
     /// The folders or the file it was fetched for.
     pub placed: Placed,
-}
-
-/// Unpacks the members of an archive on disk that belong to `folders` into an empty folder.
-///
-/// # Errors
-/// Any member that is refused, wanted or not; the caller then deletes the folder.
-pub fn unpack(
-    file: &Path,
-    archive: &Archive,
-    folders: &[String],
-    caps: &Caps,
-    into: &Path,
-) -> Result<(), FetchError> {
-    unpack::unpack(file, archive, &ArchiveLayout::new(archive, folders)?, caps, into)
 }
 
 /// The folders below `root` that are not what is pinned of them, each with its first difference. Where a part of a
@@ -114,32 +92,29 @@ pub fn fetch(
     watch: &dyn FetchWatch,
 ) -> Result<Fetched, FetchError> {
     let archive = &job.archive;
-    let fail =
-        |reason| FetchError::Entry { archive: archive.name.clone(), name: archive.name.clone(), reason };
-    if entry_parts(archive, &archive.name)?.len() != 1 {
-        return Err(fail(MemberFault::Deep(1)));
-    }
-    let layout = ArchiveLayout::new(archive, &job.folders)?;
+    unpack::check_names(archive, &job.folders)?;
     let downloads = space.downloads();
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;
-    let temporary = space.temporary()?;
-    let unpacked = unpack(&got.path, archive, &job.folders, &options.caps, temporary.path());
-    if let Err(e) = unpacked {
-        if e.is_data() {
-            download::discard(&downloads, archive)?;
-        }
-        return Err(e);
-    }
     let placed = match archive.packing {
-        Packing::File => place::file(&got.path, space.root(), &layout.file(archive)?)?,
-        Packing::Zip | Packing::TarGz => {
+        Packing::File => {
+            let address = download::address(&archive.url)?;
+            let path = unpack::single_file(archive, download::file_name(&address))?;
+            place::file(&got.path, space.root(), &path)?
+        }
+        Packing::Zip => {
+            let temporary = space.temporary()?;
+            let unpacked = unpack(&got.path, archive, &job.folders, &options.caps, temporary.path());
+            if let Err(e) = unpacked {
+                if e.is_data() {
+                    download::discard(&downloads, archive)?;
+                }
+                return Err(e);
+            }
             let refused = not_as_pinned(&job.folders, temporary.path());
             let is_good = |folder: &&String| !refused.iter().any(|(bad, _)| bad == *folder);
-            let good: Vec<String> = job.folders.iter().filter(is_good).cloned().collect();
-            let layout = ArchiveLayout::new(archive, &good)?;
+            let good: Vec<&String> = job.folders.iter().filter(is_good).collect();
             let marker = format!("archive {}\nsha256 {}\nfrom {}\n", archive.name, got.sha256, got.url);
-            let placed =
-                place::folders(temporary.path(), space.root(), layout.folders(), &job.again, &marker)?;
+            let placed = place::folders(temporary.path(), space.root(), &good, &job.again, &marker)?;
             Placed { refused, ..placed }
         }
     };

@@ -14,7 +14,7 @@ pub mod vot;
 
 pub use entry::{FormatEntry, SequenceOptions};
 
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Every format.
 pub static FORMATS: &[FormatEntry] =
@@ -23,6 +23,12 @@ pub static FORMATS: &[FormatEntry] =
 /// The format of a word.
 pub fn find(word: &str) -> Option<&'static FormatEntry> {
     FORMATS.iter().find(|f| f.word == word)
+}
+
+impl Serialize for FormatEntry {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.word)
+    }
 }
 
 impl<'de> Deserialize<'de> for &'static FormatEntry {

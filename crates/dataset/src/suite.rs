@@ -1,6 +1,6 @@
 //! Suites: named lists of sequences, loaded from a data root and compared with what is pinned.
 //!
-//! A [`Catalog`] knows all suites by name: those of the built-in `datasets.lock` (see [`crate::lock`]), the
+//! A [`Catalog`] knows all suites by name: the built-in ones (see [`crate::lock`]), the
 //! rendered ones, and the user's own. No data is built in: a sequence that is not under the data root is reported
 //! as missing, with the way to get it. Loading reads file lists and text only, in the order of the suite;
 //! [`Suite::verify`] hashes.
@@ -20,7 +20,7 @@ mod verify;
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
 pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
-pub use user::{USER_LOCK, UserSuiteNameError, check_name, with_sections};
+pub use user::{USER_LOCK, UserSuiteError, check_name, with_sections};
 pub use verify::{Checked, Finding};
 
 use crate::format::FormatEntry;
@@ -68,7 +68,7 @@ impl Suite {
         match &self.content {
             SuiteContent::BuiltIn(pinned) => &pinned.title,
             SuiteContent::User(pinned) => &pinned.title,
-            SuiteContent::Rendered(rendered) => rendered.summary,
+            SuiteContent::Rendered(rendered) => &rendered.scenes().title,
         }
     }
 
@@ -85,7 +85,7 @@ impl Suite {
     /// The names of its sequences, in order.
     pub fn sequence_names(&self) -> Vec<String> {
         match &self.content {
-            SuiteContent::Rendered(rendered) => rendered.names().map(String::from).collect(),
+            SuiteContent::Rendered(rendered) => rendered.scenes().names().map(String::from).collect(),
             _ => self.entries().iter().map(|e| e.name.clone()).collect(),
         }
     }
@@ -93,7 +93,9 @@ impl Suite {
     /// The source of videos of each of its sequences; of a rendered suite its name.
     pub fn sources(&self) -> Vec<String> {
         match &self.content {
-            SuiteContent::Rendered(rendered) => rendered.names().map(|_| self.name().to_string()).collect(),
+            SuiteContent::Rendered(rendered) => {
+                rendered.scenes().names().map(|_| self.name().to_string()).collect()
+            }
             _ => self.entries().iter().map(|e| e.source().to_string()).collect(),
         }
     }
@@ -145,7 +147,7 @@ impl Suite {
             .collect()
     }
 
-    /// The lines of `datasets.lock` for the sequences under `data_roots`, with the facts found there.
+    /// The lines of the suite's file for the sequences under `data_roots`, with the facts found there.
     ///
     /// # Errors
     /// The first sequence that is there but cannot be read.

@@ -4,7 +4,7 @@
 //! and [`markdown`] makes `report.md`. All texts may come from outside (names of sequences, messages of errors): both
 //! outputs show them as text.
 //!
-//! A report is made from [results](crate::results) alone. In the order in which they use each other:
+//! A report is made from [results](crate::results) alone. The modules:
 //!
 //! | module | does |
 //! |---|---|

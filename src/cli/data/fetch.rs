@@ -23,7 +23,7 @@ pub struct Args {
     /// Download once more what an earlier fetch has placed and is not as pinned, and put it in the place of that
     #[arg(long)]
     again: bool,
-    /// Take files from below this address instead of those in datasets.lock, by their names
+    /// Take files from below this address instead of the listed ones, by their names
     #[arg(long, value_name = "URL")]
     mirror: Option<String>,
 }
@@ -283,7 +283,7 @@ mod tests {
     /// Serves bytes to everyone who asks.
     fn serve(bytes: Vec<u8>) -> String {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let url = format!("http://{}/diving.tar.gz", listener.local_addr().unwrap());
+        let url = format!("http://{}/diving.zip", listener.local_addr().unwrap());
         std::thread::spawn(move || {
             for mut stream in listener.incoming().flatten() {
                 let lines = BufReader::new(stream.try_clone().unwrap()).lines();
@@ -303,7 +303,7 @@ mod tests {
         let archive = Archive {
             name: "vot2014-diving".into(),
             url,
-            packing: Packing::TarGz,
+            packing: Packing::Zip,
             size: None,
             sha256: None,
             into: "vot2014".into(),
@@ -315,10 +315,14 @@ mod tests {
 
     /// A folder as the archive of `vot2014/diving`.
     fn packed(folder: &Path) -> Vec<u8> {
-        let mut tar =
-            tar::Builder::new(flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast()));
-        tar.append_dir_all("diving", folder).unwrap();
-        tar.into_inner().unwrap().finish().unwrap()
+        let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = format!("diving/{}", path.file_name().unwrap().to_str().unwrap());
+            archive.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+            archive.write_all(&std::fs::read(path).unwrap()).unwrap();
+        }
+        archive.finish().unwrap().into_inner()
     }
 
     /// Fetches `vot2014/diving` packed from a folder.

@@ -6,13 +6,15 @@
 //! for each attribute. Numbers are written so that reading them gives the same bits; PNG is lossless.
 
 use crate::cli::{Failure, output};
-use crate::dataset::synthetic::{RenderLayout, RenderedSuite, SUITES};
+use crate::dataset::synthetic::scenes::{self, SceneFile};
+use crate::dataset::synthetic::{RenderLayout, SUITES};
 use crate::dataset::{Sequence, leftover};
 use crate::engine::store;
 use crate::image;
 use crate::plugin::unknown;
 use crate::region::Region;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +24,7 @@ const RENDERING: &str = ".trackfail-render-";
 /// Arguments of `trackfail data render`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Synthetic suite: synthetic-otb, synthetic-vot, synthetic-d1 or synthetic-d2
+    /// Synthetic suite: synthetic-otb, synthetic-vot, synthetic-d1 or synthetic-d2; or a file of your own scenes, FILE.toml
     pub suite: String,
     /// Folder to write; must not exist or be empty
     pub dir: PathBuf,
@@ -37,13 +39,11 @@ pub struct Args {
 /// never half done.
 ///
 /// # Errors
-/// `Usage` for an unknown suite or sequence and a folder that is not empty, `Io` for what the file
-/// system refuses.
+/// `Usage` for an unknown suite or sequence, a faulty file of scenes and a folder that is not empty, `Io` for what the
+/// file system refuses.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let names = || SUITES.iter().map(|suite| suite.name);
-    let suite = SUITES.iter().find(|suite| suite.name == args.suite);
-    let suite = suite.ok_or_else(|| Failure::usage(unknown("synthetic suite", &args.suite, names())))?;
-    let sequences = chosen(suite, &args.sequences)?;
+    let (suite, scenes) = &find_suite(&args.suite)?;
+    let sequences = chosen(suite, scenes, &args.sequences)?;
     let dir = std::path::absolute(&args.dir).map_err(|e| io(&args.dir, &e))?;
     let refuse = |why: &str| Err(Failure::usage(format!("{} {why}", dir.display())));
     match fs::read_dir(&dir).map(|mut entries| entries.next().is_none()) {
@@ -61,8 +61,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // A folder of its own inside: temporary folders are closed to other users.
     let root = temporary.path().join("suite");
     fs::create_dir(&root).map_err(|e| io(&root, &e))?;
-    sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), suite.layout, q))?;
-    if suite.layout == RenderLayout::Vot {
+    sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), scenes.layout, q))?;
+    if scenes.layout == RenderLayout::Vot {
         let names: Vec<&str> = sequences.iter().map(|q| q.name.as_str()).collect();
         write_lines(&root.join("list.txt"), names)?;
     }
@@ -72,16 +72,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     fs::rename(&root, &dir).map_err(|e| io(&dir, &e))?;
     let frames: usize = sequences.iter().map(Sequence::len).sum();
     let (count, folder) = (sequences.len(), args.dir.display());
-    output::write(&format!("{}: {count} sequences, {frames} frames in {folder}\n", suite.name))
+    output::write(&format!("{suite}: {count} sequences, {frames} frames in {folder}\n"))
 }
 
-fn chosen(suite: &RenderedSuite, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
-    let known: Vec<&str> = suite.names().collect();
+/// The name and the scenes of a synthetic suite, or of a file.
+fn find_suite(name: &str) -> Result<(String, Cow<'static, SceneFile>), Failure> {
+    let path = Path::new(name);
+    if path.extension().is_some_and(|extension| extension == "toml") {
+        let scenes = scenes::read(path).map_err(Failure::usage)?;
+        return Ok((path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), Cow::Owned(scenes)));
+    }
+    let suite = SUITES.iter().find(|s| s.name == name);
+    let suite = suite
+        .ok_or_else(|| Failure::usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))?;
+    Ok((name.to_owned(), Cow::Borrowed(suite.scenes())))
+}
+
+fn chosen(suite: &str, scenes: &SceneFile, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
+    let known: Vec<&str> = scenes.names().collect();
     if let Some(name) = wanted.iter().find(|n| !known.contains(&n.as_str())) {
-        let what = format!("sequence of {}", suite.name);
+        let what = format!("sequence of {suite}");
         return Err(Failure::usage(unknown(&what, name, known)));
     }
-    let mut sequences = suite.sequences();
+    let mut sequences = scenes.sequences(suite);
     sequences.retain(|q| wanted.is_empty() || wanted.contains(&q.name));
     Ok(sequences)
 }
@@ -220,6 +233,23 @@ mod tests {
         }
         same_pixels(&folder.join("00000001.png"), &q, 0);
         same_pixels(&folder.join(format!("{:08}.png", q.len())), &q, q.len() - 1);
+    }
+
+    #[test]
+    fn scenes_of_ones_own_are_rendered() {
+        let root = tempfile::tempdir().unwrap();
+        let (file, dir) = (root.path().join("mine.toml"), root.path().join("mine"));
+        let scene = "[[scene]]\nname = \"ball\"\nsize = [64, 48]\nframes = 3\nground = \"plaza\"\n\n[scene.target]\n\
+            kind = \"ball\"\nsize = [12, 12]\nx = [[0, 20], [2, 40]]\ny = [[0, 24]]\n";
+        fs::write(&file, format!("title = \"Mine\"\nlayout = \"otb\"\n\n{scene}")).unwrap();
+        run(&args(file.to_str().unwrap(), &dir, "ball")).unwrap();
+        assert_eq!(numbers(&dir.join("ball/groundtruth_rect.txt"))[2], [35.0, 19.0, 12.0, 12.0]);
+        let q = scenes::read(&file).unwrap().sequences("mine").swap_remove(0);
+        same_pixels(&dir.join("ball/img/0003.png"), &q, 2);
+        fs::write(&file, format!("title = \"Mine\"\nlayout = \"otb\"\n\n{}", scene.replace("48", "4")))
+            .unwrap();
+        let error = run(&args(file.to_str().unwrap(), &root.path().join("new"), "ball")).unwrap_err();
+        assert_eq!(error.code(), 2);
     }
 
     #[test]

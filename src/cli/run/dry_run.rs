@@ -11,8 +11,11 @@ use crate::engine::{ExperimentPlan, Shard};
 use indicatif::HumanDuration;
 use std::time::Duration;
 
-/// Prints a summary of the work, and with `--verbose` the cells of a plan and their states in the store, with reasons; for
-/// programs, the cells alone, and reasons with `--verbose`. With `--shard`, the shares instead of the cells.
+/// Rows that are printed together.
+const PRINTED: usize = 4096;
+
+/// Prints a summary of the work and, with `--verbose`, every cell with its state in the store and the reason for it. CSV and
+/// JSON have the cells without the summary, and reasons only with `--verbose`. With `--shard` shares stand in place of cells.
 ///
 /// # Errors
 /// When the store cannot be read, or stdout cannot be written to.
@@ -100,7 +103,21 @@ fn cells(
 ) -> Result<(), Failure> {
     let variants: Vec<_> = variants(plan.experiment).collect();
     let params: Vec<String> = variants.iter().map(|(_, variant)| variant.params()).collect();
-    let mut rows = Vec::new();
+    let mut headings = vec!["sequence", "tracker", "run", "method", "params", "state"];
+    headings.extend(args.verbose.then_some("because"));
+    let (mut rows, mut is_first) = (Vec::new(), true);
+    // JSON is one list; of the others the cells of large plans are never all in memory.
+    let mut print = |rows: &[Vec<String>]| {
+        let was_first = std::mem::take(&mut is_first);
+        match args.format {
+            Format::Csv if !was_first => {
+                let text = output::text(args.format, &headings, rows)?;
+                output::write(text.split_once('\n').map_or("", |(_, rest)| rest))
+            }
+            _ if rows.is_empty() && !was_first => Ok(()),
+            format => output::print(format, &headings, rows),
+        }
+    };
     for (place, (cell, state)) in plan.cells().zip(&standing.states).enumerate() {
         let job = plan.jobs[cell.job];
         let mut row = vec![
@@ -113,10 +130,12 @@ fn cells(
         ];
         row.extend(reasons.get(place).cloned());
         rows.push(row);
+        if rows.len() >= PRINTED && args.format != Format::Json {
+            print(&rows)?;
+            rows.clear();
+        }
     }
-    let mut headings = vec!["sequence", "tracker", "run", "method", "params", "state"];
-    headings.extend(args.verbose.then_some("because"));
-    output::print(args.format, &headings, &rows)
+    print(&rows)
 }
 
 /// Every share of the work: whether it is done, and how long the rest of it may take.

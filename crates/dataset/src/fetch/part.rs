@@ -7,7 +7,7 @@ use super::error::FetchError;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Read};
+use std::io::{BufRead, BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Facts about a download.
@@ -15,21 +15,12 @@ use std::path::{Path, PathBuf};
 pub(super) struct Note {
     /// The address asked, before redirects.
     pub url: String,
-    /// ETag, if it is a strong one.
-    pub etag: Option<String>,
-    /// Last-Modified.
-    pub modified: Option<String>,
+    /// The server's mark of this state of the file: its ETag if that is a strong one, else Last-Modified.
+    pub mark: Option<String>,
     /// Bytes of the whole file.
     pub total: Option<u64>,
     /// SHA-256 of the whole file, once it is whole.
     pub sha256: Option<String>,
-}
-
-impl Note {
-    /// The server's mark of this state of the file.
-    pub fn mark(&self) -> Option<&str> {
-        self.etag.as_deref().or(self.modified.as_deref())
-    }
 }
 
 /// A download on disk.
@@ -97,16 +88,16 @@ impl Part {
     /// SHA-256 in hexadecimal of the bytes that are there.
     pub fn sha256(&self) -> Result<String, FetchError> {
         let disk = |e| FetchError::disk(&self.path, e);
-        let mut file = File::open(&self.path).map_err(disk)?;
+        let mut file = BufReader::with_capacity(1 << 20, File::open(&self.path).map_err(disk)?);
         let mut hash = Sha256::new();
-        let mut buffer = vec![0; 1 << 20];
         loop {
-            match file.read(&mut buffer) {
-                Ok(0) => break,
-                Ok(n) => hash.update(buffer.get(..n).unwrap_or_default()),
-                Err(e) if e.kind() == ErrorKind::Interrupted => {}
-                Err(e) => return Err(disk(e)),
+            let bytes = file.fill_buf().map_err(disk)?;
+            if bytes.is_empty() {
+                break;
             }
+            hash.update(bytes);
+            let n = bytes.len();
+            file.consume(n);
         }
         Ok(trackfail_core::num::hexadecimal(&hash.finalize()))
     }
@@ -126,13 +117,13 @@ mod tests {
     #[test]
     fn a_part_is_kept_for_its_address_or_a_digest() {
         let folder = tempfile::tempdir().unwrap();
-        let note = Note { url: "u".into(), etag: Some("\"1\"".into()), total: Some(9), ..Note::default() };
+        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(9), ..Note::default() };
         for (url, pinned, length, mark) in
             [("u", false, 3, true), ("u", true, 3, true), ("v", true, 3, false), ("v", false, 0, false)]
         {
             arrived(folder.path(), &note);
             let part = Part::open(folder.path(), "a", url, pinned).unwrap();
-            assert_eq!((part.len().unwrap(), part.note.mark().is_some()), (length, mark), "{url} {pinned}");
+            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, mark), "{url} {pinned}");
         }
     }
 

@@ -1,8 +1,9 @@
 //! The working folder `.trackfail` of a data root, and how unpacked folders get from it to where they belong.
 
 use super::error::FetchError;
-use super::layout::join;
+use crate::lock::below;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -44,7 +45,7 @@ impl Workspace {
         let lock = File::create(&path).map_err(|e| FetchError::disk(&path, e))?;
         match lock.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(FetchError::Busy { path }),
+            Err(TryLockError::WouldBlock) => return Err(FetchError::Busy(path)),
             Err(TryLockError::Error(e)) => return Err(FetchError::disk(&path, e)),
         }
         for entry in fs::read_dir(&folder).map_err(|e| FetchError::disk(&folder, e))? {
@@ -117,17 +118,17 @@ pub(super) fn was_fetched(folder: &Path) -> bool {
 pub(super) fn folders(
     from: &Path,
     root: &Path,
-    folders: &[Vec<String>],
+    folders: &[&String],
     again: &[String],
     marker: &str,
 ) -> Result<Placed, FetchError> {
     let mut placed = Placed::default();
-    for parts in outermost(folders) {
-        let (source, target, name) = (join(from, parts), join(root, parts), parts.join("/"));
+    for name in outermost(folders) {
+        let (source, target) = (below(from, name), below(root, name));
         let is_there = fs::symlink_metadata(&target).is_ok();
-        let replaces = is_there && again.contains(&name) && was_fetched(&target);
+        let replaces = is_there && again.contains(name) && was_fetched(&target);
         if is_there && !replaces {
-            placed.kept.push(name);
+            placed.kept.push(name.clone());
             continue;
         }
         settle(&source)?;
@@ -144,10 +145,10 @@ pub(super) fn folders(
             } else {
                 exchange(&source, &target)?;
             }
-            placed.replaced.push(name);
+            placed.replaced.push(name.clone());
         } else {
             rename(&source, &target)?;
-            placed.new.push(name);
+            placed.new.push(name.clone());
         }
     }
     Ok(placed)
@@ -205,8 +206,8 @@ fn exchange(source: &Path, target: &Path) -> Result<(), FetchError> {
 }
 
 /// Moves one file to where it belongs.
-pub(super) fn file(source: &Path, root: &Path, parts: &[String]) -> Result<Placed, FetchError> {
-    let (target, name) = (join(root, parts), parts.join("/"));
+pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, FetchError> {
+    let (target, name) = (below(root, name), name.to_owned());
     if fs::symlink_metadata(&target).is_ok() {
         return Ok(Placed { kept: vec![name], ..Placed::default() });
     }
@@ -216,12 +217,9 @@ pub(super) fn file(source: &Path, root: &Path, parts: &[String]) -> Result<Place
 }
 
 /// Folders that lie in no other one, in order.
-fn outermost(folders: &[Vec<String>]) -> Vec<&Vec<String>> {
-    let inside = |f: &Vec<String>| folders.iter().any(|other| other != f && f.starts_with(other));
-    let mut outer: Vec<&Vec<String>> = folders.iter().filter(|f| !inside(f)).collect();
-    outer.sort();
-    outer.dedup();
-    outer
+fn outermost<'a>(folders: &[&'a String]) -> BTreeSet<&'a String> {
+    let lies_in = |f: &String, other: &String| other != f && Path::new(f).starts_with(other);
+    folders.iter().copied().filter(|f| !folders.iter().any(|other| lies_in(f, other))).collect()
 }
 
 /// Hands everything in a folder to the disk, before its name says it is whole.

@@ -1,6 +1,6 @@
 //! The downloads that the wanted sequences need.
 
-use super::address::Address;
+use super::download::{address, file_name};
 use super::place::was_fetched;
 use crate::archive::{Archive, Packing};
 use crate::lock::{Entry, below, pinned_suite, pinned_suite_names};
@@ -128,8 +128,9 @@ impl FetchPlan {
 
 /// Whether an archive that is a single file is there already.
 fn is_here(archive: &Archive, root: &Path) -> bool {
-    let name = Address::parse(&archive.url).map(|address| address.file_name().to_owned());
-    archive.packing == Packing::File && name.is_ok_and(|name| below(root, &archive.into).join(name).exists())
+    let folder = below(root, &archive.into);
+    archive.packing == Packing::File
+        && address(&archive.url).is_ok_and(|address| folder.join(file_name(&address)).exists())
 }
 
 fn by_hand(missing: &Missing) -> String {

@@ -30,7 +30,7 @@ pub type FindTargets = fn(&Path) -> Result<Targets, DatasetError>;
 
 /// A format of sequences on disk: how their folders are recognized and read.
 pub struct FormatEntry {
-    /// Word for it in `datasets.lock` and for `trackfail data add --format`.
+    /// Word for it in files of suites and for `trackfail data add --format`.
     pub word: &'static str,
     /// Files of a sequence in one line, for help texts.
     pub summary: &'static str,

@@ -1,33 +1,33 @@
-//! The built-in text of `datasets.lock`, parsed a suite at a time.
+//! The built-in suites, a file of `datasets/` each.
 //!
-//! Parsing the whole text takes longer than most commands take for everything else, and a run needs one or two
-//! suites. So the text is cut at its `[[suite]]` lines; the part before the first one holds the archives.
+//! Parsing them all takes longer than most commands take for everything else, and a run needs one or two suites, so
+//! a file is parsed when its suite is first asked for.
 
-use super::entry::{Entry, TargetType};
+use super::entry::Entry;
 use crate::archive::Archive;
 use crate::format::FormatEntry;
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
 use std::sync::OnceLock;
 
-/// The built-in text.
-pub const LOCK: &str = include_str!("../../../../datasets.lock");
-
-const SUITE: &str = "[[suite]]\n";
-const SYNTHETIC: &str = "\nformat = \"synthetic\"\n";
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Head {
-    schema: u32,
-    #[serde(default)]
-    archive: Vec<Archive>,
+macro_rules! suites {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../../../datasets/", $name, ".toml")))),*]
+    };
 }
 
+/// The names of the suites in order, and the texts of their files.
+pub const SUITES: &[(&str, &str)] = suites!(
+    "otb-dtef20" "otb-2013" "otb-100" "vot-longterm-car9" "otb-100-boxes" "vot2013" "vot2014" "otb-vot"
+    "uav123-10fps" "tlp" "otb-vot-uav-tlp" "vot2015" "vot2016" "pets2009-s2l1" "pets2009-s2l1-160" "caviar"
+    "clemson-heads" "d1-real"
+);
+
+const ARCHIVES: &str = include_str!("../../../../datasets/archives.toml");
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct OneSuite<T> {
-    suite: [T; 1],
+struct ArchiveFile {
+    archive: Vec<Archive>,
 }
 
 /// A suite of sequences on disk.
@@ -76,144 +76,40 @@ impl PinnedSuite {
     }
 }
 
-/// A suite of rendered sequences.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RenderedSuite {
-    #[expect(dead_code, reason = "a section is found by its name before it is parsed")]
-    name: String,
-    #[expect(dead_code, reason = "a section has this type because of its format")]
-    format: String,
-    sequence: Vec<RenderedEntry>,
-}
-
-/// One sequence of a rendered suite.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct RenderedEntry {
-    /// Name, unique in the suite.
-    pub name: String,
-    /// Number of frames.
-    pub frames: usize,
-    /// Width and height in pixels.
-    pub size: (usize, usize),
-    /// Type of the target.
-    pub target_type: TargetType,
-    /// Codes of OTB attributes.
-    pub attributes: Vec<String>,
-}
-
-struct Section<T> {
-    name: &'static str,
-    text: &'static str,
-    parsed: OnceLock<T>,
-}
-
-impl<T: DeserializeOwned> Section<T> {
-    fn new((name, text): (&'static str, &'static str)) -> Self {
-        Self { name, text, parsed: OnceLock::new() }
-    }
-
-    fn parsed(&self, complete: impl Fn(T) -> T) -> &T {
-        self.parsed.get_or_init(|| {
-            let OneSuite { suite: [suite] } =
-                toml::from_str(self.text).expect("datasets.lock is part of the program");
-            complete(suite)
-        })
-    }
-}
-
-impl Section<PinnedSuite> {
-    fn suite(&self) -> &PinnedSuite {
-        self.parsed(|suite| suite.complete().expect("datasets.lock is part of the program"))
-    }
-}
-
-impl Section<RenderedSuite> {
-    fn suite(&self) -> &RenderedSuite {
-        self.parsed(|suite| suite)
-    }
-}
-
-struct Sections {
-    head: &'static str,
-    pinned: Vec<Section<PinnedSuite>>,
-    rendered: Vec<Section<RenderedSuite>>,
-}
-
-fn sections() -> &'static Sections {
-    static SECTIONS: OnceLock<Sections> = OnceLock::new();
-    SECTIONS.get_or_init(|| {
-        let mut starts: Vec<usize> = LOCK.match_indices(SUITE).map(|(at, _)| at).collect();
-        let head = &LOCK[..starts.first().copied().unwrap_or(LOCK.len())];
-        starts.push(LOCK.len());
-        let suites = starts.windows(2).map(|cut| &LOCK[cut[0]..cut[1]]).map(|text| (name(text), text));
-        let (rendered, pinned): (Vec<_>, Vec<_>) = suites.partition(|(_, text)| text.contains(SYNTHETIC));
-        Sections {
-            head,
-            pinned: pinned.into_iter().map(Section::new).collect(),
-            rendered: rendered.into_iter().map(Section::new).collect(),
-        }
-    })
-}
-
-/// The value of a section's `name = "..."`, its first line.
-fn name(section: &'static str) -> &'static str {
-    section.lines().nth(1).and_then(|l| l.split('"').nth(1)).unwrap_or_default()
-}
-
 /// Names of the suites on disk, in order.
 pub(crate) fn pinned_suite_names() -> impl Iterator<Item = &'static str> {
-    sections().pinned.iter().map(|s| s.name)
+    SUITES.iter().map(|(name, _)| *name)
 }
 
 /// The suite on disk of a name.
 pub(crate) fn pinned_suite(name: &str) -> Option<&'static PinnedSuite> {
-    sections().pinned.iter().find(|s| s.name == name).map(|section| section.suite())
-}
-
-/// The sequences of the rendered suite of a name; none if there is no such suite.
-pub(crate) fn rendered_entries(name: &str) -> &'static [RenderedEntry] {
-    let section = sections().rendered.iter().find(|s| s.name == name);
-    section.map_or(&[], |s| &s.suite().sequence)
+    static PARSED: [OnceLock<PinnedSuite>; SUITES.len()] = [const { OnceLock::new() }; SUITES.len()];
+    let (place, (_, text)) = SUITES.iter().enumerate().find(|(_, (known, _))| *known == name)?;
+    Some(PARSED[place].get_or_init(|| {
+        let suite: PinnedSuite = toml::from_str(text).expect("datasets/ is part of the program");
+        suite.complete().expect("datasets/ is part of the program")
+    }))
 }
 
 /// The archives in order.
 pub(super) fn archives() -> &'static [Archive] {
-    static ARCHIVES: OnceLock<Vec<Archive>> = OnceLock::new();
-    ARCHIVES.get_or_init(|| {
-        let head: Head = toml::from_str(sections().head).expect("datasets.lock is part of the program");
-        assert_eq!(head.schema, 2, "datasets.lock is part of the program");
-        head.archive
-    })
+    static PARSED: OnceLock<ArchiveFile> = OnceLock::new();
+    &PARSED.get_or_init(|| toml::from_str(ARCHIVES).expect("datasets/ is part of the program")).archive
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    // The whole file is one TOML document, and its sections parsed one by one give the same.
     #[test]
-    fn sections_parse_to_the_same_as_the_whole_file() {
-        let whole: toml::Table = toml::from_str(LOCK).unwrap();
-        let all = whole["suite"].as_array().unwrap();
-        let (drawn, kept): (Vec<_>, Vec<_>) =
-            all.iter().partition(|s| s["format"].as_str() == Some("synthetic"));
-        assert!(!drawn.is_empty() && !kept.is_empty());
-        let parts = sections();
-        let pinned = parts.pinned.iter().map(|s| (s.name, s.text, s.suite().sequence.len()));
-        let rendered = parts.rendered.iter().map(|s| (s.name, s.text, s.suite().sequence.len()));
-        for ((name, text, count), whole) in pinned.chain(rendered).zip(kept.into_iter().chain(drawn)) {
-            let part: toml::Table = toml::from_str(text).unwrap();
-            assert_eq!(&part["suite"][0], whole, "{name}");
-            assert_eq!(name, whole["name"].as_str().unwrap());
-            let own = whole.get("sequence").map_or(0, |own| own.as_array().unwrap().len());
-            let includes = whole.get("includes").and_then(|names| names.as_array()).into_iter().flatten();
-            let included = includes.map(|name| pinned_suite(name.as_str().unwrap()).unwrap().sequence.len());
-            assert_eq!(count, own + included.sum::<usize>(), "{name}");
+    fn every_file_is_the_suite_of_its_name() {
+        for name in pinned_suite_names() {
+            assert_eq!(pinned_suite(name).unwrap().name, name);
         }
-        assert_eq!(parts.pinned.len() + parts.rendered.len(), all.len());
-        assert_eq!(archives().len(), whole["archive"].as_array().unwrap().len());
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../datasets");
+        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+        let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+        assert_eq!(files.count(), SUITES.len() + 1);
         assert!(pinned_suite("no such suite").is_none());
     }
 }

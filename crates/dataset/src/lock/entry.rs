@@ -1,4 +1,4 @@
-//! One sequence of `datasets.lock`: a line of the file.
+//! One sequence of a suite: a line of its file.
 
 use crate::archive::Archive;
 use crate::format::{FormatEntry, SequenceOptions};
@@ -32,8 +32,8 @@ impl TargetType {
     }
 }
 
-/// One line of `datasets.lock`: a sequence and what a local copy must be.
-#[derive(Debug, Clone, Deserialize)]
+/// One line of a suite: a sequence and what a local copy must be.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
     /// Name, unique in the suite.
@@ -57,7 +57,7 @@ pub struct Entry {
     /// Type of the target, if known.
     pub target_type: Option<TargetType>,
     /// Codes of OTB attributes.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<String>,
     /// Files digest, if a copy has been read.
     pub digest: Option<String>,
@@ -99,47 +99,11 @@ impl Entry {
         }
     }
 
-    /// The entry's line in `datasets.lock`.
+    /// The entry's line in the file of its suite.
     pub fn line(&self) -> String {
-        use std::fmt::Write as _;
-        let pair = |p: (u32, u32)| format!("[{}, {}]", p.0, p.1);
-        let mut line = format!("{{ name = \"{}\", folder = \"{}\"", self.name, self.folder);
-        // Writing to a string cannot fail.
-        if let Some(format) = self.format {
-            let _ = write!(line, ", format = \"{}\"", format.word);
-        }
-        if let Some(target) = self.target {
-            let _ = write!(line, ", target = {target}");
-        }
-        if let Some(range) = self.range {
-            let _ = write!(line, ", range = {}", pair(range));
-        }
-        if let Some(official) = self.official {
-            let _ = write!(line, ", official = {}", pair(official));
-        }
-        if let Some(frames) = self.frames {
-            let _ = write!(line, ", frames = {frames}");
-        }
-        if let Some((width, height)) = self.size {
-            let _ = write!(line, ", size = [{width}, {height}]");
-        }
-        if let Some(video) = &self.video {
-            let _ = write!(line, ", video = \"{video}\"");
-        }
-        if let Some(target_type) = self.target_type {
-            let _ = write!(line, ", target_type = \"{}\"", target_type.word());
-        }
-        if !self.attributes.is_empty() {
-            let _ = write!(line, ", attributes = [\"{}\"]", self.attributes.join("\", \""));
-        }
-        let texts =
-            [("digest", &self.digest), ("archive", &self.archive), ("truth_archive", &self.truth_archive)];
-        for (key, value) in texts {
-            if let Some(value) = value {
-                let _ = write!(line, ", {key} = \"{value}\"");
-            }
-        }
-        line + " },"
+        let mut line = String::new();
+        self.serialize(toml::ser::ValueSerializer::new(&mut line)).expect("an entry has texts and numbers");
+        line + ","
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackfail_core::plugin::unknown;
 
-/// The suites of the built-in `datasets.lock`, the rendered suites, and the user suites that were added.
+/// The built-in suites, the rendered suites, and the user suites that were added.
 ///
 /// The default has no user suites. A copy is cheap.
 #[derive(Debug, Clone, Default)]

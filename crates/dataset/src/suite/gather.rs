@@ -175,18 +175,8 @@ fn entry(path: &Path, target: Option<u32>, data_root: &Path) -> Result<Entry, Da
     Ok(Entry {
         name: target.map_or_else(|| (*name).to_owned(), |n| format!("{name}-{n}")),
         folder: parts.join("/"),
-        format: None,
         target,
-        range: None,
-        official: None,
-        frames: None,
-        size: None,
-        video: None,
-        target_type: None,
-        attributes: Vec::new(),
-        digest: None,
-        archive: None,
-        truth_archive: None,
+        ..Entry::default()
     })
 }
 

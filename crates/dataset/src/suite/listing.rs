@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Lines of a folder start with one space, lines of digits with two; `#` starts a comment. The digits
-//! name the first file that differs; the digest in `datasets.lock` decides whether a sequence is as pinned. A folder is listed once, whatever suites use it.
+//! name the first file that differs; the digest in the suite's file decides whether a sequence is as pinned. A folder is listed once, whatever suites use it.
 
 use crate::DatasetError;
 use crate::digest::file_digest;

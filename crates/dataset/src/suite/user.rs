@@ -1,8 +1,8 @@
-//! Files of user suites: a `datasets.lock` in a data root, like the built-in one.
+//! Files of user suites: a `datasets.lock` in a data root.
 //!
 //! Such a file has `schema = 2` and `[[suite]]` sections, of which `trackfail data add` makes one from a folder
 //! of sequences, but no archives. Its suites are known to experiments and to all commands that are given the
-//! data root; a suite of the built-in file cannot be replaced. A results folder has a copy of the sections that
+//! data root; a built-in suite cannot be replaced. A results folder has a copy of the sections that
 //! it used, from which its report is made without the data root.
 
 use crate::lock::{Entry, PinnedSuite, pinned_suite_names};
@@ -66,143 +66,82 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
 /// The first rule that it breaks.
 pub(super) fn check(suite: &PinnedSuite) -> Result<(), UserSuiteError> {
     check_name(&suite.name)?;
+    let fault = |message: String| Err(UserSuiteError(message));
     for line in [&suite.title, &suite.source, &suite.licence, &suite.how_to_get] {
         if !line.chars().all(text::is_plain) {
-            return Err(UserSuiteError::NotPlain(text::shorten(&text::visible(line))));
+            return fault(format!("`{}` is no plain line of text", text::shorten(&text::visible(line))));
         }
     }
     if suite.sequence.is_empty() {
-        return Err(UserSuiteError::Empty);
+        return fault("it has no sequence".into());
     }
     let mut seen = BTreeSet::new();
     for entry in &suite.sequence {
-        let name = || text::shorten(&text::visible(&entry.name));
-        check_entry(entry).map_err(|error| UserSuiteError::Sequence { name: name(), error })?;
+        let name = text::shorten(&text::visible(&entry.name));
+        if let Err(message) = check_entry(entry) {
+            return fault(format!("sequence `{name}`: {message}"));
+        }
         if !seen.insert(&entry.name) {
-            return Err(UserSuiteError::Twice(name()));
+            return fault(format!("sequence `{name}` is listed twice; names are unique in a suite"));
         }
     }
     Ok(())
 }
 
-/// Why a suite cannot be a user suite.
+/// The rule that a suite breaks, so that it cannot be a user suite.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum UserSuiteError {
-    /// Its name is not allowed.
-    #[error(transparent)]
-    Name(#[from] UserSuiteNameError),
-    /// A description has control characters or several lines.
-    #[error("`{0}` is no plain line of text")]
-    NotPlain(String),
-    /// It is empty.
-    #[error("it has no sequence")]
-    Empty,
-    /// Two sequences have one name.
-    #[error("sequence `{0}` is listed twice; names are unique in a suite")]
-    Twice(String),
-    /// A sequence is not described as it must be.
-    #[error("sequence `{name}`: {error}")]
-    Sequence {
-        /// Name of the sequence.
-        name: String,
-        /// The rule that it breaks.
-        error: EntryError,
-    },
-}
-
-/// Why a sequence cannot be in a user suite.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum EntryError {
-    /// Its name would not fit into addresses of cells, whose parts are separated by slashes.
-    #[error("a name is {} and has no quotes, slashes and backslashes", text::NAME)]
-    Name,
-    /// Its folder leaves the data root.
-    #[error("`folder` is a path under the data root, parts separated by `/`, without `..`")]
-    Folder,
-    /// An attribute is no word.
-    #[error("an attribute is {} and has no quotes, slashes and backslashes", text::NAME)]
-    Attribute,
-    /// It names an archive.
-    #[error("only sequences of the built-in file come in archives")]
-    Archive,
-    /// Its digest is malformed.
-    #[error("`digest` is 64 hexadecimal digits in small letters")]
-    Digest,
-    /// A range ends before it begins.
-    #[error("`{key}` goes from a first to a last frame, not from {first} to {last}")]
-    Range {
-        /// `range` or `official`.
-        key: &'static str,
-        /// First frame.
-        first: u32,
-        /// Last frame.
-        last: u32,
-    },
-    /// The number of frames contradicts the range.
-    #[error("`frames` is the number of frames of `range`")]
-    Frames,
-}
-
-/// Why a user suite cannot have a name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum UserSuiteNameError {
-    /// Its length or characters are not allowed.
-    #[error(
-        "a name has 1 to {MAX_NAME} letters, digits, `-`, `_` and `.`, and does not begin with `.` or `-`"
-    )]
-    Malformed,
-    /// A built-in suite has it.
-    #[error("this is the name of a built-in suite; take another")]
-    BuiltIn,
-}
+#[error("{0}")]
+pub struct UserSuiteError(String);
 
 /// Checks whether a user suite may have the name.
 ///
 /// # Errors
 /// Why not.
-pub fn check_name(name: &str) -> Result<(), UserSuiteNameError> {
+pub fn check_name(name: &str) -> Result<(), UserSuiteError> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if name.is_empty() || name.len() > MAX_NAME || name.starts_with(['.', '-']) || !name.chars().all(fits) {
-        return Err(UserSuiteNameError::Malformed);
+        let message = format!(
+            "a name has 1 to {MAX_NAME} letters, digits, `-`, `_` and `.`, and does not begin with `.` or `-`"
+        );
+        return Err(UserSuiteError(message));
     }
     if pinned_suite_names().any(|n| n == name) || synthetic::is_rendered(name) {
-        return Err(UserSuiteNameError::BuiltIn);
+        return Err(UserSuiteError("this is the name of a built-in suite; take another".into()));
     }
     Ok(())
 }
 
-fn check_entry(entry: &Entry) -> Result<(), EntryError> {
+fn check_entry(entry: &Entry) -> Result<(), String> {
     let word = |w: &str| text::is_name(w) && !w.contains(['"', '\\', '/']);
-    if !word(&entry.name) {
-        return Err(EntryError::Name);
-    }
-    if !is_below(&entry.folder) {
-        return Err(EntryError::Folder);
-    }
-    if !entry.attributes.iter().all(|a| word(a)) {
-        return Err(EntryError::Attribute);
-    }
-    if entry.archive.is_some() || entry.truth_archive.is_some() {
-        return Err(EntryError::Archive);
-    }
-    let digest =
+    let is_digest =
         |d: &String| d.len() == 64 && d.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
-    if !entry.digest.as_ref().is_none_or(digest) {
-        return Err(EntryError::Digest);
-    }
-    for (key, (first, last)) in [("range", entry.range), ("official", entry.official)]
-        .into_iter()
-        .filter_map(|(key, range)| Some((key, range?)))
+    let ranges = [("range", entry.range), ("official", entry.official)];
+    let mut ranges =
+        ranges.into_iter().filter_map(|(key, range)| range.map(|(first, last)| (key, first, last)));
+    let frames = entry.range.map(|(first, last)| u64::from(last).wrapping_sub(first.into()).wrapping_add(1));
+    // Names stand in addresses of cells, whose parts are separated by slashes.
+    let fault = if !word(&entry.name) {
+        format!("a name is {} and has no quotes, slashes and backslashes", text::NAME)
+    } else if !is_below(&entry.folder) {
+        "`folder` is a path under the data root, parts separated by `/`, without `..`".into()
+    } else if !entry.attributes.iter().all(|a| word(a)) {
+        format!("an attribute is {} and has no quotes, slashes and backslashes", text::NAME)
+    } else if entry.archive.is_some() || entry.truth_archive.is_some() {
+        "only sequences of the built-in suites come in archives".into()
+    } else if !entry.digest.as_ref().is_none_or(is_digest) {
+        "`digest` is 64 hexadecimal digits in small letters".into()
+    } else if let Some((key, first, last)) =
+        ranges.find(|(_, first, last)| first > last || *last > i32::MAX as u32)
     {
-        if first > last || last > i32::MAX as u32 {
-            return Err(EntryError::Range { key, first, last });
-        }
-    }
-    let (range, frames) = (entry.range.map(|(a, b)| (b - a) as usize + 1), entry.frames);
-    if frames == Some(0) || (range.is_some() && frames.is_some() && range != frames) {
-        return Err(EntryError::Frames);
-    }
-    Ok(())
+        format!("`{key}` goes from a first to a last frame, not from {first} to {last}")
+    } else if entry.frames == Some(0)
+        || frames.zip(entry.frames).is_some_and(|(range, frames)| range != frames as u64)
+    {
+        "`frames` is the number of frames of `range`".into()
+    } else {
+        return Ok(());
+    };
+    Err(fault)
 }
 
 /// Whether a path stays below the folder that it starts from.

@@ -1,6 +1,6 @@
 //! Compares a local copy with what is pinned, and names the first file that differs.
 //!
-//! The files digest of `datasets.lock` decides about frames and ground truth. It does not cover the label
+//! The pinned files digest decides about frames and ground truth. It does not cover the label
 //! files beside them, which are compared with the digests of `datasets.files`. If a copy is not as pinned,
 //! those digests name the file: ground truth and other text first, then the frames in order.
 

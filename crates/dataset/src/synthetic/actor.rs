@@ -4,9 +4,11 @@
 
 use super::figures;
 use super::noise::{Color, mix, octaves, pick, shade, smoothstep, unit};
+use serde::Deserialize;
 
 /// Kind of a drawn object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A walking person, twice to three times as high as wide.
     Person,

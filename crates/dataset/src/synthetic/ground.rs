@@ -2,9 +2,11 @@
 
 use super::noise::{Color, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
 use super::places;
+use serde::Deserialize;
 
 /// Background of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Ground {
     /// Houses, a pavement and a road.
     Street,

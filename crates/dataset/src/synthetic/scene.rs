@@ -7,70 +7,154 @@ use super::actor::Kind;
 use super::ground::{Ground, Picture};
 use super::motion::{Curve, at};
 use super::noise::{hash, smoothstep, value};
-use super::sensor;
 use super::sprite::{Pose, Sprite};
-use crate::{Frames, Numbering, Render, Sequence};
-use sha2::{Digest, Sha256};
+use super::{scenes, sensor};
+use crate::{Digest, Frames, Numbering, Render, Sequence};
+use serde::Deserialize;
 use std::sync::{Arc, OnceLock};
 use trackfail_core::image::Frame;
 use trackfail_core::num::seed::seed;
 use trackfail_core::region::{Rect, Region};
 
 /// One thing that is drawn, and its path.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Actor {
     /// Kind of the object.
     pub kind: Kind,
     /// Which individual: colors and patterns.
+    #[serde(default = "first_look")]
     pub look: u32,
     /// Width and height in pixels at scale 1.
+    #[serde(deserialize_with = "scenes::actor_size")]
     pub size: (f64, f64),
     /// World column of its center.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub x: Curve,
     /// World row of its center.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub y: Curve,
+    /// In place of `x` and `y`: it crosses the target's way.
+    pub crosses: Option<Crossing>,
+    /// In place of `x` and `y`: it keeps the target company.
+    pub along: Option<Company>,
     /// Magnification, 1 by default.
+    #[serde(default, deserialize_with = "scenes::scale")]
     pub scale: Curve,
     /// Clockwise turn in degrees, 0 by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub turn: Curve,
     /// Phase of the stride in cycles, or yaw; 0 by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub pose: Curve,
+    /// In place of `pose`: a step for every 0.3 of its height on its way.
+    #[serde(default)]
+    pub strides: bool,
     /// Cycles of the stride a frame, added to `pose`.
+    #[serde(default, deserialize_with = "scenes::number")]
     pub cadence: f64,
     /// Drawn with left and right swapped; walkers and swimmers, who face where they go, need it not.
+    #[serde(default)]
     pub mirrored: bool,
 }
 
+fn first_look() -> u32 {
+    1
+}
+
+/// Straight way across that of the target.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Crossing {
+    /// Frame in which it is where the target then is.
+    #[serde(deserialize_with = "scenes::number")]
+    frame: f64,
+    /// Pixels a frame, to the right and down.
+    #[serde(deserialize_with = "scenes::numbers")]
+    velocity: (f64, f64),
+}
+
+/// Way beside the target: how far from it, to the right and down.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Company {
+    #[serde(deserialize_with = "scenes::curve")]
+    x: Curve,
+    #[serde(deserialize_with = "scenes::curve")]
+    y: Curve,
+}
+
+/// Every fourth frame of a sequence and its end.
+fn fourths(frames: usize) -> impl Iterator<Item = f64> {
+    (0..).map(|k| 4.0 * f64::from(k)).take_while(move |&t| t < frames as f64 + 4.0)
+}
+
+/// A walker's stride in cycles at the points of its way.
+fn stride(x: &Curve, y: &Curve, height: f64) -> Curve {
+    let (mut walked, mut points) = (0.0, Curve::new());
+    let mut last = None;
+    for &(t, _) in if x.len() < y.len() { y } else { x } {
+        let place = (at(x, t, 0.0), at(y, t, 0.0));
+        if let Some(last) = last.replace(place) {
+            let (a, b): (f64, f64) = (place.0 - last.0, place.1 - last.1);
+            walked += (a * a + b * b).sqrt();
+        }
+        points.push((t, walked / (0.6 * height)));
+    }
+    points
+}
+
 impl Actor {
-    /// An actor without motion, to be completed.
-    pub const STILL: Self = Self {
-        kind: Kind::Post,
-        look: 1,
-        size: (20.0, 60.0),
-        x: &[],
-        y: &[],
-        scale: &[],
-        turn: &[],
-        pose: &[],
-        cadence: 0.0,
-        mirrored: false,
-    };
+    /// The actor with the curves that follow from the target's way, in a sequence of so many frames.
+    fn placed(mut self, (x, y): (&Curve, &Curve), frames: usize) -> Self {
+        if let Some(Crossing { frame, velocity }) = self.crosses {
+            // A curve's end slopes are 0, so the ends are far outside.
+            let times = [frame - 900.0, frame - 600.0, frame, frame + 600.0, frame + 900.0];
+            let line = |place: f64, v: f64| times.map(|t| (t, place + v * (t - frame))).to_vec();
+            self.x = line(at(x, frame, 0.0), velocity.0);
+            self.y = line(at(y, frame, 0.0), velocity.1);
+        } else if let Some(beside) = &self.along {
+            let sum = |a: &Curve, b: &Curve| -> Curve {
+                fourths(frames).map(|t| (t, at(a, t, 0.0) + at(b, t, 0.0))).collect()
+            };
+            (self.x, self.y) = (sum(x, &beside.x), sum(y, &beside.y));
+        }
+        if self.strides {
+            self.pose = stride(&self.x, &self.y, self.size.1);
+        }
+        self
+    }
+
+    /// The shoulders of a head, which are drawn behind it.
+    fn shoulders(&self, frames: usize) -> Option<Self> {
+        if self.kind != Kind::Head {
+            return None;
+        }
+        let size = (2.3 * self.size.0, 5.5 * self.size.1);
+        let drop = |t: f64| (t, at(&self.y, t, 0.0) + 2.96 * self.size.1 * at(&self.scale, t, 1.0));
+        let y = if self.scale.is_empty() {
+            self.y.iter().map(|p| drop(p.0)).collect()
+        } else {
+            fourths(frames).map(drop).collect()
+        };
+        Some(Self { kind: Kind::Shoulders, size, y, pose: Curve::new(), ..self.clone() })
+    }
 
     fn pose_at(&self, t: f64, camera: (f64, f64)) -> Pose {
-        let s = at(self.scale, t, 1.0);
+        let s = at(&self.scale, t, 1.0);
         Pose {
-            x: at(self.x, t, 0.0) - camera.0,
-            y: at(self.y, t, 0.0) - camera.1,
+            x: at(&self.x, t, 0.0) - camera.0,
+            y: at(&self.y, t, 0.0) - camera.1,
             w: self.size.0 * s,
             h: self.size.1 * s,
-            turn: at(self.turn, t, 0.0),
+            turn: at(&self.turn, t, 0.0),
         }
     }
 
     /// Whether it looks to the left: walkers and swimmers face where they go.
     fn faces_left(&self, t: f64) -> bool {
         let swims = matches!(self.kind, Kind::Person | Kind::Fish);
-        self.mirrored || swims && at(self.x, t + 3.0, 0.0) < at(self.x, t - 3.0, 0.0)
+        self.mirrored || swims && at(&self.x, t + 3.0, 0.0) < at(&self.x, t - 3.0, 0.0)
     }
 
     /// Whether a place in the box counts as covered by it.
@@ -82,66 +166,83 @@ impl Actor {
 }
 
 /// Everything about a sequence.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ScenePlan {
     /// Name of the sequence.
-    pub name: &'static str,
-    /// Attributes of the whole sequence, sorted.
-    pub attributes: &'static [&'static str],
+    pub name: String,
+    /// Attributes of the whole sequence, sorted; in the layout of VOT they follow from the frames.
+    #[serde(default)]
+    pub attributes: Vec<String>,
     /// Width and height of the frames in pixels.
+    #[serde(deserialize_with = "scenes::frame_size")]
     pub size: (usize, usize),
     /// Number of frames.
+    #[serde(deserialize_with = "scenes::frames")]
     pub frames: usize,
     /// Background.
     pub ground: Ground,
     /// Objects drawn before the target, in this order.
-    pub behind: &'static [Actor],
+    #[serde(default)]
+    pub behind: Vec<Actor>,
     /// The target.
     pub target: Actor,
     /// Objects drawn over the target.
-    pub front: &'static [Actor],
+    #[serde(default)]
+    pub front: Vec<Actor>,
     /// World column of the frame's left border, 0 by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub camera_x: Curve,
     /// World row of the frame's top border, 0 by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub camera_y: Curve,
     /// Amplitude in pixels of the camera's shake.
+    #[serde(default, deserialize_with = "scenes::number")]
     pub shake: f64,
     /// Brightness, 1 by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub light: Curve,
     /// World column of the middle of a shadow; none by default.
+    #[serde(default, deserialize_with = "scenes::curve")]
     pub shadow: Curve,
     /// Width of the shadow in pixels.
+    #[serde(default = "usual_shadow", deserialize_with = "scenes::number")]
     pub shadow_width: f64,
     /// Part of the frame interval during which the shutter is open; 0 for no motion blur, above 1 for
     /// more blur than a real shutter gives.
+    #[serde(default, deserialize_with = "scenes::number")]
     pub exposure: f64,
     /// Amplitude of the sensor noise, largest deviation in gray levels.
+    #[serde(default = "usual_noise", deserialize_with = "scenes::number")]
     pub noise: f64,
     /// Ground truth as the turned box (VOT) instead of an upright rectangle (OTB).
+    #[serde(skip)]
     pub polygon: bool,
 }
 
+fn usual_shadow() -> f64 {
+    80.0
+}
+
+fn usual_noise() -> f64 {
+    6.0
+}
+
 impl ScenePlan {
-    /// A plan to be completed.
-    pub const EMPTY: Self = Self {
-        name: "",
-        attributes: &[],
-        size: (320, 240),
-        frames: 160,
-        ground: Ground::Street,
-        behind: &[],
-        target: Actor::STILL,
-        front: &[],
-        camera_x: &[],
-        camera_y: &[],
-        shake: 0.0,
-        light: &[],
-        shadow: &[],
-        shadow_width: 80.0,
-        exposure: 0.0,
-        noise: 6.0,
-        polygon: false,
-    };
+    /// The plan in which every actor has its curves, and every head its shoulders.
+    pub fn placed(mut self) -> Self {
+        let (x, y) = (self.target.x.clone(), self.target.y.clone());
+        let frames = self.frames;
+        let cast = |actors: Vec<Actor>| {
+            let placed = actors.into_iter().map(|actor| actor.placed((&x, &y), frames));
+            placed.flat_map(|a| a.shoulders(frames).into_iter().chain([a])).collect::<Vec<_>>()
+        };
+        self.behind = cast(self.behind);
+        self.front = cast(self.front);
+        self.target = self.target.placed((&x, &y), frames);
+        self.behind.extend(self.target.shoulders(frames));
+        self
+    }
 }
 
 /// A plan that can be rendered. Background and sprites are painted when the first frame is asked for.
@@ -168,11 +269,11 @@ impl Scene {
         let wobble = |k: f64| {
             if p.shake == 0.0 { 0.0 } else { 2.0 * p.shake * (value(self.seed, 0.37 * t, k) - 0.5) }
         };
-        (at(p.camera_x, t, 0.0) + wobble(0.0), at(p.camera_y, t, 0.0) + wobble(9.0))
+        (at(&p.camera_x, t, 0.0) + wobble(0.0), at(&p.camera_y, t, 0.0) + wobble(9.0))
     }
 
     fn actors(&self) -> impl Iterator<Item = &Actor> {
-        self.plan.behind.iter().chain([&self.plan.target]).chain(self.plan.front)
+        self.plan.behind.iter().chain([&self.plan.target]).chain(&self.plan.front)
     }
 
     fn assets(&self) -> &Assets {
@@ -217,7 +318,7 @@ impl Scene {
         let width = self.plan.size.0;
         assets.picture.view(camera.0, camera.1, width, out);
         for (a, &k) in self.actors().zip(&assets.cast) {
-            let phase = a.kind.phase_of(at(a.pose, t, 0.0) + a.cadence * t);
+            let phase = a.kind.phase_of(at(&a.pose, t, 0.0) + a.cadence * t);
             assets.sprites[k][phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
         }
     }
@@ -265,7 +366,7 @@ impl Scene {
     /// Brightness at the target's center.
     fn brightness(&self, t: f64) -> f64 {
         let p = &self.plan;
-        at(p.light, t, 1.0) * self.shadow_gain(at(p.target.x, t, 0.0), t)
+        at(&p.light, t, 1.0) * self.shadow_gain(at(&p.target.x, t, 0.0), t)
     }
 
     /// Factor of the shadow at a world column.
@@ -274,7 +375,7 @@ impl Scene {
             return 1.0;
         }
         let half = self.plan.shadow_width / 2.0;
-        let distance = (x - at(self.plan.shadow, t, 0.0)).abs();
+        let distance = (x - at(&self.plan.shadow, t, 0.0)).abs();
         1.0 - 0.55 * (1.0 - smoothstep(half - 6.0, half + 6.0, distance))
     }
 
@@ -356,21 +457,25 @@ impl Scene {
     fn expose(&self, t: usize, rgb: &mut [u8]) {
         let width = self.plan.size.0;
         let now = t as f64;
-        let (left, light) = (self.camera(now).0, at(self.plan.light, now, 1.0));
+        let (left, light) = (self.camera(now).0, at(&self.plan.light, now, 1.0));
         let gain = |i: usize| 256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now);
         let gains: Vec<i32> = (0..width).map(|i| gain(i).clamp(0.0, 2048.0).round() as i32).collect();
         sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
     }
 }
 
-/// The sequence of a plan. Its `digest` is the SHA-256 of the names and `version`, which stand for the
-/// pixels: a test sees to it that the version is raised when they change.
-pub fn sequence(suite: &str, version: u32, plan: &ScenePlan) -> Sequence {
-    let bits = seed(0, &["synthetic", suite, plan.name]);
-    let scene = Scene { plan: *plan, seed: (bits ^ (bits >> 32)) as u32, assets: OnceLock::new() };
+/// The number that the textures and the noise of a sequence follow from.
+pub fn bits(suite: &str, name: &str) -> u64 {
+    seed(0, &["synthetic", suite, name])
+}
+
+/// The sequence of a plan, in a suite of this name.
+pub fn sequence(suite: &str, plan: &ScenePlan) -> Sequence {
+    let bits = bits(suite, &plan.name);
+    let scene = Scene { plan: plan.clone(), seed: (bits ^ (bits >> 32)) as u32, assets: OnceLock::new() };
     let truth = (0..plan.frames).map(|t| Some(scene.truth(t))).collect();
     let mut frame_attributes: Vec<(String, Vec<bool>)> = Vec::new();
-    let mut attributes: Vec<String> = plan.attributes.iter().map(|a| (*a).to_string()).collect();
+    let mut attributes = plan.attributes.clone();
     if plan.polygon {
         let rows: Vec<_> = (0..plan.frames).map(|t| scene.frame_attributes(t)).collect();
         let column = |k: usize| rows.iter().map(|r| r[k]).collect();
@@ -381,18 +486,13 @@ pub fn sequence(suite: &str, version: u32, plan: &ScenePlan) -> Sequence {
         let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true));
         attributes = ever.map(|(name, _)| name.clone()).collect();
     }
-    let mut hash = Sha256::new();
-    for part in ["trackfail synthetic", &version.to_string(), suite, plan.name, &bits.to_string()] {
-        hash.update((part.len() as u64).to_le_bytes());
-        hash.update(part.as_bytes());
-    }
     Sequence {
-        name: plan.name.to_string(),
+        name: plan.name.clone(),
         numbering: Numbering { first: 1, official: (1, plan.frames as u32) },
         truth,
         attributes,
         frame_attributes,
-        digest: trackfail_core::num::hexadecimal(&hash.finalize()).into(),
+        digest: Digest::default(),
         frames: Frames::Rendered(Arc::new(scene), plan.frames),
     }
 }

@@ -1,4 +1,4 @@
-use super::scene::{Actor, ScenePlan};
+use super::scene::ScenePlan;
 use super::*;
 use crate::Frames;
 use rayon::prelude::*;
@@ -36,7 +36,7 @@ fn content(sequence: &Sequence) -> String {
 #[test]
 fn pixels_and_truth_are_those_of_this_version() {
     let mut found = String::new();
-    for suite in SUITES {
+    for suite in &SUITES {
         let parts: Vec<_> = suite.sequences().par_iter().map(content).collect();
         let digest = Sha256::digest(parts.concat());
         let short: String = digest.iter().take(8).map(|b| format!("{b:02x}")).collect();
@@ -66,7 +66,7 @@ fn suites_are_well_formed() {
         let f = frame(&q, 0);
         for (t, region) in q.truth.iter().enumerate() {
             let region = region.as_ref().unwrap();
-            assert_eq!(matches!(region, Region::Polygon(_)), suite.layout == RenderLayout::Vot);
+            assert_eq!(matches!(region, Region::Polygon(_)), suite.scenes().layout == RenderLayout::Vot);
             // The target's center never leaves the frame.
             let (x, y) = region.rect().center();
             let inside = (0.0..f.width() as f64).contains(&x) && (0.0..f.height() as f64).contains(&y);
@@ -75,11 +75,10 @@ fn suites_are_well_formed() {
             assert!(Region::from_numbers(&flat).is_ok(), "{} {t}", q.name);
         }
     }
-    for suite in SUITES {
-        let names: Vec<_> = suite.names().collect();
+    for suite in &SUITES {
+        let names: Vec<_> = suite.scenes().names().collect();
         assert!(names.is_sorted() && names.windows(2).all(|w| w[0] != w[1]));
-        assert_eq!(names.len(), suite.len());
-        assert!(suite.summary.starts_with(&suite.len().to_string()));
+        assert!(suite.scenes().title.starts_with(&names.len().to_string()));
     }
     let digests: std::collections::BTreeSet<_> =
         all().map(|(_, q)| q.digest().unwrap().to_string()).collect();
@@ -118,12 +117,14 @@ fn frames_do_not_depend_on_the_order() {
 /// The pixels that change when the target is taken away are those of the annotated box.
 #[test]
 fn the_truth_is_where_the_target_is() {
-    for suite in SUITES {
-        suite.plans().par_iter().for_each(|plan| {
-            let bare = ScenePlan { front: &[], light: &[], shadow: &[], exposure: 0.0, noise: 0.0, ..*plan };
-            let gone = ScenePlan { target: Actor { x: &[(0.0, -1e5)], ..bare.target }, ..bare };
-            let with = scene::sequence(suite.name, VERSION, &bare);
-            let without = scene::sequence(suite.name, VERSION, &gone);
+    for suite in &SUITES {
+        suite.scenes().plans.par_iter().for_each(|plan| {
+            let (front, light, shadow) = (Vec::new(), Vec::new(), Vec::new());
+            let bare = ScenePlan { front, light, shadow, exposure: 0.0, noise: 0.0, ..plan.clone() };
+            let mut gone = bare.clone();
+            gone.target.x = vec![(0.0, -1e5)];
+            let with = scene::sequence(suite.name, &bare);
+            let without = scene::sequence(suite.name, &gone);
             for t in [0, plan.frames / 3, plan.frames / 2, plan.frames - 1] {
                 let (a, b) = (frame(&with, t), frame(&without, t));
                 let (mut low, mut high) = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
@@ -145,7 +146,7 @@ fn the_truth_is_where_the_target_is() {
                 let (l, r) = (edge(|c| c.0, w, false), edge(|c| c.0, w, true));
                 let (o, u) = (edge(|c| c.1, h, false), edge(|c| c.1, h, true));
                 // Card corners stick out of an inscribed ellipse's bounds by up to a sixth.
-                let slack = if suite.layout == RenderLayout::Otb && !plan.target.turn.is_empty() {
+                let slack = if suite.scenes().layout == RenderLayout::Otb && !plan.target.turn.is_empty() {
                     0.2 * (r - l).max(u - o)
                 } else {
                     0.0

@@ -85,8 +85,9 @@ impl Axis {
         if self.range == Range::FromZero && !self.log {
             (lo, hi) = (lo.min(0.0), hi.max(0.0));
         }
-        if lo == hi {
-            let room = if lo == 0.0 { 1.0 } else { lo.abs() * 0.2 };
+        // Ends so near to each other have one place.
+        if hi - lo <= lo.abs() * 1e-12 || (!self.log && hi < 1e-300 && lo > -1e-300) {
+            let room = if lo.abs() < 1e-300 && !self.log { 1.0 } else { lo.abs() * 0.2 };
             (lo, hi) = (lo - room, hi + room);
         }
         Ok(self.enclosed((lo, hi), max))

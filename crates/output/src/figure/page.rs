@@ -247,7 +247,8 @@ fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
         let (mut a, b) = (pair[0], pair[1]);
         loop {
             let length = (b.0 - a.0).hypot(b.1 - a.1);
-            if length <= left {
+            // A place that is no number ends it, too.
+            if length.is_nan() || length <= left {
                 left -= length;
                 if turn % 2 == 0 {
                     run.push(b);

@@ -222,7 +222,7 @@ impl Panel {
     /// Names beside points, each at the first of four sides where nothing else stands, and in any case inside the page.
     fn names(&self, page: &mut Page, place: &Place) {
         let name = |mark: &Mark| match mark {
-            Mark::Name(at, name) => Some((place.of(*at), font::clean(name))),
+            Mark::Name(at, name) if self.shows(at) => Some((place.of(*at), font::clean(name))),
             _ => None,
         };
         let named: Vec<(Point, String)> = self.marks.iter().filter_map(name).collect();

@@ -184,7 +184,9 @@ pub fn verdict(claims: &[Finding]) -> Option<String> {
     let of_paper: Vec<&Finding> = claims.iter().filter(|c| !c.is_check).collect();
     let first = of_paper.first()?;
     let words = ClaimCounts::of(of_paper.iter().map(|c| c.outcome)).words();
-    let (outcome, text) = (first.outcome.words(), first.text.trim_end_matches('.'));
+    let text = first.text.trim_end_matches('.');
+    let outcome =
+        if first.outcome == ClaimOutcome::Undecided { "is undecided" } else { first.outcome.words() };
     Some(match of_paper.len() {
         1 => format!("Its claim {outcome}: {text}."),
         n => format!("Of {n} claims, {words}. The first {outcome}: {text}."),

@@ -32,8 +32,11 @@ pub fn figure_first(
     (metric, best): (Option<Metric>, &[String]),
     is_about_readings: bool,
 ) {
+    let is_asked_for = |view: &&FigureView| {
+        experiment.figures.iter().any(|own| view.file == format!("figures/{}.svg", own.name))
+    };
     let place = if is_about_readings {
-        Some(experiment.figures.len())
+        Some(figures.iter().filter(is_asked_for).count())
     } else if experiment.methods.is_empty() {
         None
     } else {

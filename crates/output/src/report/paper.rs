@@ -63,8 +63,11 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
             let bytes = std::fs::read(&path).map_err(|e| StoreError::new(&path, e))?;
             Ok(store::write_derived(&folder.join(name), &bytes)?)
         };
-        copy("tables/macros.tex", &format!("{stem}-macros.tex"))?;
-        macros.push_str(&format!("\\input{{{stem}-macros}}\n"));
+        // A report without tables has no numbers.
+        if report.join("tables/macros.tex").is_file() {
+            copy("tables/macros.tex", &format!("{stem}-macros.tex"))?;
+            macros.push_str(&format!("\\input{{{stem}-macros}}\n"));
+        }
         for Item { name, file, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
             let Some(caption) = caption.as_deref().map(latex_escape) else {

@@ -155,7 +155,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     let own = of_readings.into_iter().chain(headline);
     let own = own.map(|(name, dots, caption)| (name, dots.figure(), caption)).chain(ranks);
     for (mut name, figure, caption) in own {
-        while experiment.figures.iter().any(|f| f.name == name) {
+        let is_taken = |name: &String| {
+            let file = format!("figures/{name}.svg");
+            experiment.figures.iter().any(|f| f.name == *name) || page.figures.iter().any(|f| f.file == file)
+        };
+        while is_taken(&name) {
             name.push('_');
         }
         let files = figure.draw(WIDTH).map_err(|error| DrawError::Figure { name: name.clone(), error })?;

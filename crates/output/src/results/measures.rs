@@ -121,19 +121,23 @@ pub fn by_attribute(
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
-    let count = |number: i64| u64::try_from(number).unwrap_or_default();
+    let count = |column: &'static str, number: i64| {
+        u64::try_from(number).map_err(|_| TableError::Number { column, found: number.to_string() })
+    };
     let frame = MeasureRow::read(bytes)?;
     let measure = |row: MeasureRow<'_>| {
         let [tracker, method, params] = <[&str; 3]>::from(row.of).map(str::to_string);
-        let [runs, frames] = [row.reverse_runs, row.reverse_frames].map(|n| n.map_or(0, count));
+        let runs = count("reverse_runs", row.reverse_runs.unwrap_or(0))?;
+        let frames = count("reverse_frames", row.reverse_frames.unwrap_or(0))?;
         // Where no cell has a result the fields are empty.
         let counts = row.counts.unwrap_or_default();
         let effort = Effort { runs, frames };
         let pooled = Pooled { counts, score: row.score, effort, delay: row.delay, ..Pooled::default() };
-        let [done, failed] = [row.done, row.failed].map(|n| count(n) as usize);
-        Measure { tracker, method, params, attribute: None, pooled, done, failed, not_there: 0 }
+        let done = count("done", row.done)? as usize;
+        let failed = count("failed", row.failed)? as usize;
+        Ok(Measure { tracker, method, params, attribute: None, pooled, done, failed, not_there: 0 })
     };
-    Ok(MeasureRow::rows(&frame)?.into_iter().map(measure).collect())
+    MeasureRow::rows(&frame)?.into_iter().map(measure).collect()
 }
 
 /// Counts the cells of each measure whose data is not there.

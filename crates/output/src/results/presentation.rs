@@ -8,7 +8,7 @@ use trackfail_engine::spec::read_file;
 use trackfail_engine::store;
 
 impl Results {
-    /// Reads an experiment file that shows these results and keeps it beside them, in place of the one before.
+    /// Reads an experiment file that shows these results; [`Results::keep`] keeps it beside them.
     ///
     /// # Errors
     /// When the file is wrong, or has other suites, trackers, methods or parameters than the run.
@@ -21,13 +21,21 @@ impl Results {
             let folder = self.folder.clone();
             return Err(ResultsError::OtherNumbers { path: path.to_path_buf(), folder, keys });
         }
+        self.manifest.format = manifest::FORMAT;
         self.manifest.spec_digest = sha256(experiment.source.as_bytes());
         self.manifest.files.insert(SPEC.to_string(), self.manifest.spec_digest.clone());
-        store::write(&self.folder.join(SPEC), experiment.source.as_bytes())?;
-        write_json(&self.folder.join(manifest::FILE), &self.manifest)?;
         self.experiment = experiment;
         self.put_in_order();
         Ok(())
+    }
+
+    /// Writes the experiment file that shows these results, and the manifest with its digest, in place of those before.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    pub fn keep(&self) -> Result<(), ResultsError> {
+        store::write(&self.folder.join(SPEC), self.experiment.source.as_bytes())?;
+        write_json(&self.folder.join(manifest::FILE), &self.manifest)
     }
 
     /// Puts the pooled numbers in the order of the experiment's trackers and methods.

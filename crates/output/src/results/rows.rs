@@ -1,5 +1,6 @@
 //! Files with columns. `rows!` declares a file once: its row, its columns, what writes and what reads it, and its part of
-//! `docs/columns.md`. Frames of polars stand between rows and bytes.
+//! `docs/columns.md`. Rows become a `DataFrame` of polars, and that the bytes of CSV
+//! or Parquet; reading goes the other way.
 
 use polars::prelude::{Column as Values, *};
 use polars_parquet::write::schema_to_metadata_key;

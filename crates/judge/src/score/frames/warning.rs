@@ -3,7 +3,7 @@
 //! ```text
 //! imminent:  O_t < 1 and a loss begins in one of the frames t + 1 .. t + k
 //! safe:      O_t < 1 and none does
-//! left out:  O_t = 1, no annotation, and frames of which the next k are not all there unless a loss begins in them
+//! left out:  O_t = 1; no annotation; fewer than k frames follow, and no loss begins in them
 //! ```
 //!
 //! `O_t` is the tracking error, `t` a 0-based frame, `k` a number of frames. Losses are those of `frames/1`, see

@@ -25,7 +25,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let found: Vec<(&Analysed, &Chart)> = analyses
         .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))
         .collect();
-    let reason = format!("there is no analysis {}", shows.analysis);
+    let reason = format!("the analysis {} has no chart {} with a point here", shows.analysis, shows.part);
     let Some((first, look)) = found.first() else { return Ok(Drawing::NoData(reason)) };
     let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
     // The place of a tracker in the experiment gives its color on all pages of it.

@@ -175,7 +175,7 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
         let (mut key_style, mut name) = (style, line.method.clone());
         let mut panel: Vec<String> = Vec::new();
         match &plan {
-            Plan::Ordered(axis, values) if !is_anchor => {
+            Plan::Ordered(axis, values) if !is_anchor && line.others.iter().any(|(a, _)| a == axis) => {
                 let value = line.others.iter().find(|(a, _)| a == axis).map_or(f64::NAN, |(_, v)| *v);
                 let at = values.iter().position(|v| *v == value).unwrap_or(0);
                 style = Style::new(Color::ordered(at, values.len()), Dash::Solid);

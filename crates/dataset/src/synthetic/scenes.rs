@@ -1,0 +1,254 @@
+//! Scene files: who moves where, before which background.
+//!
+//! A file has a `title`, the `layout` that `trackfail data render` writes (`otb` or `vot`; in that of VOT the ground truth is
+//! the turned box), and a `[[scene]]` for each sequence, as `ScenePlan` and `Actor` have its keys: the target, and what
+//! is `behind` it and in `front` of it. Curves are lists of `[frame, value]`, places are in pixels of a world that the
+//! camera shows a part of. The four suites of the program are such files, in `scenes/`.
+
+use super::scene::{Actor, ScenePlan};
+use super::{RenderLayout, scene};
+use crate::{DatasetError, Sequence, sorted, text};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _};
+use std::ops::RangeInclusive;
+use std::path::Path;
+use toml::Spanned;
+
+/// Most pixels of a background, the camera's way included.
+const MAX_BACKGROUND: f64 = 64e6;
+
+/// Largest number of a scene.
+const MAX_NUMBER: f64 = 1e5;
+
+/// The scenes of a suite.
+#[derive(Debug, Clone)]
+pub struct SceneFile {
+    /// One line about them.
+    pub title: String,
+    /// Layout that they are written in.
+    pub layout: RenderLayout,
+    pub(super) plans: Vec<ScenePlan>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wire {
+    title: String,
+    layout: RenderLayout,
+    scene: Vec<Spanned<ScenePlan>>,
+}
+
+impl SceneFile {
+    /// The names of the sequences, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.plans.iter().map(|plan| plan.name.as_str())
+    }
+
+    /// The sequences with their ground truth, as those of a suite of this name, which textures and noise depend on;
+    /// nothing is painted until a frame is rendered.
+    pub fn sequences(&self, suite: &str) -> Vec<Sequence> {
+        self.plans.iter().map(|plan| scene::sequence(suite, plan)).collect()
+    }
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// A file that cannot be read, and the first fault in it, with its line and key.
+pub fn read(path: &Path) -> Result<SceneFile, DatasetError> {
+    parse(path, &text::read(path)?)
+}
+
+/// The scenes of a file's text; `path` names it in messages.
+pub(super) fn parse(path: &Path, source: &str) -> Result<SceneFile, DatasetError> {
+    let line = |at: usize| 1 + source.get(..at).unwrap_or_default().matches('\n').count();
+    let wire: Wire = toml::from_str(source).map_err(|e| {
+        let line = line(e.span().map_or(0, |span| span.start));
+        let key = source.lines().nth(line - 1).and_then(|line| line.split_once('='));
+        let key = key.map_or_else(String::new, |(key, _)| {
+            format!("`{}`: ", text::shorten(&text::visible(key.trim())))
+        });
+        DatasetError::line(path, line, format!("{key}{}", text::shorten_to(&text::visible(e.message()), 200)))
+    })?;
+    let mut plans: Vec<ScenePlan> = Vec::new();
+    for scene in wire.scene {
+        let line = line(scene.span().start);
+        let mut plan = scene.into_inner();
+        let name = text::shorten(&text::visible(&plan.name));
+        let fault = |message: &str| DatasetError::line(path, line, format!("scene `{name}`: {message}"));
+        check(&plan).map_err(fault)?;
+        if plans.iter().any(|other| other.name == plan.name) {
+            return Err(fault("`name` is that of another scene of the file"));
+        }
+        plan.polygon = wire.layout == RenderLayout::Vot;
+        plan.attributes = sorted(plan.attributes);
+        plans.push(plan.placed());
+    }
+    Ok(SceneFile { title: wire.title, layout: wire.layout, plans })
+}
+
+/// What cannot be seen from one key alone.
+fn check(plan: &ScenePlan) -> Result<(), &'static str> {
+    if !text::is_name(&plan.name) || plan.name.contains(['"', '\\', '/']) || plan.name.starts_with('.') {
+        return Err("`name` is a plain word without slashes, quotes and a dot at its start");
+    }
+    let has = |a: &Actor| [!a.x.is_empty(), !a.y.is_empty(), a.crosses.is_some(), a.along.is_some()];
+    const OWN: [bool; 4] = [true, true, false, false];
+    const FOLLOWS: [[bool; 4]; 2] = [[false, false, true, false], [false, false, false, true]];
+    if has(&plan.target) != OWN {
+        return Err("the target has `x` and `y`, and neither `crosses` nor `along`");
+    }
+    if !plan.behind.iter().chain(&plan.front).map(has).all(|ways| ways == OWN || FOLLOWS.contains(&ways)) {
+        return Err("whoever is `behind` or in `front` has either `x` and `y`, or `crosses`, or `along`");
+    }
+    let span = |curve: &[(f64, f64)], side: usize| {
+        let low = curve.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+        let high = curve.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
+        (high - low).max(0.0) + 2.0 * plan.shake.abs() + side as f64
+    };
+    if span(&plan.camera_x, plan.size.0) * span(&plan.camera_y, plan.size.1) > MAX_BACKGROUND {
+        return Err(
+            "`camera_x` and `camera_y` go too far, the background would have more than 64 million pixels",
+        );
+    }
+    Ok(())
+}
+
+/// A number that is kept if it is in a range.
+fn within<T: PartialOrd, E: serde::de::Error>(
+    value: T,
+    range: RangeInclusive<T>,
+    words: &str,
+) -> Result<T, E> {
+    if range.contains(&value) { Ok(value) } else { Err(E::custom(words)) }
+}
+
+fn small<E: serde::de::Error>(value: f64) -> Result<f64, E> {
+    within(value, -MAX_NUMBER..=MAX_NUMBER, "numbers go from -100000 to 100000")
+}
+
+/// A number that is neither infinite nor huge.
+pub(super) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    small(f64::deserialize(from)?)
+}
+
+/// Frame and velocity of somebody who crosses.
+pub(super) fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
+    let (a, b) = <(f64, f64)>::deserialize(from)?;
+    Ok((small::<D::Error>(a)?, small::<D::Error>(b)?))
+}
+
+/// A number of frames.
+pub(super) fn frames<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
+    within(usize::deserialize(from)?, 1..=100_000, "a sequence has 1 to 100000 frames")
+}
+
+/// Width and height of frames.
+pub(super) fn frame_size<'de, D: Deserializer<'de>>(from: D) -> Result<(usize, usize), D::Error> {
+    let (width, height) = <(usize, usize)>::deserialize(from)?;
+    let side = |side| within::<_, D::Error>(side, 16..=4096, "frames are 16 to 4096 pixels wide and high");
+    Ok((side(width)?, side(height)?))
+}
+
+/// Width and height of an actor.
+pub(super) fn actor_size<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
+    let (width, height) = <(f64, f64)>::deserialize(from)?;
+    let side = |side| within::<_, D::Error>(side, 1.0..=4096.0, "it is 1 to 4096 pixels wide and high");
+    Ok((side(width)?, side(height)?))
+}
+
+/// A list of `[frame, value]` in which frames rise.
+pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64)>, D::Error> {
+    let points = Vec::<(f64, f64)>::deserialize(from)?;
+    for (frame, value) in &points {
+        small::<D::Error>(*frame).and(small(*value))?;
+    }
+    if points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
+        return Err(D::Error::custom("the frames of a list of `[frame, value]` rise"));
+    }
+    Ok(points)
+}
+
+/// A curve of magnifications.
+pub(super) fn scale<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64)>, D::Error> {
+    let points = curve(from)?;
+    for (_, value) in &points {
+        within::<_, D::Error>(*value, 0.01..=100.0, "magnifications are 0.01 to 100")?;
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENES: &str = "title = \"Mine\"\nlayout = \"otb\"\n\n[[scene]]\nname = \"walk\"\nattributes = [\"b\", \"a\"]\n\
+        size = [160, 120]\nframes = 30\nground = \"street\"\n\n[scene.target]\nkind = \"person\"\nsize = [20, 60]\n\
+        x = [[0, 40], [29, 120]]\ny = [[0, 70]]\nstrides = true\n\n[[scene.front]]\nkind = \"post\"\nsize = [9, 99]\n\
+        crosses = { frame = 15, velocity = [-1, 0] }\n";
+
+    #[test]
+    fn a_file_of_ones_own_is_rendered() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        std::fs::write(&path, SCENES).unwrap();
+        let file = read(&path).unwrap();
+        assert_eq!((file.title.as_str(), file.names().collect::<Vec<_>>()), ("Mine", vec!["walk"]));
+        let sequence = file.sequences("mine").swap_remove(0);
+        assert_eq!((sequence.len(), sequence.size().unwrap()), (30, (160, 120)));
+        assert_eq!(sequence.attributes, ["a", "b"]);
+        assert_ne!(sequence.frame(0).unwrap(), sequence.frame(29).unwrap());
+        // Where pixels change, so does the digest.
+        std::fs::write(&path, SCENES.replace("[29, 120]", "[29, 121]")).unwrap();
+        let changed = read(&path).unwrap().sequences("mine").swap_remove(0);
+        assert_ne!(sequence.digest().unwrap(), changed.digest().unwrap());
+    }
+
+    #[test]
+    fn the_example_of_the_documents_is_a_file_of_scenes() {
+        let example = include_str!("../../../../docs/datasets.md").split("```toml\n").nth(1).unwrap();
+        let file = parse(Path::new("docs"), example.split("```").next().unwrap()).unwrap();
+        assert_eq!(file.sequences("mine")[0].len(), 60);
+    }
+
+    #[test]
+    fn faults_name_file_line_and_key() {
+        for (before, after, words) in [
+            ("size = [160", "size = [0", "line 7: `size`: frames are 16 to 4096"),
+            ("size = [20,", "size = [-2,", "line 13: `size`: it is 1 to 4096"),
+            ("frames = 30", "frames = 0", "line 8: `frames`: a sequence has 1 to"),
+            ("frames = 30", "frame = 30", "line 8: `frame`: unknown field `frame`"),
+            ("\"street\"", "\"moon\"", "line 9: `ground`: unknown variant `moon`"),
+            ("[29, 120]", "[29, nan]", "line 14: `x`: numbers go from"),
+            ("[29, 120]", "[0, 120]", "line 14: `x`: the frames of a list"),
+            ("[29, 120]", "[29]", "line 14: `x`: "),
+            ("x = [[0, 40], [29, 120]]\n", "", "line 4: scene `walk`: the target has `x` and `y`"),
+            ("crosses = ", "x = [[0, 1]]\ncrosses = ", "line 4: scene `walk`: whoever is `behind`"),
+            (
+                "crosses = { frame = 15, velocity = [-1, 0] }\n",
+                "",
+                "line 4: scene `walk`: whoever is `behind`",
+            ),
+            ("\"walk\"", "\"a/b\"", "line 4: scene `a/b`: `name` is a plain word"),
+            (
+                "strides = true",
+                "strides = true\nscale = [[0, 0]]",
+                "line 17: `scale`: magnifications are 0.01 to",
+            ),
+            (
+                "ground = ",
+                "camera_x = [[0, 0], [9, 99999]]\ncamera_y = [[0, 0], [9, 99999]]\nground = ",
+                "too far",
+            ),
+            ("layout = \"otb\"", "layout = \"got\"", "line 2: `layout`: unknown variant `got`"),
+        ] {
+            let text = SCENES.replace(before, after);
+            assert_ne!(text, SCENES, "{before}");
+            let error = parse(Path::new("mine.toml"), &text).unwrap_err().to_string();
+            assert!(error.starts_with("mine.toml, line ") && error.contains(words), "{error}");
+        }
+        let twice = SCENES.to_owned() + SCENES.split_once("\n\n").unwrap().1;
+        let error = parse(Path::new("mine.toml"), &twice).unwrap_err().to_string();
+        assert!(error.contains("line 22: scene `walk`: `name` is that of another"), "{error}");
+    }
+}
