@@ -1,8 +1,8 @@
 //! Figures: plain data in; SVG text, PNG and PDF bytes out; no files, no knowledge of methods.
 //!
-//! A [`Figure`] is made of [`Panel`]s, and these of [`Mark`]s. It is laid out once, as a page of lines, filled shapes and
-//! texts in units of 0.7 pt; SVG (by plotters), bitmap and PDF are each drawn from these three shapes alone. All
-//! outputs therefore show the same, and the same data gives the same bytes. A figure is [`WIDTH`] or [`COLUMN`] wide, 7 or
+//! A [`Figure`] is made of [`Panel`]s, and these of [`Mark`]s. It is laid out once, as a page of stills and, over
+//! them, lines, filled shapes and texts in units of 0.7 pt; SVG (by plotters), bitmap and PDF are each drawn from these alone.
+//! All outputs therefore show the same, and the same data gives the same bytes. A figure is [`WIDTH`] or [`COLUMN`] wide, 7 or
 //! 3.3 inches in print, and its smallest text there 7.7 pt. No text is cut: what is too long is broken into lines.
 //!
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the

@@ -16,6 +16,7 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
+//! | `readings` | says which reading of a paper's text its numbers speak for |
 //! | `standings` | says which method or tracker is the best, and how sure that is |
 //! | `sources` | says where the numbers come from |
 //! | `sentences` | words what all of these say |

@@ -1,5 +1,5 @@
-//! Dot plots: a row for each reading, a panel for each statistic, a dot with its interval, and the published value as an
-//! upright line through the panel.
+//! Dot plots: a row for each method, tracker or reading, a panel for each tracker or statistic, a dot with its interval. A
+//! published value is an upright line for all rows, or a diamond in its row.
 
 use super::axis::{Axis, Range};
 use super::layout::{Figure, Form};
@@ -21,7 +21,7 @@ pub struct Dot {
 pub struct DotPanel {
     /// Name of the statistic.
     pub label: String,
-    /// The value that is marked in all rows.
+    /// The published value of all rows, an upright line.
     pub mark: Option<f64>,
     /// Values of methods that know nothing, or all: lines through all rows.
     pub levels: Vec<(f64, Dash)>,

@@ -3,7 +3,7 @@
 /// A figure that cannot be drawn.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FigureError {
-    /// The figure has no panel, row or frame.
+    /// The figure has neither panels nor stills, or its curves have no point.
     #[error("the figure has nothing to draw: {0}")]
     Empty(&'static str),
     /// The ends of a fixed range are not finite, not in order, or not above 0 on a logarithmic axis.
@@ -24,7 +24,7 @@ pub enum FigureError {
         /// Limit in units.
         limit: u32,
     },
-    /// The drawing backend or the PNG encoder failed.
+    /// plotters, the PNG encoder or the cutting of the font failed.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }

@@ -94,7 +94,7 @@ pub enum Symbol {
 pub struct Entry {
     /// The symbol.
     pub symbol: Symbol,
-    /// Meaning of its mark.
+    /// What the symbol stands for.
     pub name: String,
 }
 
@@ -169,7 +169,7 @@ impl Legend {
 }
 
 impl Symbol {
-    /// Draws the symbol behind a point.
+    /// Draws the symbol to the right of a point, its middle at the point's height.
     fn draw(self, page: &mut Page, (x, y): Point) {
         let at = (x + SYMBOL / 2.0, y);
         let area = |in_by: f64, half: f64| Area::around(at, SYMBOL / 2.0 - in_by, half);

@@ -39,7 +39,7 @@ pub enum Mark {
     IsoF,
     /// A named box.
     Node((f64, f64), String),
-    /// An arrow between two boxes, given as their middles with the widths of their names; or a loop.
+    /// An arrow between two named boxes, or a loop from a box to itself.
     Arrow {
         /// Middle and name of the box it leaves.
         from: ((f64, f64), String),

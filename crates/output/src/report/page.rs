@@ -79,8 +79,10 @@ pub struct FigureView {
     pub narrow: String,
     /// Its file beside the report: `figures/fig3.svg`.
     pub file: String,
-    /// Endings of its files: `svg`, `png`, and `column.svg` of the one that is as wide as a column.
+    /// Endings of its files: `svg`, `pdf`, `png`, and where it is wider than a column `column.svg` and `column.pdf`.
     pub endings: Vec<&'static str>,
+    /// True if it is wider than a column.
+    pub is_wide: bool,
 }
 
 /// A cell without a result.

@@ -3,6 +3,7 @@
 use super::page::Page;
 use super::write::WriteError;
 use crate::table::latex::latex_escape;
+use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_engine::store::{self, StoreError};
 
@@ -31,8 +32,7 @@ pub(super) fn items(page: &Page) -> Vec<Item> {
     let figures = page.figures.iter().map(|figure| {
         let file = figure.file.replace(".svg", ".pdf");
         let name = file.trim_start_matches("figures/").trim_end_matches(".pdf").to_string();
-        let is_wide = figure.endings.contains(&"column.svg");
-        Item { name, file, caption: Some(figure.caption.clone()), is_wide }
+        Item { name, file, caption: Some(figure.caption.clone()), is_wide: figure.is_wide }
     });
     tables.chain(figures).collect()
 }
@@ -53,7 +53,7 @@ pub struct Chosen<'a> {
 /// # Errors
 /// When a file cannot be read or written.
 pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
-    let mut macros = String::new();
+    let (mut macros, mut labels) = (String::new(), BTreeSet::new());
     // LaTeX has room for few floats that wait for their page.
     let mut body: Vec<String> = Vec::new();
     for Chosen { experiment, report, items } in chosen {
@@ -70,6 +70,10 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
         }
         for Item { name, file, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
+            if name == "macros" || !labels.insert(label.clone()) {
+                let message = "the name of several files; write these experiments into folders of their own";
+                return Err(StoreError::new(&folder.join(label), message).into());
+            }
             let Some(caption) = caption.as_deref().map(latex_escape) else {
                 copy(file, &format!("{label}.tex"))?;
                 body.push(format!("\\input{{{label}}}\n"));

@@ -45,8 +45,8 @@ enum End {
     Unsure,
 }
 
-/// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again there,
-/// or look at the frames from 181 on.`
+/// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again at
+/// frame 181, or do not use its boxes from there on.`
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let (losses, possible) = (losses(method), possibly_lost(method));
     let ends = |run: &Range<usize>| [run.start, run.end - 1].map(|t| track.number(t));

@@ -241,7 +241,8 @@ fn keep_figure(
         store::write_derived(&folder.join(path(ending)), bytes)?;
     }
     let endings = files.iter().map(|(ending, _)| *ending).collect();
-    Ok(FigureView { file: path("svg"), endings, name, caption, svg, narrow })
+    let is_wide = narrow != svg;
+    Ok(FigureView { file: path("svg"), endings, is_wide, name, caption, svg, narrow })
 }
 
 /// Copies the stills of a figure for the frame viewer.

@@ -41,7 +41,7 @@ pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
     columns
 });
 
-/// The file.
+/// `frame_measures.csv` with its columns.
 pub static FILE: LazyLock<File> = LazyLock::new(Measured::file);
 
 impl<'a> Field<'a> for FrameMeasures {

@@ -14,7 +14,7 @@ use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
 use trackfail_methods::score::{Metric, Pooled};
 
-/// The file.
+/// `measures.csv` with its columns.
 pub static FILE: LazyLock<File> = LazyLock::new(MeasureRow::file);
 
 /// The pooled numbers of one tracker and one variant of a method, over all sequences and runs.

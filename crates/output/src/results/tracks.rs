@@ -9,6 +9,7 @@ use polars::prelude::DataFrame;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use trackfail_core::region::{Rect, Region};
+use trackfail_engine::execute::supervise::catch;
 use trackfail_methods::score::{Protocol, TrackScore};
 
 /// One run of a tracker over a sequence, with what methods made of it.
@@ -220,8 +221,8 @@ impl Results {
             tracks.extend(last);
             Ok(())
         })?;
-        take(tracks);
-        Ok(())
+        // What is read may be damaged in ways that are not met before.
+        catch(|| take(tracks)).map_err(|_| ResultsError::Damaged(self.folder.join(Frame::NAME)))
     }
 
     /// Gives `take` a file with a row for each frame part by part; nothing where the run wrote none.

@@ -197,7 +197,7 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
     FrameMetric {
         name: "auroc_within_5",
         heading: "area under the ROC curve, lost within 5 frames",
-        formula: "as auroc; lost: a loss begins within the next 5 frames, good: none does; frames that are lost are left out",
+        formula: "as auroc; lost: a loss begins within the next 5 frames, good: none does; left out: frames that are lost, and those that fewer than 5 frames follow, unless a loss begins in them",
         meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 5 frames",
         is_recent: true,
         bounds: Some(Bounds {
@@ -210,7 +210,7 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
     FrameMetric {
         name: "auroc_within_15",
         heading: "area under the ROC curve, lost within 15 frames",
-        formula: "as auroc; lost: a loss begins within the next 15 frames, good: none does; frames that are lost are left out",
+        formula: "as auroc; lost: a loss begins within the next 15 frames, good: none does; left out: frames that are lost, and those that fewer than 15 frames follow, unless a loss begins in them",
         meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 15 frames",
         is_recent: true,
         bounds: Some(Bounds {
@@ -223,7 +223,7 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
     FrameMetric {
         name: "auroc_within_30",
         heading: "area under the ROC curve, lost within 30 frames",
-        formula: "as auroc; lost: a loss begins within the next 30 frames, good: none does; frames that are lost are left out",
+        formula: "as auroc; lost: a loss begins within the next 30 frames, good: none does; left out: frames that are lost, and those that fewer than 30 frames follow, unless a loss begins in them",
         meaning: "As `auroc` for frames that are not lost; lost: a loss begins within the next 30 frames",
         is_recent: true,
         bounds: Some(Bounds {

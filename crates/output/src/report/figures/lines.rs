@@ -46,7 +46,7 @@ pub struct Look {
 pub const OPERATING: &str = "operating point";
 /// Lines of other panels.
 const BEHIND: Style = Style { color: Color::Mapped([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
-/// Most curves with bands in a panel, and of methods; of more, each has a panel of its own.
+/// Most curves of a panel whose bands are drawn; with more than this, each method has a panel of its own.
 const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which trackers are told apart by the line style.
 const MAX_DASHED: usize = 8;

@@ -27,7 +27,7 @@ const NEEDS: [&str; 6] = [
     "the tracker's posterior",
 ];
 
-/// How many of these are at hand for most trackers; the verdict names their methods.
+/// How many of [`NEEDS`], from the first on, most trackers have; the verdict names the best method for each.
 const MOST_HAVE: usize = 3;
 
 #[derive(Serialize)]

@@ -69,7 +69,8 @@ pub struct Summary {
 pub struct Standing {
     /// The method.
     pub method: String,
-    /// Its first need beside the boxes of the tracker: `boxes alone`, `frames` ...
+    /// What it needs: `boxes alone`, or all else that it reads, as in `frames, the tracker's confidence`; `nothing` for a
+    /// method without a signal.
     pub needs: String,
     /// Whether it is an anchor, which does not compete.
     pub anchor: bool,
