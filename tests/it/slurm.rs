@@ -109,7 +109,7 @@ fn the_same_arguments_give_the_same_script_with_the_lines_of_the_user() {
     assert_eq!(plain, written(&[]));
     let head = "#SBATCH --open-mode=append\n#SBATCH --requeue\n#SBATCH --signal=B:TERM@120\n#SBATCH --time=04:00:00\n#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=1\n#SBATCH --mem=2G\nset -eu\n";
     assert!(plain.starts_with("#!/bin/bash\n# ") && plain.contains(head), "{plain}");
-    assert!(plain.contains("fi\npart=$1\nset -- 'quickstart' --results '/"), "{plain}");
+    assert!(plain.contains("\nshift\nset -- 'quickstart' --results '/"), "{plain}");
     assert!(plain.contains("/plugins.toml'\n# ") && plain.ends_with("\nesac\n"), "{plain}");
 
     let more = ["--time", "1-0", "--memory", "4096", "--cpus", "4", "--partition", "a,b", "--allow-missing"];
@@ -118,12 +118,33 @@ fn the_same_arguments_give_the_same_script_with_the_lines_of_the_user() {
     for words in [
         "#SBATCH --time=1-0\n",
         "#SBATCH --cpus-per-task=4\n#SBATCH --mem=4096\n#SBATCH --partition=a,b\n#SBATCH --gres=gpu:1\nset -eu\n",
-        "\nset +u\nmodule load x\ny\nset -u\npart=$1\n",
+        "\nset +u\nmodule load x\ny\nset -u\nset -- 'quickstart'",
         " --jobs 4\n",
         "\nset -- \"$@\" --allow-missing\n# ",
     ] {
         assert!(script.contains(words), "{words}\n{script}");
     }
+}
+
+#[test]
+fn lines_of_the_user_neither_change_the_job_nor_set_what_the_script_sets() {
+    let root = tempfile::tempdir().unwrap();
+    for (line, words) in [
+        ("#SBATCH --array=1-9", "the script sets --array itself"),
+        (" #SBATCH -o x.log", "the script sets -o itself"),
+        ("a\nb", "one line"),
+    ] {
+        let output = slurm(root.path(), None, &["--line", line]);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(text(&output.stderr).contains(words), "{line}: {}", text(&output.stderr));
+    }
+    let output = slurm(root.path(), None, &["--line", "set -- x; echo \"before $#\" >&2"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let script = root.path().join("slurm").join(SCRIPT);
+    let job = Command::new("/bin/bash").arg(&script).arg("shar").output().unwrap();
+    let told = text(&job.stderr);
+    assert_eq!(job.status.code(), Some(2), "{told}");
+    assert!(told.contains("before 1") && told.contains("`shar` is neither share nor report"), "{told}");
 }
 
 #[test]

@@ -88,17 +88,17 @@ pub fn leaderboard(
         caption.push('.');
     }
     let (beside, how) = if metric.is_of_frames() {
-        (["low", "high"], "low, high: 95 % interval over sequences")
+        (["low", "high"], "The columns low and high are a 95 % interval over sequences")
     } else {
         (
             ["first", "keeps rank"],
-            "first, keeps rank: share of bootstrap samples in which a method is first, or has this rank",
+            "The columns first and keeps rank are shares of bootstrap samples in which a method is first, or has this rank",
         )
     };
     let has_failed = groups.iter().flat_map(|g| &g.rows).flat_map(|r| &r.cells).any(|c| c.failed > 0);
     let left_out = if has_failed { " † No result where other methods have one, so no rank." } else { "" };
-    let (name, suite) = (metric.heading(), &experiment.suites[TEST]);
-    let caption = format!("{caption} By {name}; {how}. Suite {suite}: {data_note}.{left_out}");
+    let suite = &experiment.suites[TEST];
+    let caption = format!("{caption} {how}. Suite {suite}: {data_note}.{left_out}");
     let columns = ["rank".into(), Label::of_metric(metric), beside[0].into(), beside[1].into()];
     TableLayout {
         data: data_note.to_string(),
