@@ -9,7 +9,7 @@ use super::nab;
 use super::range::{self, RANGE_1};
 use super::sweep::Sorted;
 use super::truth::{Rule, ScoredTrack};
-use super::warning::{HORIZONS, all_imminent};
+use super::warning::{HORIZONS, imminent};
 use crate::direction::Direction;
 use std::borrow::Cow;
 
@@ -119,9 +119,8 @@ pub fn of_scores(
     let sorted = Sorted::new(&turned);
     let (all, clear) = (sorted.sweep(Rule::NoOverlap), sorted.sweep(Rule::Clear));
     let warning = HORIZONS.map(|horizon| {
-        let errors = all_imminent(tracks, horizon);
-        let before = turned.iter().zip(&errors).map(|(track, error)| ScoredTrack { error, ..*track });
-        Sorted::new(&before.collect::<Vec<_>>()).sweep(Rule::NoOverlap)
+        let of_tracks: Vec<_> = tracks.iter().map(|track| imminent(track.error, horizon)).collect();
+        sorted.sweep_of(&of_tracks)
     });
     let compared = compared.map(|of| of.iter().map(|scores| turn(scores, method)).collect::<Vec<_>>());
     let raising = compared.as_ref().map(|compared| with_scores(tracks, compared));

@@ -9,6 +9,8 @@ struct Classed {
     key: u64,
     sequence: u32,
     class: Class,
+    /// Index of its track, and of the frame in it.
+    place: (u32, u32),
 }
 
 /// The annotated frames of all tracks, by descending score.
@@ -32,20 +34,30 @@ fn score(key: u64) -> f64 {
 impl Sorted {
     /// Sorts the annotated frames of tracks. Frames of equal score are in any order, which no measure depends on.
     pub fn new(tracks: &[ScoredTrack<'_>]) -> Self {
-        let of_track = |track: &ScoredTrack<'_>| {
+        let of_track = |(k, track): (usize, &ScoredTrack<'_>)| {
             let sequence = track.sequence as u32;
-            let frames = track.error.iter().zip(track.score);
-            let frame =
-                move |(e, s): (&f64, &f64)| class(*e).map(|class| Classed { key: key(*s), sequence, class });
-            frames.filter_map(frame).collect::<Vec<_>>()
+            let frame = move |(t, (e, s)): (usize, (&f64, &f64))| {
+                let place = (k as u32, t as u32);
+                class(*e).map(|class| Classed { key: key(*s), sequence, class, place })
+            };
+            track.error.iter().zip(track.score).enumerate().filter_map(frame).collect::<Vec<_>>()
         };
-        let mut frames: Vec<Classed> = tracks.iter().flat_map(of_track).collect();
+        let mut frames: Vec<Classed> = tracks.iter().enumerate().flat_map(of_track).collect();
         frames.sort_unstable_by_key(|f| !f.key);
         Self { frames, sequences: tracks.iter().map(|t| t.sequence + 1).max().unwrap_or(0) }
     }
 
     /// The frames that are lost or good by a rule.
     pub fn sweep(&self, rule: Rule) -> Sweep {
+        self.sweep_by(|frame| rule.is_lost(frame.class))
+    }
+
+    /// The annotated frames that `lost` has a word on: a list for each track, of its frames.
+    pub fn sweep_of(&self, lost: &[Vec<Option<bool>>]) -> Sweep {
+        self.sweep_by(|frame| lost[frame.place.0 as usize][frame.place.1 as usize])
+    }
+
+    fn sweep_by(&self, lost: impl Fn(&Classed) -> Option<bool>) -> Sweep {
         let mut sweep = Sweep {
             frames: Vec::with_capacity(self.frames.len()),
             lost: vec![0; self.sequences],
@@ -53,7 +65,7 @@ impl Sorted {
         };
         let mut last = None;
         for frame in &self.frames {
-            let Some(lost) = rule.is_lost(frame.class) else { continue };
+            let Some(lost) = lost(frame) else { continue };
             if let (Some(before), Some(f)) = (last, sweep.frames.last_mut()) {
                 let f: &mut Swept = f;
                 f.ends_tie = before != frame.key;

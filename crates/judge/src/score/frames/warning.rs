@@ -10,30 +10,22 @@
 //! [`super::truth`]. AUROC over such frames is 0.5 for a score that only tells lost frames from good ones, however well it does
 //! that; high is good.
 
-use super::truth::{Rule, ScoredTrack};
+use super::truth::Rule;
 
 /// Numbers of frames before a loss that count as imminent.
 pub const HORIZONS: [usize; 3] = [5, 15, 30];
 
-/// The tracking errors of a track put so that the rule `frames/1` reads imminent for lost and safe for good.
-pub fn imminent(error: &[f64], horizon: usize) -> Vec<f64> {
+/// Whether a loss is imminent in each frame of a track, from its tracking errors; `None` for frames that are left out.
+pub fn imminent(error: &[f64], horizon: usize) -> Vec<Option<bool>> {
     let losses = Rule::NoOverlap.losses(error);
     let mut starts = losses.iter().map(|range| range.start).peekable();
     let frame = |(t, &now): (usize, &f64)| {
         while starts.next_if(|start| *start <= t).is_some() {}
         let is_imminent = starts.peek().is_some_and(|start| start - t <= horizon);
-        match Rule::NoOverlap.judge(now) {
-            Some(false) if is_imminent => 1.0,
-            Some(false) if t + horizon < error.len() => 0.0,
-            _ => f64::NAN,
-        }
+        let is_known = is_imminent || t + horizon < error.len();
+        (Rule::NoOverlap.judge(now) == Some(false) && is_known).then_some(is_imminent)
     };
     error.iter().enumerate().map(frame).collect()
-}
-
-/// The same for every track.
-pub fn all_imminent(tracks: &[ScoredTrack<'_>], horizon: usize) -> Vec<Vec<f64>> {
-    tracks.iter().map(|track| imminent(track.error, horizon)).collect()
 }
 
 #[cfg(test)]
@@ -44,7 +36,7 @@ mod tests {
     const N: f64 = f64::NAN;
 
     fn text(error: &[f64], horizon: usize) -> String {
-        let word = |e: &f64| if e.is_nan() { '-' } else { char::from(b'0' + *e as u8) };
+        let word = |e: &Option<bool>| e.map_or('-', |is_imminent| if is_imminent { '1' } else { '0' });
         imminent(error, horizon).iter().map(word).collect()
     }
 
@@ -66,8 +58,8 @@ mod tests {
             horizon in 0..40_usize,
         ) {
             for (short, long) in imminent(&error, horizon).iter().zip(imminent(&error, horizon + 1)) {
-                prop_assert!(*short != 1.0 || long == 1.0, "{short} {long}");
-                prop_assert!(long != 0.0 || *short == 0.0, "{short} {long}");
+                prop_assert!(*short != Some(true) || long == Some(true), "{short:?} {long:?}");
+                prop_assert!(long != Some(false) || *short == Some(false), "{short:?} {long:?}");
             }
         }
     }
