@@ -92,10 +92,8 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 /// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails; and those of `fetch` and `render`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     // What is rendered needs no data.
-    if let Verb::Render(args) = &args.verb {
-        return render::run(args);
-    }
-    let roots = &args.data_roots.folders()?;
+    let needs_data = !matches!(args.verb, Verb::Render(_));
+    let roots = &if needs_data { args.data_roots.folders()? } else { Vec::new() };
     let catalog = super::catalog(roots)?;
     let chosen = |names: &[String]| chosen(&catalog, names);
     output::write(&match &args.verb {
@@ -109,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return outcome;
         }
         Verb::Fetch(args) => return fetch::run(args, &catalog, roots),
-        Verb::Render(_) => return Ok(()),
+        Verb::Render(args) => return render::run(args),
         Verb::Add(args) => add(args, &catalog, roots)?,
         Verb::Lock { suites } => pin(&chosen(suites)?, roots)?,
     })

@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 /// A published number of a method on a tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistic {
-    /// What it is the value of.
+    /// The metric that the number is a value of.
     pub metric: Metric,
     /// The number.
     pub published: f64,

@@ -87,7 +87,7 @@ pub(super) fn parse(path: &Path, source: &str) -> Result<SceneFile, DatasetError
     Ok(SceneFile { title: wire.title, layout: wire.layout, plans })
 }
 
-/// What cannot be seen from one key alone.
+/// Checks a scene for faults that no single key shows.
 fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     if !text::is_name(&plan.name) || plan.name.contains(['"', '\\', '/']) || plan.name.starts_with('.') {
         return Err("`name` is a plain word without slashes, quotes and a dot at its start");

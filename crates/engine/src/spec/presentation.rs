@@ -30,9 +30,9 @@ pub fn other_keys(one: &str, other: &str) -> Vec<String> {
 pub fn name_of(path: &Path) -> Result<String, SpecError> {
     let (file, text) = (path.display().to_string(), limits::read_text(path)?);
     let source = Source::new(&file, &text);
-    source.syntax()?;
-    let name = text.parse::<Table>().ok().and_then(|table| Some(table.get("name")?.as_str()?.to_string()));
-    name.ok_or_else(|| source.error(0..0, "there is no `name`"))
+    let document = source.syntax()?;
+    let name = document.get_ref().get("name").and_then(|name| name.get_ref().as_str());
+    name.map(str::to_string).ok_or_else(|| source.error(0..0, "there is no `name`"))
 }
 
 fn numbers_rest_on(table: Table) -> BTreeMap<String, Value> {

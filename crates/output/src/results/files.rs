@@ -305,7 +305,7 @@ rows! {
         ],
     } [text("data", "What all numbers rest on: `12 of 21 targets`")]
 
-    /// What a method says of a frame of a user's track.
+    /// Score, label, change and state that a method gives a frame of a user's track.
     pub(super) struct Judgement<'a> in "stdout of `trackfail detect` for boxes with numbers of targets",
     "One row for each frame, method and target, target by target.", [] {
         frame: i64 = [FRAME.means("Number of the frame, as its file has it")],

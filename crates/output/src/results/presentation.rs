@@ -43,6 +43,6 @@ impl Results {
         let Self { experiment, measures, .. } = self;
         let tracker = |label: &str| experiment.trackers.iter().position(|t| t.label == label);
         let method = |name: &str| experiment.methods.iter().position(|m| m.name == name);
-        measures.sort_by_key(|m| (tracker(&m.tracker), method(&m.method)));
+        measures.sort_by_cached_key(|m| (tracker(&m.tracker), method(&m.method)));
     }
 }

@@ -344,7 +344,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
 }
 
 /// A text with a full stop.
-fn sentence(mut text: String) -> String {
+pub(super) fn sentence(mut text: String) -> String {
     if !text.ends_with('.') {
         text.push('.');
     }

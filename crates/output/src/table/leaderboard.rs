@@ -13,7 +13,7 @@
 //! metric's own bootstrap interval stand in place of the two shares.
 
 use super::build::{self, number};
-use super::layout::{Cell, Group, Label, LabelKind, Origin, TableLayout, is_anchor};
+use super::layout::{Cell, Group, Label, LabelKind, Origin, TableLayout, is_anchor, sentence};
 use super::number::Style;
 use crate::results::{Measure, method_label};
 use crate::sampling::{BySequence, MIN_SEQUENCES, Units, along, metric_of_sum};
@@ -83,10 +83,7 @@ pub fn leaderboard(
         group(experiment, tracker, metric, shown, units)
     };
     let groups: Vec<Group> = trackers.filter_map(group).collect();
-    let mut caption = table.caption.clone().unwrap_or_else(|| experiment.title.clone());
-    if !caption.ends_with('.') {
-        caption.push('.');
-    }
+    let caption = sentence(table.caption.clone().unwrap_or_else(|| experiment.title.clone()));
     let (beside, how) = if metric.is_of_frames() {
         (["low", "high"], "The columns low and high are a 95 % interval over sequences")
     } else {

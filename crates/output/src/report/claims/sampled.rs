@@ -34,7 +34,7 @@ pub struct Samples<'a> {
     results: &'a Results,
     units: &'a Units,
     sequences: BTreeSet<&'a String>,
-    /// What was drawn before: claims speak of the same numbers again and again.
+    /// Numbers in the samples, kept since claims speak of the same ones again and again.
     known: RefCell<BTreeMap<Drawn<'a>, Spread>>,
 }
 
