@@ -75,7 +75,7 @@ pub struct Grid {
 }
 
 /// Curves on common axes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Chart {
     /// Name in the analysis.
     pub name: String,
@@ -87,6 +87,9 @@ pub struct Chart {
     pub y_log: bool,
     /// Curves by name: finite points from left to right. A curve without a name gets its tracker's.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
+    /// The interval of each point of the first curve: left, right, lower and upper end; none without enough sequences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub bars: Vec<[f64; 4]>,
 }
 
 impl Findings {

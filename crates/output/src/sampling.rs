@@ -11,19 +11,13 @@ use crate::results::{CellScore, Measure, method_label};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use trackfail_core::num::pooled::Draws;
+pub use trackfail_core::num::pooled::{LEVEL, MIN_UNITS as MIN_SEQUENCES, SAMPLES};
 use trackfail_core::num::seed;
 use trackfail_engine::execute::analyse::Analysed;
 use trackfail_engine::spec::Experiment;
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
 use trackfail_methods::score::{Counts, Metric, Pooled};
-
-/// Number of samples, and of random patterns in tests too large to try all: shares have a standard error of at most 0.0071.
-pub const SAMPLES: usize = 5000;
-/// Fewest sequences that samples are drawn from.
-pub const MIN_SEQUENCES: usize = 3;
-/// Level of the intervals.
-pub const LEVEL: f64 = 0.95;
 
 /// The samples of an experiment, by number of sequences.
 pub struct Sampling {

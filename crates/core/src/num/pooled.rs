@@ -26,6 +26,14 @@ use super::seed;
 pub use draws::{Drawn, Draws, percentiles};
 use rand::Rng;
 
+/// Number of draws in tables and figures, and of random patterns in tests too large to try all: shares have a standard
+/// error of at most 0.0071.
+pub const SAMPLES: usize = 5000;
+/// Fewest units that are drawn from.
+pub const MIN_UNITS: usize = 3;
+/// Level of the intervals.
+pub const LEVEL: f64 = 0.95;
+
 /// Up to this number of pairs that differ, all patterns are counted (half of them, since the others mirror them).
 pub const EXACT_UP_TO: usize = 16;
 

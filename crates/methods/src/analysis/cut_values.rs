@@ -235,8 +235,8 @@ impl CutValues {
             name: format!("{name}-{k}"),
             x: format!("{x} (L = {})", sum.length),
             y: y.to_string(),
-            y_log: false,
             curves,
+            ..Chart::default()
         };
         [
             chart("distribution", "sₜ", "P₂", curves(distributions)),

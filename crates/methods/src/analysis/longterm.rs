@@ -135,8 +135,8 @@ impl Analysis for Longterm {
                 name: "precision-recall".into(),
                 x: "recall".into(),
                 y: "precision".into(),
-                y_log: false,
                 curves: vec![(format!("[{:.3}]", best.f_score()), points)],
+                ..Chart::default()
             }],
         })
     }

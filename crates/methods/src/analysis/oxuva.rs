@@ -133,8 +133,8 @@ impl Analysis for Oxuva {
                 name: "rates".into(),
                 x: "true negative rate".into(),
                 y: "true positive rate".into(),
-                y_log: false,
                 curves: vec![(format!("[{:.3}]", rates.max_gm), points)],
+                ..Chart::default()
             }],
         })
     }

@@ -6,8 +6,9 @@
 //!
 //! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, `eao` where a run is long enough, and
 //! `accuracy_of_attributes` and `failures_of_attributes` where frames have labels. Tables: `overall`, `sequences`,
-//! `attributes` (with the attribute `empty`, and the row `overall`: the mean over the attributes). Charts: `accuracy-robustness`, a point a tracker, with
-//! `robustness = exp(-S failures / frames)`, the chance to get through S frames; `expected-overlap`, E(N).
+//! `attributes` (with the attribute `empty`, and the row `overall`: the mean over the attributes). Charts:
+//! `accuracy-robustness`, a point a tracker, with `robustness = exp(-S failures / frames)`, the chance to get through S
+//! frames, and the 95 % intervals of both over sequences ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
 
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
 use crate::score::TrackerMetric;
@@ -16,13 +17,15 @@ use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_o
 use crate::score::trajectory::{Trajectory, mean};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use trackfail_core::num::pooled::{Draws, LEVEL, MIN_UNITS, SAMPLES};
+use trackfail_core::num::seed::seed;
 use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
 use trackfail_core::region::Areas;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Analysis> = Entry {
     kind: "resets",
-    version: 2,
+    version: 3,
     summary: "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
     example: "{}",
     more: &[],
@@ -104,6 +107,28 @@ struct OfSequence<'a> {
     frames: f64,
 }
 
+/// The 95 % intervals of robustness and accuracy over sequences: left, right, lower and upper end. Trackers on as many
+/// sequences have the same draws.
+fn bars(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -> Option<[f64; 4]> {
+    // Overlap, failures and frames, in billionths: both axes are ratios of their sums.
+    let of =
+        |s: &OfSequence<'_>| [s.accuracy * s.frames, s.failures, s.frames].map(|v| (v * 1e9).round() as i64);
+    let sums: Vec<[i64; 3]> = sequences.iter().map(of).collect();
+    if sums.len() < MIN_UNITS {
+        return None;
+    }
+    let draws = Draws::new(sums.len(), SAMPLES, seed(0, &["resets"]));
+    let whole = |sum: i64| sum as f64 / 1e9;
+    let (left, right) = draws.interval(
+        &sums,
+        |&[_, failures, frames]| Some(robustness(whole(failures), whole(frames))),
+        LEVEL,
+    )?;
+    let (lower, upper) =
+        draws.interval(&sums, |&[overlap, _, frames]| Some(overlap as f64 / frames as f64), LEVEL)?;
+    Some([left, right, lower, upper])
+}
+
 impl Analysis for Resets {
     fn params(&self) -> serde_json::Value {
         show_params(&self.0)
@@ -163,14 +188,15 @@ impl Analysis for Resets {
             rows,
         };
         let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
-        let robustness = (-self.0.sensitivity * failures / frames).exp();
+        let robustness = |failures: f64, frames: f64| (-self.0.sensitivity * failures / frames).exp();
+        let bars = Vec::from_iter(bars(&sequences, robustness));
         let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
         let chart = |name: &str, x: &str, y: &str, curve: (String, Vec<(f64, f64)>)| Chart {
             name: name.into(),
             x: x.into(),
             y: y.into(),
-            y_log: false,
             curves: vec![curve],
+            ..Chart::default()
         };
         let robustness_axis = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
         let eao_name = eao.map_or_else(String::new, |eao| format!("[{eao:.3}]"));
@@ -182,12 +208,15 @@ impl Analysis for Resets {
                 grid("attributes", "attribute", &PARTS, attribute_rows),
             ],
             charts: vec![
-                chart(
-                    "accuracy-robustness",
-                    &robustness_axis,
-                    "accuracy",
-                    (String::new(), vec![(robustness, accuracy)]),
-                ),
+                Chart {
+                    bars,
+                    ..chart(
+                        "accuracy-robustness",
+                        &robustness_axis,
+                        "accuracy",
+                        (String::new(), vec![(robustness(failures, frames), accuracy)]),
+                    )
+                },
                 chart("expected-overlap", "frames", "expected average overlap", (eao_name, points)),
             ],
         })
@@ -241,5 +270,26 @@ mod tests {
         let accuracy = findings.number("accuracy").unwrap();
         assert!((accuracy - (5.0 / 9.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
         assert_eq!((findings.number("failures"), findings.number("eao")), (Some(0.5), None));
+    }
+
+    // SciPy 1.17, scipy.stats.bootstrap of the two ratios, paired, 300,000 draws, percentiles.
+    #[test]
+    fn bars_are_the_intervals_of_ratios_of_sums() {
+        let accuracy = [0.5, 0.8, 0.6, 0.7, 0.4, 0.9];
+        let (failures, frames) = ([1.0, 0.0, 2.0, 0.0, 3.0, 1.0], [10.0, 20.0, 30.0, 15.0, 25.0, 40.0]);
+        let of = |k: usize| OfSequence {
+            name: "",
+            accuracy: accuracy[k],
+            failures: failures[k],
+            frames: frames[k],
+        };
+        let sequences: Vec<OfSequence<'_>> = (0..6).map(of).collect();
+        let robustness = |failures: f64, frames: f64| (-30.0 * failures / frames).exp();
+        let bars = super::bars(&sequences, robustness).unwrap();
+        assert!(
+            bars.iter().zip([0.0695, 0.5979, 0.5087, 0.8243]).all(|(a, b)| (a - b).abs() < 0.01),
+            "{bars:?}"
+        );
+        assert_eq!(super::bars(&sequences[..2], robustness), None);
     }
 }

@@ -122,8 +122,8 @@ impl Analysis for Success {
             name: name.into(),
             x: x.into(),
             y: y.into(),
-            y_log: false,
             curves: vec![(format!("[{headline:.3}]"), points)],
+            ..Chart::default()
         };
         let overlaps = (0..success::OVERLAPS).map(|i| (overlap_threshold(i), all.success[i])).collect();
         let errors = (0..success::ERRORS).map(|e| (e as f64, all.precision[e])).collect();

@@ -203,7 +203,7 @@ fn end_of(sorted: &[f64]) -> f64 {
 }
 
 fn chart(name: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Chart {
-    Chart { name: name.to_string(), x: x.to_string(), y: y.to_string(), y_log: false, curves }
+    Chart { name: name.to_string(), x: x.to_string(), y: y.to_string(), curves, ..Chart::default() }
 }
 
 impl UncertaintyModel {

@@ -369,8 +369,8 @@ impl Analysis for WindowLengths {
             name: "rates".to_string(),
             x: "window length L".to_string(),
             y: "share beyond the cut value".to_string(),
-            y_log: false,
             curves: curves.into_iter().filter(|(_, points)| !points.is_empty()).collect(),
+            ..Chart::default()
         });
         Ok(findings)
     }

@@ -1,8 +1,8 @@
 //! `chart`: a chart that an analysis makes, on every tracker.
 //!
 //! Trackers with a curve each share a panel, with a legend that begins with the best of them; where each has a point, names
-//! stand beside the points. A chart with several curves has a panel a tracker. Curves whose names differ in a number alone,
-//! such as the length of a window, have ordered colors.
+//! stand beside the points, and intervals are bars. A chart with several curves has a panel a tracker. Curves whose names
+//! differ in a number alone, such as the length of a window, have ordered colors.
 
 use super::lines::{Line, Look, OPERATING, capitalized, compose, distinct};
 use super::metrics::SHORT;
@@ -15,6 +15,8 @@ use trackfail_methods::analysis::Chart;
 
 type Points = Vec<(f64, f64)>;
 
+/// Width of the bar of an interval, in units.
+const BAR: f64 = 0.7;
 /// Most points of curves that have marks.
 const MAX_MARKED: usize = 16;
 
@@ -65,6 +67,8 @@ struct OfTracker {
     /// Its place among all trackers.
     place: usize,
     points: Points,
+    /// Left, right, lower and upper end of the interval of its only point.
+    bars: Option<[f64; 4]>,
 }
 
 impl OfTracker {
@@ -83,7 +87,7 @@ impl OfTracker {
             None => return None,
         };
         let number = number.and_then(|n| n.parse().ok()).unwrap_or(f64::NAN);
-        Some(Self { name, number, place, points: points.clone() })
+        Some(Self { name, number, place, points: points.clone(), bars: chart.bars.first().copied() })
     }
 
     fn curve(&self, style: Style) -> (Look, Line) {
@@ -116,9 +120,19 @@ fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
     figure.legend.clear();
     let names = trackers.iter().filter_map(|t| Some(Mark::Name(*t.points.first()?, t.name.clone())));
     if let Some(panel) = figure.rows.iter_mut().flatten().next() {
+        panel.marks.splice(0..0, trackers.iter().flat_map(bars));
         panel.marks.extend(names);
     }
     figure
+}
+
+/// The interval of a tracker's point on both axes.
+fn bars(of: &OfTracker) -> Vec<Mark> {
+    let (Some([left, right, lower, upper]), Some(&(x, y))) = (of.bars, of.points.first()) else {
+        return Vec::new();
+    };
+    let style = Style { width: BAR, ..Style::new(Style::nth(of.place).color, Dash::Solid) };
+    [vec![(left, y), (right, y)], vec![(x, lower), (x, upper)]].map(|ends| Mark::line(ends, style)).into()
 }
 
 /// All trackers in one panel, the best one first in the legend. Line styles differ too, so that equal curves show.
@@ -231,8 +245,8 @@ mod tests {
         let of = |k: usize| {
             let points = (0..length).map(|x| (x as f64, (k * x) as f64)).collect();
             let curves = vec![(format!("[0.{k:02}]"), points)];
-            let chart =
-                Chart { name: String::new(), x: String::new(), y: String::new(), y_log: false, curves };
+            let bars = vec![[0.0, 1.0, -1.0, 2.0]; usize::from(length == 1)];
+            let chart = Chart { curves, bars, ..Chart::default() };
             OfTracker::new(&format!("T{k}"), &chart, k).expect("a curve of a tracker")
         };
         (0..n).map(of).collect()
@@ -248,7 +262,19 @@ mod tests {
         assert_eq!(figure.legend.last().map(|e| e.name.as_str()), Some("largest F"));
         let figure = points("", Default::default(), &trackers(14, 1));
         let is_name = |mark: &&Mark| matches!(mark, Mark::Name(..));
-        assert_eq!(figure.rows[0][0].marks.iter().filter(is_name).count(), 14);
+        let marks = &figure.rows[0][0].marks;
+        assert_eq!(marks.iter().filter(is_name).count(), 14);
+        let bars: Vec<_> = marks
+            .iter()
+            .filter_map(|mark| match mark {
+                Mark::Line { points, .. } if points.len() == 2 => Some(points.clone()),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(
+            (bars.len(), &bars[2], &bars[3]),
+            (28, &vec![(0.0, 0.0), (1.0, 0.0)], &vec![(0.0, -1.0), (0.0, 2.0)])
+        );
         assert!(figure.legend.is_empty());
     }
 
