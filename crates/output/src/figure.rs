@@ -8,8 +8,8 @@
 //! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
 //! common color deficiencies can tell apart; markers differ as well. Values in order have the colors of viridis.
 //!
-//! Files in the order in which they use each other: error, style, font, page, raster, pdf, axis, legend, diagram, panel, still,
-//! layout, output; and dots, which makes a figure of named rows, and annotated, which draws on video frames.
+//! Files in the order in which they use each other: error, style, font, page, raster, pdf, axis, legend, diagram, radar, panel,
+//! still, layout, output; and dots, which makes a figure of named rows, and annotated, which draws on video frames.
 
 mod annotated;
 mod axis;
@@ -23,6 +23,7 @@ mod output;
 mod page;
 mod panel;
 mod pdf;
+mod radar;
 mod raster;
 mod still;
 mod style;
@@ -35,6 +36,7 @@ pub use layout::{Figure, Form};
 pub use legend::{Entry, Marker, Symbol};
 pub use output::Files;
 pub use panel::{Mark, Panel, spans_where};
+pub use radar::{Polygon, Radar};
 pub use still::{BoxStyle, Still, box_legend};
 pub use style::{COLUMN, Color, Dash, PER_INCH, Style, WIDTH};
 

@@ -16,6 +16,7 @@ use super::wire;
 use panel::read_panel;
 use std::ops::Range;
 use toml::Spanned;
+use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
 
 /// A kind of figure: its word in experiment files and the keys it reads.
@@ -70,6 +71,12 @@ pub const FIGURE_KINDS: &[FigureKind] = &[
         optional: &[],
     },
     FigureKind {
+        word: "radar",
+        summary: "a column of a table that an analysis makes, a spoke for each row, a polygon for each of the eight best trackers",
+        required: &[FigureKey::ShowsTable, FigureKey::Column],
+        optional: &[],
+    },
+    FigureKind {
         word: "machine",
         summary: "the conditions of a tracker that ARTE follows, with the events that change them",
         required: &[],
@@ -100,6 +107,10 @@ pub enum FigureKey {
     Stills,
     /// `shows`: a chart of an analysis.
     Shows,
+    /// `shows`: a table of an analysis.
+    ShowsTable,
+    /// `column`: a column of that table.
+    Column,
 }
 
 /// A figure.
@@ -136,8 +147,10 @@ pub struct FigureParams {
     pub panels: Vec<Vec<Panel>>,
     /// Number of video frames.
     pub stills: usize,
-    /// The chart of an analysis.
+    /// The chart or the table of an analysis.
     pub shows: Option<FindingName>,
+    /// The column of that table.
+    pub column: Option<String>,
 }
 
 /// Maximum number of video frames above a strip figure.
@@ -180,7 +193,7 @@ impl FigureKind {
 }
 
 impl FigureKey {
-    pub(super) const ALL: [Self; 10] = [
+    pub(super) const ALL: [Self; 12] = [
         Self::Metric,
         Self::XAxis,
         Self::XMetric,
@@ -191,6 +204,8 @@ impl FigureKey {
         Self::Panels,
         Self::Stills,
         Self::Shows,
+        Self::ShowsTable,
+        Self::Column,
     ];
 
     /// The key in the experiment file.
@@ -203,7 +218,8 @@ impl FigureKey {
             Self::Sequences => "sequences",
             Self::Panels => "panels",
             Self::Stills => "stills",
-            Self::Shows => "shows",
+            Self::Shows | Self::ShowsTable => "shows",
+            Self::Column => "column",
         }
     }
 
@@ -220,7 +236,8 @@ impl FigureKey {
             Self::Sequences => first(&wire.sequences),
             Self::Panels => wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())),
             Self::Stills => wire.stills.as_ref().map(Spanned::span),
-            Self::Shows => wire.shows.as_ref().map(Spanned::span),
+            Self::Shows | Self::ShowsTable => wire.shows.as_ref().map(Spanned::span),
+            Self::Column => wire.column.as_ref().map(Spanned::span),
         }
     }
 
@@ -263,16 +280,25 @@ impl FigureKey {
                 }
                 params.stills = wire.stills.as_ref().map_or(0, |s| *s.get_ref());
             }
-            Self::Shows => {
-                let finding = |s: &Spanned<String>| {
-                    let name = words.finding(s.get_ref(), |n| &n.charts);
-                    name.map_err(|e| source.error(s.span(), e.to_string()))
-                };
-                params.shows = wire.shows.as_ref().map(finding).transpose()?;
-            }
+            Self::Shows => params.shows = finding(source, wire, words, |n| &n.charts)?,
+            Self::ShowsTable => params.shows = finding(source, wire, words, |n| &n.tables)?,
+            Self::Column => params.column = wire.column.as_ref().map(|c| c.get_ref().clone()),
         }
         Ok(())
     }
+}
+
+/// The finding that is shown, one of those that `parts` picks out.
+fn finding(
+    source: Source<'_>,
+    wire: &wire::Figure,
+    words: &Words,
+    parts: fn(&Names) -> &[String],
+) -> Result<Option<FindingName>, SpecError> {
+    let find = |s: &Spanned<String>| {
+        words.finding(s.get_ref(), parts).map_err(|e| source.error(s.span(), e.to_string()))
+    };
+    wire.shows.as_ref().map(find).transpose()
 }
 
 /// The methods without a grid that are listed, or all of these without a list.
@@ -345,6 +371,25 @@ mod tests {
         assert_eq!(read("\nwidth = \"column\""), Ok(Width::Column));
         let wrong = read("\nwidth = \"colum\"").unwrap_err();
         assert!(wrong.contains("colum") && wrong.contains("`column`"), "{wrong}");
+    }
+
+    #[test]
+    fn a_radar_shows_a_column_of_a_table_and_no_chart() {
+        let read = |shown: &str| {
+            let text = include_str!("../../../../experiments/compare/vot2014.toml");
+            let radar = "shows = \"resets.attributes\"\ncolumn = \"accuracy\"\n\n# Results";
+            assert_eq!(text.matches(radar).count(), 1);
+            let text = text.replace(radar, &format!("{shown}\n\n# Results"));
+            let params = |e: crate::spec::Experiment| e.figures.last().map(|f| f.params.clone());
+            parse("vot2014.toml", &text).map(params).map_err(|e| e.to_string())
+        };
+        let shown = read("shows = \"exact.attributes\"\ncolumn = \"failures\"").unwrap().unwrap();
+        assert_eq!(shown.shows.map(|s| s.to_string()).as_deref(), Some("exact.attributes"));
+        assert_eq!(shown.column.as_deref(), Some("failures"));
+        let wrong = read("shows = \"resets.expected-overlap\"\ncolumn = \"failures\"").unwrap_err();
+        assert!(wrong.contains("resets.expected-overlap"), "{wrong}");
+        let wrong = read("shows = \"resets.attributes\"").unwrap_err();
+        assert!(wrong.contains("a `radar` figure needs `shows` and `column`"), "{wrong}");
     }
 
     #[test]

@@ -274,9 +274,12 @@ pub struct Figure {
     /// strips: how many video frames to show above the panels, at most 12.
     #[schemars(with = "Option<usize>")]
     pub stills: Option<Spanned<usize>>,
-    /// chart: what it shows, as `ANALYSIS.CHART`.
+    /// chart: what it shows, as `ANALYSIS.CHART`; radar: as `ANALYSIS.TABLE`.
     #[schemars(with = "Option<String>")]
     pub shows: Option<Spanned<String>>,
+    /// radar: the column of that table.
+    #[schemars(with = "Option<String>")]
+    pub column: Option<Spanned<String>>,
     /// sweep, curve: metric on the y axis.
     #[schemars(with = "Option<String>")]
     pub metric: Option<Spanned<String>>,

@@ -5,7 +5,7 @@ use super::error::FigureError;
 use super::font;
 use super::legend::{Entry, Legend};
 use super::page::{Area, LINE, Page, Point};
-use super::panel::Panel;
+use super::panel::{Mark, Panel};
 use super::still::{Still, draw_stills};
 use super::style::{INK, LARGE, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 use plotters::style::text_anchor::HPos;
@@ -28,6 +28,8 @@ pub enum Form {
     },
     /// A diagram without axes.
     Diagram,
+    /// A radar chart, with the legend beside a single one.
+    Radar,
 }
 
 /// A figure: panels below stills.
@@ -50,8 +52,9 @@ pub struct Figure {
 /// Least width of a column with its labels, and of one of named rows, in units.
 const LEAST: f64 = 165.0;
 const LEAST_OF_ROWS: f64 = 98.0;
-/// Side of a square panel with the legend beside it, in units.
+/// Width of a square panel and of a radar chart with the legend beside it, in units.
 const SIDE: f64 = 390.0;
+const RADAR: f64 = 470.0;
 /// Height of a single panel, and the least and largest of several, in units.
 const HEIGHT: (f64, f64, f64) = (300.0, 110.0, 200.0);
 /// Least room between panels, and between the labels of two, in units.
@@ -178,6 +181,10 @@ impl Figure {
             Form::Strip => 140.0,
             Form::Diagram if is_wide => 280.0,
             Form::Diagram => 380.0,
+            Form::Radar => {
+                let height = |mark: &Mark| if let Mark::Radar(radar) = mark { radar.height(w) } else { 0.0 };
+                panel.marks.iter().map(height).fold(0.0, f64::max)
+            }
             Form::Rows { .. } => {
                 let room = self.row_names(page_width);
                 let lines = panel.y.names.iter().map(|(_, name)| font::wrap(name, SMALL, room).len());
@@ -191,9 +198,11 @@ impl Figure {
         let width = page.width;
         let lines = self.lines(width);
         let columns = lines.iter().map(|line| line.len()).max().unwrap_or(1);
-        let is_beside = self.form == Form::Square && columns == 1 && lines.len() == 1 && width >= WIDTH;
+        let has_room = matches!(self.form, Form::Square | Form::Radar) && width >= WIDTH;
+        let is_beside = has_room && columns == 1 && lines.len() == 1;
+        let side = if self.form == Form::Radar { RADAR } else { SIDE };
         // How many ticks an axis takes depends on its length, and that on the room of the labels, which is guessed first.
-        let guess = if is_beside { SIDE } else { (width - 2.0 * MARGIN - 60.0) / columns as f64 - GAP };
+        let guess = if is_beside { side } else { (width - 2.0 * MARGIN - 60.0) / columns as f64 - GAP };
         let height_of = |w: f64, line: &[Panel]| self.height(w, columns, &line[0], width);
         let mut grid = self.cells(&lines, (guess, height_of(guess, lines[0])), width)?;
 
@@ -205,7 +214,7 @@ impl Figure {
         // The label at the end of an axis stands beside the one at the beginning of the next.
         let gap = if common_y { GAP.max(widest + APART) } else { GAP };
         let room = width - 2.0 * MARGIN - APART - lefts.iter().sum::<f64>();
-        let w = if is_beside { SIDE } else { (room - gap * (columns - 1) as f64) / columns as f64 };
+        let w = if is_beside { side } else { (room - gap * (columns - 1) as f64) / columns as f64 };
         let x_of = |c: usize| MARGIN + lefts[..=c].iter().sum::<f64>() + (w + gap) * c as f64;
         grid.iter_mut().flatten().for_each(|cell| cell.set_head(w));
         let head = grid.iter().flatten().map(|cell| cell.head(w)).fold(0.0, f64::max);
@@ -232,8 +241,12 @@ impl Figure {
         match self.form {
             Form::Chart | Form::Square => (true, true),
             Form::Rows { shared } => (shared, true),
-            Form::Strip | Form::Diagram => (false, false),
+            Form::Strip | Form::Diagram | Form::Radar => (false, false),
         }
+    }
+
+    fn has_axes(&self) -> bool {
+        !matches!(self.form, Form::Diagram | Form::Radar)
     }
 
     /// The panels of each line with their ranges, ticks and words, for the size of a panel and a width of the page.
@@ -246,7 +259,7 @@ impl Figure {
         let (common_x, common_y) = self.common();
         let (all_x, all_y): (Vec<f64>, Vec<f64>) =
             lines.iter().copied().flatten().flat_map(Panel::values).unzip();
-        let has_axes = self.form != Form::Diagram;
+        let has_axes = self.has_axes();
         let names = self.row_names(width).max(VALUE_NAMES);
         let max = max_ticks(size);
         let cell = |panel: &'f Panel, before: Option<&Panel>| {
@@ -292,7 +305,7 @@ impl Figure {
     fn draw_cell(&self, page: &mut Page, cell: &Cell<'_>, area: Area, left: f64) {
         let place = cell.panel.place(area, &cell.ends);
         cell.panel.draw(page, &place);
-        if self.form != Form::Diagram {
+        if self.has_axes() {
             frame(page, &place, &cell.ticks);
         }
         let top = area.y - cell.head(area.w);

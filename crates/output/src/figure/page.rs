@@ -91,6 +91,12 @@ impl Area {
         (self.x..=self.right()).contains(&p.0) && (self.y..=self.bottom()).contains(&p.1)
     }
 
+    /// Whether it has no point in common with another one, but for edges.
+    pub fn is_apart(&self, other: &Self) -> bool {
+        let beside = self.right() <= other.x || other.right() <= self.x;
+        beside || self.bottom() <= other.y || other.bottom() <= self.y
+    }
+
     /// The part of the segment inside the area (Liang and Barsky 1984), or `None`.
     pub fn clip(&self, a: Point, b: Point) -> Option<(Point, Point)> {
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);

@@ -5,6 +5,7 @@ use super::diagram;
 use super::font;
 use super::legend::{Entry, Marker};
 use super::page::{Area, Page, Point, Stroke};
+use super::radar::Radar;
 use super::style::{Color, Dash, INK, SHADE, SMALL, SOFT, Style};
 use plotters::style::text_anchor::HPos;
 use std::ops::Range;
@@ -50,6 +51,8 @@ pub enum Mark {
         /// Whether there is an arrow back.
         is_pair: bool,
     },
+    /// A radar chart, which takes the whole panel.
+    Radar(Radar),
 }
 
 /// A panel.
@@ -94,7 +97,8 @@ impl Mark {
             Self::Upright(x, _) | Self::Top(x, ..) => vec![(*x, none)],
             Self::Level(y, _) => vec![(none, *y)],
             Self::Point(at, ..) => vec![*at],
-            Self::Shade(_) | Self::Name(..) | Self::IsoF | Self::Node(..) | Self::Arrow { .. } => Vec::new(),
+            Self::Shade(_) | Self::Name(..) | Self::IsoF => Vec::new(),
+            Self::Node(..) | Self::Arrow { .. } | Self::Radar(_) => Vec::new(),
         }
     }
 }
@@ -171,6 +175,7 @@ impl Panel {
                     let ends = [from, to].map(|(at, name)| (place.of(*at), name.as_str()));
                     diagram::arrow(page, area, ends, label, *is_pair);
                 }
+                Mark::Radar(radar) => radar.draw(page, area),
                 Mark::Upright(..) | Mark::Level(..) | Mark::Point(..) | Mark::Top(..) | Mark::Name(..) => {}
             }
         }
@@ -228,9 +233,6 @@ impl Panel {
         let named: Vec<(Point, String)> = self.marks.iter().filter_map(name).collect();
         let point = |&((x, y), _): &(Point, String)| Area { x: x - 4.0, y: y - 4.0, w: 8.0, h: 8.0 };
         let mut taken: Vec<Area> = named.iter().map(point).collect();
-        let apart = |a: &Area, b: &Area| {
-            a.right() <= b.x || b.right() <= a.x || a.bottom() <= b.y || b.bottom() <= a.y
-        };
         for ((x, y), name) in &named {
             let lines = font::wrap(name, SMALL, page.width / 2.0);
             let (w, h) = (font::widest(&lines, SMALL), 12.0 * lines.len() as f64);
@@ -238,7 +240,7 @@ impl Panel {
             let room = sides.map(|(dx, dy)| Area { x: x + dx, y: y + dy, w, h });
             let fits = |a: &&Area| {
                 let within = a.x >= place.area.x && a.right() <= place.area.right() + 4.0;
-                within && a.bottom() <= place.area.bottom() && taken.iter().all(|t| apart(a, t))
+                within && a.bottom() <= place.area.bottom() && taken.iter().all(|t| a.is_apart(t))
             };
             let mut room = *room.iter().find(fits).unwrap_or(&room[0]);
             room.x = room.x.min(page.width - w - 1.0).max(1.0);

@@ -139,6 +139,19 @@ fn dots() -> Dots {
     }
 }
 
+/// Two polygons over fifteen spokes, one of them with a gap.
+fn radar() -> Figure {
+    let spoke = |k: usize| [format!("illumination variation {k}"), "0.424–0.622".to_string()];
+    let polygon = |i: usize| {
+        let corner = |k: usize| (k != 4 * i).then_some(0.3 + 0.04 * (k + i) as f64);
+        Polygon { corners: (0..15).map(corner).collect(), style: Style::nth(i), marker: Marker::nth(i) }
+    };
+    let radar = Radar { spokes: (0..15).map(spoke).collect(), polygons: vec![polygon(0), polygon(1)] };
+    let legend = vec![Entry::new(Symbol::Line(Style::nth(0), Some(Marker::nth(0))), "SAMF [0.650]")];
+    let panel = Panel { marks: vec![Mark::Radar(radar)], ..Panel::default() };
+    Figure { form: Form::Radar, rows: vec![vec![panel]], legend, ..noted() }
+}
+
 fn all() -> Vec<Figure> {
     let mut logarithmic = sweep();
     logarithmic.rows[0][0].x.log = true;
@@ -158,7 +171,8 @@ fn all() -> Vec<Figure> {
         ..noted()
     };
     let dots = dots().figure();
-    vec![strip(), sequences(4), sweep(), precision_recall(1), precision_recall(5), logarithmic, dots, diagram]
+    let curves = [sweep(), precision_recall(1), precision_recall(5), logarithmic];
+    [strip(), sequences(4), dots, diagram, radar()].into_iter().chain(curves).collect()
 }
 
 /// Texts of a well-formed document; panics where it is not well-formed.
@@ -291,8 +305,12 @@ fn hostile_and_long_names_stay_text_and_whole_and_on_the_page() {
                 panel.title = name.into();
                 panel.legend.iter_mut().for_each(|entry| entry.name = name.into());
                 for mark in &mut panel.marks {
-                    if let Mark::Name(_, text) = mark {
-                        *text = name.into();
+                    match mark {
+                        Mark::Name(_, text) => *text = name.into(),
+                        Mark::Radar(radar) => {
+                            radar.spokes.iter_mut().for_each(|spoke| spoke[0] = name.into())
+                        }
+                        _ => {}
                     }
                 }
             }
@@ -377,7 +395,7 @@ fn many_columns_stand_below_each_other() {
 
 #[test]
 fn figures_are_seven_or_three_point_three_inches_wide_with_letters_of_seven_points() {
-    for figure in [strip(), sweep(), precision_recall(5), dots().figure()] {
+    for figure in [strip(), sweep(), precision_recall(5), dots().figure(), radar()] {
         for (width, inches) in [(WIDTH, "7in"), (COLUMN, "3.3in")] {
             let files = figure.draw(width).expect("a figure");
             assert!(files.svg.contains(&format!("width=\"{inches}\"")), "{}", &files.svg[..200]);

@@ -9,6 +9,7 @@ mod lines;
 mod machine;
 mod metrics;
 pub(super) mod published;
+mod radar;
 mod strips;
 mod warning;
 
@@ -29,6 +30,7 @@ const DRAWERS: &[(&str, Draw)] = &[
     ("delay", metrics::delay),
     ("warning", warning::draw),
     ("chart", analysis::draw),
+    ("radar", radar::draw),
     ("machine", machine::draw),
 ];
 /// Kinds that are drawn from tracks.
@@ -52,6 +54,11 @@ impl<'r> Scope<'r> {
     /// The figure's checked keys.
     fn params(&self) -> &'r spec::FigureParams {
         &self.figure.params
+    }
+
+    /// The place of a tracker in the experiment, which gives its color on all pages of it.
+    fn place(&self, tracker: &str) -> Option<usize> {
+        self.results.experiment.trackers.iter().position(|t| t.label == tracker)
     }
 
     /// The value of a key that the figure's kind requires.

@@ -30,10 +30,8 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     let reason = format!("the analysis {} has no chart {} with a point here", shows.analysis, shows.part);
     let Some((first, look)) = found.first() else { return Ok(Drawing::NoData(reason)) };
     let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
-    // The place of a tracker in the experiment gives its color on all pages of it.
-    let place = |label: &str| scope.results.experiment.trackers.iter().position(|t| t.label == label);
     let of_tracker = |(k, (analysed, chart)): (usize, &(&Analysed, &Chart))| {
-        OfTracker::new(&analysed.tracker, chart, place(&analysed.tracker).unwrap_or(k))
+        OfTracker::new(&analysed.tracker, chart, scope.place(&analysed.tracker).unwrap_or(k))
     };
     let of_trackers: Option<Vec<OfTracker>> = found.iter().enumerate().map(of_tracker).collect();
     let axes = |range: Range, y_range: Range| {

@@ -1,0 +1,208 @@
+//! Radar charts: a spoke for each quantity, and for each series a polygon with a corner on every spoke.
+
+use super::font;
+use super::legend::Marker;
+use super::page::{Area, LINE, Page, Point, Stroke, share_before};
+use super::style::{INK, SMALL, Style};
+use plotters::style::text_anchor::HPos;
+use std::f64::consts::TAU;
+
+/// A radar chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Radar {
+    /// Name of each spoke, and what stands below it; the first spoke points up, the others follow clockwise.
+    pub spokes: Vec<[String; 2]>,
+    /// The polygons, the first one in front.
+    pub polygons: Vec<Polygon>,
+}
+
+/// A polygon of a radar chart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    /// Its corner on each spoke, from 0 in the middle to 1 at the end; where there is none, both sides to it are left out.
+    pub corners: Vec<Option<f64>>,
+    /// Its line.
+    pub style: Style,
+    /// The mark of its corners.
+    pub marker: Marker,
+}
+
+/// Room on the left and on the right for labels, in units.
+const ROOM: f64 = 82.0;
+/// Between the end of a spoke and its label, and between two labels at least, in units.
+const APART: (f64, f64) = (10.0, 0.01);
+/// Rings, as shares of a spoke, and the line of spokes and rings.
+const RINGS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+const WEB: Stroke = Stroke::solid([0xDD; 3], 0.7);
+
+struct Label {
+    lines: Vec<String>,
+    anchor: HPos,
+    area: Area,
+}
+
+/// Places from the upper left corner of the chart.
+struct Layout {
+    center: Point,
+    radius: f64,
+    height: f64,
+    labels: Vec<Label>,
+}
+
+impl Radar {
+    /// Height of the chart in a width.
+    pub(super) fn height(&self, width: f64) -> f64 {
+        self.layout(width).height
+    }
+
+    /// Draws the chart from the upper left corner of an area on.
+    pub(super) fn draw(&self, page: &mut Page, area: &Area) {
+        let Layout { center, radius, labels, .. } = self.layout(area.w);
+        let count = self.spokes.len();
+        let place = |k: usize, share: f64| {
+            let (x, y) = self.direction(k);
+            (area.x + center.0 + share * radius * x, area.y + center.1 + share * radius * y)
+        };
+        for ring in RINGS {
+            page.line((0..=count).map(|k| place(k, ring)).collect(), WEB);
+        }
+        for k in 0..count {
+            page.line(vec![place(k, 0.0), place(k, 1.0)], WEB);
+        }
+        for Polygon { corners, style, marker } in self.polygons.iter().rev() {
+            let corner = |(k, share): (usize, &Option<f64>)| share.map(|share| place(k, share));
+            let corners: Vec<Option<Point>> = corners.iter().enumerate().map(corner).collect();
+            let around: Vec<Option<Point>> = corners.iter().chain(corners.first()).copied().collect();
+            for sides in around.split(Option::is_none).filter(|sides| sides.len() > 1) {
+                page.line(sides.iter().flatten().copied().collect(), Stroke::of(style));
+            }
+            for at in corners.into_iter().flatten() {
+                marker.draw(page, at, style.color.rgb());
+            }
+        }
+        for Label { lines, anchor, area: label } in labels {
+            let at = (area.x + label.x + label.w * share_before(anchor), area.y + label.y);
+            page.lines(&lines, at, SMALL, anchor, INK);
+        }
+    }
+
+    fn direction(&self, spoke: usize) -> Point {
+        let angle = TAU * spoke as f64 / self.spokes.len() as f64;
+        (angle.sin(), -angle.cos())
+    }
+
+    fn layout(&self, width: f64) -> Layout {
+        let radius = width / 2.0 - ROOM - APART.0;
+        let mut labels: Vec<Label> = (0..self.spokes.len()).map(|k| self.label(k, radius, width)).collect();
+        // From the middle upwards and downwards, each label gives way to those before it.
+        let height = |k: usize| self.direction(k).1;
+        let mut order: Vec<usize> = (0..labels.len()).collect();
+        order.sort_by(|a, b| height(*a).abs().total_cmp(&height(*b).abs()));
+        let mut placed: Vec<Area> = Vec::new();
+        for k in order {
+            let mut area = labels[k].area;
+            while let Some(other) = placed.iter().find(|other| !other.is_apart(&area)) {
+                area.y = match height(k) < 0.0 {
+                    true => other.y - area.h - APART.1,
+                    false => other.bottom() + APART.1,
+                };
+            }
+            placed.push(area);
+            labels[k].area = area;
+        }
+        let top = placed.iter().map(|area| area.y).fold(-radius, f64::min);
+        let bottom = placed.iter().map(Area::bottom).fold(radius, f64::max);
+        let center = (width / 2.0, -top);
+        for label in &mut labels {
+            label.area.x += center.0;
+            label.area.y += center.1;
+        }
+        Layout { center, radius, height: bottom - top, labels }
+    }
+
+    /// The label at the end of a spoke, its area from the middle of the chart.
+    fn label(&self, spoke: usize, radius: f64, width: f64) -> Label {
+        let (x, y) = self.direction(spoke);
+        let (left, height) = ((radius + APART.0) * x, (radius + APART.0) * y);
+        let (anchor, room) = match left {
+            left if left > 1.0 => (HPos::Left, width / 2.0 - left),
+            left if left < -1.0 => (HPos::Right, width / 2.0 + left),
+            _ => (HPos::Center, width),
+        };
+        let lines: Vec<String> =
+            self.spokes[spoke].iter().flat_map(|part| font::wrap(part, SMALL, room)).collect();
+        let (w, h) = (font::widest(&lines, SMALL), LINE * lines.len() as f64);
+        let area = Area { x: left - w * share_before(anchor), y: height + (y - 1.0) * h / 2.0, w, h };
+        Label { lines, anchor, area }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::page::Shape;
+    use crate::figure::{Color, Dash};
+
+    fn radar(spokes: &[&str], corners: Vec<Option<f64>>) -> Radar {
+        let style = Style::new(Color::Vermilion, Dash::Solid);
+        let spokes = spokes.iter().map(|name| [name.to_string(), "0.1–0.9".to_string()]).collect();
+        Radar { spokes, polygons: vec![Polygon { corners, style, marker: Marker::Square }] }
+    }
+
+    /// The lines of the polygon, and the number of its marks.
+    fn drawn(corners: Vec<Option<f64>>) -> (Vec<Vec<Point>>, usize) {
+        let mut page = Page::new("", 320.0);
+        let radar = radar(&["a", "b", "c", "d"], corners);
+        let area = Area { x: 10.0, y: 20.0, w: 300.0, h: radar.height(300.0) };
+        // The spokes and, above and below them, the distance to a label and its two lines.
+        assert!((area.h - 2.0 * (58.0 + 10.0 + 28.0)).abs() < 1e-9);
+        radar.draw(&mut page, &area);
+        let rgb = Color::Vermilion.rgb();
+        let line = |shape: &Shape| match shape {
+            Shape::Line { points, stroke } if stroke.rgb == rgb => Some(points.clone()),
+            _ => None,
+        };
+        let is_mark = |shape: &&Shape| matches!(shape, Shape::Fill { rgb: of, .. } if *of == rgb);
+        (page.shapes.iter().filter_map(line).collect(), page.shapes.iter().filter(is_mark).count())
+    }
+
+    fn assert_near(line: &[Point], expected: &[Point]) {
+        let near = |(a, b): (&Point, &Point)| (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9;
+        assert!(line.len() == expected.len() && line.iter().zip(expected).all(near), "{line:?}");
+    }
+
+    // By hand: of half the width, 150, the labels take 92, so that a spoke has 58; the middle is at (10 + 150, 20 + 96).
+    #[test]
+    fn corners_by_hand() {
+        let (lines, marks) = drawn(vec![Some(1.0), Some(0.5), Some(0.25), Some(0.0)]);
+        let corners = [(160.0, 58.0), (189.0, 116.0), (160.0, 130.5), (160.0, 116.0), (160.0, 58.0)];
+        assert_eq!((lines.len(), marks), (1, 4));
+        assert_near(&lines[0], &corners);
+    }
+
+    #[test]
+    fn a_spoke_without_a_value_breaks_the_polygon() {
+        let (lines, marks) = drawn(vec![Some(1.0), Some(0.5), None, Some(0.5)]);
+        assert_eq!((lines.len(), marks), (2, 3));
+        assert_near(&lines[0], &[(160.0, 58.0), (189.0, 116.0)]);
+        assert_near(&lines[1], &[(131.0, 116.0), (160.0, 58.0)]);
+        // The only corner between two without one has no side, and is a mark.
+        let (lines, marks) = drawn(vec![None, Some(0.5), None, Some(0.5)]);
+        assert_eq!((lines.len(), marks), (0, 2));
+    }
+
+    #[test]
+    fn labels_stand_apart_and_within_the_width() {
+        for count in [3, 7, 15, 24] {
+            let radar = radar(&vec!["Out of plane rotation (9)"; count], Vec::new());
+            for width in [300.0, 470.0] {
+                let Layout { labels, height, .. } = radar.layout(width);
+                for (k, Label { area, .. }) in labels.iter().enumerate() {
+                    assert!(labels[..k].iter().all(|other| other.area.is_apart(area)), "{count} {width} {k}");
+                    assert!(area.x >= -1e-3 && area.right() <= width + 1e-3);
+                    assert!(area.y >= -1e-9 && area.bottom() <= height + 1e-9);
+                }
+            }
+        }
+    }
+}
