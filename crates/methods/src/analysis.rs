@@ -85,12 +85,14 @@ pub struct Chart {
     pub y: String,
     /// Whether the vertical axis is logarithmic.
     pub y_log: bool,
-    /// Curves by name: finite points from left to right. A curve without a name gets its tracker's.
+    /// Curves by name: finite points from left to right. A curve without a name gets its tracker's. One named
+    /// [`INTERVAL`] has the corners of the interval of the only point of the curve before it: left and lower, right and
+    /// upper end.
     pub curves: Vec<(String, Vec<(f64, f64)>)>,
-    /// The interval of each point of the first curve: left, right, lower and upper end; none without enough sequences.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bars: Vec<[f64; 4]>,
 }
+
+/// Name of a curve that has the corners of an interval.
+pub const INTERVAL: &str = "95 % interval";
 
 impl Findings {
     /// A number by name.

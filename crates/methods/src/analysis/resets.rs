@@ -10,7 +10,7 @@
 //! `accuracy-robustness`, a point a tracker, with `robustness = exp(-S failures / frames)`, the chance to get through S
 //! frames, and the 95 % intervals of both over sequences ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
 
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Chart, Findings, Grid, INTERVAL, Names, Population, Reads};
 use crate::score::TrackerMetric;
 use crate::score::resets::attributes::{Weights, by_attribute, overall as of_attributes};
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
@@ -107,9 +107,9 @@ struct OfSequence<'a> {
     frames: f64,
 }
 
-/// The 95 % intervals of robustness and accuracy over sequences: left, right, lower and upper end. Trackers on as many
-/// sequences have the same draws.
-fn bars(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -> Option<[f64; 4]> {
+/// The 95 % intervals of robustness and accuracy over sequences, as [`INTERVAL`] has them. Trackers on as many sequences
+/// have the same draws.
+fn corners(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -> Option<[(f64, f64); 2]> {
     // Overlap, failures and frames, in billionths: both axes are ratios of their sums.
     let of =
         |s: &OfSequence<'_>| [s.accuracy * s.frames, s.failures, s.frames].map(|v| (v * 1e9).round() as i64);
@@ -126,7 +126,7 @@ fn bars(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -> O
     )?;
     let (lower, upper) =
         draws.interval(&sums, |&[overlap, _, frames]| Some(overlap as f64 / frames as f64), LEVEL)?;
-    Some([left, right, lower, upper])
+    Some([(left, lower), (right, upper)])
 }
 
 impl Analysis for Resets {
@@ -189,14 +189,15 @@ impl Analysis for Resets {
         };
         let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
         let robustness = |failures: f64, frames: f64| (-self.0.sensitivity * failures / frames).exp();
-        let bars = Vec::from_iter(bars(&sequences, robustness));
+        let mut of_robustness = vec![(String::new(), vec![(robustness(failures, frames), accuracy)])];
+        of_robustness.extend(corners(&sequences, robustness).map(|ends| (INTERVAL.to_string(), ends.to_vec())));
         let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
-        let chart = |name: &str, x: &str, y: &str, curve: (String, Vec<(f64, f64)>)| Chart {
+        let chart = |name: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>| Chart {
             name: name.into(),
             x: x.into(),
             y: y.into(),
-            curves: vec![curve],
-            ..Chart::default()
+            y_log: false,
+            curves,
         };
         let robustness_axis = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
         let eao_name = eao.map_or_else(String::new, |eao| format!("[{eao:.3}]"));
@@ -208,16 +209,8 @@ impl Analysis for Resets {
                 grid("attributes", "attribute", &PARTS, attribute_rows),
             ],
             charts: vec![
-                Chart {
-                    bars,
-                    ..chart(
-                        "accuracy-robustness",
-                        &robustness_axis,
-                        "accuracy",
-                        (String::new(), vec![(robustness(failures, frames), accuracy)]),
-                    )
-                },
-                chart("expected-overlap", "frames", "expected average overlap", (eao_name, points)),
+                chart("accuracy-robustness", &robustness_axis, "accuracy", of_robustness),
+                chart("expected-overlap", "frames", "expected average overlap", vec![(eao_name, points)]),
             ],
         })
     }
@@ -274,7 +267,7 @@ mod tests {
 
     // SciPy 1.17, scipy.stats.bootstrap of the two ratios, paired, 300,000 draws, percentiles.
     #[test]
-    fn bars_are_the_intervals_of_ratios_of_sums() {
+    fn bars_have_the_intervals_of_ratios_of_sums() {
         let accuracy = [0.5, 0.8, 0.6, 0.7, 0.4, 0.9];
         let (failures, frames) = ([1.0, 0.0, 2.0, 0.0, 3.0, 1.0], [10.0, 20.0, 30.0, 15.0, 25.0, 40.0]);
         let of = |k: usize| OfSequence {
@@ -285,11 +278,12 @@ mod tests {
         };
         let sequences: Vec<OfSequence<'_>> = (0..6).map(of).collect();
         let robustness = |failures: f64, frames: f64| (-30.0 * failures / frames).exp();
-        let bars = super::bars(&sequences, robustness).unwrap();
+        let [low, high] = corners(&sequences, robustness).unwrap();
+        let bars = [low.0, high.0, low.1, high.1];
         assert!(
             bars.iter().zip([0.0695, 0.5979, 0.5087, 0.8243]).all(|(a, b)| (a - b).abs() < 0.01),
             "{bars:?}"
         );
-        assert_eq!(super::bars(&sequences[..2], robustness), None);
+        assert_eq!(corners(&sequences[..2], robustness), None);
     }
 }

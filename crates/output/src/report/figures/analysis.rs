@@ -11,7 +11,7 @@ use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Marker, Range,
 use crate::results::manifest;
 use crate::table::suites::suites_note;
 use trackfail_engine::execute::analyse::Analysed;
-use trackfail_methods::analysis::Chart;
+use trackfail_methods::analysis::{Chart, INTERVAL};
 
 type Points = Vec<(f64, f64)>;
 
@@ -65,15 +65,19 @@ struct OfTracker {
     /// Its place among all trackers.
     place: usize,
     points: Points,
-    /// Left, right, lower and upper end of the interval of its only point.
-    bars: Option<[f64; 4]>,
+    /// Corners of the interval of its only point.
+    interval: Points,
 }
 
 impl OfTracker {
     /// `None` where the tracker has several curves, or one of another name: a curve without a name, or with a number in
     /// brackets, is its tracker's.
     fn new(tracker: &str, chart: &Chart, place: usize) -> Option<Self> {
-        let [(name, points)] = chart.curves.as_slice() else { return None };
+        let (name, points, interval) = match chart.curves.as_slice() {
+            [(name, points)] => (name, points, Points::new()),
+            [(name, points), (of, corners)] if of == INTERVAL => (name, points, corners.clone()),
+            _ => return None,
+        };
         let number = name.strip_prefix('[').and_then(|n| n.strip_suffix(']'));
         let name = match number {
             Some(number) if is_precision_recall(chart) => {
@@ -85,7 +89,7 @@ impl OfTracker {
             None => return None,
         };
         let number = number.and_then(|n| n.parse().ok()).unwrap_or(f64::NAN);
-        Some(Self { name, number, place, points: points.clone(), bars: chart.bars.first().copied() })
+        Some(Self { name, number, place, points: points.clone(), interval })
     }
 
     fn curve(&self, style: Style) -> (Look, Line) {
@@ -126,7 +130,7 @@ fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
 
 /// The interval of a tracker's point on both axes.
 fn bars(of: &OfTracker) -> Vec<Mark> {
-    let (Some([left, right, lower, upper]), Some(&(x, y))) = (of.bars, of.points.first()) else {
+    let (&[(left, lower), (right, upper)], &[(x, y)]) = (of.interval.as_slice(), of.points.as_slice()) else {
         return Vec::new();
     };
     let style = Style { width: BAR, ..Style::new(Style::nth(of.place).color, Dash::Solid) };
@@ -242,9 +246,9 @@ mod tests {
     fn trackers(n: usize, length: usize) -> Vec<OfTracker> {
         let of = |k: usize| {
             let points = (0..length).map(|x| (x as f64, (k * x) as f64)).collect();
-            let curves = vec![(format!("[0.{k:02}]"), points)];
-            let bars = vec![[0.0, 1.0, -1.0, 2.0]; usize::from(length == 1)];
-            let chart = Chart { curves, bars, ..Chart::default() };
+            let mut curves = vec![(format!("[0.{k:02}]"), points)];
+            curves.extend((length == 1).then(|| (INTERVAL.to_string(), vec![(0.0, -1.0), (1.0, 2.0)])));
+            let chart = Chart { curves, ..Chart::default() };
             OfTracker::new(&format!("T{k}"), &chart, k).expect("a curve of a tracker")
         };
         (0..n).map(of).collect()
