@@ -1,6 +1,6 @@
 //! The command line: one file for each verb, with its arguments and calls of the layers below.
 //!
-//! [`Failure`] lists the exit codes.
+//! [`Exit`] lists the exit codes.
 
 pub mod compare;
 pub mod completions;
@@ -21,11 +21,13 @@ pub mod serve_trax;
 pub mod slurm;
 
 use crate::dataset::suite::Catalog;
+use crate::engine::limits::Interrupted;
 use crate::plugin;
 use crate::spec::programs;
 use crate::tracker::process::Programs;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser, Subcommand};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// Tells when a visual tracker has lost its target: a benchmark of failure detectors.
@@ -148,7 +150,7 @@ fn budget(text: &str) -> Result<f64, String> {
 /// Runs `work` in a pool of `jobs` worker threads, by default one for each core.
 ///
 /// # Errors
-/// [`Failure::Io`] if the threads cannot be started.
+/// [`Exit::Io`] if the threads cannot be started.
 fn with_threads<T: Send>(jobs: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let threads = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from)).build();
     let threads = threads.map_err(|e| Failure::io(format!("cannot start worker threads: {e}")))?;
@@ -168,7 +170,7 @@ impl DataRoots {
     /// The folders: those of `--data-root`, else those of TRACKFAIL_DATA.
     ///
     /// # Errors
-    /// [`Failure::Data`] if one is no folder.
+    /// [`Exit::Data`] if one is no folder.
     fn folders(&self) -> Result<Vec<PathBuf>, Failure> {
         let named = std::env::var_os("TRACKFAIL_DATA").unwrap_or_default();
         let named = std::env::split_paths(&named).filter(|root| !root.as_os_str().is_empty());
@@ -188,7 +190,7 @@ impl DataRoots {
 /// The built-in suites and the user suites of the data roots.
 ///
 /// # Errors
-/// [`Failure::Data`] if the datasets.lock in a data root cannot be read or is wrong, or two define a suite differently.
+/// [`Exit::Data`] if the datasets.lock in a data root cannot be read or is wrong, or two define a suite differently.
 fn catalog(data_roots: &[PathBuf]) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
     data_roots.iter().try_for_each(|root| catalog.add_root(root)).map_err(Failure::data)?;
@@ -206,7 +208,7 @@ fn plugins_file(given: Option<&Path>) -> Option<PathBuf> {
 /// Reads the programs of [`plugins_file`]; none without such a file.
 ///
 /// # Errors
-/// [`Failure::Usage`] if the file cannot be read or is wrong.
+/// [`Exit::Usage`] if the file cannot be read or is wrong.
 fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
     let read = |path: PathBuf| programs::read(&path).map_err(Failure::usage);
     plugins_file(given).map_or_else(|| Ok(Programs::default()), read)
@@ -215,81 +217,74 @@ fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
 /// An error of a layer below, or a message.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a verb ends without success; each variant has its exit code.
+/// The exit codes of a verb that ends without success.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Exit {
+    /// A bug or an I/O error.
+    Io = 1,
+    /// Wrong arguments or a wrong experiment file.
+    Usage = 2,
+    /// Data are missing or not as pinned.
+    Data = 3,
+    /// Some cells failed; the others are computed.
+    Cells = 4,
+    /// A required claim does not hold.
+    Expectation = 5,
+    /// A method finds that the target is lost, and the user wants to fail then.
+    Loss = 6,
+    /// Ctrl-C, or the end of a batch job; finished work is kept.
+    Interrupted = 130,
+}
+
+/// Why a verb ends without success.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
-    /// 1: a bug or an I/O error.
-    #[error(transparent)]
-    Io(Cause),
-    /// 2: wrong arguments or a wrong experiment file.
-    #[error(transparent)]
-    Usage(Cause),
-    /// 3: data are missing or not as pinned.
-    #[error(transparent)]
-    Data(Cause),
-    /// 4: some cells failed; the others are computed.
-    #[error(transparent)]
-    Cells(Cause),
-    /// 5: a required claim does not hold.
-    #[error(transparent)]
-    Expectation(Cause),
-    /// 6: a method finds that the target is lost, and the user wants to fail then.
-    #[error(transparent)]
-    Loss(Cause),
-    /// 130: Ctrl-C, or the end of a batch job; finished work is kept.
-    #[error(transparent)]
-    Interrupted(Cause),
+#[error("{cause}")]
+pub struct Failure {
+    /// The exit code of the process.
+    pub exit: Exit,
+    cause: Cause,
 }
 
 impl Failure {
-    /// [`Failure::Io`] of an error or a message.
+    /// The failure with an exit code of an error or a message.
+    pub fn new(exit: Exit, cause: impl Into<Cause>) -> Self {
+        Self { exit, cause: cause.into() }
+    }
+
+    /// [`Exit::Io`] of an error or a message.
     pub fn io(cause: impl Into<Cause>) -> Self {
-        Self::Io(cause.into())
+        Self::new(Exit::Io, cause)
     }
 
-    /// [`Failure::Usage`] of an error or a message.
+    /// [`Exit::Usage`] of an error or a message.
     pub fn usage(cause: impl Into<Cause>) -> Self {
-        Self::Usage(cause.into())
+        Self::new(Exit::Usage, cause)
     }
 
-    /// [`Failure::Data`] of an error or a message.
+    /// [`Exit::Data`] of an error or a message.
     pub fn data(cause: impl Into<Cause>) -> Self {
-        Self::Data(cause.into())
+        Self::new(Exit::Data, cause)
     }
 
-    /// [`Failure::Cells`] of an error or a message.
-    pub fn cells(cause: impl Into<Cause>) -> Self {
-        Self::Cells(cause.into())
+    /// [`Exit::Interrupted`].
+    pub fn interrupted() -> Self {
+        Self::new(Exit::Interrupted, Interrupted)
     }
 
-    /// [`Failure::Expectation`] of an error or a message.
-    pub fn expectation(cause: impl Into<Cause>) -> Self {
-        Self::Expectation(cause.into())
-    }
-
-    /// The exit code of the process.
+    /// The exit code as a number.
     pub fn code(&self) -> u8 {
-        match self {
-            Self::Io(_) => 1,
-            Self::Usage(_) => 2,
-            Self::Data(_) => 3,
-            Self::Cells(_) => 4,
-            Self::Expectation(_) => 5,
-            Self::Loss(_) => 6,
-            Self::Interrupted(_) => 130,
-        }
+        self.exit as u8
+    }
+
+    /// Tells it on stderr, and gives the exit code.
+    pub fn tell(&self) -> u8 {
+        output::note(&format!("error: {self}"));
+        self.code()
     }
 }
 
-/// An error, and what it is about: an experiment, a folder, an argument.
-#[derive(Debug, thiserror::Error)]
-#[error("{subject}: {source}")]
-struct Within {
-    subject: String,
-    source: Cause,
-}
-
-/// Says what an error is about.
-fn within(subject: impl Into<String>, source: impl Into<Cause>) -> Cause {
-    Box::new(Within { subject: subject.into(), source: source.into() })
+/// The [`Exit::Io`] of what the file system says of a path.
+fn io_at<E: Display>(path: &Path) -> impl FnOnce(E) -> Failure {
+    move |e| Failure::io(format!("{}: {e}", path.display()))
 }

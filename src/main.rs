@@ -12,12 +12,7 @@ fn main() -> ExitCode {
     let Ok(outcome) = std::panic::catch_unwind(run) else { return ExitCode::from(1) };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            // If stderr is closed the message is lost; the exit code still counts.
-            let message = output::for_terminal(&failure.to_string());
-            let _ = writeln!(std::io::stderr(), "error: {message}");
-            ExitCode::from(Failure::code(&failure))
-        }
+        Err(failure) => ExitCode::from(failure.tell()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::output::{self, Format};
-use crate::num::paired::{self, Compared};
+use crate::num::paired;
 use crate::plugin::unknown;
 use crate::report::finished;
 use crate::report::pairs::{self, Apart, PairsError, Values};
@@ -56,24 +56,20 @@ fn probability(text: &str) -> Result<f64, String> {
 /// See [`Failure`].
 pub fn run(args: &Args) -> Result<(), Failure> {
     let read = |folder: &Path| Results::read(folder).map_err(Failure::from);
-    let (mut rows, mut measures, mut reason) = (Vec::new(), Vec::new(), String::new());
+    let named = |name: &String| read(&finished::folder(&args.results, name)?);
+    let tracker = args.tracker.as_deref();
+    let (mut compared, mut reason) = (Comparison::new(args), String::new());
     match args.experiments.as_slice() {
         [name, others @ ..] if others.len() <= 1 => {
-            let results = read(&finished::folder(&args.results, name)?)?;
-            let tracker = args.tracker.as_deref();
+            let results = named(name)?;
+            let other = others.first().map(named).transpose()?;
             let first = pairs::side(&results, &args.first, tracker)?;
-            let second = match others {
-                [other] => {
-                    let other = read(&finished::folder(&args.results, other)?)?;
-                    pairs::side(&other, &args.second, tracker)?
-                }
-                _ => pairs::side(&results, &args.second, tracker)?,
-            };
-            rows.extend(compared(args, &mut measures, "", &first.values, &second.values));
+            let second = pairs::side(other.as_ref().unwrap_or(&results), &args.second, tracker)?;
+            compared.add_sequences("", &first.values, &second.values);
             reason = without_common(&first.values, &second.values);
-            if others.is_empty() {
-                let apart = pairs::apart(&results, [(&args.first, &first), (&args.second, &second)], tracker);
-                rows.extend(together(args, &mut measures, &apart.map_err(Failure::from)?));
+            if other.is_none() {
+                let sides = [(args.first.as_str(), &first), (args.second.as_str(), &second)];
+                compared.add_pooled(&pairs::apart(&results, sides, tracker)?);
             }
         }
         [_, ..] => return Err(Failure::usage("--in is given once, or once for A and once for B")),
@@ -88,14 +84,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
-                let of = |results| pairs::side(results, &name, args.tracker.as_deref());
-                rows.extend(compared(args, &mut measures, &name, &of(&first)?.values, &of(&second)?.values));
+                let of = |results| pairs::side(results, &name, tracker);
+                compared.add_sequences(&name, &of(&first)?.values, &of(&second)?.values);
             }
         }
     }
-    if let Some(wanted) =
-        args.metric.as_ref().filter(|wanted| !measures.is_empty() && !measures.contains(wanted))
-    {
+    let Comparison { measures, rows, .. } = compared;
+    if let Some(wanted) = args.metric.as_ref().filter(|w| !measures.is_empty() && !measures.contains(w)) {
         return Err(Failure::usage(unknown("measure", wanted, measures.iter().map(String::as_str))));
     }
     if rows.is_empty() {
@@ -125,26 +120,71 @@ impl From<PairsError> for Failure {
     }
 }
 
-/// A row for each measure that both sides have and the user wants; all of them are added to `measures`, each once.
-fn compared(
-    args: &Args,
-    measures: &mut Vec<String>,
-    name: &str,
-    first: &Values,
-    second: &Values,
-) -> Vec<Vec<String>> {
-    let mut rows = Vec::new();
-    for (metric, pairs) in pairs::common(first, second) {
-        if args.metric.as_ref().is_none_or(|wanted| *wanted == metric)
-            && let Some(compared) = paired::compare(&pairs, args.level, args.samples as usize, args.seed)
-        {
-            rows.push(row(name, &metric, &compared, args.format));
-        }
-        if !measures.contains(&metric) {
-            measures.push(metric);
+/// The measures that both sides have.
+struct Comparison<'a> {
+    args: &'a Args,
+    /// All of them, each once.
+    measures: Vec<String>,
+    /// A row for each that the user wants.
+    rows: Vec<Vec<String>>,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(args: &'a Args) -> Self {
+        Self { args, measures: Vec::new(), rows: Vec::new() }
+    }
+
+    /// Adds the measures of single sequences.
+    fn add_sequences(&mut self, name: &str, first: &Values, second: &Values) {
+        let Args { level, samples, seed, .. } = *self.args;
+        for (measure, pairs) in pairs::common(first, second) {
+            let compared = || paired::compare(&pairs, level, samples as usize, seed);
+            if let Some(c) = self.wants(&measure).then(compared).flatten() {
+                let means = [c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(Some);
+                let signs = [c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string());
+                self.rows.push(self.row([name, &measure], Some(c.pairs), means, signs, c.p));
+            }
+            if !self.measures.contains(&measure) {
+                self.measures.push(measure);
+            }
         }
     }
-    rows
+
+    /// Adds the measures over all sequences together.
+    fn add_pooled(&mut self, all: &[Apart]) {
+        for Apart { measure, sequences, values: [a, b], bounds } in all {
+            self.measures.push(measure.clone());
+            if self.wants(measure) {
+                // Their intervals are those of the tables.
+                let bounds = bounds.filter(|_| self.args.level == 0.95);
+                let difference = a.zip(*b).map(|(a, b)| a - b);
+                let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
+                self.rows.push(self.row(["", measure], *sequences, numbers, Default::default(), None));
+            }
+        }
+    }
+
+    fn wants(&self, measure: &str) -> bool {
+        self.args.metric.as_ref().is_none_or(|wanted| wanted == measure)
+    }
+
+    fn row(
+        &self,
+        names: [&str; 2],
+        sequences: Option<usize>,
+        numbers: [Option<f64>; 5],
+        signs: [String; 3],
+        p: Option<f64>,
+    ) -> Vec<String> {
+        let number = |value: Option<f64>| match (value, self.args.format) {
+            (None, _) => String::new(),
+            (Some(value), Format::Table) => format!("{value:.4}"),
+            (Some(value), _) => value.to_string(),
+        };
+        let count = sequences.map_or_else(String::new, |n| n.to_string());
+        let head = names.map(str::to_string).into_iter().chain([count]);
+        head.chain(numbers.map(number)).chain(signs).chain([number(p)]).collect()
+    }
 }
 
 /// Why two sides have nothing in common, for the end of a sentence.
@@ -161,35 +201,4 @@ fn without_common(first: &Values, second: &Values) -> String {
     } else {
         format!(": A is measured by {a}, B by {b}")
     }
-}
-
-/// A row for each measure over all sequences together that the user wants; all of them are added to `measures`.
-fn together(args: &Args, measures: &mut Vec<String>, all: &[Apart]) -> Vec<Vec<String>> {
-    measures.extend(all.iter().map(|apart| apart.measure.clone()));
-    let wanted = |apart: &&Apart| args.metric.as_ref().is_none_or(|wanted| *wanted == apart.measure);
-    let row = |Apart { measure, sequences, values: [a, b], bounds }: &Apart| {
-        // Their intervals are those of the tables.
-        let bounds = bounds.filter(|_| args.level == 0.95);
-        let difference = a.zip(*b).map(|(a, b)| a - b);
-        let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
-        let mut row =
-            vec![String::new(), measure.clone(), sequences.map_or_else(String::new, |n| n.to_string())];
-        row.extend(numbers.map(|v| v.map_or_else(String::new, |v| number(v, args.format))));
-        row.extend(std::iter::repeat_n(String::new(), 4));
-        row
-    };
-    all.iter().filter(wanted).map(row).collect()
-}
-
-fn number(v: f64, format: Format) -> String {
-    if format == Format::Table { format!("{v:.4}") } else { v.to_string() }
-}
-
-fn row(name: &str, metric: &str, c: &Compared, format: Format) -> Vec<String> {
-    let number = |v: f64| number(v, format);
-    let mut row = vec![name.to_string(), metric.to_string(), c.pairs.to_string()];
-    row.extend([c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(number));
-    row.extend([c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string()));
-    row.push(c.p.map_or_else(String::new, number));
-    row
 }

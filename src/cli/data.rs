@@ -11,11 +11,12 @@ use super::output::{self, Format};
 use crate::dataset::format::{self, FORMATS, FormatEntry, vot};
 use crate::dataset::lock;
 use crate::dataset::suite::{self, Catalog, Finding, Suite};
-use crate::dataset::{DatasetError, Sequence, text};
+use crate::dataset::{Sequence, text};
 use crate::engine::store;
 use clap::Subcommand;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -88,8 +89,8 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 /// Runs the verb.
 ///
 /// # Errors
-/// [`Failure::Usage`] for unknown suites; [`Failure::Data`] for data that are not as pinned or, in `verify`
-/// without `--allow-missing`, not there; [`Failure::Io`] when stdout fails; and those of `fetch` and `render`.
+/// `Usage` for unknown suites; `Data` for data that are not as pinned or, in `verify`
+/// without `--allow-missing`, not there; `Io` when stdout fails; and those of `fetch` and `render`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     // What is rendered needs no data.
     let needs_data = !matches!(args.verb, Verb::Render(_));
@@ -140,22 +141,19 @@ struct Row {
 const COLUMNS: [&str; 10] =
     ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note", "root"];
 
+/// Places of the columns that a table has.
+const SHOWN: [usize; 7] = [1, 2, 3, 4, 5, 6, 9];
+
 impl Row {
-    fn cells(&self) -> [String; 10] {
-        // Nothing where a number is not known.
-        let number = |n: Option<usize>| n.map_or_else(String::new, |n| n.to_string());
-        [
-            self.suite.clone(),
-            self.sequence.clone(),
-            self.status.into(),
-            number(self.frames),
-            number(self.annotated),
-            self.digest.into(),
-            self.folder.clone(),
-            self.attributes.clone(),
-            self.note.clone(),
-            self.root.clone(),
-        ]
+    /// The columns as text, with nothing where a number is not known.
+    fn cells(&self) -> Vec<String> {
+        let fields = serde_json::to_value(self).unwrap_or_default();
+        let text = |column: &str| match &fields[column] {
+            Value::Null => String::new(),
+            Value::String(text) => text.clone(),
+            number => number.to_string(),
+        };
+        COLUMNS.into_iter().map(text).collect()
     }
 }
 
@@ -165,27 +163,25 @@ fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
     let row = |name: &str, entry: Option<&lock::Entry>| {
         let at = loaded.sequences.iter().position(|s| s.name == name);
         let here = at.map(|at| &loaded.sequences[at]);
-        let root = at.and_then(|at| loaded.roots.get(at));
         let missing = loaded.missing.iter().find(|m| m.name == name);
         let broken = loaded.broken.iter().find(|b| b.name == name);
         let (status, note) = match (missing, broken) {
             (Some(m), _) => ("missing", m.how_to_get.clone()),
             (_, Some(b)) => ("broken", b.error.to_string()),
-            _ if entry.is_none() => ("rendered", String::new()),
-            _ => ("present", String::new()),
+            _ => (if entry.is_some() { "present" } else { "rendered" }, String::new()),
         };
-        let is_pinned = |entry: &lock::Entry| if entry.digest.is_some() { "pinned" } else { "unknown" };
+        let root = at.and_then(|at| loaded.roots.get(at));
         Row {
             suite: suite.name().into(),
             sequence: name.into(),
             status,
             frames: entry.and_then(|entry| entry.frames).or(here.map(Sequence::len)),
             annotated: here.map(|s| s.truth.iter().flatten().count()),
-            digest: entry.map_or("known", is_pinned),
-            folder: entry.map_or_else(String::new, |entry| entry.folder.clone()),
-            attributes: here.map_or_else(String::new, |s| s.attributes.join(" ")),
+            digest: entry.map_or("known", |e| if e.digest.is_some() { "pinned" } else { "unknown" }),
+            folder: entry.map(|entry| entry.folder.clone()).unwrap_or_default(),
+            attributes: here.map(|s| s.attributes.join(" ")).unwrap_or_default(),
             note,
-            root: root.map_or_else(String::new, |root| root.display().to_string()),
+            root: root.map(|root| root.display().to_string()).unwrap_or_default(),
         }
     };
     if suite.entries().is_empty() {
@@ -198,9 +194,7 @@ fn list(suites: &[Suite], data_roots: &[PathBuf], format: Format) -> Result<Stri
     let rows: Vec<(&Suite, Vec<Row>)> = suites.iter().map(|s| (s, rows(s, data_roots))).collect();
     let flat = || rows.iter().flat_map(|(_, rows)| rows);
     match format {
-        Format::Csv => {
-            output::text(format, &COLUMNS, &flat().map(|r| r.cells().to_vec()).collect::<Vec<_>>())
-        }
+        Format::Csv => output::text(format, &COLUMNS, &flat().map(Row::cells).collect::<Vec<_>>()),
         Format::Json => {
             let text = serde_json::to_string_pretty(&flat().collect::<Vec<_>>());
             Ok(text.map_err(Failure::io)? + "\n")
@@ -211,19 +205,6 @@ fn list(suites: &[Suite], data_roots: &[PathBuf], format: Format) -> Result<Stri
     }
 }
 
-/// Rows under headings; the columns of numbers are aligned at their right.
-fn aligned<const N: usize>(headings: [&str; N], rows: Vec<[String; N]>, numbers: &[usize]) -> String {
-    let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::NOTHING).set_header(headings);
-    table.add_rows(rows);
-    for column in numbers {
-        if let Some(column) = table.column_mut(*column) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Right);
-        }
-    }
-    table.trim_fmt()
-}
-
 /// Suites, a line each: how many sequences are here, whether the others can be fetched.
 fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
     let row = |suite: &Suite| {
@@ -231,12 +212,12 @@ fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
         let (here, broken) = (loaded.sequences.len(), loaded.broken.len());
         let broken = if broken == 0 { String::new() } else { broken.to_string() };
         let (name, title) = (suite.name().to_string(), suite.title().to_string());
-        [name, here.to_string(), loaded.wanted.to_string(), broken, download(suite).to_string(), title]
+        vec![name, here.to_string(), loaded.wanted.to_string(), broken, download(suite).to_string(), title]
     };
     let headings = ["suite", "here", "of", "broken", "download", "title"];
-    let shown = aligned(headings, suites.iter().map(row).collect(), &[1, 2, 3]);
+    let shown = output::table(&headings, &suites.iter().map(row).collect::<Vec<_>>(), &[1, 2, 3], None);
     let note = if data_roots.is_empty() { format!("{}\n", suite::NO_DATA_ROOT) } else { String::new() };
-    format!("{shown}\n{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
+    format!("{shown}{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
 }
 
 /// Whether the addresses of a suite's archives are known.
@@ -252,18 +233,18 @@ fn download(suite: &Suite) -> &'static str {
 
 fn table(suite: &Suite, rows: &[Row]) -> String {
     let row = |row: &Row| {
-        let [_, sequence, status, frames, annotated, digest, folder, _, _, root] = row.cells();
-        [sequence, status, frames, annotated, digest, folder, root]
+        let cells = row.cells();
+        SHOWN.map(|column| cells[column].clone()).to_vec()
     };
-    let headings = ["sequence", "status", "frames", "annotated", "digest", "folder", "root"];
-    let shown = aligned(headings, rows.iter().map(row).collect(), &[2, 3]);
+    let headings = SHOWN.map(|column| COLUMNS[column]);
+    let shown = output::table(&headings, &rows.iter().map(row).collect::<Vec<_>>(), &[2, 3], None);
     let here = rows.iter().filter(|r| r.status == "present" || r.status == "rendered").count();
     let mut text =
         format!("{}: {}\n{here} of {} sequences are here\n", suite.name(), suite.title(), rows.len());
     if let Some((source, licence)) = suite.source() {
         text += &format!("source: {source}\nlicence: {licence}\n");
     }
-    text += &format!("{shown}\n");
+    text += &shown;
     let broken = rows.iter().filter(|r| r.status == "broken" && !r.note.is_empty());
     for row in broken.chain(rows.iter().find(|r| r.status == "missing")) {
         text += &format!("note: {}\n", row.note);
@@ -271,46 +252,63 @@ fn table(suite: &Suite, rows: &[Row]) -> String {
     text
 }
 
-/// What is found of each sequence, and whether all is right.
-fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
-    let (mut text, mut differing, mut missing) = (String::new(), Vec::new(), 0);
-    for suite in suites {
-        for checked in suite.verify(data_roots) {
+/// What is found of sequences, beside what is pinned.
+#[derive(Debug, Default)]
+struct Checks {
+    /// A line for each of them.
+    text: String,
+    differing: Vec<String>,
+    missing: Vec<String>,
+}
+
+impl Checks {
+    /// Hashes the sequences of a suite that are wanted.
+    fn add(&mut self, suite: &Suite, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) {
+        for checked in suite.verify_some(data_roots, wanted) {
             let name = format!("{}/{}", suite.name(), checked.name);
             let word = match checked.finding {
                 Finding::Same => "ok".to_owned(),
                 Finding::NoDigestPinned => "unpinned: there, but no digest to compare with".to_owned(),
                 Finding::Missing(m) => {
-                    missing += 1;
+                    self.missing.push(name.clone());
                     format!("missing: {}", m.how_to_get)
                 }
                 Finding::Differs(fact) => {
-                    differing.push(name.clone());
+                    self.differing.push(name.clone());
                     format!("differs: {fact}")
                 }
             };
-            text += &format!("{name}  {word}\n");
+            self.text += &format!("{name}  {word}\n");
         }
     }
+}
+
+/// What is found of each sequence, and whether all is right.
+fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
+    let mut checks = Checks::default();
+    suites.iter().for_each(|suite| checks.add(suite, data_roots, |_| true));
+    let Checks { text, differing, missing } = checks;
     let outcome = if !differing.is_empty() {
         Err(Failure::data(format!("not as pinned: {}; fetch them again", differing.join(", "))))
-    } else if missing > 0 && !allow_missing {
-        let message = format!("{missing} sequences are missing; give --allow-missing to accept that");
-        Err(Failure::data(message))
+    } else if !missing.is_empty() && !allow_missing {
+        let count = missing.len();
+        Err(Failure::data(format!("{count} sequences are missing; give --allow-missing to accept that")))
     } else {
         Ok(())
     };
     (text, outcome)
 }
 
+/// The first data root, which a verb writes to or reads from.
+fn first_root<'r>(verb: &str, data_roots: &'r [PathBuf]) -> Result<&'r PathBuf, Failure> {
+    let message =
+        || format!("`data {verb}` needs a data root, a folder; give --data-root DIR or set TRACKFAIL_DATA");
+    data_roots.first().ok_or_else(|| Failure::usage(message()))
+}
+
 fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<String, Failure> {
-    let folder = |root: &&PathBuf| root.join(&args.folder).is_dir();
-    let Some(root) = data_roots.iter().find(folder).or(data_roots.first()) else {
-        return Err(Failure::usage(
-            "`data add` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
-        ));
-    };
-    let data = |e: DatasetError| Failure::data(e.to_string());
+    let first = first_root("add", data_roots)?;
+    let root = data_roots.iter().find(|root| root.join(&args.folder).is_dir()).unwrap_or(first);
     suite::check_name(&args.name)
         .map_err(|m| Failure::usage(format!("{}: {m}", text::visible(&args.name))))?;
     let path = root.join(suite::USER_LOCK);
@@ -318,7 +316,7 @@ fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<Stri
         let message = format!("{} is in {}; remove its section there first", args.name, path.display());
         return Err(Failure::usage(message));
     }
-    let only = args.list.as_deref().map(vot::read_list).transpose().map_err(data)?;
+    let only = args.list.as_deref().map(vot::read_list).transpose().map_err(Failure::data)?;
     let wanted = suite::GatherRequest {
         name: &args.name,
         title: args.title.as_deref(),
@@ -326,32 +324,27 @@ fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<Stri
         folder: args.folder.trim_end_matches('/'),
         only: only.as_deref(),
     };
-    let section = suite::gather(&wanted, root).map_err(data)?;
-    let before = if path.exists() { text::read(&path).map_err(data)? } else { String::new() };
+    let section = suite::gather(&wanted, root).map_err(Failure::data)?;
+    let before = if path.exists() { text::read(&path).map_err(Failure::data)? } else { String::new() };
     let whole = suite::with_sections(&before, &section);
     let mut catalog = catalog.clone();
-    catalog.add_file(&path, whole.as_bytes()).map_err(data)?;
+    catalog.add_file(&path, whole.as_bytes()).map_err(Failure::data)?;
     store::write(&path, whole.as_bytes()).map_err(Failure::io)?;
-    let count = catalog.suite(&args.name).map_err(data)?.entries().len();
+    let count = catalog.suite(&args.name).map_err(Failure::data)?.entries().len();
     let what = if count == 1 { "sequence" } else { "sequences" };
     Ok(format!("{}: {count} {what}, in {}\n", args.name, path.display()))
 }
 
 fn pin(suites: &[Suite], data_roots: &[PathBuf]) -> Result<String, Failure> {
-    if data_roots.is_empty() {
-        return Err(Failure::usage(
-            "`data lock` needs a data root; give --data-root DIR or set TRACKFAIL_DATA",
-        ));
-    }
-    let fail = |e: DatasetError| Failure::data(e.to_string());
+    first_root("lock", data_roots)?;
     let (mut text, mut files) = (String::new(), BTreeMap::new());
     for suite in suites {
-        let lines = suite.pin(data_roots).map_err(fail)?;
+        let lines = suite.pin(data_roots).map_err(Failure::data)?;
         if !lines.is_empty() {
             text += &format!("# {}\n", suite.name());
         }
         lines.iter().for_each(|line| text += &format!("    {line}\n"));
-        files.extend(suite.pin_files(data_roots).map_err(fail)?);
+        files.extend(suite.pin_files(data_roots).map_err(Failure::data)?);
     }
     if !files.is_empty() {
         text += "\n# datasets.files\n";

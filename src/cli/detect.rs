@@ -6,11 +6,13 @@ mod inputs;
 mod methods;
 mod print;
 
-use super::{Failure, output, run};
+use super::{Exit, Failure, output, run};
 use crate::dataset::Sequence;
 use crate::dataset::user_frames::UserFrames;
 use crate::engine::Stop;
-use crate::engine::limits::Interrupted;
+use crate::judge::judge::{FrameOf, JudgeError, Track, judge};
+use crate::judge::judged::JudgedMethod;
+use crate::method::Method;
 use crate::region::Region;
 use crate::report::user_track::{UserTrack, UserVideo};
 use crate::report::verdict::{of_target, verdict};
@@ -19,10 +21,6 @@ use crate::tracker::results::user_boxes::{BoxFormat, UserTarget};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
-use trackfail_judge::judge::{FrameOf, JudgeError, Track, judge};
-use trackfail_judge::judged::JudgedMethod;
-use trackfail_judge::method::Method;
-use trackfail_judge::reader::SignalFault;
 
 /// Arguments of `detect`.
 #[derive(Debug, clap::Args)]
@@ -128,26 +126,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Without frames there is nothing to clean up, and stdin may be waited for.
     let stop = if args.frames.is_empty() { Stop::default() } else { run::stop_on_signals() };
     // What an interruption ends is no failure of the video.
-    let or_interrupted = |e| if stop.is_set() { Failure::Interrupted(Interrupted.into()) } else { e };
-    run_until(args, &stop).map_err(or_interrupted)
+    run_until(args, &stop).map_err(|e| if stop.is_set() { Failure::interrupted() } else { e })
 }
 
 /// Runs the verb until the user interrupts.
 fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
-    let wanted = methods::wanted(args)?;
+    let wanted = methods::Wanted::of(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
             let frames = frames(args, stop)?;
             let frames = frames.ok_or_else(|| Failure::usage("--init needs the frames; give --frames"))?;
-            let (track, ready) = follow::track(args, init, &frames.sequence, wanted, stop)?;
-            (Some(frames), None, vec![track], ready)
+            let (track, methods) = follow::track(args, init, &frames.sequence, wanted, stop)?;
+            (Some(frames), None, vec![track], methods)
         }
         None => {
-            let ready = methods::on_boxes(args, wanted)?;
+            let methods = methods::on_boxes(args, wanted)?;
             let frames = frames(args, stop)?;
             let (whole, tracks) = inputs::tracks(args, frames.as_ref())?;
-            let judged = judge_all(tracks, &ready, &whole, stop)?;
-            (frames, Some(whole), judged, ready)
+            let judged = judge_all(tracks, &methods, &whole, stop)?;
+            (frames, Some(whole), judged, methods)
         }
     };
     let Some(sequence) = whole.as_ref().or(frames.as_ref().map(|frames| &frames.sequence)) else {
@@ -158,8 +155,8 @@ fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     print::print(args.format.unwrap_or_else(default_format), &judged)?;
     files::write(args, &video, frames.as_ref().and_then(|frames| frames.rate), stop)?;
     let mut all = judged.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
-    match all.find(|(_, method)| !method.losses().is_empty()).filter(|_| args.fail_on_loss) {
-        Some((track, method)) => Err(Failure::Loss(of_target(track, &verdict(track, method)).into())),
+    match all.find(|(_, method)| args.fail_on_loss && !method.losses().is_empty()) {
+        Some((track, method)) => Err(Failure::new(Exit::Loss, of_target(track, &verdict(track, method)))),
         None => Ok(()),
     }
 }
@@ -211,19 +208,18 @@ fn judge_all(
     let frame = |t: usize| Ok(Arc::new(sequence.frame(t)?));
     let frames = sequence.has_frames().then_some(&frame as FrameOf<'_>);
     let judged = judge(methods, &given, frames, &|| stop.is_set());
-    let data = |track: usize, fault: &dyn std::fmt::Display, place: String| {
+    let of = |track: usize| {
         let id = targets.get(track).and_then(|target| target.id);
-        let about = id.map_or_else(String::new, |id| format!("target {id}: "));
-        Failure::data(format!("{about}{fault}{place}"))
+        id.map_or_else(String::new, |id| format!("target {id}: "))
     };
-    let judged = judged.map_err(|e| match e {
-        JudgeError::Interrupted => Failure::Interrupted(Interrupted.into()),
-        JudgeError::Signal { track, t, source: source @ SignalFault::NotFinite { .. } } => {
-            data(track, &source, format!(" in frame {}", sequence.number(t)))
-        }
-        JudgeError::Signal { track, source, .. } => data(track, &source, String::new()),
-        JudgeError::Detector { track, reason } => data(track, &reason, String::new()),
-        e => Failure::data(e.to_string()),
+    let judged = judged.map_err(|e| {
+        Failure::data(match e {
+            JudgeError::Signal { track, t, source } => {
+                of(track) + &inputs::fault(&source, sequence.number(t))
+            }
+            JudgeError::Detector { track, reason } => of(track) + &reason,
+            e => e.to_string(),
+        })
     })?;
     let first = sequence.number(0);
     let of = |(target, methods): (UserTarget, Vec<JudgedMethod>)| {

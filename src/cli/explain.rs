@@ -56,12 +56,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         method: args.method.as_deref(),
     };
     let digits = if args.format == Format::Table { Digits::Four } else { Digits::All };
-    let mut printed = Printed::default();
+    // Blocks for people, one table for programs.
+    let (mut blocks, mut whole) = (Vec::new(), Listing::default());
+    let mut add = |headline: String, listing: Listing| -> Result<(), Failure> {
+        if args.format == Format::Table {
+            // The headline names the number, so the rows need not.
+            let rows: Vec<Vec<String>> = listing.rows.iter().map(|row| row[NAMED..].to_vec()).collect();
+            let table = output::text(args.format, &listing.headings[NAMED..], &rows)?;
+            blocks.push(format!("{headline}\n{table}"));
+        } else {
+            whole.headings = listing.headings;
+            whole.rows.extend(listing.rows);
+        }
+        Ok(())
+    };
     for cell in &select::find_cells(&results, &scores, table, &wanted)? {
         let explained = explain(&results, &scores, cell).map_err(|e| io(&e))?;
         let Some(sequence) = &args.sequence else {
-            let headline = listing::about(&results, table, &explained);
-            printed.add(args.format, &headline, listing::sequences(&explained, digits))?;
+            add(listing::about(&results, table, &explained), listing::sequences(&explained, digits))?;
             continue;
         };
         select::check_sequence(&explained, sequence)?;
@@ -83,9 +95,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             (None, Some(frame)) => listing::stretches(&explained, &traces, frame),
             (None, None) => listing::moments(&results, &explained, &traces, digits),
         };
-        printed.add(args.format, &headline, listing)?;
+        add(headline, listing)?;
     }
-    printed.print(args.format)
+    match args.format {
+        Format::Table => output::write(&blocks.join("\n")),
+        format => output::print(format, &whole.headings, &whole.rows),
+    }
 }
 
 impl From<SelectError> for Failure {
@@ -94,36 +109,6 @@ impl From<SelectError> for Failure {
             SelectError::Finished(e) => e.into(),
             SelectError::Counts { .. } => Self::io(e),
             _ => Self::usage(e),
-        }
-    }
-}
-
-/// Form of the output: blocks for people, one table for programs.
-#[derive(Default)]
-struct Printed {
-    text: String,
-    listing: Listing,
-}
-
-impl Printed {
-    fn add(&mut self, format: Format, headline: &str, listing: Listing) -> Result<(), Failure> {
-        if format == Format::Table {
-            // The headline names the number, so the rows need not.
-            let rows: Vec<Vec<String>> = listing.rows.iter().map(|row| row[NAMED..].to_vec()).collect();
-            let gap = if self.text.is_empty() { "" } else { "\n" };
-            let table = output::text(format, &listing.headings[NAMED..], &rows)?;
-            self.text.push_str(&format!("{gap}{headline}\n{table}"));
-        } else {
-            self.listing.headings = listing.headings;
-            self.listing.rows.extend(listing.rows);
-        }
-        Ok(())
-    }
-
-    fn print(&self, format: Format) -> Result<(), Failure> {
-        match format {
-            Format::Table => output::write(&self.text),
-            format => output::print(format, &self.listing.headings, &self.listing.rows),
         }
     }
 }

@@ -74,20 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return print(&["list", "content"], What::value_variants().iter().filter_map(row).collect());
     };
     match what {
-        What::Experiments if args.format == Format::Table => {
-            let row = |[name, title, _, suite, cells, cached, stale, _, results]: [String; 9]| {
-                let stale = if stale == "0" { String::new() } else { format!(", {stale} stale") };
-                let finished = if results == "none" { "" } else { "finished, " };
-                vec![name, title, suite, format!("{finished}{cached} of {cells} cells cached{stale}")]
-            };
-            let rows = experiments(args)?.into_iter().map(row).collect();
-            print(&["experiment", "title", "suite", "state"], rows)
-        }
-        What::Experiments => {
-            let headings =
-                ["experiment", "title", "object", "suite", "cells", "cached", "stale", "missing", "results"];
-            print(&headings, experiments(args)?.into_iter().map(Vec::from).collect())
-        }
+        What::Experiments => experiments(args),
         What::Suites => {
             let catalog = super::catalog(&args.data_roots.folders()?)?;
             let row =
@@ -113,11 +100,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn experiments(args: &Args) -> Result<Vec<[String; 9]>, Failure> {
+/// For people a sentence says how much there is, for programs it is in numbers.
+fn experiments(args: &Args) -> Result<(), Failure> {
     let finished = finished::names(&args.results);
     let roots = args.data_roots.folders()?;
     let catalog = super::catalog(&roots)?;
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
+    let is_table = args.format == Format::Table;
     let mut rows = Vec::new();
     for (name, _) in builtin::EXPERIMENTS {
         let e = run::read_spec(name, &catalog, &Programs::default())?;
@@ -129,21 +118,28 @@ fn experiments(args: &Args) -> Result<Vec<[String; 9]>, Failure> {
         let states = plan.states(&store);
         let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
         let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));
-        let state = if finished.iter().any(|f| f == name) { "finished" } else { "none" };
-        rows.push([
-            e.name.clone(),
-            e.title.clone(),
-            e.object.clone().unwrap_or_default(),
-            suite.clone(),
-            cells.to_string(),
-            cached.to_string(),
-            stale.to_string(),
-            // Those without data or result files here, too.
-            (cells - cached - stale).to_string(),
-            state.to_string(),
-        ]);
+        let is_finished = finished.iter().any(|finished| finished == name);
+        if is_table {
+            let stale = if stale == 0 { String::new() } else { format!(", {stale} stale") };
+            let finished = if is_finished { "finished, " } else { "" };
+            let state = format!("{finished}{cached} of {cells} cells cached{stale}");
+            rows.push(vec![e.name.clone(), e.title.clone(), suite.clone(), state]);
+            continue;
+        }
+        let object = e.object.clone().unwrap_or_default();
+        // Those without data or result files here are missing, too.
+        let counts = [cells, cached, stale, cells - cached - stale].map(|n| n.to_string());
+        let texts = [e.name.clone(), e.title.clone(), object, suite.clone()];
+        let state = if is_finished { "finished" } else { "none" };
+        rows.push(texts.into_iter().chain(counts).chain([state.to_string()]).collect());
     }
-    Ok(rows)
+    let headings: &[&str] = match is_table {
+        true => &["experiment", "title", "suite", "state"],
+        false => {
+            &["experiment", "title", "object", "suite", "cells", "cached", "stale", "missing", "results"]
+        }
+    };
+    output::print(args.format, headings, &rows)
 }
 
 /// The methods that have a name, with what they need beside the tracker's boxes.

@@ -4,19 +4,18 @@
 
 mod json;
 mod line;
-mod pipes;
 
-use super::{Failure, output};
-use crate::dataset::text::shorten_to;
+use super::{Exit, Failure, io_at, output};
+use crate::dataset::text::{shorten_to, without_mark};
 use crate::engine::store;
 use crate::method::Inputs;
 use crate::monitor::{Answer, Id, Monitor, MonitorError, Options, Targets, Update};
-use line::{Line, LineError};
-use pipes::{End, Pipes};
+use line::{Line, LineError, MAX_LINE};
 use serde::Serialize;
 use std::fs::{File, TryLockError};
-use std::io;
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Most characters of an error, which may quote what was read.
 const MAX_ERROR: usize = 1000;
@@ -76,41 +75,65 @@ enum Input {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let state = args.state.as_deref().map(place).transpose()?;
     let _lock = state.as_deref().map(lock).transpose()?;
-    let mut lines = start(args, state.as_deref())?;
-    let ended = serve(args, &mut lines, state.as_deref(), &Pipes::open());
-    if let Some(state) = &state {
-        keep(&lines, state)?;
-    }
-    match ended {
-        End::Done => Ok(()),
-        End::Failed(failure) => Err(failure),
-        End::Stopped => {
-            let kept = state.map(|state| format!("; the state is kept in {}", state.display()));
-            Err(Failure::Interrupted(format!("interrupted{}", kept.unwrap_or_default()).into()))
-        }
-    }
+    let lines = Arc::new(Mutex::new(start(args, state.as_deref())?));
+    stop_on_signals(lines.clone(), state.clone());
+    let ended = serve(args, &lines, state.as_deref());
+    keep(&locked(&lines), state.as_deref())?;
+    ended
 }
 
-/// Judges line after line.
-fn serve(args: &Args, lines: &mut Lines, state: Option<&Path>, pipes: &Pipes) -> End {
-    loop {
-        let line = match pipes.next_line() {
-            Ok(line) => line,
-            Err(end) => return end,
-        };
-        let known = lines.method.clone();
-        let answer = lines.answer(&line);
-        if let Some(method) = lines.method.as_ref().filter(|method| known.as_ref() != Some(method)) {
-            output::note(&format!("method: {method}"));
+/// A signal ends the program between two lines, wherever the stream is stuck.
+fn stop_on_signals(lines: Arc<Mutex<Lines>>, state: Option<PathBuf>) {
+    // Without a handler a signal ends the program, and its state is the last one that was written.
+    let _ = ctrlc::set_handler(move || {
+        // Nothing is judged from here on.
+        let lines = locked(&lines);
+        let kept = state.as_ref().map(|state| format!("; the state is kept in {}", state.display()));
+        let end = || Failure::new(Exit::Interrupted, format!("interrupted{}", kept.unwrap_or_default()));
+        let ended = keep(&lines, state.as_deref()).err().unwrap_or_else(end);
+        std::process::exit(ended.tell().into());
+    });
+}
+
+fn locked(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
+    lines.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Judges line after line, until the input ends or nobody reads the answers any more.
+fn serve(args: &Args, lines: &Mutex<Lines>, state: Option<&Path>) -> Result<(), Failure> {
+    let mut input = BufReader::with_capacity(1 << 18, io::stdin().lock());
+    let mut out = io::stdout().lock();
+    let mut is_first = true;
+    while let Some(line) = read_line(&mut input).map_err(|e| Failure::io(format!("stdin: {e}")))? {
+        // Some programs write a byte-order mark before their text.
+        let line = if std::mem::take(&mut is_first) { without_mark(&line) } else { &line[..] };
+        let (answer, method) = locked(lines).judged(line);
+        method.iter().for_each(|method| output::note(&format!("method: {method}")));
+        match out.write_all(answer.as_bytes()).and_then(|()| out.flush()) {
+            Err(e) if e.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+            written => written.map_err(|e| Failure::io(format!("stdout: {e}")))?,
         }
-        if let Err(end) = pipes.write(answer) {
-            return end;
-        }
-        let due = lines.targets.index().is_multiple_of(args.state_every);
-        if let Some(Err(failure)) = state.filter(|_| due).map(|state| keep(lines, state)) {
-            return End::Failed(failure);
+        let lines = locked(lines);
+        if lines.targets.index().is_multiple_of(args.state_every) {
+            keep(&lines, state)?;
         }
     }
+    Ok(())
+}
+
+/// The next line without its end; of one that is too long, the beginning, one byte longer than lines may be.
+fn read_line(input: &mut impl BufRead) -> io::Result<Option<Vec<u8>>> {
+    let mut line = Vec::new();
+    input.take(MAX_LINE as u64 + 1).read_until(b'\n', &mut line)?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    if line.last() == Some(&b'\n') {
+        line.pop();
+    } else if line.len() > MAX_LINE {
+        input.skip_until(b'\n')?;
+    }
+    Ok(Some(line))
 }
 
 /// The answer to a line, with the id of its target if it has one.
@@ -174,6 +197,13 @@ impl Lines {
         serde_json::to_string(&Answered { id, what }).unwrap_or_default() + "\n"
     }
 
+    /// The answer to the next line, and its method where that is another one than before.
+    fn judged(&mut self, line: &[u8]) -> (String, Option<String>) {
+        let known = self.method.clone();
+        let answer = self.answer(line);
+        (answer, self.method.clone().filter(|method| known.as_ref() != Some(method)))
+    }
+
     /// Counts a line that names no target.
     fn skip(&mut self) -> Result<(), LineError> {
         self.targets.of(None)?.ok_or(LineError::TooMany)?.skip();
@@ -224,10 +254,10 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
             let lines = Lines::new(options).map_err(Failure::usage)?;
             // Whether the state can be kept shows now, not at the end of a long stream.
-            keep(&lines, state)?;
+            keep(&lines, Some(state))?;
             return Ok(lines);
         }
-        saved => saved.map_err(|e| Failure::io(format!("{}: {e}", state.display())))?,
+        saved => saved.map_err(io_at(state))?,
     };
     let remedy = "remove the file to begin anew, or name another one";
     let targets = Targets::resume(options, &saved).map_err(|e| match e {
@@ -244,27 +274,26 @@ fn lock(state: &Path) -> Result<File, Failure> {
     path.push(".lock");
     let path = PathBuf::from(path);
     let opened = File::options().create(true).truncate(false).write(true).open(&path);
-    let file = opened.map_err(|e| Failure::io(format!("{}: {e}", path.display())))?;
+    let file = opened.map_err(io_at(&path))?;
     match file.try_lock() {
-        Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
-            let state = state.display();
-            let told = format!(
-                "{state}: another `trackfail monitor` has its state there; end it, or name another file"
-            );
-            return Err(Failure::data(told));
+            return Err(Failure::data(format!(
+                "{}: another `trackfail monitor` has its state there; end it, or name another file",
+                state.display()
+            )));
         }
-        Err(TryLockError::Error(e)) => {
-            let told =
-                format!("{}: cannot be locked ({e}); no other monitor may use this state", path.display());
-            output::note(&told);
-        }
+        Err(TryLockError::Error(e)) => output::note(&format!(
+            "{}: cannot be locked ({e}); no other monitor may use this state",
+            path.display()
+        )),
+        Ok(()) => {}
     }
     Ok(file)
 }
 
-/// Writes the state; a reader of the file sees the old one or the new one.
-fn keep(lines: &Lines, state: &Path) -> Result<(), Failure> {
+/// Writes the state, if it is to be kept; a reader of the file sees the old one or the new one.
+fn keep(lines: &Lines, state: Option<&Path>) -> Result<(), Failure> {
+    let Some(state) = state else { return Ok(()) };
     let bytes = lines.targets.save().map_err(Failure::usage)?;
     store::write(state, &bytes).map_err(Failure::io)
 }
@@ -283,4 +312,25 @@ fn place(state: &Path) -> Result<PathBuf, Failure> {
         return Err(refuse("there is no such folder"));
     }
     Ok(state.to_path_buf())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_end_at_their_end_or_at_that_of_the_input() {
+        let mut input = &b"one\n\nlast"[..];
+        let mut next = || read_line(&mut input).unwrap();
+        assert_eq!([next(), next(), next()], [&b"one"[..], b"", b"last"].map(|line| Some(line.to_vec())));
+        assert_eq!(next(), None);
+    }
+
+    #[test]
+    fn of_a_line_without_end_no_more_than_the_limit_is_kept() {
+        let endless = io::repeat(b'x').take(MAX_LINE as u64 + 5_000_000);
+        let mut input = BufReader::new(endless.chain(&b"\nnext\n"[..]));
+        assert_eq!(read_line(&mut input).unwrap().unwrap().len(), MAX_LINE + 1);
+        assert_eq!(read_line(&mut input).unwrap().unwrap(), b"next");
+    }
 }

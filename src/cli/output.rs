@@ -5,7 +5,7 @@ pub mod replace;
 use super::Failure;
 use crate::dataset::text::is_plain;
 use crate::results;
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 
@@ -28,7 +28,7 @@ pub enum Format {
 /// When stdout cannot be written to.
 pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<(), Failure> {
     match (format, terminal_width()) {
-        (Format::Table, Some(width)) => write(&table(headings, rows, Some(width))),
+        (Format::Table, Some(width)) => write(&table(headings, rows, &[], Some(width))),
         _ => write(&text(format, headings, rows)?),
     }
 }
@@ -38,19 +38,19 @@ fn terminal_width() -> Option<u16> {
     terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| width.0)
 }
 
-/// Rows under headings, aligned, and at most so wide.
-fn table(headings: &[&str], rows: &[Vec<String>], width: Option<u16>) -> String {
+/// Rows under headings, at most so wide; the columns of `numbers` are aligned at their right.
+pub fn table(headings: &[&str], rows: &[Vec<String>], numbers: &[usize], width: Option<u16>) -> String {
     let mut table = Table::new();
-    table.load_preset(presets::NOTHING).set_header(headings.iter().copied());
+    table.load_preset(presets::NOTHING).set_header(headings.iter().copied()).add_rows(rows);
     if let Some(width) = width {
         table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
     }
-    for row in rows {
-        table.add_row(row);
+    for column in numbers {
+        if let Some(column) = table.column_mut(*column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
     }
-    let shown = table.to_string();
-    let trimmed: Vec<&str> = shown.lines().map(str::trim_end).collect();
-    trimmed.join("\n") + "\n"
+    table.trim_fmt() + "\n"
 }
 
 /// Rows under headings, as text.
@@ -59,7 +59,7 @@ fn table(headings: &[&str], rows: &[Vec<String>], width: Option<u16>) -> String 
 /// When the rows do not fit the headings.
 pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<String, Failure> {
     Ok(match format {
-        Format::Table => table(headings, rows, None),
+        Format::Table => table(headings, rows, &[], None),
         Format::Csv => {
             let bytes = results::texts_to_csv(headings, rows);
             String::from_utf8_lossy(&bytes.map_err(Failure::io)?).into_owned()
@@ -151,12 +151,12 @@ mod tests {
         let rows = rows.map(|row| row.map(str::to_string).to_vec());
         let headings = ["kind", "version", "summary", "parameters"];
         for width in [60, 80, 132] {
-            let shown = table(&headings, &rows, Some(width));
+            let shown = table(&headings, &rows, &[], Some(width));
             assert!(shown.lines().all(|line| line.chars().count() <= usize::from(width)), "{shown}");
             assert!(shown.contains("arma-forecast") && shown.lines().count() > 2, "{shown}");
             summary.split(' ').for_each(|word| assert!(shown.contains(word), "{word}\n{shown}"));
         }
-        assert_eq!(table(&headings, &rows, None).lines().count(), 2);
+        assert_eq!(table(&headings, &rows, &[], None).lines().count(), 2);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! `trackfail report [EXPERIMENT...]`: reports, and the page over all of them.
 
-use super::{Failure, output};
+use super::{Exit, Failure, output};
 use crate::engine::store::lock_exclusive;
 use crate::plugin::unknown;
 use crate::report::finished::{self, FinishedError};
 use crate::report::paper::{self, Chosen, Item};
-use crate::report::{self, StagedReport};
-use crate::results::{Results, ResultsError};
+use crate::report::{self, StagedReport, WriteError};
+use crate::results::ResultsError;
 use crate::spec::presentation::name_of;
 use std::path::{Path, PathBuf};
 
@@ -51,10 +51,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let done = named.iter().try_for_each(|(name, file)| {
         let mut results = finished::read(results, name)?;
         file.map_or(Ok(()), |file| results.present(file))?;
-        let rendered_aside = render(&results, &args.reports)?;
+        let io = |e: WriteError| Failure::io(format!("{name}: {e}"));
+        let rendered_aside = StagedReport::render(&results, &args.reports).map_err(io)?;
         file.map_or(Ok(()), |_| results.keep())?;
-        let (index, written) =
-            rendered_aside.publish(&args.reports).map_err(|e| Failure::io(format!("{name}: {e}")))?;
+        let (index, written) = rendered_aside.publish(&args.reports).map_err(io)?;
         rendered.push((name, args.reports.join(name), written.items));
         output::write(&format!("{}\n", index.display()))
     });
@@ -98,38 +98,28 @@ fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
 /// Results that are not there are a wrong argument, damaged ones an error of what is on the disk: for every verb.
 impl From<ResultsError> for Failure {
     fn from(e: ResultsError) -> Self {
-        match e {
-            ResultsError::Unfinished(_) | ResultsError::OtherNumbers { .. } | ResultsError::Spec(_) => {
-                Self::usage(e)
-            }
-            _ => Self::io(e),
-        }
+        let is_usage = matches!(
+            e,
+            ResultsError::Unfinished(_) | ResultsError::OtherNumbers { .. } | ResultsError::Spec(_)
+        );
+        Self::new(if is_usage { Exit::Usage } else { Exit::Io }, e)
     }
 }
 
 impl From<FinishedError> for Failure {
     fn from(e: FinishedError) -> Self {
-        match e {
-            FinishedError::Results { source: ResultsError::Unfinished(_), .. } => Self::usage(e),
-            FinishedError::Results { .. } => Self::io(e),
-            FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => Self::usage(e),
-        }
+        let is_usage = match &e {
+            FinishedError::Results { source, .. } => matches!(source, ResultsError::Unfinished(_)),
+            FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => true,
+        };
+        Self::new(if is_usage { Exit::Usage } else { Exit::Io }, e)
     }
-}
-
-/// Renders a report aside, and its tables beside the results.
-///
-/// # Errors
-/// [`Failure::Io`].
-pub fn render(results: &Results, reports: &Path) -> Result<StagedReport, Failure> {
-    let name = &results.experiment.name;
-    StagedReport::render(results, reports).map_err(|e| Failure::io(format!("{name}: {e}")))
 }
 
 /// Writes the page over all reports below a folder, with a warning for each report that it cannot list.
 ///
 /// # Errors
-/// [`Failure::Io`].
+/// `Io`.
 pub fn write_site(reports: &Path) -> Result<(), Failure> {
     let warnings = report::site::write_index(reports).map_err(Failure::io)?;
     warnings.iter().for_each(|warning| output::note(&format!("warning: {warning}")));

@@ -4,13 +4,13 @@ mod dry_run;
 mod print;
 
 use super::output::{self, Format};
-use super::{Cause, Failure, export, within};
+use super::{Cause, Exit, Failure, export};
 use crate::dataset::suite::{Catalog, Loaded, Missing, NO_DATA_ROOT};
 use crate::dataset::{Sequence, guarded};
 use crate::engine::store::{self, Store};
 use crate::engine::{self, ExperimentPlan, Options, Outcome, RunError, RunLimits, Shard, Stop};
 use crate::plugin;
-use crate::report::{WrittenReport, stills};
+use crate::report::{StagedReport, WrittenReport, stills};
 use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
@@ -96,29 +96,28 @@ fn positive(text: &str) -> Result<f64, String> {
 /// Reads an experiment from a file, or a built-in one by name; it may run `programs`.
 ///
 /// # Errors
-/// [`Failure::Usage`] if there is no such file or experiment, or it is wrong.
+/// `Usage` if there is no such file or experiment, or it is wrong.
 pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<Experiment, Failure> {
     let path = Path::new(name);
-    if path.is_file() {
-        return spec::read_file(path, catalog, Some(programs)).map_err(Failure::usage);
-    }
-    if let Some((_, text)) = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name) {
-        return spec::parse_with(name, text, catalog, Some(programs)).map_err(Failure::usage);
-    }
-    if path.is_dir() {
-        return Err(Failure::usage(format!(
+    let built_in = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name);
+    match built_in {
+        _ if path.is_file() => spec::read_file(path, catalog, Some(programs)).map_err(Failure::usage),
+        Some((_, text)) => spec::parse_with(name, text, catalog, Some(programs)).map_err(Failure::usage),
+        None if path.is_dir() => Err(Failure::usage(format!(
             "{name}: a folder; name an experiment file in it, such as {name}/NAME.toml"
-        )));
+        ))),
+        None => {
+            let known = builtin::EXPERIMENTS.iter().map(|(known, _)| *known);
+            let unknown = plugin::unknown("built-in experiment", name, known);
+            Err(Failure::usage(format!("{name}: no such file, and {unknown}")))
+        }
     }
-    let known = builtin::EXPERIMENTS.iter().map(|(known, _)| *known);
-    let unknown = plugin::unknown("built-in experiment", name, known);
-    Err(Failure::usage(format!("{name}: no such file, and {unknown}")))
 }
 
 /// Reads experiments as [`read_spec`] does.
 ///
 /// # Errors
-/// [`Failure::Usage`] with the errors of all that are wrong.
+/// `Usage` with the errors of all that are wrong.
 pub fn read_specs(
     names: &[String],
     catalog: &Catalog,
@@ -143,25 +142,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let args = &Args { data_roots: args.data_roots.resolved()?, ..args.clone() };
     let experiments = parse(args)?;
     if let Some(folder) = &args.export_tracks {
-        output::replace::check_outputs(&[("--export-tracks", folder)])?;
+        output::replace::check_outputs(&[("--export-tracks", folder.clone())])?;
         experiments
             .iter()
             .try_for_each(|experiment| export::check(folder, experiment, &args.data_roots.given))?;
     }
     let limits = RunLimits { timeout: Some(Duration::from_secs_f64(args.timeout)), stop: stop_on_signals() };
-    let mut worst: Option<Failure> = None;
+    let mut failures = Vec::new();
     for experiment in &experiments {
         match super::with_threads(args.jobs, || run_one(args, experiment, &limits))? {
-            Ok(()) => {}
-            Err(failure @ (Failure::Data(_) | Failure::Cells(_) | Failure::Expectation(_))) => {
-                if worst.as_ref().is_none_or(|worst| failure.code() < worst.code()) {
-                    worst = Some(failure);
-                }
-            }
-            Err(failure) => return Err(failure),
+            Err(e) if !matches!(e.exit, Exit::Data | Exit::Cells | Exit::Expectation) => return Err(e),
+            done => failures.extend(done.err()),
         }
     }
-    worst.map_or(Ok(()), Err)
+    failures.into_iter().min_by_key(Failure::code).map_or(Ok(()), Err)
 }
 
 /// Reads all experiments, so that a wrong one is found before the first is run.
@@ -232,7 +226,8 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     if let Some(folder) = &args.export_tracks {
         export::write(folder, experiment, &outcome)?;
     }
-    let (results, written, index) = write(args, experiment, &store, &outcome, start)?;
+    let (results, written, index) = write(args, experiment, &store, &outcome, start)
+        .map_err(|e| Failure::io(format!("{}: {e}", experiment.name)))?;
     drop(outcome);
     print::store_problems(&store);
     store.evict(args.store_limit());
@@ -265,12 +260,12 @@ fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
 
 /// The failure of an experiment whose run ended with an error.
 fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
-    let kind = match error {
-        RunError::Interrupted => Failure::Interrupted,
-        RunError::Dataset(_) => Failure::Data,
-        _ => Failure::Io,
+    let exit = match error {
+        RunError::Interrupted => Exit::Interrupted,
+        RunError::Dataset(_) => Exit::Data,
+        _ => Exit::Io,
     };
-    kind(within(&experiment.name, error))
+    Failure::new(exit, format!("{}: {error}", experiment.name))
 }
 
 fn options(args: &Args, limits: &RunLimits, bar: &ProgressBar) -> Options {
@@ -296,28 +291,26 @@ fn write(
     store: &Store,
     outcome: &Outcome<'_>,
     start: Instant,
-) -> Result<(Results, WrittenReport, PathBuf), Failure> {
-    let io = |e: Cause| Failure::io(within(&experiment.name, e));
-    let aside = store.staging().map_err(|e| io(e.into()))?;
+) -> Result<(Results, WrittenReport, PathBuf), Cause> {
+    let aside = store.staging()?;
     // This package's build script knows the revision; the crates below do not.
     let record = RunRecord::here(option_env!("TRACKFAIL_REVISION"), start.elapsed().as_secs_f64());
     let detail = if args.compact { Detail::Sequences } else { Detail::Frames };
-    results::write(aside.path(), experiment, outcome, &record, detail).map_err(|e| io(e.into()))?;
-    let mut results = Results::read(aside.path()).map_err(|e| io(e.into()))?;
-    for request in stills::requests(&results).map_err(|e| io(e.into()))? {
+    results::write(aside.path(), experiment, outcome, &record, detail)?;
+    let mut results = Results::read(aside.path())?;
+    for request in stills::requests(&results)? {
         let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };
         for &t in &request.frames {
-            let frame = sequence.frame(t).map_err(|e| io(e.into()))?;
-            results.write_still(&request.figure, t, &frame).map_err(|e| io(e.into()))?;
+            results.write_still(&request.figure, t, &sequence.frame(t)?)?;
         }
     }
     // The report takes its place last: it can be made again from the results.
-    let rendered = super::report::render(&results, &args.reports)?;
+    let rendered = StagedReport::render(&results, &args.reports)?;
     let _lock = store::lock_exclusive(&args.results);
     results.folder = args.results.join(&experiment.name);
-    aside.publish(&results.folder, manifest::FILE, &results::OWNED).map_err(|e| io(e.into()))?;
-    results::remove_others(&results).map_err(|e| io(e.into()))?;
-    let (index, written) = rendered.publish(&args.reports).map_err(|e| io(e.into()))?;
+    aside.publish(&results.folder, manifest::FILE, &results::OWNED)?;
+    results::remove_others(&results)?;
+    let (index, written) = rendered.publish(&args.reports)?;
     super::report::write_site(&args.reports)?;
     Ok((results, written, index))
 }
@@ -325,14 +318,14 @@ fn write(
 /// Loads the suites of an experiment.
 ///
 /// # Errors
-/// [`Failure::Data`] for sequences that cannot be read, and for missing ones unless they may be.
+/// `Data` for sequences that cannot be read, and for missing ones unless they may be.
 pub(super) fn load(
     experiment: &Experiment,
     data_roots: &[PathBuf],
     allow_missing: bool,
 ) -> Result<BTreeMap<String, Loaded>, Failure> {
     let suites = engine::execute::load(experiment, data_roots)
-        .map_err(|e| Failure::data(within(&experiment.name, e)))?;
+        .map_err(|e| Failure::data(format!("{}: {e}", experiment.name)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];
         if let Some(broken) = suite.broken.first() {

@@ -1,10 +1,11 @@
 //! `trackfail data fetch`: downloads what is missing, with the user's consent, and checks it.
 
-use crate::cli::{Failure, output};
+use super::{Checks, first_root};
+use crate::cli::{Exit, Failure, output};
 use crate::dataset::fetch::{
     self, FetchError, FetchJob, FetchOptions, FetchPlan, FetchWatch, Fetched, WantedSequences, Workspace,
 };
-use crate::dataset::suite::{Catalog, Finding, Suite};
+use crate::dataset::suite::{Catalog, Suite};
 use crate::plugin::unknown;
 use indicatif::ProgressBar;
 use std::collections::BTreeSet;
@@ -31,15 +32,11 @@ pub struct Args {
 /// Runs the verb.
 ///
 /// # Errors
-/// [`Failure::Usage`] for unknown names, no data root, and licences that are not agreed to;
-/// [`Failure::Data`] for what is not at its address, not what was pinned, refused, or to be got by hand;
-/// [`Failure::Io`] for network and disk.
+/// `Usage` for unknown names, no data root, and licences that are not agreed to;
+/// `Data` for what is not at its address, not what was pinned, refused, or to be got by hand;
+/// `Io` for network and disk.
 pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(), Failure> {
-    let Some(root) = data_roots.first() else {
-        let what =
-            "`data fetch` needs a data root; make a folder and give --data-root DIR or set TRACKFAIL_DATA";
-        return Err(Failure::usage(what));
-    };
+    let root = first_root("fetch", data_roots)?;
     let wanted = chosen(catalog, &args.wanted)?;
     let plan = fetch::plan(&wanted, data_roots, args.again);
     output::write(&known(&plan))?;
@@ -181,21 +178,22 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
 fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     let pinned = if job.archive.sha256.is_some() { "as pinned" } else { "not pinned yet" };
     let (Fetched { size, sha256, placed }, name) = (fetched, &job.archive.name);
-    let head = format!("{name}: {size} bytes, sha256 = \"{sha256}\", {pinned}\n");
-    let new = placed.new.iter().map(|folder| format!("  new: {folder}\n"));
-    let replaced = placed.replaced.iter().map(|folder| format!("  replaced: {folder}\n"));
+    let new = placed.new.iter().map(|folder| format!("new: {folder}"));
+    let replaced = placed.replaced.iter().map(|folder| format!("replaced: {folder}"));
     let moved = placed.moved.iter().map(|(folder, aside)| {
         let aside = aside.display();
-        format!("  {folder} had files that are not in the archive: all of the old one is in {aside}\n")
+        format!("{folder} had files that are not in the archive: all of the old one is in {aside}")
     });
     let refused = placed.refused.iter().map(|(folder, why)| {
         format!(
-            "  not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \
-             it stays so, use a --mirror that has the pinned one\n"
+            "not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \
+             it stays so, use a --mirror that has the pinned one"
         )
     });
-    let kept = placed.kept.iter().map(|folder| format!("  was here, left as it is: {folder}\n"));
-    std::iter::once(head).chain(new).chain(replaced).chain(moved).chain(refused).chain(kept).collect()
+    let kept = placed.kept.iter().map(|folder| format!("was here, left as it is: {folder}"));
+    let lines: Vec<String> = new.chain(replaced).chain(moved).chain(refused).chain(kept).collect();
+    let head = format!("{name}: {size} bytes, sha256 = \"{sha256}\", {pinned}\n");
+    lines.iter().fold(head, |text, line| format!("{text}  {line}\n"))
 }
 
 /// Compares what has been fetched with what is pinned.
@@ -208,39 +206,28 @@ fn check(
     let gone = |name: &String| failed.network.contains(name) || failed.data.contains(name);
     let arrived = |job: &&FetchJob| !gone(&job.archive.name);
     let names: BTreeSet<&String> = jobs.iter().filter(arrived).flat_map(|job| &job.sequences).collect();
-    let of = |suite: &Suite| names.iter().any(|n| n.split('/').next() == Some(suite.name()));
-    for suite in wanted.iter().map(|w| &w.suite).filter(|suite| of(suite)) {
-        let full = |name: &str| format!("{}/{name}", suite.name());
-        for checked in suite.verify_some(data_roots, |name| names.contains(&full(name))) {
-            let name = full(&checked.name);
-            let (word, is_wrong) = match checked.finding {
-                Finding::Same => ("ok".to_owned(), false),
-                Finding::NoDigestPinned => {
-                    ("fetched, but no digest is pinned to compare with".to_owned(), false)
-                }
-                Finding::Missing(_) => ("is still missing".to_owned(), true),
-                Finding::Differs(fact) => (format!("differs: {fact}"), true),
-            };
-            failed.differing.extend(is_wrong.then(|| name.clone()));
-            output::write(&format!("{name}  {word}\n"))?;
+    for suite in wanted.iter().map(|w| &w.suite) {
+        if names.iter().any(|name| name.split('/').next() == Some(suite.name())) {
+            let mut checks = Checks::default();
+            checks.add(suite, data_roots, |name| names.contains(&format!("{}/{name}", suite.name())));
+            output::write(&checks.text)?;
+            failed.differing.extend(checks.differing.into_iter().chain(checks.missing));
         }
     }
     Ok(())
 }
 
 fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
-    let mut parts = Vec::new();
-    let mut list = |what: &str, names: &[String]| {
-        if !names.is_empty() {
-            parts.push(format!("{what}: {}", names.join(", ")));
-        }
-    };
     let names = |pairs: &[(String, String)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    list("not fetched because the connection failed (run the same again)", &failed.network);
-    list("not fetched (see above)", &failed.data);
-    list("not as pinned", &failed.differing);
-    list("there but not as pinned (see above)", &names(&plan.broken));
-    list("to be downloaded by hand (see above)", &names(&plan.by_hand));
+    let lists = [
+        ("not fetched because the connection failed (run the same again)", &failed.network),
+        ("not fetched (see above)", &failed.data),
+        ("not as pinned", &failed.differing),
+        ("there but not as pinned (see above)", &names(&plan.broken)),
+        ("to be downloaded by hand (see above)", &names(&plan.by_hand)),
+    ];
+    let lists = lists.into_iter().filter(|(_, names)| !names.is_empty());
+    let parts: Vec<String> = lists.map(|(what, names)| format!("{what}: {}", names.join(", "))).collect();
     match (parts.is_empty(), failed.network.is_empty()) {
         (true, _) => Ok(()),
         (false, true) => Err(Failure::data(parts.join("; "))),
@@ -249,11 +236,12 @@ fn verdict(plan: &FetchPlan, failed: &Failed) -> Result<(), Failure> {
 }
 
 fn failure(e: FetchError) -> Failure {
-    match e {
-        FetchError::Address { .. } => Failure::usage(e.to_string()),
-        e if e.is_data() => Failure::data(e.to_string()),
-        e => Failure::io(e.to_string()),
-    }
+    let exit = match &e {
+        FetchError::Address { .. } => Exit::Usage,
+        e if e.is_data() => Exit::Data,
+        _ => Exit::Io,
+    };
+    Failure::new(exit, e.to_string())
 }
 
 /// A bar on stderr, where that is a terminal.
@@ -348,7 +336,7 @@ mod tests {
         assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014".into(), 25)]);
         assert_eq!(names(&[]).unwrap().len(), Catalog::default().names().count());
         assert!(
-            matches!(names(&["vot2014/bal"]), Err(Failure::Usage(text)) if text.to_string().contains("ball"))
+            matches!(names(&["vot2014/bal"]), Err(e) if e.exit == Exit::Usage && e.to_string().contains("ball"))
         );
     }
 

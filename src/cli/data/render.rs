@@ -5,7 +5,7 @@
 //! `<seq>/groundtruth.txt` (8 numbers, counted from 0) and a `<seq>/<attribute>.label` (0 or 1 a line)
 //! for each attribute. Numbers are written so that reading them gives the same bits; PNG is lossless.
 
-use crate::cli::{Failure, output};
+use crate::cli::{Failure, io_at, output};
 use crate::dataset::synthetic::scenes::{self, SceneFile};
 use crate::dataset::synthetic::{RenderLayout, SUITES};
 use crate::dataset::{Sequence, leftover};
@@ -44,32 +44,31 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (suite, scenes) = &find_suite(&args.suite)?;
     let sequences = chosen(suite, scenes, &args.sequences)?;
-    let dir = std::path::absolute(&args.dir).map_err(|e| io(&args.dir, &e))?;
+    let dir = std::path::absolute(&args.dir).map_err(io_at(&args.dir))?;
     let refuse = |why: &str| Err(Failure::usage(format!("{} {why}", dir.display())));
     match fs::read_dir(&dir).map(|mut entries| entries.next().is_none()) {
         Ok(true) => {}
         Ok(false) => return refuse("is not empty; name a new folder, or empty it first"),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {}
         Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => return refuse("is not a folder"),
-        Err(e) => return Err(io(&dir, &e)),
+        Err(e) => return Err(io_at(&dir)(e)),
     }
     let Some(parent) = dir.parent() else { return refuse("cannot be written as a whole") };
     store::check_output(&dir).map_err(Failure::io)?;
     leftover::sweep(parent, RENDERING);
-    let temporary =
-        tempfile::Builder::new().prefix(RENDERING).tempdir_in(parent).map_err(|e| io(parent, &e))?;
+    let temporary = tempfile::Builder::new().prefix(RENDERING).tempdir_in(parent).map_err(io_at(parent))?;
     // A folder of its own inside: temporary folders are closed to other users.
     let root = temporary.path().join("suite");
-    fs::create_dir(&root).map_err(|e| io(&root, &e))?;
+    fs::create_dir(&root).map_err(io_at(&root))?;
     sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), scenes.layout, q))?;
     if scenes.layout == RenderLayout::Vot {
         let names: Vec<&str> = sequences.iter().map(|q| q.name.as_str()).collect();
         write_lines(&root.join("list.txt"), names)?;
     }
     if dir.exists() {
-        fs::remove_dir(&dir).map_err(|e| io(&dir, &e))?;
+        fs::remove_dir(&dir).map_err(io_at(&dir))?;
     }
-    fs::rename(&root, &dir).map_err(|e| io(&dir, &e))?;
+    fs::rename(&root, &dir).map_err(io_at(&dir))?;
     let frames: usize = sequences.iter().map(Sequence::len).sum();
     let (count, folder) = (sequences.len(), args.dir.display());
     output::write(&format!("{suite}: {count} sequences, {frames} frames in {folder}\n"))
@@ -104,13 +103,13 @@ fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(
         RenderLayout::Otb => folder.join("img"),
         RenderLayout::Vot => folder.to_path_buf(),
     };
-    fs::create_dir_all(&images).map_err(|e| io(&images, &e))?;
+    fs::create_dir_all(&images).map_err(io_at(&images))?;
     let digits = if layout == RenderLayout::Otb { 4 } else { 8 };
     (0..q.len()).into_par_iter().try_for_each(|t| {
         let path = images.join(format!("{:0digits$}.png", q.number(t)));
         let frame = q.frame(t).map_err(Failure::io)?;
         let png = image::encode_png(&frame).map_err(Failure::io)?;
-        fs::write(&path, png).map_err(|e| io(&path, &e))
+        fs::write(&path, png).map_err(io_at(&path))
     })?;
     match layout {
         RenderLayout::Otb => {
@@ -148,16 +147,13 @@ fn join(numbers: &[f64]) -> String {
 
 fn write_lines<S: AsRef<str>>(path: &Path, lines: impl IntoIterator<Item = S>) -> Result<(), Failure> {
     let text: String = lines.into_iter().flat_map(|line| [line.as_ref(), "\n"].map(String::from)).collect();
-    fs::write(path, text).map_err(|e| io(path, &e))
-}
-
-fn io(path: &Path, e: &std::io::Error) -> Failure {
-    Failure::io(format!("{}: {e}", path.display()))
+    fs::write(path, text).map_err(io_at(path))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::Exit;
     use crate::dataset::format::{otb, vot};
     use crate::dataset::{content_digest, synthetic};
 
@@ -256,7 +252,7 @@ mod tests {
     fn refuses_what_it_cannot_do() {
         let root = tempfile::tempdir().unwrap();
         let usage = |a: Args| match run(&a) {
-            Err(Failure::Usage(message)) => message.to_string(),
+            Err(failure) if failure.exit == Exit::Usage => failure.to_string(),
             other => panic!("{other:?}"),
         };
         let new = root.path().join("new");

@@ -1,25 +1,23 @@
 //! `--report`, `--plot` and `--annotate`: the track as a page, a figure, and on its frames.
 
 use super::Args;
-use crate::cli::Failure;
-use crate::cli::output::replace::{self, Named};
+use crate::cli::output::replace::{Output, check_inputs, check_outputs};
+use crate::cli::{Failure, io_at};
 use crate::dataset::{Frames, Sequence};
 use crate::engine::Stop;
-use crate::engine::limits::Interrupted;
 use crate::engine::store;
 use crate::image::{self, Frame};
 use crate::report::user_track::UserVideo;
 use crate::report::user_track::video::{self, CONTAINERS, VideoError};
 use crate::tracker::results::write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Frames in a second of a video made of single images.
 const RATE: f64 = 25.0;
 
 /// Checks the names of outputs before anything is computed.
 pub fn check(args: &Args) -> Result<(), Failure> {
-    let is_figure = |path: &Path| ["svg", "png", "pdf"].iter().any(|end| has_end(path, end));
-    if let Some(path) = args.plot.as_ref().filter(|path| !is_figure(path)) {
+    if let Some(path) = args.plot.as_ref().filter(|path| !["svg", "png", "pdf"].contains(&&*end(path))) {
         let message = format!("--plot {}: a figure is a .svg, a .pdf or a .png file", path.display());
         return Err(Failure::usage(message));
     }
@@ -37,44 +35,37 @@ pub fn check(args: &Args) -> Result<(), Failure> {
         }
     }
     let outputs = outputs(args);
-    let outputs = named(&outputs);
-    replace::check_outputs(&outputs)?;
+    check_outputs(&outputs)?;
+    let several = args.companion.iter().map(|path| ("--companion", path));
+    let several = several.chain(args.frames.iter().map(|path| ("--frames", path)));
     let files = [("--boxes", &args.boxes), ("--confidence", &args.confidence), ("--model", &args.model)];
-    let files = files.into_iter().filter_map(|(option, path)| Some((option, path.as_deref()?)));
-    let several = [("--companion", &args.companion), ("--frames", &args.frames)];
-    let several = several
-        .into_iter()
-        .flat_map(|(option, paths)| paths.iter().map(move |path| (option, path.as_path())));
-    replace::check_inputs(&outputs, files.chain(several))
+    let files = files.into_iter().filter_map(|(option, path)| Some((option, path.as_ref()?)));
+    check_inputs(&outputs, files.chain(several).map(|(option, path)| (option, path.as_path())))
 }
 
 /// Checks that outputs leave the frames as they are, once it is known which files these are.
 pub fn check_frames(args: &Args, sequence: &Sequence) -> Result<(), Failure> {
     let Frames::Files(frames) = &sequence.frames else { return Ok(()) };
-    let outputs = outputs(args);
-    replace::check_inputs(&named(&outputs), frames.iter().map(|path| ("--frames", path.as_path())))
+    check_inputs(&outputs(args), frames.iter().map(|path| ("--frames", path.as_path())))
 }
 
 /// Files and folders that are written, with their options.
-fn outputs(args: &Args) -> Vec<(&'static str, PathBuf)> {
+fn outputs(args: &Args) -> Vec<Output> {
+    // The tracker's confidence goes beside its boxes.
+    let beside = args.save_boxes.as_deref().map(write::confidence_path);
     let named = [
         ("--report", &args.report),
         ("--plot", &args.plot),
         ("--annotate", &args.annotate),
         ("--save-boxes", &args.save_boxes),
+        ("--save-boxes", &beside),
     ];
-    let named = named.into_iter().filter_map(|(option, path)| Some((option, path.clone()?)));
-    // The tracker's confidence goes beside its boxes.
-    let beside = args.save_boxes.as_deref().map(|boxes| ("--save-boxes", write::confidence_path(boxes)));
-    named.chain(beside).collect()
+    named.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))).collect()
 }
 
-fn named<'a>(outputs: &'a [(&'static str, PathBuf)]) -> Vec<Named<'a>> {
-    outputs.iter().map(|(option, path)| (*option, path.as_path())).collect()
-}
-
-fn has_end(path: &Path, end: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end))
+/// The ending of a file's name, in small letters.
+fn end(path: &Path) -> String {
+    path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
 /// Whether the annotated frames go into a folder.
@@ -90,12 +81,10 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
     if let Some(path) = &args.plot {
         let figure = video.plot().map_err(Failure::data)?;
-        let bytes = if has_end(path, "svg") {
-            figure.to_svg().map(String::into_bytes)
-        } else if has_end(path, "pdf") {
-            figure.to_pdf()
-        } else {
-            figure.to_png()
+        let bytes = match &*end(path) {
+            "svg" => figure.to_svg().map(String::into_bytes),
+            "pdf" => figure.to_pdf(),
+            _ => figure.to_png(),
         };
         store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
     }
@@ -109,7 +98,7 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
 /// Frame `t` with what is drawn on it.
 fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, Failure> {
     if stop.is_set() {
-        return Err(Failure::Interrupted(Interrupted.into()));
+        return Err(Failure::interrupted());
     }
     Ok(video.drawn(t, &video.sequence.frame(t).map_err(Failure::data)?))
 }
@@ -117,7 +106,7 @@ fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, Failure>
 /// Writes the frames as PNG files that have the frames' numbers as names.
 fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<(), Failure> {
     if !folder.is_dir() {
-        std::fs::create_dir(folder).map_err(|e| Failure::io(format!("{}: {e}", folder.display())))?;
+        std::fs::create_dir(folder).map_err(io_at(folder))?;
     }
     for t in 0..video.sequence.len() {
         let frame = drawn(video, t, stop)?;
@@ -132,7 +121,6 @@ fn annotate_video(path: &Path, video: &UserVideo<'_>, rate: f64, stop: &Stop) ->
     let frame = |t| drawn(video, t, stop);
     video::write(path, rate, video.sequence.len(), frame, &|| stop.is_set()).map_err(|e| match e {
         VideoError::Frame(e) => e,
-        VideoError::Interrupted(e) => Failure::Interrupted(e.into()),
         e @ VideoError::NoFfmpeg(_) => Failure::data(e.to_string()),
         e => Failure::io(e.to_string()),
     })

@@ -4,30 +4,28 @@ use super::methods::Wanted;
 use super::{Args, inputs};
 use crate::cli::Failure;
 use crate::cli::live::live_tracker;
-use crate::dataset::Sequence;
 use crate::dataset::frame_cache::FrameCache;
+use crate::dataset::{Sequence, text};
 use crate::detector::Input;
 use crate::engine::Stop;
-use crate::engine::execute::cores::Cores;
-use crate::engine::execute::frame_loop::{Collected, Collector, run_frames_on};
-use crate::engine::execute::frame_observer::FrameObserver;
-use crate::engine::execute::lane::{Companions, Lane, LaneStep};
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
-use crate::engine::execute::tracker_run::{TrackerRun, TrackingError};
-use crate::engine::limits::Interrupted;
+use crate::engine::execute::tracker_run::TrackerRun;
 use crate::engine::store::{self, StoreError};
+use crate::image::Frame;
+use crate::judge::judged::JudgedMethod;
+use crate::judge::reader::{SignalReader, columns};
+use crate::method::{Inputs, Method};
 use crate::num::seed;
 use crate::region::{Rect, Region};
 use crate::report::user_track::UserTrack;
 use crate::results::detections::JudgedTrack;
 use crate::signal::Reads;
 use crate::tracker::results::{self, Base, write};
-use crate::tracker::{Status, TrackerState};
+use crate::tracker::{StartedTracker, Status, TrackerError, TrackerState};
+use rayon::prelude::*;
+use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
-use trackfail_judge::judged::JudgedMethod;
-use trackfail_judge::method::{Inputs, Method};
-use trackfail_judge::reader::columns;
 
 /// The tracker that the built-in model is about.
 pub const DEFAULT_TRACKER: &str = "color-particle-filter";
@@ -65,108 +63,106 @@ pub fn track(
     let sequence = Arc::new(sequence);
     let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let seed = seed::seed(args.seed, &["detect", entry.kind]);
-    let failure = |e: TrackingError| match e {
-        TrackingError::Interrupted(e) => Failure::Interrupted(e.into()),
-        TrackingError::Tracker(e) => Failure::data(format!("{}: {e}", entry.kind)),
-        e => Failure::data(e.to_string()),
-    };
-    let is_default_tracker = config.params() == built_in_params();
-    let kept = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
-    let run =
-        TrackerRun { sequence: sequence.clone(), frames: kept, config, run: 0, seed, data_roots: Vec::new() };
-    let started = run.frame(0).and_then(|frame| run.start(&frame)).map_err(failure)?;
-    let confidence = started.1.confidence.is_some();
-    let (methods, must_run) = wanted.methods(args, Inputs { frames: true, companions: false, confidence })?;
-    let ready = ready_for(methods, &started.1, must_run, || model(args, is_default_tracker))?;
-    let goes_back = ready.iter().any(|m| m.detector.detector.needs_reverse());
-    let signals = || ready.iter().flat_map(|method| &method.signals).map(Some);
-    let lane = Lane::of_started(started)
-        .with_signals(&run.context(), &Companions::default(), signals())
-        .map_err(failure)?;
+    let broke = |e: &dyn Display| Failure::data(format!("{}: {e}", entry.kind));
+    let model = model(args, config.params() == built_in_params())?;
+    let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
+    let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_roots: Vec::new() };
+    let frame = run.frame(0).map_err(|e| Failure::data(e.to_string()))?;
+    let started = run.start(&frame).map_err(|e| broke(&e))?;
+    let methods = ready(args, wanted, &started.1, model.as_ref())?;
+    let choices = methods.iter().flat_map(|method| &method.signals);
+    let signals = choices.map(|choice| SignalReader::start(choice, &run.context()));
+    let signals = signals.map(|signal| signal.map(|signal| (signal, Vec::new())));
+    let mut signals: Vec<SignalValues> =
+        signals.collect::<Result<_, TrackerError>>().map_err(|e| broke(&e))?;
     // Frames are needed again only by runs back in time.
-    let once = FrameCache::new(0);
-    let frames = if goes_back { &*run.frames } else { &once };
-    let Collected { states, signals } =
-        follow_frames(&sequence, frames, lane, signals().count(), stop).map_err(failure)?;
+    let goes_back = methods.iter().any(|method| method.detector.detector.needs_reverse());
+    let decode = |t: usize| match goes_back {
+        true => run.frame(t).map_err(|e| Failure::data(e.to_string())),
+        false => sequence.frame(t).map(Arc::new).map_err(Failure::data),
+    };
+    let states = follow(&sequence, started, &mut signals, (frame, &decode), &broke, stop)?;
     if let Some(path) = &args.save_boxes {
         save(path, &states, base).map_err(Failure::io)?;
     }
     let present: Vec<bool> = states.iter().map(|s| s.status != Status::Absent).collect();
     let regions: Vec<Region> = states.into_iter().map(|s| s.region).collect();
     let shown = regions.iter().cloned().map(Some).collect();
-    let reversal = Reversal::new(run, regions);
-    let methods = judge(&ready, &signals, &reversal, &present).map_err(failure)?;
-    let judged = JudgedTrack { target: None, first: sequence.number(0), methods };
-    Ok((UserTrack { judged, regions: shown }, ready))
+    let judged = judge(&methods, &signals, &Reversal::new(run, regions), &present)?;
+    let judged = JudgedTrack { target: None, first: sequence.number(0), methods: judged };
+    Ok((UserTrack { judged, regions: shown }, methods))
+}
+
+/// A signal with its values in one frame after the other.
+type SignalValues = (SignalReader, Vec<f64>);
+
+/// Frame `t`, from 0.
+type Decode<'a> = &'a (dyn Fn(usize) -> Result<Arc<Frame>, Failure> + Sync);
+
+/// The states of a started tracker in all frames, which the signals read; the next frame is decoded meanwhile.
+fn follow(
+    sequence: &Sequence,
+    (mut tracker, first): StartedTracker,
+    signals: &mut [SignalValues],
+    (mut frame, decode): (Arc<Frame>, Decode<'_>),
+    broke: &(dyn Fn(&dyn Display) -> Failure + Sync),
+    stop: &Stop,
+) -> Result<Vec<TrackerState>, Failure> {
+    let mut first = Some(first);
+    let mut states = Vec::with_capacity(sequence.len());
+    for t in 0..sequence.len() {
+        if stop.is_set() {
+            return Err(Failure::interrupted());
+        }
+        let step = || {
+            let state = first.take().map_or_else(|| tracker.update(&frame), Ok).map_err(|e| broke(&e))?;
+            let read = |(signal, values): &mut SignalValues| -> Result<(), Failure> {
+                let read = signal.push(Some(&frame), &state, &[]);
+                values.extend(read.map_err(|e| Failure::data(inputs::fault(&e, sequence.number(t))))?);
+                Ok(())
+            };
+            // The first signal that fails is the one that is told.
+            let read: Vec<Result<(), Failure>> = signals.par_iter_mut().map(read).collect();
+            read.into_iter().collect::<Result<(), Failure>>().map(|()| state)
+        };
+        let ahead = || (t + 1 < sequence.len()).then(|| decode(t + 1)).transpose();
+        let (state, next) = rayon::join(step, ahead);
+        states.push(state?);
+        frame = next?.unwrap_or(frame);
+    }
+    Ok(states)
 }
 
 /// Judges the track by the signals of the methods.
 fn judge(
     methods: &[Method],
-    signals: &[Vec<f64>],
+    signals: &[SignalValues],
     reversal: &Reversal,
     present: &[bool],
-) -> Result<Vec<JudgedMethod>, TrackingError> {
+) -> Result<Vec<JudgedMethod>, Failure> {
     let mut judged = Vec::new();
     // Detectors need no ground truth; only the oracle reads the error, and it is not among these methods.
     let unknown = vec![f64::NAN; present.len()];
-    let mut signals = signals.iter().map(Vec::as_slice);
+    let columns = columns(signals.iter().map(|(reader, values)| (values.as_slice(), reader.width())));
+    let mut columns = columns.iter().map(Vec::as_slice);
     for method in methods {
-        let widths = method.signals.iter().map(|choice| choice.signal.width());
-        let columns = columns(signals.by_ref().take(method.signals.len()).zip(widths));
-        let mine: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let width: usize = method.signals.iter().map(|choice| choice.signal.width()).sum();
+        let mine: Vec<&[f64]> = columns.by_ref().take(width).collect();
         let Some((signal, more)) = mine.split_first() else { continue };
         let detector = &*method.detector.detector;
         let seed = seed::seed(0, &[&method.name]);
         let input = Input { signal, more, error: &unknown, seed, reverse: None };
-        let output = reverse::detect(detector, input, Some(reversal))?;
+        let output = reverse::detect(detector, input, Some(reversal));
+        let output = output.map_err(|e| Failure::data(e.to_string()))?;
         judged.push(JudgedMethod::new(&method.name, detector, &output, 0, present));
     }
     Ok(judged)
 }
 
-/// Collects states and signals until the user interrupts.
-struct Interruptible<'a> {
-    collector: Collector,
-    stop: &'a Stop,
-}
-
-impl FrameObserver for Interruptible<'_> {
-    fn check_interrupted(&self) -> Result<(), Interrupted> {
-        if self.stop.is_set() { Err(Interrupted) } else { Ok(()) }
-    }
-
-    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        self.collector.tracked(lane, step)
-    }
-
-    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
-        self.collector.measured(lane, signal, values);
-    }
-}
-
-/// Gives all frames of a sequence to a lane with a number of signals, and collects its results.
-fn follow_frames(
-    sequence: &Arc<Sequence>,
-    frames: &FrameCache,
-    lane: Lane,
-    signals: usize,
-    stop: &Stop,
-) -> Result<Collected, TrackingError> {
-    let observer = Interruptible { collector: Collector::new([signals]), stop };
-    let (cores, mut lanes) = (Cores::new(rayon::current_num_threads()), [Ok(lane)]);
-    let _share = cores.enter();
-    run_frames_on(&cores, sequence, frames, &mut lanes, &observer)?;
-    let [lane] = lanes;
-    lane?;
-    Ok(observer.collector.into_collected().swap_remove(0))
-}
-
 /// The box of `--init`.
 fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
     let boxes = results::parse_boxes(Path::new("--init"), text.as_bytes(), base);
-    let boxes = boxes.map_err(Failure::usage)?;
-    match boxes.as_slice() {
+    match boxes.map_err(Failure::usage)?.as_slice() {
         [one] => Ok(one.clone()),
         _ => Err(Failure::usage(format!("--init takes one box, x,y,w,h, not `{text}`"))),
     }
@@ -193,20 +189,26 @@ fn built_in_params() -> serde_json::Value {
 fn model(args: &Args, is_default_tracker: bool) -> Result<Option<serde_json::Value>, Failure> {
     let (name, bytes) = match &args.model {
         Some(path) => {
-            let bytes = crate::dataset::text::read_at_most(path, MAX_MODEL_FILE).map_err(Failure::data)?;
+            let bytes = text::read_at_most(path, MAX_MODEL_FILE).map_err(Failure::data)?;
             (path.display().to_string(), bytes)
         }
         None if is_default_tracker => ("the built-in model".to_string(), BUILT_IN_MODEL.into()),
         None => return Ok(None),
     };
-    let data = |e: &dyn std::fmt::Display| Failure::data(format!("{name}: {e}"));
+    let data = |e: &dyn Display| Failure::data(format!("{name}: {e}"));
     let mut file: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| data(&e))?;
     let model = file.get_mut("model").map(serde_json::Value::take);
     model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
 }
 
-/// A need of a method that a tracker with this first state does not meet.
-fn lacks(method: &Method, state: &TrackerState) -> Option<&'static str> {
+/// The methods that can judge the track of a tracker, which starts with this state.
+fn ready(
+    args: &Args,
+    wanted: Wanted,
+    state: &TrackerState,
+    model: Option<&serde_json::Value>,
+) -> Result<Vec<Method>, Failure> {
+    let inputs = Inputs { frames: true, companions: false, confidence: state.confidence.is_some() };
     let lacks = |reads: Reads| match reads {
         Reads::Companions => Some("needs other trackers' boxes"),
         _ if reads.is_in(state) => None,
@@ -214,32 +216,14 @@ fn lacks(method: &Method, state: &TrackerState) -> Option<&'static str> {
         Reads::Response => Some("needs a tracker with a response map, such as kcf, dsst or samf"),
         _ => reads.need_of_tracker(),
     };
-    method.reads().find_map(lacks)
-}
-
-/// The methods that can judge the track of a tracker, which starts with this state.
-fn ready_for(
-    methods: Vec<Method>,
-    state: &TrackerState,
-    must_run: bool,
-    model: impl Fn() -> Result<Option<serde_json::Value>, Failure>,
-) -> Result<Vec<Method>, Failure> {
-    let mut ready = Vec::new();
-    for method in methods {
-        let refuse = |reason: &str| Failure::usage(format!("method `{}` {reason}", method.name));
-        let found = match (lacks(&method, state), method.detector.detector.learner()) {
-            (Some(need), _) => Err(refuse(need)),
-            (None, None) => Ok(method),
-            (None, Some(_)) => match model()? {
-                Some(model) => Ok(method.with_model(&model).map_err(Failure::data)?),
-                None => Err(refuse("needs a model learned for this tracker; give --model")),
-            },
-        };
-        match found {
-            Ok(method) => ready.push(method),
-            Err(_) if !must_run => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(ready)
+    let learns = |method: &Method| method.detector.detector.learner().is_some();
+    let unlearned = "needs a model learned for this tracker; give --model";
+    let need = |method: &Method| {
+        method.reads().find_map(lacks).or((learns(method) && model.is_none()).then_some(unlearned))
+    };
+    let taught = |method: Method| match model.filter(|_| learns(&method)) {
+        Some(model) => method.with_model(model).map_err(Failure::data),
+        None => Ok(method),
+    };
+    wanted.ready(args, inputs, need, String::new)?.into_iter().map(taught).collect()
 }

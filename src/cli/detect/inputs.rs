@@ -3,23 +3,20 @@
 use super::{Args, Tracks};
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
-use crate::dataset::{DatasetError, Sequence, text};
+use crate::dataset::{Sequence, text};
 use crate::engine::Stop;
+use crate::judge::reader::SignalFault;
 use crate::region::{Rect, Region};
 use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
 use crate::tracker::results::{Base, confidence};
 use std::path::{Path, PathBuf};
-
-fn data(e: DatasetError) -> Failure {
-    Failure::data(e.to_string())
-}
 
 /// The frames, if any are given.
 pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     if args.frames.is_empty() {
         return Ok(None);
     }
-    let frames = user_frames::load(&args.frames, &|| stop.is_set()).map_err(data)?;
+    let frames = user_frames::load(&args.frames, &|| stop.is_set()).map_err(Failure::data)?;
     if frames.sequence.is_empty() {
         return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
     }
@@ -39,6 +36,14 @@ pub fn shown_frames(args: &Args) -> String {
     }
 }
 
+/// What a signal lacks in the frame of this number.
+pub fn fault(fault: &SignalFault, number: u32) -> String {
+    match fault {
+        SignalFault::NotFinite { .. } => format!("{fault} in frame {number}"),
+        other => other.to_string(),
+    }
+}
+
 /// Number of the top left pixel, where the user gives one.
 pub fn base(args: &Args) -> Option<Base> {
     args.base.map(|base| if base == 0 { Base::Zero } else { Base::One })
@@ -51,7 +56,7 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
         return Err(Failure::usage("only one file can be `-`, stdin"));
     }
     let boxes_path = args.boxes.clone().unwrap_or_default();
-    let size = frames.map(|frames| frames.sequence.size()).transpose().map_err(data)?;
+    let size = frames.map(|frames| frames.sequence.size()).transpose().map_err(Failure::data)?;
     let options = Options {
         format: args.boxes_format.clone(),
         usual: None,
@@ -80,8 +85,8 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
     let confidence = match &args.confidence {
         None => vec![None; whole.len()],
         Some(path) => {
-            let bytes = text::read_named(path).map_err(data)?;
-            confidence::parse(&named(path), &bytes, whole.len()).map_err(data)?
+            let bytes = text::read_named(path).map_err(Failure::data)?;
+            confidence::parse(&named(path), &bytes, whole.len()).map_err(Failure::data)?
         }
     };
     let has_box = |target: &UserTarget| target.regions.iter().any(Option::is_some);
@@ -100,9 +105,9 @@ fn name(path: &Path) -> String {
 
 /// Reads a file of boxes, one for each frame where the frames are known.
 fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failure> {
-    let bytes = text::read_named(path).map_err(data)?;
+    let bytes = text::read_named(path).map_err(Failure::data)?;
     let boxes = user_boxes::parse(&named(path), &bytes, options).map_err(|e| match e {
-        UserBoxesError::Data(e) => data(e),
+        UserBoxesError::Data(e) => Failure::data(e),
         UserBoxesError::Doubt { ref candidates, .. } => {
             Failure::usage(format!("{e}; say which:{}", commands(candidates)))
         }

@@ -2,8 +2,8 @@
 
 use super::Args;
 use crate::cli::Failure;
+use crate::method::{self, Inputs, Method, MethodError};
 use crate::signal::Reads;
-use trackfail_judge::method::{self, Inputs, Method, MethodError};
 
 /// Methods that the user asks for.
 pub enum Wanted {
@@ -16,47 +16,66 @@ pub enum Wanted {
 }
 
 impl Wanted {
-    /// The methods, the recommended one first, and whether each of them has to run.
-    pub fn methods(self, args: &Args, inputs: Inputs) -> Result<(Vec<Method>, bool), Failure> {
+    /// Methods that the user asks for, checked.
+    pub fn of(args: &Args) -> Result<Self, Failure> {
+        let mut methods: Vec<Method> = Vec::new();
+        let of_tier = args.tier.map(|tier| tier.method());
+        for name in args.method.iter().map(String::as_str).chain(of_tier) {
+            if methods.iter().any(|earlier| earlier.name == name) {
+                return Err(Failure::usage(format!("method `{name}` is given twice")));
+            }
+            methods.push(named(args, name)?);
+        }
+        Ok(match (args.all, methods.is_empty()) {
+            (true, _) => Self::All,
+            (_, true) => Self::Recommended,
+            _ => Self::Named(methods),
+        })
+    }
+
+    /// The methods that need no more than there is, the recommended one first; `need` says what one needs beside that. Of
+    /// several that are all wanted those that need more are left out, one that has to run is refused, with the end of the
+    /// sentence in `hint`.
+    pub fn ready(
+        self,
+        args: &Args,
+        inputs: Inputs,
+        need: impl Fn(&Method) -> Option<&'static str>,
+        hint: impl Fn() -> String,
+    ) -> Result<Vec<Method>, Failure> {
         let recommended = match args.budget {
             Some(_) => method::recommended_with_budget(inputs),
             None => method::recommended(inputs),
         };
-        match self {
-            Self::Named(methods) => Ok((methods, true)),
-            Self::Recommended => Ok((vec![named(args, recommended)?], true)),
+        let must_run = match self {
+            Self::Named(methods) => methods,
+            Self::Recommended => vec![named(args, recommended)?],
             Self::All => {
-                let others = method::names().into_iter().filter(|name| *name != recommended);
-                let mut methods = Vec::new();
-                for name in std::iter::once(recommended).chain(others) {
-                    let budget = args.budget.filter(|_| method::takes_budget(name));
-                    match Method::named(name, budget) {
-                        Ok(method) => methods.push(method),
-                        Err(MethodError::Trained(_)) => {}
-                        Err(e) => return Err(Failure::usage(e)),
-                    }
-                }
-                Ok((methods, false))
+                let mut methods = all(args.budget, recommended)?;
+                methods.retain(|method| need(method).is_none());
+                return Ok(methods);
             }
+        };
+        let refused = must_run.iter().find_map(|method| Some((method, need(method)?)));
+        match refused {
+            Some((method, need)) => Err(Failure::usage(format!("method `{}` {need}{}", method.name, hint()))),
+            None => Ok(must_run),
         }
     }
 }
 
-/// Methods that the user asks for, checked.
-pub fn wanted(args: &Args) -> Result<Wanted, Failure> {
-    let mut methods: Vec<Method> = Vec::new();
-    let of_tier = args.tier.map(|tier| tier.method());
-    for name in args.method.iter().map(String::as_str).chain(of_tier) {
-        if methods.iter().any(|earlier| earlier.name == name) {
-            return Err(Failure::usage(format!("method `{name}` is given twice")));
+/// All methods that need no training, `first` first; with the budget those that take one.
+fn all(budget: Option<f64>, first: &'static str) -> Result<Vec<Method>, Failure> {
+    let others = method::names().into_iter().filter(|name| *name != first);
+    let mut methods = Vec::new();
+    for name in std::iter::once(first).chain(others) {
+        match Method::named(name, budget.filter(|_| method::takes_budget(name))) {
+            Ok(method) => methods.push(method),
+            Err(MethodError::Trained(_)) => {}
+            Err(e) => return Err(Failure::usage(e)),
         }
-        methods.push(named(args, name)?);
     }
-    Ok(match (args.all, methods.is_empty()) {
-        (true, _) => Wanted::All,
-        (_, true) => Wanted::Recommended,
-        _ => Wanted::Named(methods),
-    })
+    Ok(methods)
 }
 
 fn named(args: &Args, name: &str) -> Result<Method, Failure> {
@@ -70,36 +89,20 @@ pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<Method>, Failure> {
         companions: !args.companion.is_empty(),
         confidence: args.confidence.is_some(),
     };
-    let (methods, must_run) = wanted.methods(args, inputs)?;
-    let mut ready = Vec::new();
-    for method in methods {
-        match fits(&method, inputs) {
-            true => ready.push(method),
-            false if must_run => return Err(refuse(&method, inputs)),
-            false => {}
+    let need = |method: &Method| {
+        let detector = &method.detector.detector;
+        match method.reads().find(|reads| !inputs.has(*reads)) {
+            Some(Reads::Pixels) => Some("needs frames; give --frames"),
+            Some(Reads::Companions) => Some("needs other trackers' boxes; give --companion"),
+            Some(Reads::Confidence) => Some("needs the tracker's confidence; give --confidence"),
+            None if detector.learner().is_none() && !detector.needs_reverse() => None,
+            _ => Some("needs more of a tracker than boxes; give --init instead of --boxes"),
         }
-    }
-    Ok(ready)
-}
-
-fn fits(method: &Method, inputs: Inputs) -> bool {
-    let detector = &method.detector.detector;
-    method.reads().all(|reads| inputs.has(reads)) && detector.learner().is_none() && !detector.needs_reverse()
-}
-
-/// Why a method cannot judge boxes with what is given.
-fn refuse(method: &Method, inputs: Inputs) -> Failure {
-    let remedy = match method.reads().find(|reads| !inputs.has(*reads)) {
-        Some(Reads::Pixels) => "needs frames; give --frames",
-        Some(Reads::Companions) => "needs other trackers' boxes; give --companion",
-        Some(Reads::Confidence) => "needs the tracker's confidence; give --confidence",
-        _ => "needs more of a tracker than boxes; give --init instead of --boxes",
     };
-    let all = method::names().into_iter().filter_map(|name| Method::named(name, None).ok());
-    let names: Vec<String> = all.filter(|method| fits(method, inputs)).map(|method| method.name).collect();
-    Failure::usage(format!(
-        "method `{}` {remedy}. Methods that need only what is given: {}",
-        method.name,
-        names.join(", ")
-    ))
+    let hint = || {
+        let all = method::names().into_iter().filter_map(|name| Method::named(name, None).ok());
+        let names: Vec<String> = all.filter(|method| need(method).is_none()).map(|m| m.name).collect();
+        format!(". Methods that need only what is given: {}", names.join(", "))
+    };
+    wanted.ready(args, inputs, need, hint)
 }

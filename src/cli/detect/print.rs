@@ -37,38 +37,33 @@ fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
         text.push_str(&output::text(Format::Table, &headings, &rows)?);
     }
     if tracks.iter().any(|track| track.methods.len() > 1) {
-        let several = tracks.len() > 1;
-        let mut headings = vec!["method", "losses", "frames lost", "first", "at the end"];
-        if several {
-            headings.insert(0, "target");
-        }
+        // Targets have names where there are several.
+        let skipped = usize::from(tracks.len() < 2);
+        let headings = &["target", "method", "losses", "frames lost", "first", "at the end"][skipped..];
         let rows: Vec<Vec<String>> = tracks
             .iter()
-            .flat_map(|track| track.methods.iter().map(move |m| row(track, m, several)))
+            .flat_map(|track| track.methods.iter().map(move |m| row(track, m, skipped)))
             .collect();
         text.push('\n');
-        text.push_str(&output::text(Format::Table, &headings, &rows)?);
+        text.push_str(&output::text(Format::Table, headings, &rows)?);
     }
     Ok(text)
 }
 
-/// The line of a method.
-fn row(track: &JudgedTrack, method: &JudgedMethod, several: bool) -> Vec<String> {
+/// The line of a method, without the first cells that are skipped.
+fn row(track: &JudgedTrack, method: &JudgedMethod, skipped: usize) -> Vec<String> {
     let losses = method.losses();
     let lost: usize = losses.iter().map(ExactSizeIterator::len).sum();
     let first = losses.first().map(|run| track.number(run.start).to_string());
-    let last = method.states.last().map_or("", |state| state.word());
-    let mut cells = vec![
+    let cells = [
+        track.target.map(|id| id.to_string()).unwrap_or_default(),
         method.name.clone(),
         losses.len().to_string(),
         format!("{lost} of {}", method.states.len()),
         first.unwrap_or_default(),
-        last.to_string(),
+        method.states.last().map_or("", |state| state.word()).to_string(),
     ];
-    if several {
-        cells.insert(0, track.target.map(|id| id.to_string()).unwrap_or_default());
-    }
-    cells
+    cells[skipped..].to_vec()
 }
 
 /// Everything, with the first and last frame of each stretch.

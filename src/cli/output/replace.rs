@@ -4,11 +4,10 @@
 use crate::cli::Failure;
 use crate::dataset::files::is_image;
 use crate::engine::store;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A file or a folder, the same for every path and link that leads to it.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, PartialEq, Eq)]
 enum Place {
     #[cfg(unix)]
     Known(u64, u64),
@@ -34,22 +33,23 @@ impl Place {
         }
     }
 
-    fn of_folder_of(path: &Path) -> Option<Self> {
-        Self::of(store::folder_of(path))
+    /// The folder of an image: images in a folder of images have the names of these.
+    fn around(image: &Path) -> Option<Self> {
+        Some(image).filter(|image| is_image(image)).and_then(|image| Self::of(store::folder_of(image)))
     }
 }
 
-/// An option with the file or folder that it names.
-pub type Named<'a> = (&'static str, &'a Path);
+/// An option with the file or folder that is written.
+pub type Output = (&'static str, PathBuf);
 
 /// Checks outputs before anything is computed.
 ///
 /// # Errors
 /// `Io` for a file in no folder; `Usage` for the name `-`, and for two options that name one file.
-pub fn check_outputs(outputs: &[Named<'_>]) -> Result<(), Failure> {
-    let mut places: Vec<(Place, &Named<'_>)> = Vec::new();
+pub fn check_outputs(outputs: &[Output]) -> Result<(), Failure> {
+    let mut places: Vec<(Place, &Output)> = Vec::new();
     for output in outputs {
-        let (option, path) = *output;
+        let (option, path) = output;
         if path == Path::new("-") {
             return Err(Failure::usage(format!(
                 "{option} -: an output is a file; write ./- for a file of that name"
@@ -57,19 +57,12 @@ pub fn check_outputs(outputs: &[Named<'_>]) -> Result<(), Failure> {
         }
         store::check_output(path).map_err(Failure::io)?;
         let Some(place) = Place::of(path) else { continue };
-        // Images in a folder of images have the names of these.
-        let clash = |(known, (_, other)): &&(Place, &Named<'_>)| {
-            let is_in = |file: &Path, folder: &Place| {
-                is_image(file) && Place::of_folder_of(file).as_ref() == Some(folder)
-            };
+        let is_in = |path: &Path, folder: &Place| Place::around(path).as_ref() == Some(folder);
+        let clash = |(known, (_, other)): &&(Place, &Output)| {
             *known == place || is_in(path, known) || is_in(other, &place)
         };
-        if let Some((_, (other, named))) = places.iter().find(clash) {
-            return Err(Failure::usage(format!(
-                "{option} {} would replace what {other} {} writes; name another one",
-                path.display(),
-                named.display()
-            )));
+        if let Some((_, (option, other))) = places.iter().find(clash) {
+            return Err(replaces(output, format_args!("{option} {} writes", other.display())));
         }
         places.push((place, output));
     }
@@ -80,25 +73,25 @@ pub fn check_outputs(outputs: &[Named<'_>]) -> Result<(), Failure> {
 ///
 /// # Errors
 /// `Usage` for the first output that would not.
-pub fn check_inputs<'a>(
-    outputs: &[Named<'_>],
-    inputs: impl IntoIterator<Item = Named<'a>>,
+pub fn check_inputs<'o, 'a>(
+    outputs: &'o [Output],
+    inputs: impl IntoIterator<Item = (&'static str, &'a Path)>,
 ) -> Result<(), Failure> {
-    let places: BTreeMap<Place, &Named<'_>> =
-        outputs.iter().filter_map(|output| Some((Place::of(output.1)?, output))).collect();
+    let of = |output: &'o Output| Some((Place::of(&output.1)?, output));
+    let places: Vec<(Place, &Output)> = outputs.iter().filter_map(of).collect();
     if places.is_empty() {
         return Ok(());
     }
     for (input, path) in inputs {
-        let folder = Place::of_folder_of(path).filter(|_| is_image(path));
-        let found = [Place::of(path), folder].into_iter().flatten().find_map(|place| places.get(&place));
-        if let Some((option, output)) = found {
-            return Err(Failure::usage(format!(
-                "{option} {} would replace what {input} {} reads; name another one",
-                output.display(),
-                path.display()
-            )));
+        let (own, around) = (Place::of(path), Place::around(path));
+        let is_hit = |place: &Place| own.as_ref() == Some(place) || around.as_ref() == Some(place);
+        if let Some((_, output)) = places.iter().find(|(place, _)| is_hit(place)) {
+            return Err(replaces(output, format_args!("{input} {} reads", path.display())));
         }
     }
     Ok(())
+}
+
+fn replaces((option, path): &Output, what: std::fmt::Arguments<'_>) -> Failure {
+    Failure::usage(format!("{option} {} would replace what {what}; name another one", path.display()))
 }

@@ -11,9 +11,6 @@ use crate::engine::{ExperimentPlan, Shard};
 use indicatif::HumanDuration;
 use std::time::Duration;
 
-/// Rows that are printed together.
-const PRINTED: usize = 4096;
-
 /// Prints a summary of the work and, with `--verbose`, every cell with its state in the store and the reason for it. CSV and
 /// JSON have the cells without the summary, and reasons only with `--verbose`. With `--shard` shares stand in place of cells.
 ///
@@ -23,20 +20,18 @@ pub fn run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     print::store_problems(&store);
     let standing = Standing::new(plan, &store, Costs::read(&store));
-    if args.format == Format::Table {
+    let is_table = args.format == Format::Table;
+    if is_table {
         output::write(&summary(args, plan, &standing))?;
     }
-    if let Some(shard) = args.shard {
-        return shares(args, &standing, shard.of);
+    match args.shard {
+        Some(shard) => shares(args, &standing, shard.of),
+        None if is_table && !args.verbose => Ok(()),
+        None => {
+            output::write(if is_table { "\n" } else { "" })?;
+            cells(args, plan, &standing, args.verbose.then(|| why(plan, &store)))
+        }
     }
-    if args.format == Format::Table && args.verbose {
-        output::write("\n")?;
-    }
-    if args.format == Format::Table && !args.verbose {
-        return Ok(());
-    }
-    let reasons = if args.verbose { why(plan, &store) } else { Vec::new() };
-    cells(args, plan, &standing, &reasons)
 }
 
 /// The work in a few lines.
@@ -99,43 +94,21 @@ fn cells(
     args: &Args,
     plan: &ExperimentPlan<'_>,
     standing: &Standing<'_>,
-    reasons: &[String],
+    reasons: Option<Vec<String>>,
 ) -> Result<(), Failure> {
-    let variants: Vec<_> = variants(plan.experiment).collect();
-    let params: Vec<String> = variants.iter().map(|(_, variant)| variant.params()).collect();
+    let variants = variants(plan.experiment).map(|(method, variant)| (&method.name, variant.params()));
+    let variants: Vec<(&String, String)> = variants.collect();
     let mut headings = vec!["sequence", "tracker", "run", "method", "params", "state"];
-    headings.extend(args.verbose.then_some("because"));
-    let (mut rows, mut is_first) = (Vec::new(), true);
-    // JSON is one list; of the others the cells of large plans are never all in memory.
-    let mut print = |rows: &[Vec<String>]| {
-        let was_first = std::mem::take(&mut is_first);
-        match args.format {
-            Format::Csv if !was_first => {
-                let text = output::text(args.format, &headings, rows)?;
-                output::write(text.split_once('\n').map_or("", |(_, rest)| rest))
-            }
-            _ if rows.is_empty() && !was_first => Ok(()),
-            format => output::print(format, &headings, rows),
-        }
-    };
-    for (place, (cell, state)) in plan.cells().zip(&standing.states).enumerate() {
-        let job = plan.jobs[cell.job];
-        let mut row = vec![
-            plan.test().sequences[cell.sequence].sequence.name.clone(),
-            plan.experiment.trackers[job.tracker].label.clone(),
-            job.run.to_string(),
-            variants[cell.variant].0.name.clone(),
-            params[cell.variant].clone(),
-            state.word().to_string(),
-        ];
-        row.extend(reasons.get(place).cloned());
-        rows.push(row);
-        if rows.len() >= PRINTED && args.format != Format::Json {
-            print(&rows)?;
-            rows.clear();
-        }
-    }
-    print(&rows)
+    headings.extend(reasons.as_ref().map(|_| "because"));
+    let mut reasons = reasons.into_iter().flatten();
+    let rows = plan.cells().zip(&standing.states).map(|(cell, state)| {
+        let (job, (method, params)) = (plan.jobs[cell.job], &variants[cell.variant]);
+        let sequence = &plan.test().sequences[cell.sequence].sequence.name;
+        let (tracker, run) = (&plan.experiment.trackers[job.tracker].label, job.run.to_string());
+        let texts = [sequence, tracker, &run, *method, params].map(String::clone);
+        texts.into_iter().chain([state.word().to_string()]).chain(reasons.next()).collect()
+    });
+    output::print(args.format, &headings, &rows.collect::<Vec<Vec<String>>>())
 }
 
 /// Every share of the work: whether it is done, and how long the rest of it may take.

@@ -1,8 +1,8 @@
 //! Output of `trackfail run`, and the verb's exit after its results are written.
 
 use super::Args;
-use crate::cli::Failure;
 use crate::cli::output::{self, Format};
+use crate::cli::{Exit, Failure};
 use crate::engine::store::{self, Store};
 use crate::engine::{Shard, ShardOutcome};
 use crate::report::WrittenReport;
@@ -33,14 +33,18 @@ pub fn store_problems(store: &Store) {
     }
 }
 
-/// Why a cell has no result, in one word or two.
-fn without_result(missing: bool) -> &'static str {
-    if missing { "not there" } else { "failed" }
+/// Lines about cells without a result, those of one reason together; `rest` says where those are that are too many.
+fn listed(failed: &[FailedCell], rest: &str) -> Vec<String> {
+    let groups = unfinished::groups(failed);
+    let word = |missing: bool| if missing { "not there" } else { "failed" };
+    let line = groups.iter().take(MAX_LISTED).map(|group| format!("{}: {group}", word(group.missing)));
+    let more = groups.len().saturating_sub(MAX_LISTED);
+    let more = (more > 0).then(|| format!("without a result: {more} more{rest}"));
+    line.chain(more).collect()
 }
 
 /// The number of results that are not there, in words: `2 of 9 cells failed`, `1 track is not there`. `done` cells have one.
-fn amount(failed: &[&FailedCell], done: usize) -> String {
-    let missing = failed.first().is_some_and(|cell| cell.missing);
+fn amount(failed: &[FailedCell], done: usize, missing: bool) -> String {
     let of = |kind: &str| failed.iter().filter(|cell| unfinished::what(cell) == kind).count();
     let (n, tracks, analyses) = (failed.len(), of("tracks"), of("analyses"));
     let of_tracks = if tracks == 1 { "1 track".to_string() } else { format!("{tracks} tracks") };
@@ -59,18 +63,14 @@ fn amount(failed: &[&FailedCell], done: usize) -> String {
 }
 
 /// The number of results that are not there, with their common reason, or else the first one; `None` if none lacks.
-fn message(failed: &[&FailedCell], done: usize) -> Option<String> {
-    let FailedCell { sequence, tracker, method, reason, .. } = failed.first()?;
-    let amount = amount(failed, done);
-    let owned: Vec<FailedCell> = failed.iter().map(|cell| (*cell).clone()).collect();
-    Some(match unfinished::groups(&owned).as_slice() {
+fn message(failed: &[FailedCell], done: usize) -> Option<String> {
+    let FailedCell { sequence, tracker, method, reason, missing, .. } = failed.first()?;
+    let amount = amount(failed, done, *missing);
+    Some(match unfinished::groups(failed).as_slice() {
         [same] if same.count > 1 && !same.missing => format!("{amount}: {} ({})", same.reason, same.cells),
         _ => {
-            let place: Vec<&str> = [sequence, tracker, method]
-                .map(String::as_str)
-                .into_iter()
-                .filter(|p| !p.is_empty())
-                .collect();
+            let mut place = vec![sequence.as_str(), tracker, method];
+            place.retain(|part| !part.is_empty());
             format!("{amount}, the first: {}: {reason}", place.join(", "))
         }
     })
@@ -78,10 +78,10 @@ fn message(failed: &[&FailedCell], done: usize) -> Option<String> {
 
 /// Ends a run or a share that has `done` cells: success, or why the results are not complete.
 fn complete(args: &Args, name: &str, failed: &[FailedCell], done: usize) -> Result<(), Failure> {
-    let (absent, broken): (Vec<&FailedCell>, Vec<_>) = failed.iter().partition(|cell| cell.missing);
+    let (absent, broken): (Vec<FailedCell>, Vec<_>) = failed.iter().cloned().partition(|cell| cell.missing);
     let others = absent.iter().filter(|cell| unfinished::what(cell) == "cells").count();
     if let Some(broken) = message(&broken, done + others) {
-        return Err(Failure::cells(format!("{name}: {broken}")));
+        return Err(Failure::new(Exit::Cells, format!("{name}: {broken}")));
     }
     match message(&absent, done).filter(|_| !args.allow_missing) {
         Some(absent) => Err(Failure::data(format!("{name}: {absent}"))),
@@ -92,21 +92,13 @@ fn complete(args: &Args, name: &str, failed: &[FailedCell], done: usize) -> Resu
 /// Prints what a share has computed.
 ///
 /// # Errors
-/// [`Failure::Cells`] if cells failed, [`Failure::Data`] if some have no data.
+/// `Cells` if cells failed, `Data` if some have no data.
 pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOutcome) -> Result<(), Failure> {
     let (name, Shard { number, of }) = (&experiment.name, shard);
-    note(args, &format!("{name}: {}", done.tally));
-    note(
-        args,
-        &format!(
-            "{name}: share {number} of {of} is done: {} cells; run without --shard for the tables",
-            done.done
-        ),
-    );
+    let told = format!("{} cells; run without --shard for the tables", done.done);
+    note(args, &format!("{name}: {}\n{name}: share {number} of {of} is done: {told}", done.tally));
     let failed: Vec<FailedCell> = done.failed.iter().map(|(cell, e)| FailedCell::new(cell, e)).collect();
-    for group in unfinished::groups(&failed).iter().take(MAX_LISTED) {
-        note(args, &format!("{}: {group}", without_result(group.missing)));
-    }
+    listed(&failed, "").iter().for_each(|line| note(args, line));
     complete(args, name, &failed, done.done)
 }
 
@@ -125,7 +117,7 @@ const SCREEN: (usize, usize) = (100, 30);
 
 /// Prints the answer, the table that it is from, how claims stand, failed cells, and where everything is.
 pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Result<(), Failure> {
-    let (width, height) = SCREEN;
+    let ((width, height), failed) = (SCREEN, &results.manifest.cells_failed);
     let head = format!("{}: {}", results.experiment.name, results.experiment.title);
     let mut text = render::wrapped(&head, width) + "\n\n";
     if !written.verdict.is_empty() {
@@ -141,16 +133,9 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
             text.push_str(&format!("{what}: {words}\n"));
         }
     }
-    for line in unfinished::not_run(&results.manifest.not_run) {
-        text.push_str(&line);
-        text.push('\n');
-    }
-    let groups = unfinished::groups(&results.manifest.cells_failed);
-    for group in groups.iter().take(MAX_LISTED) {
-        text.push_str(&format!("{}: {group}\n", without_result(group.missing)));
-    }
-    if groups.len() > MAX_LISTED {
-        text.push_str(&format!("without a result: {} more, see manifest.json\n", groups.len() - MAX_LISTED));
+    let failed = listed(failed, ", see manifest.json");
+    for line in unfinished::not_run(&results.manifest.not_run).into_iter().chain(failed) {
+        text.push_str(&format!("{line}\n"));
     }
     text.push_str(&format!("\nresults: {}\nreport:  {}\n", results.folder.display(), index.display()));
     let leaderboard = index.ancestors().map(|folder| folder.join(LEADERBOARD)).find(|path| path.is_file());
@@ -163,20 +148,20 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
 /// Ends a run whose results are written: success, or why they are not complete.
 ///
 /// # Errors
-/// [`Failure::Cells`], [`Failure::Data`] or [`Failure::Expectation`].
+/// `Cells`, `Data` or `Expectation`.
 pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(), Failure> {
-    let manifest = &results.manifest;
-    complete(args, &results.experiment.name, &manifest.cells_failed, manifest.cells_done)?;
-    if !results.manifest.differing.is_empty() {
-        let names = results.manifest.differing.join(", ");
+    let (name, manifest) = (&results.experiment.name, &results.manifest);
+    complete(args, name, &manifest.cells_failed, manifest.cells_done)?;
+    if !manifest.differing.is_empty() {
+        let names = manifest.differing.join(", ");
         return Err(Failure::data(format!(
-            "{}: not the data that datasets.lock pins: {names} (results are written and say so; see `trackfail data verify`)",
-            results.experiment.name
+            "{name}: not the data that datasets.lock pins: {names} (results are written and say so; see `trackfail data verify`)"
         )));
     }
-    if let Some(unmet) = findings.iter().find(|f| f.required && !f.is_met) {
-        let message = format!("{}: required but not met: {}", results.experiment.name, unmet.text);
-        return Err(Failure::expectation(message));
+    match findings.iter().find(|f| f.required && !f.is_met) {
+        Some(unmet) => {
+            Err(Failure::new(Exit::Expectation, format!("{name}: required but not met: {}", unmet.text)))
+        }
+        None => Ok(()),
     }
-    Ok(())
 }
