@@ -24,7 +24,7 @@ fn sequence(name: &str) -> Option<Sequence> {
     let roots = std::env::var_os("TRACKFAIL_DATA")?;
     let folders = std::env::split_paths(&roots).map(|root: PathBuf| root.join("otb").join(name));
     let folder = { folders }.find(|folder| folder.is_dir())?;
-    Some(otb::load(&folder, &otb::Options::default()).unwrap_or_else(|e| panic!("{e}")))
+    Some(otb::load(&folder, &Default::default()).unwrap_or_else(|e| panic!("{e}")))
 }
 
 /// The box of each frame.

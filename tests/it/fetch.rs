@@ -31,10 +31,7 @@ impl FetchWatch for Told {
 pub fn options() -> FetchOptions {
     let long = Duration::from_secs(60);
     let patience = Patience {
-        connect: long,
         stall: long,
-        window: long,
-        slow: 0,
         attempts: 4,
         pause: Duration::from_millis(1),
         longest: Duration::from_millis(20),
@@ -167,7 +164,7 @@ fn only_folders_of_the_list_are_unpacked_and_all_of_them() {
     job.archive.below = Some("all".into());
     job.folders = vec!["otb/seq".into(), "otb/deep/er".into()];
     let fetched = run(root.path(), &job, &options()).unwrap();
-    assert_eq!(fetched.placed.new, ["otb/deep/er", "otb/seq"]);
+    assert_eq!(fetched.placed.new, ["otb/seq", "otb/deep/er"]);
     let texts = files(root.path()).into_iter().filter(|(_, b)| b == b"yes" || b == b"no");
     let texts: Vec<_> = texts.map(|(p, b)| (p.display().to_string(), b.len())).collect();
     assert_eq!(texts, [("otb/deep/er/b".into(), 3), ("otb/seq/a".into(), 3)]);
@@ -184,8 +181,6 @@ fn a_file_that_is_no_archive_is_kept_as_it_is() {
     std::fs::write(root.path().join("otb/truth.xml"), "mine").unwrap();
     assert_eq!(run(root.path(), &job, &options()).unwrap().placed.kept, ["otb/truth.xml"]);
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
-    job.archive.url = format!("{}/..", server.url);
-    assert!(matches!(run(root.path(), &job, &options()), Err(FetchError::Data(_))));
 }
 
 #[test]
@@ -241,11 +236,11 @@ fn one_fetch_at_a_time() {
 }
 
 #[test]
-fn an_archive_without_the_folder_names_what_it_has() {
+fn an_archive_without_the_folder_names_what_it_begins_with() {
     let server = Server::file(zip(&[zipped("SEQ/a", b""), zipped("readme", b"")]), "\"1\"");
     let (error, root) = fails(&server, |_, _| {});
     let text = error.to_string();
-    assert!(text.contains("`otb/SEQ`") && text.contains("`otb/readme`"), "{text}");
+    assert!(text.contains("no folder otb/seq, and begins with `SEQ/a`"), "{text}");
     nothing_left(root.path());
 }
 

@@ -17,8 +17,9 @@
 //! 2, polygon, number of corners, then `x y` of each. Coordinates are 0-based, as they are kept in memory.
 
 use super::{DatasetError, Frames, Sequence, text};
-use rayon::prelude::*;
 use sha2::{Digest as _, Sha256};
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use trackfail_core::region::Region;
@@ -56,18 +57,8 @@ impl Sequence {
     pub fn decoded_digest(&self) -> Result<Option<String>, DatasetError> {
         let Frames::Video(video) = &self.frames else { return Ok(None) };
         let mut hash = Hash::new("trackfail-decoded/1");
-        hash.files_in_turn(video.files()?)?;
+        hash.files(&video.files()?.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         Ok(Some(hash.hexadecimal()))
-    }
-
-    fn compute_digest(&self) -> Result<String, DatasetError> {
-        match &self.frames {
-            Frames::Files(files) => files_digest(self, FILES, files, Hash::files),
-            Frames::Video(video) => files_digest(self, VIDEO, &[video.path().to_path_buf()], Hash::files),
-            Frames::Stream(stream) => files_digest(self, VIDEO, &[stream.path().to_path_buf()], Hash::files),
-            Frames::Rendered(..) => content_digest(self),
-            Frames::Absent => files_digest(self, BOXES, &[], Hash::files),
-        }
     }
 
     /// The digest once more, from the files as they are now; rendered frames cannot change.
@@ -76,39 +67,29 @@ impl Sequence {
     /// When a file cannot be read.
     pub fn digest_anew(&self) -> Result<String, DatasetError> {
         match &self.frames {
-            Frames::Rendered(..) | Frames::Absent => self.digest().map(str::to_string),
-            // One file after the other: who waits for help of other threads may be given their work.
-            Frames::Files(files) => files_digest(self, FILES, files, Hash::files_in_turn),
-            Frames::Video(video) => {
-                files_digest(self, VIDEO, &[video.path().to_path_buf()], Hash::files_in_turn)
-            }
-            Frames::Stream(stream) => {
-                files_digest(self, VIDEO, &[stream.path().to_path_buf()], Hash::files_in_turn)
-            }
+            Frames::Rendered(..) => self.digest().map(str::to_string),
+            _ => self.compute_digest(),
         }
     }
-}
 
-/// Layouts of the digests.
-const FILES: &str = "trackfail-files/1";
-const VIDEO: &str = "trackfail-video/1";
-const BOXES: &str = "trackfail-boxes/1";
-
-fn files_digest(
-    sequence: &Sequence,
-    layout: &str,
-    files: &[PathBuf],
-    enter: fn(&mut Hash, &[PathBuf]) -> Result<(), DatasetError>,
-) -> Result<String, DatasetError> {
-    let mut hash = Hash::new(layout);
-    let n = sequence.numbering;
-    for number in [n.first, n.official.0, n.official.1] {
-        hash.integer(number.into());
+    fn compute_digest(&self) -> Result<String, DatasetError> {
+        let (layout, files): (_, Vec<&Path>) = match &self.frames {
+            Frames::Files(files) => ("trackfail-files/1", files.iter().map(PathBuf::as_path).collect()),
+            Frames::Video(video) => ("trackfail-video/1", vec![video.path()]),
+            Frames::Stream(stream) => ("trackfail-video/1", vec![stream.path()]),
+            Frames::Rendered(..) => return content_digest(self),
+            Frames::Absent => ("trackfail-boxes/1", Vec::new()),
+        };
+        let mut hash = Hash::new(layout);
+        let n = self.numbering;
+        for number in [n.first, n.official.0, n.official.1] {
+            hash.integer(number.into());
+        }
+        hash.integer(self.len() as u64);
+        hash.files(&files)?;
+        hash.truth(&self.truth);
+        Ok(hash.hexadecimal())
     }
-    hash.integer(sequence.len() as u64);
-    enter(&mut hash, files)?;
-    hash.truth(&sequence.truth);
-    Ok(hash.hexadecimal())
 }
 
 /// SHA-256 in hexadecimal of a file's bytes.
@@ -116,16 +97,22 @@ fn files_digest(
 /// # Errors
 /// When the file cannot be read.
 pub fn file_digest(path: &Path) -> Result<String, DatasetError> {
+    let fail = |e| DatasetError::io(path, e);
+    // A pipe would be waited for.
+    if !std::fs::metadata(path).map_err(fail)?.is_file() {
+        return Err(DatasetError::content(path, "not a file"));
+    }
+    let mut file = BufReader::with_capacity(1 << 20, File::open(path).map_err(fail)?);
     let mut hash = Hash(Sha256::new());
-    hash.0.update(read(path)?);
-    Ok(hash.hexadecimal())
-}
-
-/// No frame, text or video is larger.
-const MAX_FILE_BYTES: u64 = 1 << 30;
-
-fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    text::read_at_most(path, MAX_FILE_BYTES)
+    loop {
+        let bytes = file.fill_buf().map_err(fail)?;
+        if bytes.is_empty() {
+            return Ok(hash.hexadecimal());
+        }
+        hash.0.update(bytes);
+        let n = bytes.len();
+        file.consume(n);
+    }
 }
 
 /// SHA-256 in hexadecimal of pixels, frame numbers, truth and attributes, whatever files they came in.
@@ -155,12 +142,11 @@ pub fn content_digest(sequence: &Sequence) -> Result<String, DatasetError> {
     Ok(hash.hexadecimal())
 }
 
-/// Files that are read at once.
-const READ_AHEAD: usize = 32;
+/// No frame or video is larger.
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
-fn read_all(files: &[PathBuf]) -> Result<Vec<(&PathBuf, Vec<u8>)>, DatasetError> {
-    files.par_iter().map(|path| Ok((path, read(path)?))).collect()
-}
+/// Files that are read before they are hashed.
+const READ_AHEAD: usize = 32;
 
 struct Hash(Sha256);
 
@@ -180,31 +166,22 @@ impl Hash {
         self.0.update(bytes);
     }
 
-    /// Names and bytes in order. A digest has one order, so the hashing has one thread; the others read
-    /// ahead, a block of files while the block before it is hashed.
-    fn files(&mut self, files: &[PathBuf]) -> Result<(), DatasetError> {
-        let mut blocks = files.chunks(READ_AHEAD);
-        let mut next = blocks.next().map(read_all).transpose()?;
-        while let Some(block) = next {
-            let ((), ahead) = rayon::join(
-                || block.iter().for_each(|(path, bytes)| self.file(path, bytes)),
-                || blocks.next().map(read_all).transpose(),
-            );
-            next = ahead?;
-        }
-        Ok(())
-    }
-
-    fn files_in_turn(&mut self, files: &[PathBuf]) -> Result<(), DatasetError> {
-        files.iter().try_for_each(|path| {
-            self.file(path, &read(path)?);
+    /// Names and bytes in order. A digest has one order, so the hashing has one thread; another one reads ahead. It is
+    /// none of the pool's: who waits for help of those may be given their work.
+    fn files(&mut self, files: &[&Path]) -> Result<(), DatasetError> {
+        std::thread::scope(|scope| {
+            let (sender, arrived) = std::sync::mpsc::sync_channel(READ_AHEAD);
+            scope.spawn(move || {
+                let mut read = files.iter().map(|path| (path, text::read_at_most(path, MAX_FILE_BYTES)));
+                // Nobody waits for the rest after a file that cannot be read.
+                read.try_for_each(|read| sender.send(read))
+            });
+            for (path, bytes) in arrived {
+                self.bytes(path.file_name().unwrap_or_default().as_encoded_bytes());
+                self.bytes(&bytes?);
+            }
             Ok(())
         })
-    }
-
-    fn file(&mut self, path: &Path, bytes: &[u8]) {
-        self.bytes(path.file_name().unwrap_or_default().as_encoded_bytes());
-        self.bytes(bytes);
     }
 
     fn truth(&mut self, truth: &[Option<Region>]) {

@@ -1,5 +1,6 @@
 //! Errors of datasets and result files; each names the file and line, and what to do.
 
+use crate::suite::Missing;
 use std::path::{Path, PathBuf};
 use trackfail_core::image::ImageError;
 
@@ -65,6 +66,9 @@ pub enum DatasetError {
         /// The orders that may be meant.
         message: String,
     },
+    /// A sequence that is not under the data root, or not whole.
+    #[error("{}", .0.how_to_get)]
+    Missing(Missing),
     /// An unknown suite; the message names the nearest one.
     #[error("{0}")]
     UnknownSuite(String),

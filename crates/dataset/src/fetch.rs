@@ -12,12 +12,12 @@
 //! A sequence's folder is unpacked below `unpack-*`, compared with what is pinned of it, flushed, given the
 //! file [`MARKER`] as its last one, and renamed. Renaming is one step for the file system, so a folder under its final
 //! name is whole: with a marker it was fetched, without one the user has put it there. Neither is touched again, unless
-//! the user asks for one that was fetched and is not as pinned to be fetched anew; then the two folders change places in
-//! one step. The download is removed after that; it is also removed when it turns out not to be the pinned file or to be
-//! refused.
+//! the user asks for one that was fetched and is not as pinned to be fetched anew; then the old one is moved away first.
+//! The download is removed after that; it is also removed when it turns out not to be the pinned file or to be refused.
 //!
 //! Nothing a server sends becomes part of a path except names of archive members that have been
-//! checked, see [`unpack()`]; only members that belong to a folder of a suite are written at all.
+//! checked, see [`unpack()`]; only members that belong to a folder of a suite are written at all. Names of the built-in
+//! lists are checked by a test.
 
 mod download;
 mod error;
@@ -32,8 +32,8 @@ pub use place::{MARKER, Placed, Workspace};
 pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
 pub use unpack::{Caps, unpack};
 
-use crate::archive::Packing;
-use crate::lock::{pinned_suite, pinned_suite_names};
+use crate::archive::{Archive, Packing};
+use crate::lock::pinned_suites;
 use crate::suite::Finding;
 use std::path::Path;
 
@@ -64,7 +64,7 @@ pub struct Fetched {
 fn not_as_pinned(folders: &[String], root: &Path) -> Vec<(String, String)> {
     let roots = [root.to_path_buf()];
     let mut found: Vec<(String, String)> = Vec::new();
-    for suite in pinned_suite_names().filter_map(pinned_suite) {
+    for suite in pinned_suites() {
         for entry in suite.sequence.iter().filter(|entry| folders.contains(&entry.folder)) {
             if found.iter().any(|(folder, _)| *folder == entry.folder) {
                 continue;
@@ -92,24 +92,17 @@ pub fn fetch(
     watch: &dyn FetchWatch,
 ) -> Result<Fetched, FetchError> {
     let archive = &job.archive;
-    unpack::check_names(archive, &job.folders)?;
     let downloads = space.downloads();
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;
     let placed = match archive.packing {
-        Packing::File => {
-            let address = download::address(&archive.url)?;
-            let path = unpack::single_file(archive, download::file_name(&address))?;
-            place::file(&got.path, space.root(), &path)?
-        }
+        Packing::File => place::file(&got.path, space.root(), &single_file(archive)?)?,
         Packing::Zip => {
             let temporary = space.temporary()?;
             let unpacked = unpack(&got.path, archive, &job.folders, &options.caps, temporary.path());
-            if let Err(e) = unpacked {
-                if e.is_data() {
-                    download::discard(&downloads, archive)?;
-                }
-                return Err(e);
+            if unpacked.as_ref().is_err_and(FetchError::is_data) {
+                download::discard(&downloads, archive)?;
             }
+            unpacked?;
             let refused = not_as_pinned(&job.folders, temporary.path());
             let is_good = |folder: &&String| !refused.iter().any(|(bad, _)| bad == *folder);
             let good: Vec<&String> = job.folders.iter().filter(is_good).collect();
@@ -120,4 +113,10 @@ pub fn fetch(
     };
     download::discard(&downloads, archive)?;
     Ok(Fetched { size: got.size, sha256: got.sha256, placed })
+}
+
+/// The path below the data root of a download that is no archive but one file: it has the name that its address ends with.
+fn single_file(archive: &Archive) -> Result<String, FetchError> {
+    let address = download::address(&archive.url)?;
+    Ok(format!("{}/{}", archive.into, download::file_name(&address)))
 }

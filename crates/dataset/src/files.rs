@@ -32,15 +32,6 @@ impl Deref for ImageFiles {
     }
 }
 
-impl<'a> IntoIterator for &'a ImageFiles {
-    type Item = &'a PathBuf;
-    type IntoIter = std::slice::Iter<'a, PathBuf>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.paths.iter()
-    }
-}
-
 impl ImageFiles {
     /// Width and height of the first file, read once; `None` when there is no file.
     fn size(&self) -> Result<Option<(usize, usize)>, DatasetError> {

@@ -37,22 +37,19 @@ impl Name {
     /// The parts of a path, or only of its last part without extension.
     fn new(path: PathBuf, whole: bool) -> Self {
         let stem = if whole { path.with_extension("") } else { path.file_stem().unwrap_or_default().into() };
-        let (mut texts, mut runs) = (vec![String::new()], Vec::<String>::new());
-        for c in stem.to_string_lossy().chars() {
-            if texts.len() > runs.len() && !c.is_ascii_digit() {
-                texts.last_mut().into_iter().for_each(|text| text.push(c));
-            } else if texts.len() > runs.len() {
-                runs.push(c.into());
-            } else if c.is_ascii_digit() {
-                runs.last_mut().into_iter().for_each(|run| run.push(c));
-            } else {
-                texts.push(c.into());
+        let stem = stem.to_string_lossy();
+        let (mut texts, mut runs) = (Vec::new(), Vec::new());
+        let mut rest = &*stem;
+        loop {
+            let (text, others) = rest.split_at(rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len()));
+            texts.push(text.to_string());
+            if others.is_empty() {
+                return Self { path, texts, runs };
             }
+            let end = others.find(|c: char| !c.is_ascii_digit()).unwrap_or(others.len());
+            runs.push(others[..end].to_string());
+            rest = &others[end..];
         }
-        if texts.len() == runs.len() {
-            texts.push(String::new());
-        }
-        Self { path, texts, runs }
     }
 
     fn value(&self, run: usize) -> Option<Value<'_>> {
@@ -78,10 +75,15 @@ impl Name {
     fn fraction(&self, run: usize) -> Option<&str> {
         Some(self.runs.get(run)?.trim_end_matches('0'))
     }
+}
 
-    fn shown(&self) -> String {
-        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-    }
+/// The names of some files, of which there are more.
+pub(crate) fn shown<'p>(paths: impl Iterator<Item = &'p Path>) -> String {
+    paths.map(|path| file_name(path) + ", ").collect::<String>() + "..."
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Files in the order of all numbers in their names.
@@ -110,7 +112,7 @@ fn named(paths: Vec<PathBuf>) -> Vec<Name> {
 /// Texts and numbers compared one after the other; a name that ends comes first.
 fn natural(a: &Name, b: &Name) -> Ordering {
     let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| a.value(k).cmp(&b.value(k)));
-    (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    (0..a.texts.len().max(b.texts.len())).map(part).fold(Ordering::Equal, Ordering::then)
 }
 
 /// As [`natural`], of names that differ in numbers alone, with fractions compared as such.
@@ -118,7 +120,7 @@ fn decimal(a: &Name, b: &Name) -> Ordering {
     let part = |k: usize| {
         if a.is_fraction(k) { a.fraction(k).cmp(&b.fraction(k)) } else { a.value(k).cmp(&b.value(k)) }
     };
-    (0..a.runs.len()).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    (0..a.runs.len()).map(part).fold(Ordering::Equal, Ordering::then)
 }
 
 /// The frame numbers of names in their natural order.
@@ -133,7 +135,7 @@ fn numbers(names: &[Name]) -> Result<Vec<u32>, DatasetError> {
         let message = format!(
             "no number in this name, but in those of other images, such as {}; move the file away, or give it the \
              number of its frame (`detect` also takes a pattern that fits the others alone)",
-            example.shown()
+            file_name(&example.path)
         );
         return Err(DatasetError::content(&other.path, message));
     }
@@ -189,40 +191,29 @@ fn whole(value: Value<'_>) -> Option<u32> {
 
 /// Whether each value is larger by 1 than the one before.
 fn follow(values: &[Value<'_>]) -> bool {
-    values.windows(2).all(|pair| {
-        whole(pair[0])
-            .and_then(|before| before.checked_add(1))
-            .is_some_and(|next| whole(pair[1]) == Some(next))
-    })
+    let numbers: Option<Vec<u32>> = values.iter().copied().map(whole).collect();
+    numbers.is_some_and(|numbers| numbers.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1])))
 }
 
 /// Rising values as frame numbers: themselves at the end of names, else counted from 1 for the first. Values that are too
 /// large are times, of which only the order is taken.
 fn counted(values: &[Value<'_>], at_end: bool) -> Vec<u32> {
-    let all: Option<Vec<u32>> = values.iter().map(|value| whole(*value)).collect();
-    match all {
-        Some(numbers) if at_end => numbers,
-        Some(numbers) => {
-            let first = numbers.first().copied().unwrap_or_default();
-            numbers.into_iter().map(|number| (number - first).saturating_add(1)).collect()
-        }
-        None => (1..=values.len() as u32).collect(),
+    let own: Option<Vec<u32>> = values.iter().copied().map(whole).collect();
+    let mut numbers = own.unwrap_or_else(|| (1..=values.len() as u32).collect());
+    if let Some(first) = numbers.first().copied().filter(|_| !at_end) {
+        numbers.iter_mut().for_each(|number| *number = (*number - first).saturating_add(1));
     }
+    numbers
 }
 
 /// The first run that is not the same number in all names, where all that stands before it is the same.
 fn first_that_varies(names: &[Name]) -> Option<usize> {
     let (first, rest) = names.split_first()?;
-    for run in 0..first.runs.len() {
-        let other = |name: &Name| name.texts.get(run) != first.texts.get(run) || name.runs.len() <= run;
-        if rest.iter().any(other) {
-            return None;
-        }
-        if rest.iter().any(|name| name.value(run) != first.value(run)) {
-            return Some(run);
-        }
-    }
-    None
+    let same_before = |run: &usize| {
+        rest.iter().all(|name| name.texts.get(*run) == first.texts.get(*run) && name.runs.len() > *run)
+    };
+    let varies = |run: &usize| rest.iter().any(|name| name.value(*run) != first.value(*run));
+    (0..first.runs.len()).take_while(same_before).find(varies)
 }
 
 /// Whether the numbers from `run`, the first that varies, on are one quantity in parts, each of which counts within the
@@ -297,24 +288,23 @@ fn stamp_length(name: &Name, start: usize) -> usize {
 /// The error for two files of one number.
 fn again(other: &Name, name: &Name, value: Option<Value<'_>>) -> DatasetError {
     let number = value.map_or("0", |(_, digits)| if digits.is_empty() { "0" } else { digits });
-    let message = format!("frame {number} again, after {}; keep one file a frame", other.shown());
+    let message = format!("frame {number} again, after {}; keep one file a frame", file_name(&other.path));
     DatasetError::content(&name.path, message)
 }
 
 /// The error for names that can be put in two orders, or that are of several kinds and leave numbers out.
 fn doubt(names: &[Name], other: &[&Name], how: &str) -> DatasetError {
-    let shown = |names: Vec<&Name>| names.iter().map(|name| name.shown() + ", ").collect::<String>() + "...";
     let differs = names.iter().zip(other).position(|(a, b)| a.path != b.path);
+    let from = differs.unwrap_or_default();
+    let of_names = shown(names.iter().skip(from).take(SHOWN).map(|name| &*name.path));
+    let of_other = shown(other.iter().skip(from).take(SHOWN).map(|name| &*name.path));
     let message = match differs {
-        Some(from) => format!(
-            "from frame {} on it is {} by all numbers in the names, but {} by {how}",
-            from + 1,
-            shown(names.iter().skip(from).take(SHOWN).collect()),
-            shown(other.iter().copied().skip(from).take(SHOWN).collect()),
+        Some(_) => format!(
+            "from frame {} on it is {of_names} by all numbers in the names, but {of_other} by {how}",
+            from + 1
         ),
         None => format!(
-            "the names are of several kinds, and their last numbers do not follow each other: {}",
-            shown(names.iter().take(SHOWN).collect())
+            "the names are of several kinds, and their last numbers do not follow each other: {of_names}"
         ),
     };
     let folder = names.first().and_then(|name| name.path.parent()).filter(|path| *path != Path::new(""));

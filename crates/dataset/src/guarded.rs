@@ -7,7 +7,25 @@
 //! What has left the guard or the group may hold the streams of the program open: the end of a stream is waited for no
 //! longer than a moment.
 
+#[cfg(target_os = "linux")]
 mod guard;
+
+/// A system without guards.
+#[cfg(not(target_os = "linux"))]
+mod guard {
+    use std::{path::Path, process::Command};
+
+    pub(super) const CANNOT_START: &str = "";
+
+    /// Does nothing here.
+    pub fn serve_if_asked() {}
+
+    pub(super) fn command(_: &Command, _: Option<&Path>) -> Option<Command> {
+        None
+    }
+
+    pub(super) fn end(_: u32) {}
+}
 
 pub use guard::serve_if_asked;
 
@@ -45,7 +63,8 @@ pub struct Guarded {
     process: Child,
     /// Whether the process is a guard, which has started the program.
     is_guard: bool,
-    shell: Option<GuardShell>,
+    /// Kills the group of the program, where that is no guard, once its stdin ends.
+    shell: Option<Child>,
     stderr: Option<Tail>,
 }
 
@@ -70,7 +89,7 @@ impl Guarded {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut process = command.spawn()?;
-        let shell = if is_guard { None } else { GuardShell::new(process.id(), folder) };
+        let shell = if is_guard { None } else { start_shell(process.id(), folder) };
         let stderr = process.stderr.take().map(Tail::new);
         Ok(Self { process, is_guard, shell, stderr })
     }
@@ -134,7 +153,11 @@ impl Guarded {
         if self.is_guard && matches!(self.process.try_wait(), Ok(None)) {
             guard::end(self.process.id());
         }
-        drop(self.shell.take());
+        if let Some(mut shell) = self.shell.take() {
+            // A line says that this program lives.
+            let _ = shell.stdin.take().map(|mut stdin| stdin.write_all(b"\n"));
+            let _ = shell.wait();
+        }
         // Needed if there is no shell; harmless if the process has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
@@ -169,9 +192,8 @@ impl Tail {
     /// The last bytes as text; the end of the stream is waited for no longer than [`STREAM_GRACE`].
     pub fn text(&self) -> String {
         let _ = self.ended.recv_timeout(STREAM_GRACE);
-        let bytes: Vec<u8> =
-            self.kept.lock().unwrap_or_else(PoisonError::into_inner).iter().copied().collect();
-        String::from_utf8_lossy(&bytes).into_owned()
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        String::from_utf8_lossy(kept.make_contiguous()).into_owned()
     }
 }
 
@@ -192,39 +214,18 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
     }
 }
 
-/// Kills a process group when it is dropped, or when this program dies.
-struct GuardShell {
-    shell: Child,
-}
-
-impl GuardShell {
-    /// `None` if the shell cannot be started.
+/// Starts a shell that kills a process group when its stdin ends, and deletes a folder if no line came before; `None` if it
+/// cannot be started.
+fn start_shell(group: u32, folder: Option<&Path>) -> Option<Child> {
+    const SCRIPT: &str = r#"lives=; while read -r _; do lives=1; done; kill -s KILL -- "-$1"; shift
+        [ "$lives" ] || rm -rf -- "$@""#;
+    let mut shell = Command::new("/bin/sh");
+    shell.args(["-c", SCRIPT, "sh", &group.to_string()]).args(folder).current_dir("/");
+    shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+    // In a group of its own as well, since Ctrl-C on the terminal must not end it.
     #[cfg(unix)]
-    fn new(group: u32, folder: Option<&Path>) -> Option<Self> {
-        use std::os::unix::process::CommandExt as _;
-        // A line says that this program lives.
-        const SCRIPT: &str = r#"lives=; while read -r _; do lives=1; done; kill -s KILL -- "-$1"; shift
-            [ "$lives" ] || rm -rf -- "$@""#;
-        let mut shell = Command::new("/bin/sh");
-        shell.args(["-c", SCRIPT, "sh", &group.to_string()]).args(folder).current_dir("/");
-        // In a group of its own as well, since Ctrl-C on the terminal must not end it.
-        shell.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
-        Some(Self { shell: shell.spawn().ok()? })
-    }
-
-    #[cfg(not(unix))]
-    fn new(_: u32, _: Option<&Path>) -> Option<Self> {
-        None
-    }
-}
-
-impl Drop for GuardShell {
-    fn drop(&mut self) {
-        if let Some(mut stdin) = self.shell.stdin.take() {
-            let _ = stdin.write_all(b"\n");
-        }
-        let _ = self.shell.wait();
-    }
+    std::os::unix::process::CommandExt::process_group(&mut shell, 0);
+    shell.spawn().ok()
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ impl TemporaryFolder {
     }
 
     fn new_in(parent: &Path, prefix: &str) -> std::io::Result<Self> {
-        sweep_unlocked(parent, prefix);
+        remove(parent, prefix, is_free);
         loop {
             let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
             let path = folder.path().join(LOCK);
@@ -47,15 +47,12 @@ impl TemporaryFolder {
     }
 }
 
-/// Removes the folders in `parent` whose names start with `prefix` and whose lock nobody holds.
-fn sweep_unlocked(parent: &Path, prefix: &str) {
-    let is_free = |folder: &Path| {
-        let lock = folder.join(LOCK);
-        // A pipe would be waited for, and a link may lead anywhere.
-        lock.symlink_metadata().is_ok_and(|about| about.is_file())
-            && File::options().write(true).open(lock).is_ok_and(|lock| lock.try_lock().is_ok())
-    };
-    remove(parent, prefix, is_free);
+/// Whether nobody holds the lock of a folder that has one.
+fn is_free(folder: &Path) -> bool {
+    let lock = folder.join(LOCK);
+    // A pipe would be waited for, and a link may lead anywhere.
+    lock.symlink_metadata().is_ok_and(|about| about.is_file())
+        && File::options().write(true).open(lock).is_ok_and(|lock| lock.try_lock().is_ok())
 }
 
 /// Removes the folders in `parent` whose names start with `prefix`, if nothing has been put into them for an hour.
@@ -63,7 +60,8 @@ pub fn sweep(parent: &Path, prefix: &str) {
     remove(parent, prefix, is_old);
 }
 
-fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> bool) {
+/// Removes the folders in `parent` whose names start with `prefix`, if `is_left` says that they are nobody's.
+pub(crate) fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> bool) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();

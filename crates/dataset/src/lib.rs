@@ -21,8 +21,7 @@ pub mod text;
 pub mod user_frames;
 pub mod video;
 
-pub use digest::file_digest;
-pub use digest::{Digest, content_digest};
+pub use digest::{Digest, content_digest, file_digest};
 pub use error::DatasetError;
 pub use files::ImageFiles;
 
@@ -93,6 +92,17 @@ pub struct Sequence {
 }
 
 impl Sequence {
+    /// A sequence without attributes, of an unknown digest.
+    pub(crate) fn new(
+        name: String,
+        numbering: Numbering,
+        truth: Vec<Option<Region>>,
+        frames: Frames,
+    ) -> Self {
+        let (attributes, frame_attributes, digest) = (Vec::new(), Vec::new(), Digest::default());
+        Self { name, numbering, truth, attributes, frame_attributes, digest, frames }
+    }
+
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.truth.len()
@@ -111,6 +121,11 @@ impl Sequence {
     /// The dataset's number of frame `t` (0-based).
     pub fn number(&self, t: usize) -> u32 {
         self.numbering.first + t as u32
+    }
+
+    /// The dataset's numbers of the first and the last frame.
+    fn range(&self) -> (u32, u32) {
+        (self.number(0), self.number(self.len().saturating_sub(1)))
     }
 }
 

@@ -20,54 +20,47 @@ mod verify;
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
 pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
-pub use user::{USER_LOCK, UserSuiteError, check_name, with_sections};
+pub use user::{USER_LOCK, check_name, with_sections};
 pub use verify::{Checked, Finding};
 
-use crate::format::FormatEntry;
 use crate::lock::{Entry, PinnedSuite, below};
 use crate::{DatasetError, Sequence, synthetic};
-use load::LoadError;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A named list of sequences.
 #[derive(Debug, Clone)]
-pub struct Suite {
-    content: SuiteContent,
-}
+pub struct Suite(SuiteContent);
 
 #[derive(Debug, Clone)]
 enum SuiteContent {
-    BuiltIn(&'static PinnedSuite),
-    User(Arc<PinnedSuite>),
+    OnDisk(Arc<PinnedSuite>),
     Rendered(&'static synthetic::RenderedSuite),
 }
 
 impl Suite {
     /// Its pinned facts; `None` for rendered suites.
     fn pinned(&self) -> Option<&PinnedSuite> {
-        match &self.content {
-            SuiteContent::BuiltIn(pinned) => Some(pinned),
-            SuiteContent::User(pinned) => Some(pinned),
+        match &self.0 {
+            SuiteContent::OnDisk(pinned) => Some(pinned),
             SuiteContent::Rendered(_) => None,
         }
     }
 
     /// Its name.
     pub fn name(&self) -> &str {
-        match &self.content {
-            SuiteContent::BuiltIn(pinned) => &pinned.name,
-            SuiteContent::User(pinned) => &pinned.name,
+        match &self.0 {
+            SuiteContent::OnDisk(pinned) => &pinned.name,
             SuiteContent::Rendered(rendered) => rendered.name,
         }
     }
 
     /// One line about it.
     pub fn title(&self) -> &str {
-        match &self.content {
-            SuiteContent::BuiltIn(pinned) => &pinned.title,
-            SuiteContent::User(pinned) => &pinned.title,
+        match &self.0 {
+            SuiteContent::OnDisk(pinned) => &pinned.title,
             SuiteContent::Rendered(rendered) => &rendered.scenes().title,
         }
     }
@@ -84,19 +77,19 @@ impl Suite {
 
     /// The names of its sequences, in order.
     pub fn sequence_names(&self) -> Vec<String> {
-        match &self.content {
+        match &self.0 {
+            SuiteContent::OnDisk(pinned) => pinned.sequence.iter().map(|e| e.name.clone()).collect(),
             SuiteContent::Rendered(rendered) => rendered.scenes().names().map(String::from).collect(),
-            _ => self.entries().iter().map(|e| e.name.clone()).collect(),
         }
     }
 
     /// The source of videos of each of its sequences; of a rendered suite its name.
     pub fn sources(&self) -> Vec<String> {
-        match &self.content {
+        match &self.0 {
+            SuiteContent::OnDisk(pinned) => pinned.sequence.iter().map(|e| e.source().to_string()).collect(),
             SuiteContent::Rendered(rendered) => {
-                rendered.scenes().names().map(|_| self.name().to_string()).collect()
+                vec![rendered.name.to_string(); rendered.scenes().names().count()]
             }
-            _ => self.entries().iter().map(|e| e.source().to_string()).collect(),
         }
     }
 
@@ -105,26 +98,26 @@ impl Suite {
     ///
     /// Cheap: no image or video is opened. Digests are not compared here, see [`Suite::verify`].
     pub fn load(&self, data_roots: &[PathBuf]) -> Loaded {
-        if let SuiteContent::Rendered(rendered) = self.content {
-            let sequences = rendered.sequences();
-            let origin = |s: &Sequence| Origin { video: s.name.clone(), source: self.name().to_string() };
-            let origins = sequences.iter().map(origin).collect();
-            return Loaded { wanted: sequences.len(), sequences, origins, ..Loaded::default() };
-        }
-        let Some(pinned) = self.pinned() else { return Loaded::default() };
-        let mut loaded = Loaded { wanted: pinned.sequence.len(), ..Loaded::default() };
+        let mut loaded = Loaded { wanted: self.entries().len(), ..Loaded::default() };
+        let pinned = match &self.0 {
+            SuiteContent::OnDisk(pinned) => pinned,
+            SuiteContent::Rendered(rendered) => {
+                let sequences = rendered.sequences();
+                let origin = |s: &Sequence| Origin { video: s.name.clone(), source: rendered.name.into() };
+                let origins = sequences.iter().map(origin).collect();
+                return Loaded { wanted: sequences.len(), sequences, origins, ..loaded };
+            }
+        };
         for entry in &pinned.sequence {
-            match pinned.load(entry, data_roots) {
+            match pinned.in_first_root(entry, data_roots, |root| pinned.load(entry, root)) {
                 Ok((root, sequence)) => {
                     loaded.sequences.push(sequence);
                     loaded.roots.push(root.to_path_buf());
                     let (video, source) = (entry.video().to_string(), entry.source().to_string());
                     loaded.origins.push(Origin { video, source });
                 }
-                Err(LoadError::Missing(missing)) => loaded.missing.push(missing),
-                Err(LoadError::Broken(error)) => {
-                    loaded.broken.push(Broken { name: entry.name.clone(), error });
-                }
+                Err(DatasetError::Missing(missing)) => loaded.missing.push(missing),
+                Err(error) => loaded.broken.push(Broken { name: entry.name.clone(), error }),
             }
         }
         loaded
@@ -139,10 +132,8 @@ impl Suite {
     /// [`Suite::verify`] for the sequences with the names that `wanted` accepts.
     pub fn verify_some(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
-        pinned
-            .sequence
-            .par_iter()
-            .filter(|entry| wanted(&entry.name))
+        let entries = pinned.sequence.par_iter().filter(|entry| wanted(&entry.name));
+        entries
             .map(|entry| Checked { name: entry.name.clone(), finding: pinned.check(entry, data_roots) })
             .collect()
     }
@@ -150,19 +141,15 @@ impl Suite {
     /// The lines of the suite's file for the sequences under `data_roots`, with the facts found there.
     ///
     /// # Errors
-    /// The first sequence that is there but cannot be read.
+    /// A sequence that is there but cannot be read, or has not the pinned frames.
     pub fn pin(&self, data_roots: &[PathBuf]) -> Result<Vec<String>, DatasetError> {
         let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
-        let lines: Vec<Option<String>> = pinned
-            .sequence
-            .par_iter()
-            .map(|entry| match pinned.facts(entry, data_roots) {
-                Ok((facts, _)) => Ok(Some(facts.line())),
-                Err(LoadError::Missing(_)) => Ok(None),
-                Err(LoadError::Broken(error)) => Err(error),
-            })
-            .collect::<Result<_, DatasetError>>()?;
-        Ok(lines.into_iter().flatten().collect())
+        let line = |entry: &Entry| match pinned.facts(entry, data_roots) {
+            Ok((facts, _)) => Some(Ok(facts.line())),
+            Err(DatasetError::Missing(_)) => None,
+            Err(error) => Some(Err(error)),
+        };
+        pinned.sequence.par_iter().filter_map(line).collect()
     }
 
     /// The sections of `datasets.files` for the suite's folders under `data_roots`, sorted, by folder.
@@ -170,12 +157,17 @@ impl Suite {
     /// # Errors
     /// When a file cannot be read.
     pub fn pin_files(&self, data_roots: &[PathBuf]) -> Result<Vec<(String, String)>, DatasetError> {
-        let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
-        let folders: std::collections::BTreeMap<&str, &FormatEntry> =
-            pinned.sequence.iter().map(|e| (e.folder.as_str(), pinned.format(e))).collect();
+        let formats = |pinned: &PinnedSuite| {
+            pinned.sequence.iter().map(|e| (e.folder.clone(), pinned.format(e))).collect::<BTreeMap<_, _>>()
+        };
         let root = |folder: &str| data_roots.iter().find(|root| below(root, folder).is_dir());
-        let here = folders.into_iter().filter_map(|(f, format)| Some((f, format, root(f)?)));
-        here.map(|(f, format, root)| Ok((f.to_owned(), listing::section(f, root, format)?))).collect()
+        let folders = self.pinned().map(formats).unwrap_or_default().into_iter();
+        let here = folders.filter_map(|(folder, format)| Some((root(&folder)?, folder, format)));
+        here.map(|(root, folder, format)| {
+            let section = listing::section(&folder, root, format)?;
+            Ok((folder, section))
+        })
+        .collect()
     }
 }
 

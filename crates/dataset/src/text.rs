@@ -18,27 +18,29 @@ pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Longest line that is read, in bytes: a polygon of hundreds of corners.
 pub const MAX_LINE_BYTES: usize = 16 << 10;
 
-/// The bytes of a file of at most `limit` bytes; of a larger one, no more than that is read.
+/// The bytes of a file of at most `limit` bytes; a larger one is not read.
 ///
 /// # Errors
 /// I/O errors and larger files.
 pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
+    let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
     // A pipe would be waited for.
-    if !std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?.is_file() {
+    if !about.is_file() {
         return Err(DatasetError::content(path, "not a file"));
     }
     let file = File::open(path).map_err(|e| DatasetError::io(path, e))?;
-    let too_large = || {
-        let message = format!("larger than {} MiB, so no file of its kind", limit >> 20);
-        DatasetError::content(path, message)
-    };
-    // Pipes have no length; a file that grows while it is read is caught below.
-    if file.metadata().is_ok_and(|m| m.len() > limit) {
-        return Err(too_large());
-    }
+    if about.len() > limit { Err(too_large(path, limit)) } else { read_stream(path, file, limit) }
+}
+
+/// The bytes of a stream, whose length nobody knows.
+fn read_stream(path: &Path, stream: impl Read, limit: u64) -> Result<Vec<u8>, DatasetError> {
     let mut bytes = Vec::new();
-    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
-    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+    stream.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
+    if bytes.len() as u64 > limit { Err(too_large(path, limit)) } else { Ok(bytes) }
+}
+
+fn too_large(path: &Path, limit: u64) -> DatasetError {
+    DatasetError::content(path, format!("larger than {} MiB, so no file of its kind", limit >> 20))
 }
 
 /// The bytes of a file of at most [`MAX_TEXT_BYTES`] bytes.
@@ -55,19 +57,10 @@ pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
 /// # Errors
 /// I/O errors, folders, and larger texts.
 pub fn read_named(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let fail = |e| DatasetError::io(path, e);
-    let mut bytes = Vec::new();
     if path == Path::new("-") {
-        std::io::stdin().lock().take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
-    } else {
-        let file = File::open(path).map_err(fail)?;
-        file.take(MAX_TEXT_BYTES + 1).read_to_end(&mut bytes).map_err(fail)?;
+        return read_stream(path, std::io::stdin().lock(), MAX_TEXT_BYTES);
     }
-    if bytes.len() as u64 > MAX_TEXT_BYTES {
-        let message = format!("larger than {} MiB, so no file of its kind", MAX_TEXT_BYTES >> 20);
-        return Err(DatasetError::content(path, message));
-    }
-    Ok(bytes)
+    read_stream(path, File::open(path).map_err(|e| DatasetError::io(path, e))?, MAX_TEXT_BYTES)
 }
 
 /// Reads a text file and takes off a byte-order mark.
@@ -114,12 +107,11 @@ pub fn rows<T, E: Into<String>>(
 /// A text without any line, an empty line among the others, and a line above [`MAX_LINE_BYTES`].
 pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
     let lines = lines_or_empty(path, text.trim_end())?;
-    match lines.iter().find(|(_, l)| l.is_empty()) {
-        Some(&(line, _)) => {
-            Err(DatasetError::line(path, line, "an empty line; lines are frames, so none may be empty"))
-        }
-        None => Ok(lines),
+    if let Some(&(line, _)) = lines.iter().find(|(_, l)| l.is_empty()) {
+        let message = "an empty line; lines are frames, so none may be empty";
+        return Err(DatasetError::line(path, line, message));
     }
+    Ok(lines)
 }
 
 /// All lines of `text` with their numbers from 1, empty ones included, also those at the end; for files in which an
@@ -138,13 +130,11 @@ pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t 
         return Err(DatasetError::content(path, message));
     }
     let lines: Vec<_> = text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())).collect();
-    match lines.iter().find(|(_, l)| l.len() > MAX_LINE_BYTES) {
-        Some(&(line, long)) => {
-            let message = format!("{} bytes; a line has at most {MAX_LINE_BYTES}", long.len());
-            Err(DatasetError::line(path, line, message))
-        }
-        None => Ok(lines),
+    if let Some(&(line, long)) = lines.iter().find(|(_, l)| l.len() > MAX_LINE_BYTES) {
+        let message = format!("{} bytes; a line has at most {MAX_LINE_BYTES}", long.len());
+        return Err(DatasetError::line(path, line, message));
     }
+    Ok(lines)
 }
 
 /// Why a line is no list of numbers.
@@ -186,12 +176,12 @@ pub fn number(word: &str) -> Result<f64, NumbersError> {
 pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
     let mut values = Vec::with_capacity(8);
     for column in line.split([',', ';']) {
-        let mut words = column.split_whitespace().peekable();
-        if words.peek().is_none() {
-            return Err(NumbersError::EmptyColumn);
-        }
-        for word in words {
+        let before = values.len();
+        for word in column.split_whitespace() {
             values.push(number(word)?);
+        }
+        if values.len() == before {
+            return Err(NumbersError::EmptyColumn);
         }
     }
     Ok(values)

@@ -10,9 +10,9 @@
 
 use crate::files::{folder_name, is_image};
 use crate::format::otb;
-use crate::frame_order::{natural_order, numbered};
+use crate::frame_order::{natural_order, numbered, shown};
 use crate::video::{self, VideoStream};
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence};
+use crate::{DatasetError, Frames, Numbering, Sequence};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,44 +34,31 @@ pub struct UserFrames {
 /// Nothing of the name, no image among the files, two files of one number, an order in doubt, a video that ffmpeg cannot
 /// decode, and no ffmpeg for it, and an interruption.
 pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
-    let mut note = None;
-    let (sequence, rate) = match given {
+    let frames = |sequence| Ok(UserFrames { sequence, rate: None, note: None });
+    match given {
         [folder] if folder.is_dir() => {
             let name = folder_name(folder);
             // Such a folder has its name from the layout of a dataset.
             let name = if name == "img" { folder_name(&folder.join("..")) } else { name };
-            let options =
-                otb::Options { truth: otb::Truth::Ignored, name: Some(name), ..otb::Options::default() };
-            (otb::load(folder, &options)?, None)
+            frames(otb::load_frames(folder, name, None)?)
         }
         [file] if file.exists() && !is_image(file) => {
             let stream = VideoStream::open(file, is_stopped)?;
-            let (count, frames) = (stream.frames(), Frames::Stream(Arc::new(stream)));
-            (sequence(file, 1, count, frames), video::rate(file, is_stopped))
+            let rate = video::rate(file, is_stopped);
+            let sequence = sequence(file, 1, stream.frames(), Frames::Stream(Arc::new(stream)));
+            Ok(UserFrames { sequence, rate, note: None })
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
-            (of_numbered(pattern, numbered(matching(pattern)?)?), None)
+            frames(of_numbered(pattern, numbered(matching(pattern)?)?))
         }
-        files => {
-            let (sequence, kept) = listed(files)?;
-            note = kept;
-            (sequence, None)
-        }
-    };
-    Ok(UserFrames { sequence, rate, note })
+        files => listed(files),
+    }
 }
 
 /// A sequence of so many frames, numbered from 1, none of which is there.
 pub fn without_frames(name: &str, frames: usize) -> Sequence {
-    Sequence {
-        name: name.to_string(),
-        numbering: Numbering { first: 1, official: (1, frames as u32) },
-        truth: vec![None; frames],
-        attributes: Vec::new(),
-        frame_attributes: Vec::new(),
-        digest: Digest::default(),
-        frames: Frames::Absent,
-    }
+    let numbering = Numbering { first: 1, official: (1, frames as u32) };
+    Sequence::new(name.to_string(), numbering, vec![None; frames], Frames::Absent)
 }
 
 /// Whether a name has characters that stand for others.
@@ -84,33 +71,24 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     let fault = |message: String| DatasetError::content(pattern, message);
     let text = pattern.to_str().ok_or_else(|| fault("a pattern has to be UTF-8 text".into()))?;
     let found = glob::glob(text).map_err(|e| fault(format!("no pattern of file names: {e}")))?;
-    let mut files = Vec::new();
-    for path in found {
-        let path = path.map_err(|e| {
-            let folder = e.path().to_path_buf();
-            DatasetError::io(&folder, e.into())
-        })?;
-        if is_image(&path) {
-            files.push(path);
-        }
-    }
-    if files.is_empty() {
-        return Err(fault("no .jpg or .png file fits this pattern".into()));
-    }
-    Ok(files)
+    let io = |e: glob::GlobError| {
+        let path = e.path().to_path_buf();
+        DatasetError::io(&path, e.into())
+    };
+    let files: Vec<PathBuf> = found.collect::<Result<_, _>>().map_err(io)?;
+    let images: Vec<PathBuf> = files.into_iter().filter(|path| is_image(path)).collect();
+    if images.is_empty() { Err(fault("no .jpg or .png file fits this pattern".into())) } else { Ok(images) }
 }
 
-/// The sequence of image files given one by one, and a note where they stay in the order given. Files in the order in
+/// The frames of image files given one by one, and a note where they stay in the order given. Files in the order in
 /// which a shell writes those that fit a pattern are put in the order of their numbers; any other order is meant.
-fn listed(files: &[PathBuf]) -> Result<(Sequence, Option<String>), DatasetError> {
+fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
     let first = files.first().ok_or_else(|| DatasetError::content(Path::new("--frames"), "no file"))?;
     if let Some(other) = files.iter().find(|file| !is_image(file)) {
         // A file that is absent is told as such.
         std::fs::metadata(other).map_err(|e| DatasetError::io(other, e))?;
-        return Err(DatasetError::content(
-            other,
-            "one of several files of frames has to be a .jpg or .png file",
-        ));
+        let message = "one of several files of frames has to be a .jpg or .png file";
+        return Err(DatasetError::content(other, message));
     }
     let natural = natural_order(files.to_vec());
     let is_natural = natural == files;
@@ -118,16 +96,18 @@ fn listed(files: &[PathBuf]) -> Result<(Sequence, Option<String>), DatasetError>
         match numbered(files.to_vec()) {
             // The user gives one of the orders that may be meant.
             Err(DatasetError::FrameOrder { .. }) if is_natural => {}
-            images => return Ok((of_numbered(first, images?), None)),
+            images => {
+                return Ok(UserFrames { sequence: of_numbered(first, images?), rate: None, note: None });
+            }
         }
     }
     if let Some(twice) = natural.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(DatasetError::content(&twice[0], "a frame given twice; keep one"));
     }
-    let shown = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ", ";
-    let names: String = files.iter().take(3).map(shown).collect();
-    let note = format!("{} frames in the order given: {names}...", files.len());
-    Ok((sequence(first, 1, files.len(), Frames::Files(files.to_vec().into())), Some(note)))
+    let names = shown(files.iter().take(3).map(PathBuf::as_path));
+    let note = Some(format!("{} frames in the order given: {names}", files.len()));
+    let sequence = sequence(first, 1, files.len(), Frames::Files(files.to_vec().into()));
+    Ok(UserFrames { sequence, rate: None, note })
 }
 
 /// Whether files are in an order in which shells sort names: byte by byte, or by letters and digits alone.
@@ -150,12 +130,7 @@ fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
 fn sequence(name: &Path, first: u32, count: usize, frames: Frames) -> Sequence {
     let name = name.file_stem().map_or_else(|| folder_name(name), |stem| stem.to_string_lossy().into_owned());
     let last = first.saturating_add(count as u32).saturating_sub(1);
-    Sequence {
-        numbering: Numbering { first, official: (first, last) },
-        truth: vec![None; count],
-        frames,
-        ..without_frames(&name, 0)
-    }
+    Sequence::new(name, Numbering { first, official: (first, last) }, vec![None; count], frames)
 }
 
 #[cfg(test)]

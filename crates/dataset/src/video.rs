@@ -96,7 +96,7 @@ impl Video {
         let folder = self.decoded.join(file_digest(&self.path)?);
         decode(&self.path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &guarded::is_interrupted)?;
         let (first, last) = self.range;
-        let files: Vec<PathBuf> = (first..=last).map(|n| folder.join(frame_name(n))).collect();
+        let files: Vec<PathBuf> = (first..=last).map(|n| folder.join(format!("{n:06}.png"))).collect();
         if let Some(absent) = files.iter().position(|f| !f.is_file()) {
             let message = format!(
                 "frame {} is not in it, frames {first} to {last} are needed; fetch the video again, or delete {} \
@@ -113,13 +113,11 @@ impl Video {
 /// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell, or
 /// `is_stopped` says so before.
 pub fn rate(video: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
-    let mut url = OsString::from("file:");
-    url.push(video.canonicalize().ok()?);
     let mut command = Command::new("ffprobe");
     command
         .args(["-v", "error", "-protocol_whitelist", "file", "-format_whitelist", FORMATS])
         .args(["-select_streams", "v:0", "-show_entries", "stream=avg_frame_rate", "-of", "csv=p=0"])
-        .arg(url);
+        .arg(url(&video.canonicalize().ok()?));
     let mut probe = Guarded::start(command, [Stdio::null(), Stdio::piped()], None).ok()?;
     let told = Tail::new(probe.stdout()?);
     let until = Instant::now() + PROBE_TIME;
@@ -129,10 +127,6 @@ pub fn rate(video: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
     let (frames, seconds) = text.lines().next()?.trim().trim_end_matches(',').split_once('/')?;
     let rate = frames.parse::<f64>().ok()? / seconds.parse::<f64>().ok()?;
     (rate.is_finite() && rate > 0.0).then_some(rate)
-}
-
-fn frame_name(n: u32) -> String {
-    format!("{n:06}.png")
 }
 
 /// Decodes all frames of `video` into `folder` unless that is there.
@@ -149,39 +143,25 @@ fn decode(
         return Ok(());
     }
     let Some(parent) = folder.parent() else { return Err(DatasetError::content(folder, "no folder")) };
-    let io = |path: &Path| {
-        let path = path.to_path_buf();
-        move |e| DatasetError::io(&path, e)
-    };
-    std::fs::create_dir_all(parent).map_err(io(parent))?;
+    std::fs::create_dir_all(parent).map_err(|e| DatasetError::io(parent, e))?;
     leftover::sweep(parent, DECODING);
     let mut fresh = tempfile::Builder::new();
     #[cfg(unix)]
     fresh.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    let fresh = fresh.prefix(DECODING).tempdir_in(parent).map_err(io(parent))?;
-    decode_into(video, fresh.path(), program, limits, is_stopped)?;
+    let fresh = fresh.prefix(DECODING).tempdir_in(parent).map_err(|e| DatasetError::io(parent, e))?;
+    run_on(video, limits, |input, every_frame| {
+        let mut command = command(program, input, every_frame, limits);
+        // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
+        command
+            .args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"])
+            .current_dir(fresh.path());
+        run(command, fresh.path(), limits, is_stopped)
+    })?;
     match std::fs::rename(fresh.path(), folder) {
         // Another process was faster.
         Err(_) if folder.is_dir() => Ok(()),
-        done => done.map_err(io(folder)),
+        done => done.map_err(|e| DatasetError::io(folder, e)),
     }
-}
-
-/// Decodes all frames of `video` into a folder, which is deleted if this program dies meanwhile.
-fn decode_into(
-    video: &Path,
-    folder: &Path,
-    program: &OsStr,
-    limits: VideoLimits,
-    is_stopped: &dyn Fn() -> bool,
-) -> Result<(), DatasetError> {
-    let attempt = |input: &Path, every_frame: &str| {
-        let mut command = command(program, input, every_frame, limits);
-        // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
-        command.args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"]).current_dir(folder);
-        run(command, folder, limits, is_stopped)
-    };
-    run_on(video, limits, attempt).map(drop)
 }
 
 /// How a run of ffmpeg went.
@@ -211,22 +191,22 @@ fn run_on(
     // Older versions (before 5.1) know the option under another name; newer ones may lose that.
     let mut every_frame = "-fps_mode";
     loop {
-        let outcome = attempt(&input, every_frame).map_err(|e| not_started(video, &e))?;
-        let Outcome { status, said, frames } = outcome;
+        let Outcome { status, said, frames } =
+            attempt(&input, every_frame).map_err(|e| not_started(video, &e))?;
         let status = status.map_err(content)?;
-        if status.success() && frames == 0 {
-            return Err(content("ffmpeg found no frame in it; fetch the file again".into()));
-        }
-        if status.success() && frames > limits.frames as usize {
-            return Err(content(format!("more than {} frames, which no sequence has", limits.frames)));
-        }
-        if status.success() {
-            return Ok((input, every_frame, frames));
-        }
-        if every_frame != "-fps_mode" || !said.contains("fps_mode") {
-            return Err(content(refusal(status, &said, frames, limits)));
-        }
-        every_frame = "-vsync";
+        let fault = match frames {
+            _ if !status.success() && every_frame == "-fps_mode" && said.contains("fps_mode") => {
+                every_frame = "-vsync";
+                continue;
+            }
+            _ if !status.success() => refusal(status, &said, frames, limits),
+            0 => "ffmpeg found no frame in it; fetch the file again".into(),
+            _ if frames > limits.frames as usize => {
+                format!("more than {} frames, which no sequence has", limits.frames)
+            }
+            _ => return Ok((input, every_frame, frames)),
+        };
+        return Err(content(fault));
     }
 }
 
@@ -243,16 +223,21 @@ fn not_started(video: &Path, e: &std::io::Error) -> DatasetError {
     DatasetError::content(video, message)
 }
 
+/// A path as ffmpeg takes it for nothing else.
+fn url(path: &Path) -> OsString {
+    let mut url = OsString::from("file:");
+    url.push(path);
+    url
+}
+
 /// A run of ffmpeg that decodes every frame; where they go to is to be added.
 fn command(program: &OsStr, input: &Path, every_frame: &str, limits: VideoLimits) -> Command {
-    let mut url = OsString::from("file:");
-    url.push(input);
     let mut command = Command::new(program);
     command
         .args(["-nostdin", "-hide_banner", "-loglevel", "error"])
         .args(if limits.damage_ends_it { &["-xerror", "-err_detect", "explode"][..] } else { &[] })
         .args(["-protocol_whitelist", "file", "-format_whitelist", FORMATS, "-i"])
-        .arg(url)
+        .arg(url(input))
         .args(["-map", "0:v:0", every_frame, "passthrough", "-pix_fmt", "rgb24"])
         .args(["-sws_flags", "bicubic+accurate_rnd+full_chroma_int+bitexact"])
         .args(["-frames:v", &limits.frames.saturating_add(1).to_string()]);
@@ -281,33 +266,33 @@ fn run(
     is_stopped: &dyn Fn() -> bool,
 ) -> std::io::Result<Outcome> {
     let in_time = in_time(limits, is_stopped);
+    let files = || std::fs::read_dir(output).into_iter().flatten().flatten();
     let check = || {
         in_time()?;
-        if bytes_in(output) > limits.bytes {
-            return Err(format!("the frames take more than {} bytes", limits.bytes));
-        }
-        Ok(())
+        let bytes: u64 = files().filter_map(|file| file.metadata().ok()).map(|about| about.len()).sum();
+        let fits = bytes <= limits.bytes;
+        fits.then_some(()).ok_or_else(|| format!("the frames take more than {} bytes", limits.bytes))
     };
     let mut program = Guarded::start(command, [Stdio::null(), Stdio::null()], Some(output))?;
     let status = program.wait(check)?;
-    let frames = std::fs::read_dir(output).map_or(0, Iterator::count);
-    Ok(Outcome { status, said: program.stderr(), frames })
+    Ok(Outcome { status, said: program.stderr(), frames: files().count() })
 }
 
 /// The meaning of a failure of ffmpeg, with a remedy.
 fn refusal(status: ExitStatus, said: &str, frames: usize, limits: VideoLimits) -> String {
-    let meaning = if status.code().is_none() {
-        format!("ffmpeg did not finish ({status}); try it again")
-    } else if !limits.damage_ends_it {
-        "this is no video that ffmpeg reads; fetch the file again".to_string()
-    } else if frames > 0 {
-        "the video is damaged, its frames would be wrong; take a whole copy of it, or the frames that are good as \
-         images"
-            .to_string()
-    } else {
-        "this is no video that ffmpeg reads, or a damaged one; name a whole video file, image files or a folder of \
-         them"
-            .to_string()
+    let meaning = match frames {
+        _ if status.code().is_none() => format!("ffmpeg did not finish ({status}); try it again"),
+        _ if !limits.damage_ends_it => "this is no video that ffmpeg reads; fetch the file again".into(),
+        0 => {
+            "this is no video that ffmpeg reads, or a damaged one; name a whole video file, image files or a folder of \
+             them"
+                .into()
+        }
+        _ => {
+            "the video is damaged, its frames would be wrong; take a whole copy of it, or the frames that are good as \
+             images"
+                .into()
+        }
     };
     match reason(said) {
         Some(reason) => format!("{meaning} (ffmpeg: {reason})"),
@@ -323,11 +308,6 @@ fn reason(said: &str) -> Option<String> {
     let line =
         if line.starts_with("file:") { line.rsplit_once(": ").map_or(line, |(_, rest)| rest) } else { line };
     Some(shorten_to(&visible(line), MAX_REASON))
-}
-
-fn bytes_in(folder: &Path) -> u64 {
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    files.filter_map(|f| f.metadata().ok()).map(|m| m.len()).sum()
 }
 
 #[cfg(test)]

@@ -9,10 +9,10 @@ use crate::cli::{Failure, io_at, output};
 use crate::dataset::synthetic::scenes::{self, SceneFile};
 use crate::dataset::synthetic::{RenderLayout, SUITES};
 use crate::dataset::{Sequence, leftover};
-use crate::engine::store;
 use crate::image;
 use crate::plugin::unknown;
 use crate::region::Region;
+use crate::user_file;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::fs;
@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Err(e) => return Err(io_at(&dir)(e)),
     }
     let Some(parent) = dir.parent() else { return refuse("cannot be written as a whole") };
-    store::check_output(&dir).map_err(Failure::io)?;
+    user_file::check_folder(&dir).map_err(Failure::io)?;
     leftover::sweep(parent, RENDERING);
     let temporary = tempfile::Builder::new().prefix(RENDERING).tempdir_in(parent).map_err(io_at(parent))?;
     // A folder of its own inside: temporary folders are closed to other users.
@@ -181,7 +181,7 @@ mod tests {
             run(&args(suite, &dir, &q.name)).unwrap();
             let folder = dir.join(&q.name);
             let read = match layout {
-                RenderLayout::Otb => otb::load(&folder, &otb::Options::default()).unwrap(),
+                RenderLayout::Otb => otb::load(&folder, &Default::default()).unwrap(),
                 RenderLayout::Vot => vot::load(&folder, None).unwrap(),
             };
             assert_eq!(content_digest(&read).unwrap(), content_digest(&q).unwrap(), "{suite}");

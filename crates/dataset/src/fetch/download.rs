@@ -8,16 +8,20 @@
 //! https, from an https address to https alone.
 
 use super::error::FetchError;
-use super::part::Part;
+use super::part::{Note, Part};
 use crate::archive::Archive;
-use std::io::{ErrorKind, Read, Write};
+use crate::digest::file_digest;
+use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use ureq::http::{HeaderMap, Response, Uri, header};
 use ureq::{Agent, Body, ResponseExt};
 
 /// New bytes that make an attempt a good one.
 const GAIN: u64 = 1 << 20;
+
+/// Longest wait for a connection.
+const CONNECT: Duration = Duration::from_secs(20);
 
 const CHANGED: &str = "the answer does not continue what was begun, the file is fetched from its start";
 
@@ -32,14 +36,8 @@ pub trait FetchWatch {
 /// Patience with a server.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
-    /// For a connection.
-    pub connect: Duration,
     /// For the head of an answer, and for the next byte.
     pub stall: Duration,
-    /// Time in which at least `slow` bytes must arrive.
-    pub window: Duration,
-    /// Bytes.
-    pub slow: u64,
     /// Attempts in a row that bring little before it is given up.
     pub attempts: u32,
     /// Pause after the first of them, doubled after each, up to `longest`.
@@ -51,20 +49,10 @@ pub struct Patience {
 }
 
 impl Default for Patience {
-    /// 20 s for a connection, 60 s for an answer or the next byte, 1 KiB/s over a minute, 5 attempts in a row
-    /// with pauses of 1 to 60 s, and 64 GiB.
+    /// 60 s for an answer or the next byte, 5 attempts in a row with pauses of 1 to 60 s, and 64 GiB.
     fn default() -> Self {
         let seconds = Duration::from_secs;
-        Self {
-            connect: seconds(20),
-            stall: seconds(60),
-            window: seconds(60),
-            slow: 60 << 10,
-            attempts: 5,
-            pause: seconds(1),
-            longest: seconds(60),
-            limit: 1 << 36,
-        }
+        Self { stall: seconds(60), attempts: 5, pause: seconds(1), longest: seconds(60), limit: 1 << 36 }
     }
 }
 
@@ -78,14 +66,11 @@ pub(super) struct Download {
 
 /// The complete http or https address that a text is.
 pub(super) fn address(url: &str) -> Result<Uri, FetchError> {
-    let fail = |why: &str| FetchError::Address(format!("{url}: {why}"));
-    let uri: Uri = url.parse().map_err(|e| fail(&format!("no address ({e})")))?;
-    match (uri.scheme_str(), uri.host()) {
-        (Some("http" | "https"), Some(host)) if !host.is_empty() => Ok(uri),
-        (Some("http" | "https"), _) => Err(fail("no host")),
-        (Some(other), _) => Err(fail(&format!("`{other}` is not asked"))),
-        (None, _) => Err(fail("no http:// or https:// at its start")),
-    }
+    let uri: Option<Uri> = url.parse().ok();
+    let is_complete = |uri: &Uri| {
+        matches!(uri.scheme_str(), Some("http" | "https")) && uri.host().is_some_and(|host| !host.is_empty())
+    };
+    uri.filter(is_complete).ok_or_else(|| FetchError::Address(format!("`{url}`")))
 }
 
 /// The last part of an address's path; empty when the path ends with `/`.
@@ -104,40 +89,26 @@ pub(super) fn download(
     patience: &Patience,
     watch: &dyn FetchWatch,
 ) -> Result<Download, FetchError> {
-    let mut address_asked = address(&archive.url)?;
+    let mut asked = address(&archive.url)?;
     if let Some(mirror) = mirror {
-        address_asked = address(&format!("{}/{}", mirror.trim_end_matches('/'), file_name(&address_asked)))?;
+        asked = address(&format!("{}/{}", mirror.trim_end_matches('/'), file_name(&asked)))?;
     }
-    let url = address_asked.to_string();
-    let mut part = Part::open(folder, &archive.name, &url, archive.sha256.is_some())?;
-    // Once it is whole, the note says which bytes they were.
-    if part.note.sha256.is_some() && part.note.sha256 != part.sha256().ok() {
-        part.reset()?;
-    }
-    if part.note.sha256.is_none() {
-        let agent = agent(&address_asked, patience);
-        Request { archive, url: &url, agent, patience, watch }.until_whole(&mut part)?;
-    }
+    let url = asked.to_string();
+    let mut part = Part::open(folder, &archive.name, &url)?;
+    let agent = agent(&asked, patience);
+    Request { archive, url: &url, agent, patience, watch }.until_whole(&mut part)?;
     let size = part.len()?;
-    if let Some(expected) = archive.size
-        && size != expected
-    {
-        part.reset()?;
-        return Err(other_size(&url, size, expected, "datasets/archives.toml"));
-    }
-    let sha256 = part.sha256()?;
-    if let Some(pinned) = &archive.sha256
-        && !pinned.eq_ignore_ascii_case(&sha256)
-    {
-        part.reset()?;
-        return Err(FetchError::Data(format!(
+    let sha256 = file_digest(&part.path).map_err(|e| FetchError::disk(&part.path, io::Error::other(e)))?;
+    let fault = match (archive.size, &archive.sha256) {
+        (Some(expected), _) if size != expected => other_size(&url, size, expected),
+        (_, Some(pinned)) if !pinned.eq_ignore_ascii_case(&sha256) => FetchError::Data(format!(
             "{url}: SHA-256 is {sha256}, pinned is {pinned}; the download is deleted: fetch again, and if it stays \
              so, the file at this address has been changed (use a --mirror that has the pinned one)"
-        )));
-    }
-    part.note.sha256 = Some(sha256.clone());
-    part.write_note()?;
-    Ok(Download { path: part.path().into(), url, size, sha256 })
+        )),
+        _ => return Ok(Download { path: part.path, url, size, sha256 }),
+    };
+    part.reset()?;
+    Err(fault)
 }
 
 /// Removes a download.
@@ -145,7 +116,7 @@ pub(super) fn download(
 /// # Errors
 /// [`FetchError::Disk`].
 pub(super) fn discard(folder: &Path, archive: &Archive) -> Result<(), FetchError> {
-    Part::open(folder, &archive.name, "", false)?.reset()
+    Part::open(folder, &archive.name, "")?.reset()
 }
 
 /// What is asked, of whom, and with what patience.
@@ -201,11 +172,11 @@ impl Request<'_> {
 
     fn attempt(&self, part: &mut Part) -> Result<(), Cut> {
         let mut have = part.len()?;
-        if have > 0 && part.note.total == Some(have) {
+        if have > 0 && part.note.total.or(self.archive.size) == Some(have) {
             return Ok(());
         }
-        let too_long = self.archive.size.is_some_and(|size| have > size);
-        if have > 0 && (too_long || (part.note.mark.is_none() && self.archive.sha256.is_none())) {
+        let is_known = part.note.mark.is_some() || self.archive.sha256.is_some();
+        if have > 0 && (!is_known || self.archive.size.is_some_and(|size| have > size)) {
             part.reset()?;
             have = 0;
         }
@@ -214,47 +185,26 @@ impl Request<'_> {
         match status {
             200 => {
                 let total = response.body().content_length();
-                self.check_total(total)?;
-                part.reset()?;
+                self.check_size(total.unwrap_or(0), None)?;
                 let etag = text(&headers, header::ETAG).filter(|etag| etag.starts_with('"'));
-                part.note.mark = etag.or_else(|| text(&headers, header::LAST_MODIFIED));
-                part.note.total = total;
-                part.write_note()?;
-                self.receive(part, &mut response, 0, total)
+                part.begin(etag.or_else(|| text(&headers, header::LAST_MODIFIED)), total)?;
+                self.receive(part, &mut response, 0)
             }
-            206 if have > 0 => {
-                let known = part.note.total;
-                let range = content_range(&headers).filter(|(first, total)| {
-                    let other_total = known.is_some_and(|known| total.is_some_and(|t| t != known));
-                    *first == have && !other_total && !is_other(part.note.mark.as_deref(), &headers)
-                });
-                let Some((_, total)) = range else {
-                    part.reset()?;
-                    return Err(Cut::Again(CHANGED.into(), None));
-                };
-                let total = total.or(known);
-                self.check_total(total)?;
-                self.receive(part, &mut response, have, total)
-            }
-            416 if have > 0 => {
-                let total = text(&headers, header::CONTENT_RANGE)
-                    .and_then(|t| t.strip_prefix("bytes */").and_then(|n| n.parse::<u64>().ok()));
-                let known = part.note.total.or(self.archive.size);
-                if total == Some(have) && known.is_none_or(|known| known == have) {
-                    return Ok(());
-                }
+            206 if have > 0 && goes_on(&part.note, have, &headers) => self.receive(part, &mut response, have),
+            206 | 416 if have > 0 => {
                 part.reset()?;
                 Err(Cut::Again(CHANGED.into(), None))
             }
             408 | 425 | 429 | 500..=599 => {
                 let wait = text(&headers, header::RETRY_AFTER).and_then(|t| t.trim().parse().ok());
-                let wait = wait.map(Duration::from_secs);
-                if status == 429 && wait.is_some_and(|wait| wait > self.patience.longest) {
-                    return Err(refused(&response).into());
-                }
-                Err(Cut::Again(format!("the server answers {status}"), wait))
+                Err(Cut::Again(format!("the server answers {status}"), wait.map(Duration::from_secs)))
             }
-            _ => Err(refused(&response).into()),
+            // Trying again does not change it.
+            _ => Err(Cut::Final(FetchError::Data(format!(
+                "{}: the server answers {}; get the file by hand, take it from a --mirror, or try again later",
+                response.get_uri(),
+                response.status()
+            )))),
         }
     }
 
@@ -280,69 +230,40 @@ impl Request<'_> {
         })
     }
 
-    /// Compares the size a server announces with the expected one, before anything is written.
-    fn check_total(&self, total: Option<u64>) -> Result<(), FetchError> {
-        match (self.archive.size, total) {
-            (Some(expected), Some(got)) if got != expected => {
-                Err(other_size(self.url, got, expected, "datasets/archives.toml"))
-            }
-            (None, Some(got)) if got > self.patience.limit => Err(self.over_limit()),
+    /// Refuses more bytes than there should be, before they are written.
+    fn check_size(&self, bytes: u64, announced: Option<u64>) -> Result<(), FetchError> {
+        let (url, limit) = (self.url, self.patience.limit);
+        match self.archive.size.or(announced) {
+            Some(expected) if bytes > expected => Err(other_size(url, bytes, expected)),
+            _ if self.archive.size.is_none() && bytes > limit => Err(FetchError::Data(format!(
+                "{url}: more than {limit} bytes, the most that is fetched without a size in datasets/archives.toml"
+            ))),
             _ => Ok(()),
         }
     }
 
-    fn over_limit(&self) -> FetchError {
-        let (url, limit) = (self.url, self.patience.limit);
-        FetchError::Data(format!(
-            "{url}: more than {limit} bytes, the most that is fetched without a size in datasets/archives.toml"
-        ))
-    }
-
     /// Writes a body behind the `have` bytes that are there.
-    fn receive(
-        &self,
-        part: &Part,
-        response: &mut Response<Body>,
-        mut have: u64,
-        total: Option<u64>,
-    ) -> Result<(), Cut> {
+    fn receive(&self, part: &Part, response: &mut Response<Body>, mut have: u64) -> Result<(), Cut> {
+        let total = part.note.total.or(self.archive.size);
         let mut file = part.append()?;
         let mut body = response.body_mut().as_reader();
         let mut buffer = vec![0; 1 << 16];
-        let (mut since, mut arrived) = (Instant::now(), 0_u64);
-        let again = |what: String| Err(Cut::Again(what, None));
         loop {
             let n = match body.read(&mut buffer) {
                 Ok(0) => break,
                 Ok(n) => n,
                 Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-                Err(e) => return again(format!("cut after {have} bytes ({e})")),
+                Err(e) => return Err(Cut::Again(format!("cut after {have} bytes ({e})"), None)),
             };
-            let end = have + n as u64;
-            match (self.archive.size, total) {
-                (Some(size), _) if end > size => {
-                    return Err(other_size(self.url, end, size, "datasets/archives.toml").into());
-                }
-                (None, Some(total)) if end > total => {
-                    return Err(other_size(self.url, end, total, "the server").into());
-                }
-                (None, _) if end > self.patience.limit => return Err(self.over_limit().into()),
-                _ => {}
-            }
-            let bytes = buffer.get(..n).unwrap_or_default();
-            file.write_all(bytes).map_err(|e| FetchError::disk(part.path(), e))?;
-            have = end;
-            arrived += n as u64;
-            self.watch.arrived(&self.archive.name, have, total.or(self.archive.size));
-            if since.elapsed() >= self.patience.window {
-                if arrived < self.patience.slow {
-                    return again(format!("too slow, {arrived} bytes in {:.0?}", since.elapsed()));
-                }
-                (since, arrived) = (Instant::now(), 0);
-            }
+            self.check_size(have + n as u64, total)?;
+            file.write_all(&buffer[..n]).map_err(|e| FetchError::disk(&part.path, e))?;
+            have += n as u64;
+            self.watch.arrived(&self.archive.name, have, total);
         }
-        match total.or(self.archive.size) {
-            Some(total) if have < total => again(format!("cut after {have} of {total} bytes")),
+        match total {
+            Some(total) if have < total => {
+                Err(Cut::Again(format!("cut after {have} of {total} bytes"), None))
+            }
             _ => Ok(()),
         }
     }
@@ -355,8 +276,8 @@ fn agent(address: &Uri, patience: &Patience) -> Agent {
         .max_idle_connections(0)
         .user_agent(concat!("trackfail/", env!("CARGO_PKG_VERSION")))
         .accept_encoding("identity")
-        .timeout_resolve(Some(patience.connect))
-        .timeout_connect(Some(patience.connect))
+        .timeout_resolve(Some(CONNECT))
+        .timeout_connect(Some(CONNECT))
         .timeout_recv_response(Some(patience.stall))
         .timeout_per_read(Some(patience.stall))
         .timeout_per_write(Some(patience.stall));
@@ -368,22 +289,10 @@ fn agent(address: &Uri, patience: &Patience) -> Agent {
     config.build().into()
 }
 
-/// The error of an answer that trying again does not change.
-fn refused(response: &Response<Body>) -> FetchError {
-    let status = response.status().as_u16();
-    let advice = match status {
-        401 | 403 | 407 => " (not allowed): get the file by hand, or from a --mirror",
-        404 | 410 => " (not there): the file has moved; get it by hand, or from a --mirror",
-        429 => " (too many requests) and asks to wait long: try again in an hour",
-        _ => ": try again later, or use a --mirror",
-    };
-    FetchError::Data(format!("{}: the server answers {status}{advice}", response.get_uri()))
-}
-
-fn other_size(url: &str, got: u64, expected: u64, source_of: &str) -> FetchError {
+fn other_size(url: &str, got: u64, expected: u64) -> FetchError {
     FetchError::Data(format!(
-        "{url}: {got} bytes, expected are {expected} ({source_of}); the file at this address is another one \
-         than was pinned, or was cut: try again later or use a --mirror"
+        "{url}: {got} bytes, expected are {expected} (by datasets/archives.toml or the server); the file at this \
+         address is another one than was pinned, or was cut: try again later or use a --mirror"
     ))
 }
 
@@ -391,20 +300,19 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<String> {
     headers.get(name)?.to_str().ok().map(String::from)
 }
 
-/// Whether an answer has another ETag than the one that a download has been begun with.
-fn is_other(mark: Option<&str>, headers: &HeaderMap) -> bool {
-    let etag = text(headers, header::ETAG);
-    mark.is_some_and(|mark| mark.starts_with('"') && etag.is_some_and(|etag| etag != mark))
-}
-
-/// First byte and size of the whole file, of `bytes FIRST-LAST/TOTAL`.
-fn content_range(headers: &HeaderMap) -> Option<(u64, Option<u64>)> {
-    let value = text(headers, header::CONTENT_RANGE)?;
-    let (range, total) = value.strip_prefix("bytes ")?.split_once('/')?;
-    let (first, last) = range.split_once('-')?;
-    let (first, last): (u64, u64) = (first.parse().ok()?, last.parse().ok()?);
-    let total = if total == "*" { None } else { Some(total.parse().ok()?) };
-    (first <= last && total.is_none_or(|t| last < t)).then_some((first, total))
+/// Whether an answer has the bytes behind the first `have` of the file that was begun.
+fn goes_on(note: &Note, have: u64, headers: &HeaderMap) -> bool {
+    let range = text(headers, header::CONTENT_RANGE).unwrap_or_default();
+    let Some((_, total)) =
+        range.strip_prefix(&format!("bytes {have}-")).and_then(|rest| rest.split_once('/'))
+    else {
+        return false;
+    };
+    let other_total =
+        note.total.zip(total.parse().ok()).is_some_and(|(known, total): (u64, u64)| known != total);
+    let mark = note.mark.as_ref().filter(|mark| mark.starts_with('"'));
+    let other_mark = mark.zip(text(headers, header::ETAG)).is_some_and(|(mark, etag)| *mark != etag);
+    !other_total && !other_mark
 }
 
 #[cfg(test)]
@@ -429,24 +337,25 @@ mod tests {
 
     // RFC 9110, section 14.4.
     #[test]
-    fn content_ranges() {
-        let read = |value: &str| {
+    fn only_the_rest_of_the_same_file_goes_on() {
+        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(1234) };
+        let goes_on = |range: &str, etag: &str| {
             let mut headers = HeaderMap::new();
-            headers.insert(header::CONTENT_RANGE, value.parse().unwrap());
-            content_range(&headers)
+            headers.insert(header::CONTENT_RANGE, range.parse().unwrap());
+            headers.insert(header::ETAG, etag.parse().unwrap());
+            goes_on(&note, 42, &headers)
         };
-        assert_eq!(read("bytes 42-1233/1234"), Some((42, Some(1234))));
-        assert_eq!(read("bytes 42-1233/*"), Some((42, None)));
+        assert!(goes_on("bytes 42-1233/1234", "\"1\"") && goes_on("bytes 42-1233/*", "\"1\""));
+        assert!(!goes_on("bytes 42-1233/1234", "\"2\""));
         for bad in [
             "bytes */1234",
-            "bytes 42-1234/1234",
-            "bytes 9-8/10",
-            "items 0-1/2",
-            "bytes 0-/2",
-            "bytes -1-1/2",
+            "bytes 41-1233/1234",
+            "bytes 42-1234/1235",
+            "items 42-1233/1234",
+            "bytes 42-",
             "",
         ] {
-            assert_eq!(read(bad), None, "{bad}");
+            assert!(!goes_on(bad, "\"1\""), "{bad}");
         }
     }
 }

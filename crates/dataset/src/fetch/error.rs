@@ -38,12 +38,3 @@ impl FetchError {
         matches!(self, Self::Data(_))
     }
 }
-
-/// A name from outside as it may be printed: no control characters, not too long.
-pub(super) fn shown(name: &str) -> String {
-    let mut text: String = name.chars().take(120).flat_map(char::escape_debug).collect();
-    if name.chars().nth(120).is_some() {
-        text.push_str("...");
-    }
-    format!("`{text}`")
-}

@@ -5,9 +5,8 @@
 
 use super::error::FetchError;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Facts about a download.
@@ -19,37 +18,29 @@ pub(super) struct Note {
     pub mark: Option<String>,
     /// Bytes of the whole file.
     pub total: Option<u64>,
-    /// SHA-256 of the whole file, once it is whole.
-    pub sha256: Option<String>,
 }
 
 /// A download on disk.
 #[derive(Debug)]
 pub(super) struct Part {
-    path: PathBuf,
+    pub path: PathBuf,
     beside: PathBuf,
     pub note: Note,
 }
 
 impl Part {
     /// Opens a download; its bytes are dropped if they are from another address, or if its note cannot be read.
-    pub fn open(folder: &Path, name: &str, url: &str, pinned: bool) -> Result<Self, FetchError> {
+    pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self, FetchError> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
-        let read = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        let mut part = Self { path, beside, note: read.unwrap_or_default() };
-        if part.note.url != url {
-            // The mark is another server's, but with a digest to compare with none is needed.
-            let known = !part.note.url.is_empty();
-            part.note = Note { url: url.into(), total: part.note.total, ..Note::default() };
-            if !(known && pinned) {
-                part.reset()?;
-            }
+        let note: Option<Note> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        let same = note.filter(|note| note.url == url);
+        let is_kept = same.is_some();
+        let mut part = Self { path, beside, note: same.unwrap_or_default() };
+        if !is_kept {
+            part.note.url = url.into();
+            part.reset()?;
         }
         Ok(part)
-    }
-
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Bytes that are there.
@@ -69,37 +60,26 @@ impl Part {
                 _ => {}
             }
         }
-        self.note = Note { url: std::mem::take(&mut self.note.url), ..Note::default() };
+        (self.note.mark, self.note.total) = (None, None);
         Ok(())
     }
 
-    /// Writes the note, which must be on disk before the bytes that it describes.
-    pub fn write_note(&self) -> Result<(), FetchError> {
-        let text = serde_json::to_vec(&self.note).map_err(|e| FetchError::disk(&self.beside, e.into()))?;
-        fs::write(&self.beside, text).map_err(|e| FetchError::disk(&self.beside, e))
+    /// Begins anew; the note is on disk before the bytes that it describes.
+    pub fn begin(&mut self, mark: Option<String>, total: Option<u64>) -> Result<(), FetchError> {
+        self.reset()?;
+        (self.note.mark, self.note.total) = (mark, total);
+        self.write_note()
+    }
+
+    fn write_note(&self) -> Result<(), FetchError> {
+        let text: std::io::Result<Vec<u8>> = serde_json::to_vec(&self.note).map_err(Into::into);
+        text.and_then(|text| fs::write(&self.beside, text)).map_err(|e| FetchError::disk(&self.beside, e))
     }
 
     /// For writing behind the last byte.
     pub fn append(&self) -> Result<File, FetchError> {
         let opened = OpenOptions::new().append(true).create(true).open(&self.path);
         opened.map_err(|e| FetchError::disk(&self.path, e))
-    }
-
-    /// SHA-256 in hexadecimal of the bytes that are there.
-    pub fn sha256(&self) -> Result<String, FetchError> {
-        let disk = |e| FetchError::disk(&self.path, e);
-        let mut file = BufReader::with_capacity(1 << 20, File::open(&self.path).map_err(disk)?);
-        let mut hash = Sha256::new();
-        loop {
-            let bytes = file.fill_buf().map_err(disk)?;
-            if bytes.is_empty() {
-                break;
-            }
-            hash.update(bytes);
-            let n = bytes.len();
-            file.consume(n);
-        }
-        Ok(trackfail_core::num::hexadecimal(&hash.finalize()))
     }
 }
 
@@ -115,15 +95,13 @@ mod tests {
     }
 
     #[test]
-    fn a_part_is_kept_for_its_address_or_a_digest() {
+    fn a_part_is_kept_for_its_address() {
         let folder = tempfile::tempdir().unwrap();
-        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(9), ..Note::default() };
-        for (url, pinned, length, mark) in
-            [("u", false, 3, true), ("u", true, 3, true), ("v", true, 3, false), ("v", false, 0, false)]
-        {
+        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(9) };
+        for (url, length, mark) in [("u", 3, true), ("v", 0, false)] {
             arrived(folder.path(), &note);
-            let part = Part::open(folder.path(), "a", url, pinned).unwrap();
-            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, mark), "{url} {pinned}");
+            let part = Part::open(folder.path(), "a", url).unwrap();
+            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, mark), "{url}");
         }
     }
 
@@ -135,15 +113,7 @@ mod tests {
         for cut in 0..whole.len() {
             arrived(folder.path(), &note);
             fs::write(folder.path().join("a.json"), &whole[..cut]).unwrap();
-            assert_eq!(Part::open(folder.path(), "a", "u", true).unwrap().len().unwrap(), 0, "{cut}");
+            assert_eq!(Part::open(folder.path(), "a", "u").unwrap().len().unwrap(), 0, "{cut}");
         }
-    }
-
-    // python3 -c "import hashlib; print(hashlib.sha256(b'abc').hexdigest())"
-    #[test]
-    fn digest_of_the_bytes() {
-        let folder = tempfile::tempdir().unwrap();
-        let digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(arrived(folder.path(), &Note::default()).sha256().unwrap(), digest);
     }
 }

@@ -1,9 +1,9 @@
 //! The working folder `.trackfail` of a data root, and how unpacked folders get from it to where they belong.
 
 use super::error::FetchError;
+use crate::leftover;
 use crate::lock::below;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -48,13 +48,7 @@ impl Workspace {
             Err(TryLockError::WouldBlock) => return Err(FetchError::Busy(path)),
             Err(TryLockError::Error(e)) => return Err(FetchError::disk(&path, e)),
         }
-        for entry in fs::read_dir(&folder).map_err(|e| FetchError::disk(&folder, e))? {
-            let path = entry.map_err(|e| FetchError::disk(&folder, e))?.path();
-            let name = path.file_name().unwrap_or_default().as_encoded_bytes();
-            if name.starts_with(UNPACK.as_bytes()) {
-                fs::remove_dir_all(&path).map_err(|e| FetchError::disk(&path, e))?;
-            }
-        }
+        leftover::remove(&folder, UNPACK, |_| true);
         Ok(Self { root: root.into(), folder, lock })
     }
 
@@ -123,7 +117,7 @@ pub(super) fn folders(
     marker: &str,
 ) -> Result<Placed, FetchError> {
     let mut placed = Placed::default();
-    for name in outermost(folders) {
+    for name in folders.iter().copied() {
         let (source, target) = (below(from, name), below(root, name));
         let is_there = fs::symlink_metadata(&target).is_ok();
         let replaces = is_there && again.contains(name) && was_fetched(&target);
@@ -139,17 +133,16 @@ pub(super) fn folders(
         });
         written.map_err(|e| FetchError::disk(&path, e))?;
         if replaces {
-            if has_more(&target, &source)? {
-                placed.moved.push((name.clone(), move_aside(&target)?));
-                rename(&source, &target)?;
-            } else {
-                exchange(&source, &target)?;
-            }
+            let is_kept = has_more(&target, &source)?;
+            // What is not kept goes with the folder of what was unpacked.
+            let aside = if is_kept { free_name(&target) } else { source.with_extension("trackfail-old") };
+            rename(&target, &aside)?;
+            placed.moved.extend(is_kept.then(|| (name.clone(), aside)));
             placed.replaced.push(name.clone());
         } else {
-            rename(&source, &target)?;
             placed.new.push(name.clone());
         }
+        rename(&source, &target)?;
     }
     Ok(placed)
 }
@@ -166,43 +159,18 @@ fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
     Ok(false)
 }
 
-/// Gives a folder the first free name of `NAME.replaced-1`, `NAME.replaced-2` and so on.
-fn move_aside(folder: &Path) -> Result<PathBuf, FetchError> {
-    let mut name = folder.file_name().unwrap_or_default().to_os_string();
-    name.push(".replaced-");
-    let numbered = |n: u32| {
-        let mut name = name.clone();
-        name.push(n.to_string());
+/// The first name of `NAME.replaced-1`, `NAME.replaced-2` and so on that is free beside a folder.
+fn free_name(folder: &Path) -> PathBuf {
+    let name = |n: u32| {
+        let mut name = folder.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".replaced-{n}"));
         folder.with_file_name(name)
     };
     let mut n = 1;
-    while fs::symlink_metadata(numbered(n)).is_ok() {
+    while fs::symlink_metadata(name(n)).is_ok() {
         n += 1;
     }
-    let aside = numbered(n);
-    rename(folder, &aside)?;
-    Ok(aside)
-}
-
-/// Gives a folder the place of another one, which goes to where the first one was: in one step where the system can do
-/// that.
-fn exchange(source: &Path, target: &Path) -> Result<(), FetchError> {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        use nix::fcntl::{AT_FDCWD, RenameFlags, renameat2};
-        if renameat2(AT_FDCWD, source, AT_FDCWD, target, RenameFlags::RENAME_EXCHANGE).is_ok() {
-            sync_parent(target);
-            return Ok(());
-        }
-    }
-    let aside = source.with_extension("trackfail-old");
-    fs::rename(target, &aside).map_err(|e| FetchError::disk(target, e))?;
-    if let Err(e) = rename(source, target) {
-        // What was there before is better than nothing.
-        let _ = fs::rename(&aside, target);
-        return Err(e);
-    }
-    Ok(())
+    name(n)
 }
 
 /// Moves one file to where it belongs.
@@ -214,12 +182,6 @@ pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, Fet
     settle(source)?;
     rename(source, &target)?;
     Ok(Placed { new: vec![name], ..Placed::default() })
-}
-
-/// Folders that lie in no other one, in order.
-fn outermost<'a>(folders: &[&'a String]) -> BTreeSet<&'a String> {
-    let lies_in = |f: &String, other: &String| other != f && Path::new(f).starts_with(other);
-    folders.iter().copied().filter(|f| !folders.iter().any(|other| lies_in(f, other))).collect()
 }
 
 /// Hands everything in a folder to the disk, before its name says it is whole.
@@ -240,13 +202,7 @@ fn rename(source: &Path, target: &Path) -> Result<(), FetchError> {
     let Some(parent) = target.parent() else { return Ok(()) };
     fs::create_dir_all(parent).map_err(|e| FetchError::disk(parent, e))?;
     fs::rename(source, target).map_err(|e| FetchError::disk(target, e))?;
-    sync_parent(target);
+    // It is only durable once the folder is; not every file system can do that.
+    let _ = File::open(parent).and_then(|parent| parent.sync_all());
     Ok(())
-}
-
-/// A rename is only durable once the folder is; not every file system can do that.
-fn sync_parent(path: &Path) {
-    if let Some(Ok(parent)) = path.parent().map(File::open) {
-        let _ = parent.sync_all();
-    }
 }

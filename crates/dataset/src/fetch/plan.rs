@@ -1,10 +1,10 @@
 //! The downloads that the wanted sequences need.
 
-use super::download::{address, file_name};
 use super::place::was_fetched;
+use super::single_file;
 use crate::archive::{Archive, Packing};
-use crate::lock::{Entry, below, pinned_suite, pinned_suite_names};
-use crate::suite::{Checked, Finding, Missing, Suite};
+use crate::lock::{below, pinned_suites};
+use crate::suite::{Finding, Missing, Suite};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -57,27 +57,25 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
     let mut plan = FetchPlan::default();
     let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
-        let checked = wanted.suite.verify_some(data_roots, |name| wanted.has(name));
-        for (entry, Checked { finding, .. }) in
-            wanted.suite.entries().iter().filter(|e| wanted.has(&e.name)).zip(checked)
-        {
+        let entries = wanted.suite.entries().iter().filter(|e| wanted.has(&e.name));
+        for (entry, checked) in entries.zip(wanted.suite.verify_some(data_roots, |name| wanted.has(name))) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let archives: Vec<&Archive> = entry.archives().collect();
             let folder = below(root, &entry.folder);
             let is_packed = archives.iter().any(|a| a.packing != Packing::File);
-            let wrong = match finding {
+            let wrong = match checked.finding {
                 Finding::Same | Finding::NoDigestPinned => {
                     plan.here.push(name);
                     continue;
                 }
-                Finding::Missing(missing) if archives.is_empty() => {
-                    plan.by_hand.push((name, by_hand(&missing)));
+                Finding::Missing(Missing { how_to_get, folder, .. }) if archives.is_empty() => {
+                    plan.by_hand.push((name, format!("{how_to_get}; its folder is {folder}")));
                     continue;
                 }
                 Finding::Missing(missing) if is_packed && folder.exists() => missing.how_to_get,
                 Finding::Missing(_) => {
                     for archive in archives.into_iter().filter(|a| !is_here(a, root)) {
-                        plan.add(&name, archive, folders.get(archive.name.as_str()));
+                        plan.job(archive, &folders).sequences.push(name.clone());
                     }
                     continue;
                 }
@@ -86,65 +84,52 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
             let replaceable = is_packed && was_fetched(&folder);
             if replaceable && again {
                 for archive in archives {
-                    let job = plan.add(&name, archive, folders.get(archive.name.as_str()));
+                    let job = plan.job(archive, &folders);
+                    job.sequences.push(name.clone());
                     job.again.push(entry.folder.clone());
                 }
-            } else {
-                plan.broken.push((name, format!("{wrong}; {}", remedy(entry, &folder, replaceable))));
+                continue;
             }
+            let remedy = if replaceable {
+                "it was fetched, so the same command with --again replaces it by a new download".into()
+            } else if archives.is_empty() {
+                "it was not fetched: get it anew by hand".into()
+            } else if folder.exists() {
+                format!("it was not fetched: move {} away to have it fetched", folder.display())
+            } else {
+                "it is in another data root than the first one: move it away to have it fetched".into()
+            };
+            plan.broken.push((name, format!("{wrong}; {remedy}")));
         }
     }
     plan
 }
 
-/// What to do about a sequence that is there but not as pinned.
-fn remedy(entry: &Entry, folder: &Path, replaceable: bool) -> String {
-    if replaceable {
-        "it was fetched, so the same command with --again replaces it by a new download".into()
-    } else if entry.archives().next().is_none() {
-        "it was not fetched: get it anew by hand".into()
-    } else if folder.exists() {
-        format!("it was not fetched: move {} away to have it fetched", folder.display())
-    } else {
-        "it is in another data root than the first one: move it away to have it fetched".into()
-    }
-}
-
 impl FetchPlan {
-    /// The job of an archive, with one more sequence.
-    fn add(&mut self, name: &str, archive: &Archive, folders: Option<&BTreeSet<&str>>) -> &mut FetchJob {
+    /// The job of an archive.
+    fn job(&mut self, archive: &Archive, folders: &BTreeMap<&str, BTreeSet<&str>>) -> &mut FetchJob {
         let known = self.jobs.iter().position(|job| job.archive.name == archive.name);
         let place = known.unwrap_or_else(|| {
-            let folders = folders.into_iter().flatten().map(|f| String::from(*f)).collect();
-            let (sequences, again) = (Vec::new(), Vec::new());
-            self.jobs.push(FetchJob { archive: archive.clone(), folders, sequences, again });
+            let folders = folders.get(archive.name.as_str()).into_iter().flatten().map(ToString::to_string);
+            let (folders, archive) = (folders.collect(), archive.clone());
+            self.jobs.push(FetchJob { archive, folders, sequences: Vec::new(), again: Vec::new() });
             self.jobs.len() - 1
         });
-        let job = &mut self.jobs[place];
-        job.sequences.push(name.to_owned());
-        job
+        &mut self.jobs[place]
     }
 }
 
 /// Whether an archive that is a single file is there already.
 fn is_here(archive: &Archive, root: &Path) -> bool {
-    let folder = below(root, &archive.into);
-    archive.packing == Packing::File
-        && address(&archive.url).is_ok_and(|address| folder.join(file_name(&address)).exists())
-}
-
-fn by_hand(missing: &Missing) -> String {
-    format!("{}; its folder is {}", missing.how_to_get, missing.folder)
+    archive.packing == Packing::File && single_file(archive).is_ok_and(|file| below(root, &file).exists())
 }
 
 /// The folders of all sequences by the archive they come in; those of user suites come in none.
 fn folders_by_archive() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for suite in pinned_suite_names().filter_map(pinned_suite) {
-        for entry in &suite.sequence {
-            for archive in entry.archives() {
-                folders.entry(&archive.name).or_default().insert(&entry.folder);
-            }
+    for entry in pinned_suites().flat_map(|suite| &suite.sequence) {
+        for archive in entry.archives() {
+            folders.entry(&archive.name).or_default().insert(&entry.folder);
         }
     }
     folders

@@ -22,7 +22,7 @@ pub use parse::{Annotation, parse};
 use super::{FormatEntry, SequenceOptions};
 use crate::files::{folder_name, image_folder, is_image, numbered_images, take_range};
 use crate::video::Video;
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::{DatasetError, Frames, Numbering, Sequence, text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackfail_core::region::Region;
@@ -35,12 +35,12 @@ pub const FORMAT: FormatEntry = FormatEntry {
     load,
     parse_truth,
     image_folder: |folder| image_folder(folder, &IMAGE_FOLDERS),
-    reads: |name| Path::new(name).extension().is_some_and(|e| e == "xml") || is_video_name(name),
+    reads: |name| is_xml(name) || is_video_name(name),
     belongs: |options, _, image| match (image, options.range) {
         (Some(n), Some((first, last))) => first <= n && n <= last,
         _ => true,
     },
-    takes_ranges: |folder| Ok(!is_video(folder)?),
+    takes_ranges: |folder| Ok(!is_video(folder, &names(folder)?)),
     absent_part,
     find_targets: None,
     ..FormatEntry::BASE
@@ -56,44 +56,35 @@ const ANNOTATION: &str = "annotation (.xml)";
 /// # Errors
 /// No or several XML files or videos, a broken annotation, an object that is not in it, a missing frame.
 pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
-    let xml = only(folder, ANNOTATION, is_xml)?;
+    let names = names(folder)?;
+    let xml = only(folder, &names, ANNOTATION, is_xml)?;
     let annotation = parse(&xml, &text::read(&xml)?)?;
-    let Some(target) = options.target.or_else(|| annotation.longest()) else {
-        return Err(DatasetError::content(&xml, "no object is annotated"));
-    };
-    let Some(presence) = annotation.presence(target) else {
+    let content = |message: String| DatasetError::content(&xml, message);
+    let target = options.target.or_else(|| annotation.longest()).ok_or_else(|| content(NOBODY.into()))?;
+    let presence = annotation.presence(target).ok_or_else(|| {
         let known: Vec<String> = annotation.objects().map(|id| id.to_string()).collect();
-        let message = format!("no object {target}; annotated are {}", text::shorten(&known.join(", ")));
-        return Err(DatasetError::content(&xml, message));
-    };
-    let range = options.range.unwrap_or(presence);
-    if range.0 < 1 || range.0 > range.1 || range.1 > annotation.last() {
-        let message = format!(
-            "frames {} to {} are not all in it; its last is {}, as image numbers",
-            range.0,
-            range.1,
-            annotation.last()
-        );
-        return Err(DatasetError::content(&xml, message));
+        content(format!("no object {target}; annotated are {}", text::shorten(&known.join(", "))))
+    })?;
+    let (first, last) = options.range.unwrap_or(presence);
+    if first < 1 || first > last || last > annotation.last() {
+        let end = annotation.last();
+        return Err(content(format!(
+            "frames {first} to {last} are not all in it; its last is {end}, as image numbers"
+        )));
     }
-    let frames = if is_video(folder)? {
-        let video = only(folder, "video", is_video_name)?;
-        Frames::Video(Arc::new(Video::new(video, options.decoded.clone(), range)))
+    let frames = if is_video(folder, &names) {
+        let video = only(folder, &names, "video", is_video_name)?;
+        Frames::Video(Arc::new(Video::new(video, options.decoded.clone(), (first, last))))
     } else {
         let images = image_folder(folder, &IMAGE_FOLDERS);
-        Frames::Files(take_range(&images, &numbered_images(&images)?, range)?.into())
+        Frames::Files(take_range(&images, &numbered_images(&images)?, (first, last))?.into())
     };
-    let truth = (range.0..=range.1).map(|n| annotation.region(target, n).map(Region::Rect)).collect();
-    Ok(Sequence {
-        name: options.name.clone().unwrap_or_else(|| folder_name(folder)),
-        numbering: Numbering { first: range.0, official: options.official.unwrap_or(presence) },
-        truth,
-        attributes: Vec::new(),
-        frame_attributes: Vec::new(),
-        digest: Digest::default(),
-        frames,
-    })
+    let name = options.name.clone().unwrap_or_else(|| folder_name(folder));
+    let numbering = Numbering { first, official: options.official.unwrap_or(presence) };
+    Ok(Sequence::new(name, numbering, annotation.regions(target, (first, last)), frames))
 }
+
+const NOBODY: &str = "no object is annotated";
 
 /// The object annotated in most frames of an annotation's bytes, from its first to its last frame.
 ///
@@ -101,28 +92,24 @@ pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, Datase
 /// Text that is no annotation, or one without an object.
 fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
     let annotation = parse(path, text::decode(path, bytes)?)?;
-    let longest = annotation.longest().and_then(|id| Some((id, annotation.presence(id)?)));
-    let Some((target, (first, last))) = longest else {
-        return Err(DatasetError::content(path, "no object is annotated"));
-    };
-    Ok((first..=last).map(|n| annotation.region(target, n).map(Region::Rect)).collect())
+    let longest = annotation.longest().and_then(|id| Some(annotation.regions(id, annotation.presence(id)?)));
+    longest.ok_or_else(|| DatasetError::content(path, NOBODY))
 }
 
 /// Whether the frames are in a video: there is one, and no folder of images.
-fn is_video(folder: &Path) -> Result<bool, DatasetError> {
-    let images = image_folder(folder, &IMAGE_FOLDERS);
-    Ok(images == folder && names(folder)?.iter().any(|name| is_video_name(name)))
+fn is_video(folder: &Path, names: &[String]) -> bool {
+    image_folder(folder, &IMAGE_FOLDERS) == folder && names.iter().any(|name| is_video_name(name))
 }
 
 /// The part of a sequence, annotation or frames, that its folder lacks; the two are downloaded apart.
 fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
-    let inside = names(folder)?;
-    if !inside.iter().any(|name| is_xml(name)) {
+    let names = names(folder)?;
+    if !names.iter().any(|name| is_xml(name)) {
         return Ok(Some(ANNOTATION));
     }
-    let frames = |name: &String| is_video_name(name) || is_image(Path::new(name));
-    let apart = image_folder(folder, &IMAGE_FOLDERS) != folder;
-    Ok((!apart && !inside.iter().any(frames)).then_some("images or video"))
+    let has_frames = image_folder(folder, &IMAGE_FOLDERS) != folder
+        || names.iter().any(|name| is_video_name(name) || is_image(Path::new(name)));
+    Ok((!has_frames).then_some("images or video"))
 }
 
 fn is_xml(name: &str) -> bool {
@@ -141,25 +128,29 @@ fn ending(name: &str, endings: &[&str]) -> bool {
 
 /// The names of a folder's files, sorted; names that are not UTF-8 are left out.
 fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-        let entry = entry.map_err(|e| DatasetError::io(folder, e))?;
-        names.extend(entry.file_name().into_string());
-    }
+    let io = |e| DatasetError::io(folder, e);
+    let entries = std::fs::read_dir(folder).map_err(io)?.collect::<Result<Vec<_>, _>>().map_err(io)?;
+    let mut names: Vec<String> = entries.iter().filter_map(|e| e.file_name().into_string().ok()).collect();
     names.sort();
     Ok(names)
 }
 
-fn only(folder: &Path, what: &str, fits: fn(&str) -> bool) -> Result<PathBuf, DatasetError> {
-    let fitting: Vec<String> = names(folder)?.into_iter().filter(|name| fits(name)).collect();
-    match fitting.as_slice() {
-        [one] => Ok(folder.join(one)),
-        [] => Err(DatasetError::content(folder, format!("no {what}; one is needed"))),
-        [first, second, ..] => {
-            let message = format!("{first} and {second}: only one {what} may be there; move the other away");
-            Err(DatasetError::content(folder, message))
+/// The only file of a folder that fits.
+fn only(
+    folder: &Path,
+    names: &[String],
+    what: &str,
+    fits: fn(&str) -> bool,
+) -> Result<PathBuf, DatasetError> {
+    let mut fitting = names.iter().filter(|name| fits(name));
+    let message = match (fitting.next(), fitting.next()) {
+        (Some(one), None) => return Ok(folder.join(one)),
+        (Some(first), Some(second)) => {
+            format!("{first} and {second}: only one {what} may be there; move the other away")
         }
-    }
+        (None, _) => format!("no {what}; one is needed"),
+    };
+    Err(DatasetError::content(folder, message))
 }
 
 #[cfg(test)]

@@ -23,25 +23,25 @@
 //! Images, lines of truth and labels must be as many. Of the test set only the first box is published, so its
 //! sequences are refused.
 
-use super::FormatEntry;
-use super::labels::{labels, one_based, sequence, truth};
+use super::shared::{boxes, flags, labels, name_of, one_based, read_rows, regions, sequence};
+use super::{FormatEntry, GROUND_TRUTH};
+use crate::files::numbered_images;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
-use trackfail_core::region::Region;
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "got10k",
     summary: "`00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence",
     load: |folder, options| load(folder, options.name.as_deref()),
-    parse_truth: |path, bytes| parse_truth(path, bytes, &[]),
+    parse_truth: |path, bytes| boxes(path, bytes, one_based),
     reads: |name| FILES.contains(&name),
     ..FormatEntry::BASE
 };
 
 /// The files that are read, beside the images.
 const FILES: [&str; 5] =
-    ["groundtruth.txt", "meta_info.ini", "absence.label", "cover.label", "cut_by_image.label"];
+    [GROUND_TRUTH, "meta_info.ini", "absence.label", "cover.label", "cut_by_image.label"];
 
 /// Level of cover of a target that is wholly visible.
 const WHOLE: u8 = 8;
@@ -51,38 +51,27 @@ const WHOLE: u8 = 8;
 /// # Errors
 /// Missing frames, a broken or absent ground truth, and files of another length than it.
 pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
-    let path = folder.join("groundtruth.txt");
-    let bytes = text::read_capped(&path)?;
-    let lines = text::lines(&path, text::decode(&path, &bytes)?)?.len();
-    let flags = |file: &str| {
-        let found = labels(&folder.join(file), lines, 1)?;
-        Ok(found.map(|labels| labels.into_iter().map(|l| l == 1).collect::<Vec<bool>>()))
+    let (path, rows) = read_rows(folder)?;
+    let absence = flags(&folder.join("absence.label"), rows.len())?;
+    let cut = flags(&folder.join("cut_by_image.label"), rows.len())?;
+    let cover = labels(&folder.join("cover.label"), rows.len(), WHOLE)?;
+    let is_absent = |t: usize| {
+        absence.as_ref().is_some_and(|absence| absence[t])
+            || cover.as_ref().is_some_and(|cover| cover[t] == 0)
     };
-    let absence = flags("absence.label")?;
-    let cut = flags("cut_by_image.label")?;
-    let cover = labels(&folder.join("cover.label"), lines, WHOLE)?;
-
-    let absent: Vec<bool> = (0..lines)
-        .map(|t| absence.as_ref().is_some_and(|a| a[t]) || cover.as_ref().is_some_and(|c| c[t] == 0))
-        .collect();
-    let truth = parse_truth(&path, &bytes, &absent)?;
-    let mut attributes = Vec::new();
-    if let Some(cover) = cover {
-        let at = |levels: std::ops::RangeInclusive<u8>| cover.iter().map(|c| levels.contains(c)).collect();
-        attributes.push(("occlusion".to_owned(), at(1..=WHOLE - 1)));
-        attributes.push(("heavy-occlusion".to_owned(), at(1..=3)));
-    }
-    attributes.extend(absence.map(|flags| ("absence".to_owned(), flags)));
-    attributes.extend(cut.map(|flags| ("cut_by_image".to_owned(), flags)));
-    sequence(folder, folder, name, truth, attributes, meta(&folder.join("meta_info.ini"))?)
-}
-
-/// The rows of a ground-truth file; none in frames that `absent` names. `path` names it in messages.
-///
-/// # Errors
-/// The first line that is neither a box nor one of those without annotation.
-pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Option<Region>>, DatasetError> {
-    truth(path, bytes, absent, one_based)
+    let truth = regions(&path, rows, is_absent, one_based)?;
+    let at = |levels: std::ops::RangeInclusive<u8>| -> Option<Vec<bool>> {
+        Some(cover.as_ref()?.iter().map(|level| levels.contains(level)).collect())
+    };
+    let attributes = [
+        ("occlusion", at(1..=WHOLE - 1)),
+        ("heavy-occlusion", at(1..=3)),
+        ("absence", absence),
+        ("cut_by_image", cut),
+    ];
+    let attributes = attributes.into_iter().filter_map(|(name, flags)| Some((name.to_owned(), flags?)));
+    let meta = meta(&folder.join("meta_info.ini"))?;
+    sequence(folder, &numbered_images(folder)?, name_of(folder, name), truth, attributes.collect(), meta)
 }
 
 /// The attributes of the target in `meta_info.ini`; none without the file.

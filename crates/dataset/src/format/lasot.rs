@@ -18,10 +18,10 @@
 //! Frame attributes are `full_occlusion` and `out_of_view`; sequence attributes, those that some frame has.
 //! Either file may be missing, and its attribute is then, too. Images, lines of truth and labels must be as many.
 
-use super::FormatEntry;
-use super::labels::{labels, one_based, sequence, truth};
-use crate::files::image_folder;
-use crate::{DatasetError, Sequence, text};
+use super::shared::{boxes, flags, name_of, one_based, read_rows, regions, sequence};
+use super::{FormatEntry, GROUND_TRUTH};
+use crate::files::{image_folder, numbered_images};
+use crate::{DatasetError, Sequence};
 use std::path::Path;
 use trackfail_core::region::Region;
 
@@ -30,10 +30,10 @@ pub const FORMAT: FormatEntry = FormatEntry {
     word: "lasot",
     summary: "`img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion",
     load: |folder, options| load(folder, options.name.as_deref()),
-    parse_truth: |path, bytes| parse_truth(path, bytes, &[]),
+    parse_truth: |path, bytes| boxes(path, bytes, with_area),
     image_folder: |folder| image_folder(folder, &["img"]),
     reads: |name| {
-        name == "groundtruth.txt" || name.strip_suffix(".txt").is_some_and(|label| LABELS.contains(&label))
+        name == GROUND_TRUTH || name.strip_suffix(".txt").is_some_and(|label| LABELS.contains(&label))
     },
     ..FormatEntry::BASE
 };
@@ -46,28 +46,23 @@ const LABELS: [&str; 2] = ["full_occlusion", "out_of_view"];
 /// # Errors
 /// Missing frames, a broken or absent ground truth, and files of another length than it.
 pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
-    let path = folder.join("groundtruth.txt");
-    let bytes = text::read_capped(&path)?;
-    let lines = text::lines(&path, text::decode(&path, &bytes)?)?.len();
+    let (path, rows) = read_rows(folder)?;
     let mut attributes: Vec<(String, Vec<bool>)> = Vec::new();
     for label in LABELS {
-        let found = labels(&folder.join(format!("{label}.txt")), lines, 1)?;
-        attributes.extend(found.map(|l| (label.to_owned(), l.into_iter().map(|l| l == 1).collect())));
+        let found = flags(&folder.join(format!("{label}.txt")), rows.len())?;
+        attributes.extend(found.map(|flags| (label.to_owned(), flags)));
     }
-    let absent: Vec<bool> = (0..lines).map(|t| attributes.iter().any(|(_, flags)| flags[t])).collect();
-    let truth = parse_truth(&path, &bytes, &absent)?;
-    sequence(folder, &image_folder(folder, &["img"]), name, truth, attributes, Vec::new())
+    let is_absent = |t: usize| attributes.iter().any(|(_, flags)| flags[t]);
+    let truth = regions(&path, rows, is_absent, with_area)?;
+    let images = image_folder(folder, &["img"]);
+    let files = numbered_images(&images)?;
+    sequence(&images, &files, name_of(folder, name), truth, attributes, Vec::new())
 }
 
-/// The rows of a ground-truth file; none in frames that `absent` names. `path` names it in messages.
-///
-/// # Errors
-/// The first line that is neither a box nor one of those without annotation.
-pub fn parse_truth(path: &Path, bytes: &[u8], absent: &[bool]) -> Result<Vec<Option<Region>>, DatasetError> {
-    truth(path, bytes, absent, |row| {
-        let [_, _, w, h] = row;
-        if row.iter().all(|v| v.is_finite()) && (w <= 0.0 || h <= 0.0) { Ok(None) } else { one_based(row) }
-    })
+/// A box that counts pixels from 1; none where it has no area.
+fn with_area(row: [f64; 4]) -> Result<Option<Region>, String> {
+    let [_, _, w, h] = row;
+    if row.iter().all(|v| v.is_finite()) && (w <= 0.0 || h <= 0.0) { Ok(None) } else { one_based(row) }
 }
 
 #[cfg(test)]
@@ -144,16 +139,7 @@ mod tests {
         assert!(error.contains("3 images, but 4 lines"), "{error}");
     }
 
-    const VALID: &[u8] = b"367,101,41,16\n366,103,45,16\r\n1,1,-1,-1\n0,0,0,0\nnan,nan,nan,nan\n3.5\t4\t5\t6";
-
     proptest! {
-        #[test]
-        fn damaged_truth_is_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
-            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes, &[]) {
-                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
-            }
-        }
-
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..3_usize) {
             let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);

@@ -16,10 +16,11 @@
 //!
 //! Without an `img` folder the images beside the text files are taken.
 
+use super::shared::{attribute, boxes, name_of, one_based};
 use super::{FormatEntry, SequenceOptions};
-use crate::files::{folder_name, image_folder, numbered_images, take_range};
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
-use std::path::{Path, PathBuf};
+use crate::files::{image_folder, numbered_images, take_range};
+use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
+use std::path::Path;
 use trackfail_core::region::Region;
 
 /// Files of several targets have a number before `.txt`.
@@ -33,7 +34,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
     word: "otb",
     summary: "`img/0001.jpg` and `groundtruth_rect.txt`",
     truth_file: "groundtruth_rect.txt",
-    load: |folder, options| load(folder, &options.clone().into()),
+    load,
     parse_truth,
     image_folder: |folder| image_folder(folder, &IMAGE_FOLDERS),
     reads: |name| {
@@ -79,87 +80,51 @@ fn truth_name(target: Option<u32>) -> String {
     target.map_or_else(|| format!("{TRUTH_PREFIX}.txt"), |n| format!("{TRUTH_PREFIX}.{n}.txt"))
 }
 
-/// Source of the ground truth.
-#[derive(Debug, Clone, Default)]
-pub enum Truth {
-    /// `groundtruth_rect.txt` (`groundtruth_rect.N.txt` with a target), which must be there.
-    #[default]
-    Required,
-    /// None: frames stay without annotation, whatever files lie beside them.
-    Ignored,
-    /// Another file of the same format.
-    File(PathBuf),
-}
-
-/// How a folder is read; the default takes all its frames.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// Name of the sequence; without one, the folder's name.
-    pub name: Option<String>,
-    /// Which of several targets, counted from 1.
-    pub target: Option<u32>,
-    /// First and last frame used, in the dataset's numbers; without it, all images.
-    pub range: Option<(u32, u32)>,
-    /// First and last frame of the dataset's own range; without it, from the first image on as many frames as
-    /// the ground truth has lines.
-    pub official: Option<(u32, u32)>,
-    /// Source of the ground truth.
-    pub truth: Truth,
-}
-
-impl From<SequenceOptions> for Options {
-    fn from(options: SequenceOptions) -> Self {
-        let SequenceOptions { name, target, range, official, decoded: _ } = options;
-        Self { name, target, range, official, truth: Truth::Required }
-    }
-}
-
 /// Loads one sequence. Reads no image, only the list of files and the text.
 ///
 /// # Errors
 /// A folder without images, a missing frame, a ground truth that is absent, broken or too short.
-pub fn load(folder: &Path, options: &Options) -> Result<Sequence, DatasetError> {
-    let image_folder = image_folder(folder, &IMAGE_FOLDERS);
-    let images = numbered_images(&image_folder)?;
-    let present = match (images.keys().next(), images.keys().next_back()) {
-        (Some(&first), Some(&last)) => (first, last),
-        _ => return Err(DatasetError::content(&image_folder, "no images")),
-    };
-    let (first, last) = options.range.unwrap_or(present);
-    if first > last {
-        return Err(DatasetError::content(folder, format!("the range {first} to {last} is empty")));
-    }
-    let frames = take_range(&image_folder, &images, (first, last))?;
-
-    let truth_file = truth_file(folder, options);
-    let ignored = matches!(options.truth, Truth::Ignored);
-    let rows = if ignored { None } else { Some(parse_truth(&truth_file, &text::read_capped(&truth_file)?)?) };
-    let official = options.official.unwrap_or_else(|| {
-        let lines = rows.as_ref().map_or(images.len(), Vec::len) as u64;
-        let end = (u64::from(present.0) + lines).saturating_sub(1);
-        (present.0, u32::try_from(end).unwrap_or(u32::MAX))
-    });
-    let truth = match rows {
-        None => vec![None; frames.len()],
-        Some(rows) => cut(rows, &truth_file, official, (first, last))?,
-    };
-    let name = options.name.clone().unwrap_or_else(|| folder_name(folder));
-    Ok(Sequence {
-        name,
-        numbering: Numbering { first, official },
-        truth,
-        attributes: if ignored { Vec::new() } else { read_attributes(folder)? },
-        frame_attributes: Vec::new(),
-        digest: Digest::default(),
-        frames: Frames::Files(frames.into()),
-    })
+pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
+    let name = name_of(folder, options.name.as_deref());
+    let without_truth = load_frames(folder, name, options.range)?;
+    let path = folder.join(truth_name(options.target));
+    let rows = parse_truth(&path, &text::read_capped(&path)?)?;
+    let first_image = without_truth.numbering.official.0;
+    let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
+    let official =
+        options.official.unwrap_or((first_image, first_image.saturating_add(lines).saturating_sub(1)));
+    let first = without_truth.numbering.first;
+    let truth = cut(rows, &path, official, (first, first + (without_truth.len() as u32 - 1)))?;
+    let numbering = Numbering { first, official };
+    Ok(Sequence { numbering, truth, attributes: read_attributes(folder)?, ..without_truth })
 }
 
-fn truth_file(folder: &Path, options: &Options) -> PathBuf {
-    match (&options.truth, options.target) {
-        (Truth::File(path), _) => path.clone(),
-        (_, target) => folder.join(truth_name(target)),
+/// The frames of a folder as a sequence without annotation, whatever files lie beside them; the official range is that of all
+/// images.
+///
+/// # Errors
+/// A folder without images, and a missing frame.
+pub(crate) fn load_frames(
+    folder: &Path,
+    name: String,
+    range: Option<(u32, u32)>,
+) -> Result<Sequence, DatasetError> {
+    let folder = image_folder(folder, &IMAGE_FOLDERS);
+    let images = numbered_images(&folder)?;
+    let official = images.keys().next().copied().zip(images.keys().next_back().copied()).unwrap_or((1, 0));
+    let range = not_empty(&folder, range.unwrap_or(official))?;
+    let frames = take_range(&folder, &images, range)?;
+    let truth = vec![None; frames.len()];
+    let numbering = Numbering { first: range.0, official };
+    Ok(Sequence::new(name, numbering, truth, Frames::Files(frames.into())))
+}
+
+/// A range, unless it is empty.
+pub(super) fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32), DatasetError> {
+    if range.0 > range.1 {
+        return Err(DatasetError::content(place, format!("the range {} to {} is empty", range.0, range.1)));
     }
+    Ok(range)
 }
 
 /// The rows of a ground-truth file, 0-based, one a line; `path` names it in messages.
@@ -167,21 +132,10 @@ fn truth_file(folder: &Path, options: &Options) -> PathBuf {
 /// # Errors
 /// The first line that is neither a box nor one of those without annotation.
 pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
-    text::rows(path, bytes, rectangle)
+    boxes(path, bytes, one_based)
 }
 
-fn rectangle(row: &str) -> Result<Option<Region>, String> {
-    let values = text::numbers(row)?;
-    if values.len() != 4 {
-        return Err(format!("{} numbers; an OTB box is x,y,w,h", values.len()));
-    }
-    if values.iter().all(|v| v.is_nan()) || values.iter().all(|&v| v == 0.0) {
-        return Ok(None);
-    }
-    let region = Region::from_numbers(&values).map_err(|e| e.to_string())?;
-    Ok(Some(region.shifted(-1.0, -1.0)))
-}
-
+/// The rows of a range of frames.
 pub(super) fn cut(
     rows: Vec<Option<Region>>,
     path: &Path,
@@ -213,15 +167,7 @@ fn read_attributes(folder: &Path) -> Result<Vec<String>, DatasetError> {
     let mut words = Vec::new();
     for (k, line) in text::read(&path)?.lines().enumerate() {
         for word in line.split(',').map(str::trim).filter(|word| !word.is_empty()) {
-            if !text::is_name(word) {
-                let word = text::shorten(&text::visible(word));
-                return Err(DatasetError::line(
-                    &path,
-                    k + 1,
-                    format!("`{word}`: an attribute is {}", text::NAME),
-                ));
-            }
-            words.push(word.to_string());
+            words.push(attribute(word).map_err(|message| DatasetError::line(&path, k + 1, message))?);
         }
     }
     Ok(sorted(words))

@@ -8,7 +8,7 @@
 
 use super::{FormatEntry, SequenceOptions, otb};
 use crate::files::folder_name;
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, text};
+use crate::{DatasetError, Frames, Numbering, Sequence, text};
 use std::path::Path;
 
 /// The entry in the list of formats.
@@ -30,21 +30,10 @@ pub const FORMAT: FormatEntry = FormatEntry {
 pub fn load(file: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
     let rows = otb::parse_truth(file, &text::read_capped(file)?)?;
     let official = options.official.unwrap_or((1, u32::try_from(rows.len()).unwrap_or(u32::MAX)));
-    let (first, last) = options.range.unwrap_or(official);
-    if first > last {
-        return Err(DatasetError::content(file, format!("the range {first} to {last} is empty")));
-    }
-    let truth = otb::cut(rows, file, official, (first, last))?;
+    let range = otb::not_empty(file, options.range.unwrap_or(official))?;
+    let truth = otb::cut(rows, file, official, range)?;
     let name = options.name.clone().unwrap_or_else(|| folder_name(&file.with_extension("")));
-    Ok(Sequence {
-        name,
-        numbering: Numbering { first, official },
-        truth,
-        attributes: Vec::new(),
-        frame_attributes: Vec::new(),
-        digest: Digest::default(),
-        frames: Frames::Absent,
-    })
+    Ok(Sequence::new(name, Numbering { first: range.0, official }, truth, Frames::Absent))
 }
 
 #[cfg(test)]

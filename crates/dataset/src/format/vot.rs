@@ -14,9 +14,10 @@
 //! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
 //! are 1 in some frame.
 
-use super::FormatEntry;
-use crate::files::{folder_name, numbered_images, take_range};
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
+use super::shared::{flags, name_of, sequence};
+use super::{FormatEntry, GROUND_TRUTH};
+use crate::files::numbered_images;
+use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 use trackfail_core::region::Region;
 
@@ -26,7 +27,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
     summary: "`00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on",
     load: |folder, options| load(folder, options.name.as_deref()),
     parse_truth,
-    reads: |name| name == "groundtruth.txt" || is_label(name),
+    reads: |name| name == GROUND_TRUTH || is_label(name),
     // Frame 0 is an extra file and not part of a sequence.
     belongs: |_, _, image| image.is_none_or(|n| n > 0),
     is_label,
@@ -42,28 +43,22 @@ fn is_label(name: &str) -> bool {
 /// # Errors
 /// Missing frames, and text files that are absent, broken or of another length than the frames.
 pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
-    let path = folder.join("groundtruth.txt");
+    let path = folder.join(GROUND_TRUTH);
     let truth = parse_truth(&path, &text::read_capped(&path)?)?;
-
-    let images = numbered_images(folder)?;
-    let last = truth.len() as u32;
-    let have = images.keys().filter(|&&n| n > 0).count();
-    if have != truth.len() {
-        let message = format!("{have} frames, but {last} lines in groundtruth.txt; fetch the sequence again");
-        return Err(DatasetError::content(folder, message));
+    let mut attributes = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
+        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
+        if path.extension().is_none_or(|e| e != "label") {
+            continue;
+        }
+        let Some(label) = path.file_stem().and_then(|stem| stem.to_str()) else {
+            return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
+        };
+        attributes.extend(flags(&path, truth.len())?.map(|flags| (label.to_owned(), flags)));
     }
-    let frames = take_range(folder, &images, (1, last))?;
-    let frame_attributes = labels(folder, truth.len())?;
-    let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(n, _)| n.clone());
-    Ok(Sequence {
-        name: name.map_or_else(|| folder_name(folder), String::from),
-        numbering: Numbering { first: 1, official: (1, last) },
-        attributes: sorted(ever),
-        truth,
-        frame_attributes,
-        digest: Digest::default(),
-        frames: Frames::Files(frames.into()),
-    })
+    let mut images = numbered_images(folder)?;
+    images.remove(&0);
+    sequence(folder, &images, name_of(folder, name), truth, attributes, Vec::new())
 }
 
 /// The rows of a ground-truth file, one a line; `path` names it in messages.
@@ -87,32 +82,6 @@ fn annotation(row: &str) -> Result<Option<Region>, String> {
     Region::from_numbers(&values).map(Some).map_err(|e| e.to_string())
 }
 
-/// The `*.label` files by name, sorted.
-fn labels(folder: &Path, frames: usize) -> Result<Vec<(String, Vec<bool>)>, DatasetError> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
-        if path.extension().is_none_or(|e| e != "label") {
-            continue;
-        }
-        let Some(name) = path.file_stem().and_then(|s| s.to_str()) else {
-            return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
-        };
-        let flags = text::rows(&path, &text::read_capped(&path)?, |row| match row {
-            "0" => Ok(false),
-            "1" => Ok(true),
-            _ => Err(format!("`{}`; a label is 0 or 1", text::shorten(row))),
-        })?;
-        if flags.len() != frames {
-            let message = format!("{} lines for {frames} frames; one line a frame is needed", flags.len());
-            return Err(DatasetError::content(&path, message));
-        }
-        found.push((name.to_owned(), flags));
-    }
-    found.sort();
-    Ok(found)
-}
-
 /// The names in a `list.txt`, in its order.
 ///
 /// # Errors
@@ -125,6 +94,7 @@ pub fn read_list(path: &Path) -> Result<Vec<String>, DatasetError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Frames;
     use proptest::prelude::*;
     use trackfail_core::region::Rect;
 
@@ -224,16 +194,7 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4].map(ones), [219, 0, 54, 0, 74]);
     }
 
-    const VALID: &[u8] = b"1,2,3,4\r\n0,0,0,5,6,5,6,0\n1.5,2.5,9e1,-7.25,11,12\nnan,nan,nan,nan\n";
-
     proptest! {
-        #[test]
-        fn damaged_truth_is_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
-            if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes) {
-                prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
-            }
-        }
-
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let dir = folder(1..=1, &bytes);

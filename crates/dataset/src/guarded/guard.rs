@@ -6,66 +6,49 @@
 //! are found there when the program has ended, when this program asks, or when this program dies. The guard ends as the
 //! program did.
 
-use std::path::Path;
-use std::process::Command;
-#[cfg(target_os = "linux")]
-use std::{
-    path::PathBuf,
-    process::Child,
-    sync::OnceLock,
-    sync::mpsc::{RecvTimeoutError, Sender, channel},
-    time::{Duration, Instant},
-};
-#[cfg(target_os = "linux")]
-use {
-    nix::errno::Errno,
-    nix::sys::signal::{Signal, kill},
-    nix::sys::wait::{WaitStatus, wait},
-    nix::unistd::{Pid, dup2_stderr, dup2_stdin, dup2_stdout, getpid, getppid},
-};
+use nix::errno::Errno;
+use nix::sys::signal::{Signal, kill};
+use nix::sys::wait::{WaitStatus, wait};
+use nix::unistd::{Pid, dup2_stderr, dup2_stdin, dup2_stdout, getpid, getppid};
+use std::os::unix::process::CommandExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::sync::OnceLock;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
 
 /// First argument of a guard.
-#[cfg(target_os = "linux")]
 const WORD: &str = "guard-of-a-program";
 /// Start of the line on stderr of a guard that cannot start the program; the number of the system's error follows.
 pub(super) const CANNOT_START: &str = "guard-of-a-program cannot start it: ";
 /// Time after which a guard looks whether this program is still there.
-#[cfg(target_os = "linux")]
 const TICK: Duration = Duration::from_millis(50);
 /// Pause between two looks for processes that are to end, and the longest time for all of them to do so.
-#[cfg(target_os = "linux")]
 const PAUSE: Duration = Duration::from_millis(2);
-#[cfg(target_os = "linux")]
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Whether this executable calls [`serve_if_asked`]: tests of a library do not.
-#[cfg(target_os = "linux")]
 static SERVES: OnceLock<()> = OnceLock::new();
 
 /// Becomes a guard, and does not return, if this process was started as one. The first call of an executable that is to
 /// end foreign programs with all that they start.
 pub fn serve_if_asked() {
-    #[cfg(target_os = "linux")]
-    {
-        let mut arguments = std::env::args_os().skip(1);
-        if arguments.next().is_some_and(|word| word == WORD) {
-            let parent = arguments.next().and_then(|id| id.to_str()?.parse().ok()).map(Pid::from_raw);
-            let folder = arguments.next().filter(|folder| !folder.is_empty()).map(PathBuf::from);
-            if let (Some(parent), Some(program)) = (parent, arguments.next()) {
-                let mut command = Command::new(program);
-                command.args(arguments);
-                std::process::exit(serve(parent, folder.as_deref(), command));
-            }
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next().is_some_and(|word| word == WORD) {
+        let parent = arguments.next().and_then(|id| id.to_str()?.parse().ok()).map(Pid::from_raw);
+        let folder = arguments.next().filter(|folder| !folder.is_empty()).map(PathBuf::from);
+        if let (Some(parent), Some(program)) = (parent, arguments.next()) {
+            let mut command = Command::new(program);
+            command.args(arguments);
+            std::process::exit(serve(parent, folder.as_deref(), command));
         }
-        SERVES.get_or_init(|| ());
     }
+    SERVES.get_or_init(|| ());
 }
 
-/// The command that runs a program under a guard, in the same folder and environment; `None` where there are no guards.
+/// The command that runs a program under a guard, in the same folder and environment; `None` where nobody serves.
 /// `folder` is deleted if this program dies.
-#[cfg(target_os = "linux")]
 pub(super) fn command(program: &Command, folder: Option<&Path>) -> Option<Command> {
-    use std::os::unix::process::CommandExt as _;
     SERVES.get()?;
     let mut guard = Command::new("/proc/self/exe");
     guard.arg0("trackfail").arg(WORD).arg(std::process::id().to_string());
@@ -82,18 +65,12 @@ pub(super) fn command(program: &Command, folder: Option<&Path>) -> Option<Comman
     Some(guard)
 }
 
-#[cfg(not(target_os = "linux"))]
-pub(super) fn command(_: &Command, _: Option<&Path>) -> Option<Command> {
-    None
-}
-
 /// Runs the program until it ends or `parent` does; the exit code.
-#[cfg(target_os = "linux")]
 fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
     // An old kernel has no subreapers; then processes that leave the tree are not found.
     let _ = nix::sys::prctl::set_child_subreaper(true);
     // The program may signal its group, which must not reach the guard.
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command.process_group(0);
     let child = match command.spawn() {
         Ok(child) => child,
         Err(e) => {
@@ -133,7 +110,6 @@ fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
 }
 
 /// Waits for all children, those that have come by the end of their parents too, and tells the end of the first one.
-#[cfg(target_os = "linux")]
 fn reap(first: &Child, tell: &Sender<WaitStatus>) {
     let first = Pid::from_raw(first.id().cast_signed());
     loop {
@@ -146,16 +122,11 @@ fn reap(first: &Child, tell: &Sender<WaitStatus>) {
 }
 
 /// Ends a guarded program and everything that it has started, with the process id of its guard.
-#[cfg(target_os = "linux")]
 pub(super) fn end(guard: u32) {
     end_descendants(Pid::from_raw(guard.cast_signed()));
 }
 
-#[cfg(not(target_os = "linux"))]
-pub(super) fn end(_: u32) {}
-
 /// Kills all descendants of a process until there are none; new ones may be started meanwhile.
-#[cfg(target_os = "linux")]
 fn end_descendants(root: Pid) {
     let end = Instant::now() + PATIENCE;
     loop {
@@ -172,7 +143,6 @@ fn end_descendants(root: Pid) {
 }
 
 /// The processes below one in the tree, without those that have ended and are only not waited for.
-#[cfg(target_os = "linux")]
 fn living_descendants(root: i32) -> Vec<i32> {
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let all: Vec<(i32, i32, bool)> = entries
@@ -193,14 +163,13 @@ fn living_descendants(root: i32) -> Vec<i32> {
 }
 
 /// The parent in a line of `/proc/*/stat`, and whether the process has not ended. Its name may have any characters.
-#[cfg(target_os = "linux")]
 fn parent_of(stat: &str) -> Option<(i32, bool)> {
     let mut words = stat.rsplit_once(')')?.1.split_whitespace();
     let state = words.next()?;
     Some((words.next()?.parse().ok()?, !matches!(state, "Z" | "X" | "x")))
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::process::Stdio;

@@ -20,18 +20,6 @@ pub enum TargetType {
     Other,
 }
 
-impl TargetType {
-    /// The word for it.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Car => "car",
-            Self::Person => "person",
-            Self::Face => "face",
-            Self::Other => "other",
-        }
-    }
-}
-
 /// One line of a suite: a sequence and what a local copy must be.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -80,7 +68,8 @@ impl Entry {
 
     /// The archives it comes in; none if no address is known.
     pub fn archives(&self) -> impl Iterator<Item = &'static Archive> {
-        [&self.archive, &self.truth_archive].into_iter().flatten().filter_map(|name| super::archive(name))
+        let names = [&self.archive, &self.truth_archive].into_iter().flatten();
+        names.filter_map(|name| super::archives().iter().find(|archive| archive.name == *name))
     }
 
     /// The sequence's folder or file under `root`.
@@ -112,7 +101,7 @@ pub(crate) fn attribute_words(
     codes: &[String],
     target_type: Option<TargetType>,
 ) -> impl Iterator<Item = String> {
-    let target = target_type.map(|t| format!("target-{}", t.word()));
+    let target = target_type.map(|word| format!("target-{word:?}").to_lowercase());
     codes.iter().map(|code| attribute_word(code).to_owned()).chain(target)
 }
 

@@ -71,10 +71,9 @@ impl Catalog {
     }
 
     fn find(&self, name: &str) -> Option<Suite> {
-        let built_in = || pinned_suite(name).map(SuiteContent::BuiltIn);
+        let on_disk = pinned_suite(name).or_else(|| self.user_suite(name)).cloned();
         let rendered = || synthetic::SUITES.iter().find(|s| s.name == name).map(SuiteContent::Rendered);
-        let user = || self.user_suite(name).cloned().map(SuiteContent::User);
-        built_in().or_else(rendered).or_else(user).map(|content| Suite { content })
+        on_disk.map(SuiteContent::OnDisk).or_else(rendered).map(Suite)
     }
 
     fn user_suite(&self, name: &str) -> Option<&Arc<PinnedSuite>> {

@@ -1,12 +1,13 @@
 //! Makes a suite of a user's sequences: what `trackfail data add` finds below a folder.
 
-use super::load::LoadError;
 use super::user::{self, USER_LOCK, check_name, is_below};
 use crate::format::FormatEntry;
-use crate::lock::{Entry, PinnedSuite, below, pinned_suite, pinned_suite_names};
-use crate::{DatasetError, Sequence, text};
+use crate::lock::{Entry, PinnedSuite, below, pinned_suites};
+use crate::{DatasetError, text};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::ffi::OsStr;
+use std::path::Path;
+use walkdir::WalkDir;
 
 /// Most folders between the folder of a suite and a sequence.
 const MAX_DEPTH: usize = 3;
@@ -51,17 +52,12 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
     };
     let mut found = find(find_targets, &start, data_root)?;
     if let Some(names) = wanted.only {
-        let mut chosen = Vec::new();
-        for name in names {
-            let Some(entry) = found.iter().find(|e| e.name == *name) else {
-                return Err(fault(format!(
-                    "no sequence `{}` of those that are asked for",
-                    text::shorten(name)
-                )));
-            };
-            chosen.push(entry.clone());
-        }
-        found = chosen;
+        let of = |name: &String| {
+            let known = found.iter().find(|entry| entry.name == *name).cloned();
+            let name = text::shorten(name);
+            known.ok_or_else(|| fault(format!("no sequence `{name}` of those that are asked for")))
+        };
+        found = names.iter().map(of).collect::<Result<_, _>>()?;
     }
     if found.is_empty() {
         let file = wanted.format.truth_file;
@@ -80,78 +76,60 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
         includes: Vec::new(),
         sequence: found,
     };
-    user::check(&suite).map_err(|e| fault(e.to_string()))?;
-    let facts: Vec<Result<Entry, DatasetError>> = suite
-        .sequence
-        .par_iter()
-        .map(|entry| {
-            let (facts, sequence) = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
-                LoadError::Missing(missing) => {
-                    DatasetError::content(&entry.path(data_root), missing.how_to_get)
-                }
-                LoadError::Broken(error) => error,
-            })?;
-            check_truth(&sequence, entry, wanted.format, data_root)?;
-            check_surplus(&facts, data_root).map(|()| facts)
-        })
-        .collect();
-    // The first in order, whichever was read first.
-    let facts = facts.into_iter().collect::<Result<Vec<Entry>, _>>()?;
-    suite.sequence = facts;
+    user::check(&suite).map_err(fault)?;
+    let facts = suite.sequence.par_iter().map(|entry| facts(&suite, entry, data_root));
+    // The first fault in order, whichever was read first.
+    let facts: Vec<Result<Entry, DatasetError>> = facts.collect();
+    suite.sequence = facts.into_iter().collect::<Result<_, _>>()?;
     Ok(user::section(&suite))
 }
 
-/// Refuses ground truth that tells of no frame where the target is, with which nothing can be started or compared.
-fn check_truth(
-    sequence: &Sequence,
-    entry: &Entry,
-    format: &FormatEntry,
-    data_root: &Path,
-) -> Result<(), DatasetError> {
-    if sequence.truth.iter().any(Option::is_some) {
-        return Ok(());
+/// An entry with the facts of its copy. Refuses ground truth that tells of no frame where the target is, with which nothing
+/// can be started or compared; and more of it than frames, unless a built-in suite pins a sequence of the name with just
+/// these ranges: of any other, lines and frames that differ in number may be shifted against each other.
+fn facts(suite: &PinnedSuite, entry: &Entry, data_root: &Path) -> Result<Entry, DatasetError> {
+    let folder = entry.path(data_root);
+    let (facts, sequence) = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
+        DatasetError::Missing(missing) => DatasetError::content(&folder, missing.how_to_get),
+        error => error,
+    })?;
+    if sequence.truth.iter().all(Option::is_none) {
+        let file = Path::new(suite.format.truth_file);
+        let file = entry.target.map_or(file.into(), |n| file.with_extension(format!("{n}.txt")));
+        let message = "no frame has a box, so there is nothing to start from or to compare with; give the file a box for \
+                       each frame in which the target is seen, or leave the sequence out by --list";
+        return Err(DatasetError::content(&folder.join(file), message));
     }
-    let target = entry.target.map(|n| Path::new(format.truth_file).with_extension(format!("{n}.txt")));
-    let file = target.unwrap_or_else(|| format.truth_file.into());
-    let message = "no frame has a box, so there is nothing to start from or to compare with; give the file a box for each \
-                   frame in which the target is seen, or leave the sequence out by --list";
-    Err(DatasetError::content(&entry.path(data_root).join(file), message))
-}
-
-/// Refuses more ground truth than frames, unless a built-in suite pins a sequence of the name with just these ranges: of any
-/// other, lines and frames that differ in number may be shifted against each other.
-fn check_surplus(facts: &Entry, data_root: &Path) -> Result<(), DatasetError> {
-    let (Some((first, last)), Some((_, covered))) = (facts.range, facts.official) else { return Ok(()) };
-    let mut pinned = pinned_suite_names().filter_map(pinned_suite).flat_map(|suite| &suite.sequence);
+    let ((first, last), (_, covered)) = (sequence.range(), sequence.numbering.official);
     let is_it = |e: &Entry| (&e.name, e.range, e.official) == (&facts.name, facts.range, facts.official);
-    if covered <= last || pinned.any(is_it) {
-        return Ok(());
+    if covered > last && !pinned_suites().flat_map(|suite| &suite.sequence).any(is_it) {
+        let message = format!(
+            "{} lines of ground truth for {} frames; there must be a line for each frame, so add the frames that are \
+             missing or take out the lines that are too many",
+            u64::from(covered) + 1 - u64::from(first),
+            sequence.len()
+        );
+        return Err(DatasetError::content(&folder, message));
     }
-    let lines = u64::from(covered) + 1 - u64::from(first);
-    let message = format!(
-        "{lines} lines of ground truth for {} frames; there must be a line for each frame, so add the frames that are \
-         missing or take out the lines that are too many",
-        facts.frames.unwrap_or_default()
-    );
-    Err(DatasetError::content(&facts.path(data_root), message))
+    Ok(facts)
 }
-
-type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
 
 /// The sequences below a folder.
-fn find(find_targets: FindTargets, start: &Path, data_root: &Path) -> Result<Vec<Entry>, DatasetError> {
+fn find(
+    find_targets: impl Fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>,
+    start: &Path,
+    data_root: &Path,
+) -> Result<Vec<Entry>, DatasetError> {
     let mut found: Vec<Entry> = Vec::new();
-    let mut walk =
-        walkdir::WalkDir::new(start).follow_links(true).max_depth(MAX_DEPTH).sort_by_file_name().into_iter();
-    while let Some(next) = walk.next() {
+    let is_hidden = |name: &OsStr| name.as_encoded_bytes().starts_with(b".");
+    let walk = WalkDir::new(start).follow_links(true).max_depth(MAX_DEPTH).sort_by_file_name().into_iter();
+    let mut folders =
+        walk.filter_entry(|e| e.depth() == 0 || (e.file_type().is_dir() && !is_hidden(e.file_name())));
+    while let Some(next) = folders.next() {
         let next = next.map_err(|e| DatasetError::io(start, e.into()))?;
-        if !next.file_type().is_dir() {
-            continue;
-        }
-        let hidden = next.depth() > 0 && next.file_name().as_encoded_bytes().starts_with(b".");
-        let targets = if hidden { Vec::new() } else { find_targets(next.path())? };
-        if hidden || !targets.is_empty() {
-            walk.skip_current_dir();
+        let targets = find_targets(next.path())?;
+        if !targets.is_empty() {
+            folders.skip_current_dir();
         }
         for target in targets {
             let entry = entry(next.path(), target, data_root)?;
@@ -167,13 +145,14 @@ fn find(find_targets: FindTargets, start: &Path, data_root: &Path) -> Result<Vec
 }
 
 fn entry(path: &Path, target: Option<u32>, data_root: &Path) -> Result<Entry, DatasetError> {
-    let parts: PathBuf = path.strip_prefix(data_root).unwrap_or(path).into();
-    let parts: Option<Vec<&str>> = parts.iter().map(|p| p.to_str()).collect();
-    let Some((parts, name)) = parts.as_ref().and_then(|p| Some((p, p.last()?))) else {
+    let inside = path.strip_prefix(data_root).unwrap_or(path);
+    let parts: Option<Vec<&str>> = inside.iter().map(OsStr::to_str).collect();
+    let parts = parts.unwrap_or_default();
+    let Some(name) = parts.last() else {
         return Err(DatasetError::content(path, "the name is not UTF-8; rename the folder"));
     };
     Ok(Entry {
-        name: target.map_or_else(|| (*name).to_owned(), |n| format!("{name}-{n}")),
+        name: target.map_or_else(|| String::from(*name), |n| format!("{name}-{n}")),
         folder: parts.join("/"),
         target,
         ..Entry::default()

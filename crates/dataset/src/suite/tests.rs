@@ -1,13 +1,11 @@
 use super::*;
 use crate::Sequence;
-use crate::lock::{SUITES, TargetType, archives, attribute_word, pinned_suite, pinned_suite_names};
+use crate::lock::{
+    SUITES, TargetType, archives, attribute_word, pinned_suite, pinned_suite_names, pinned_suites,
+};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use trackfail_testing::{needs, real_data};
-
-fn pinned() -> Vec<&'static PinnedSuite> {
-    pinned_suite_names().map(|name| pinned_suite(name).unwrap()).collect()
-}
 
 fn suite(name: &str) -> Suite {
     Catalog::default().suite(name).unwrap()
@@ -16,7 +14,7 @@ fn suite(name: &str) -> Suite {
 #[test]
 fn the_lock_is_consistent() {
     let mut copies: BTreeMap<_, &Entry> = BTreeMap::new();
-    for p in pinned() {
+    for p in pinned_suites() {
         let mut seen = BTreeSet::new();
         for e in &p.sequence {
             let name = format!("{}/{}", p.name, e.name);
@@ -67,8 +65,7 @@ fn inside(folder: &str) -> bool {
 #[test]
 fn archives_are_consistent_and_all_are_used() {
     let mut seen = BTreeSet::new();
-    let used: BTreeSet<&str> = pinned()
-        .iter()
+    let used: BTreeSet<&str> = pinned_suites()
         .flat_map(|p| &p.sequence)
         .flat_map(Entry::archives)
         .map(|a| a.name.as_str())
@@ -76,6 +73,12 @@ fn archives_are_consistent_and_all_are_used() {
     for a in archives() {
         assert!(seen.insert(&a.name), "{} twice", a.name);
         assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
+        // Names of files below the data root.
+        assert!(
+            inside(a.url.rsplit('/').next().unwrap()) && !a.name.contains('/') && inside(&a.name),
+            "{}",
+            a.name
+        );
         assert!(inside(&a.into) && a.below.as_deref().is_none_or(inside), "{}", a.name);
         assert!(a.sha256.as_deref().is_none_or(hexadecimal), "{}", a.name);
         assert!(used.contains(a.name.as_str()), "{} belongs to no sequence", a.name);

@@ -4,9 +4,9 @@
 //! files beside them, which are compared with the digests of `datasets.files`. If a copy is not as pinned,
 //! those digests name the file: ground truth and other text first, then the frames in order.
 
-use super::listing;
-use super::load::{LoadError, Missing};
-use crate::Sequence;
+use super::listing::first_difference;
+use super::load::Missing;
+use crate::DatasetError;
 use crate::lock::{Entry, PinnedSuite};
 use std::path::{Path, PathBuf};
 
@@ -33,30 +33,27 @@ pub struct Checked {
 }
 
 impl PinnedSuite {
-    /// Compares the local copy of an entry.
+    /// Compares the local copy of an entry; one that differs or is broken is named by the first file that does.
     pub(crate) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
-        match self.in_first_root(entry, data_roots, |root| self.check_in(entry, root)) {
+        let found = self.in_first_root(entry, data_roots, |root| {
+            let fact = match self.compare(entry, root) {
+                Ok(Finding::Differs(fact)) => fact,
+                Ok(finding) => return Ok(finding),
+                Err(missing @ DatasetError::Missing(_)) => return Err(missing),
+                Err(broken) => broken.to_string(),
+            };
+            let first = first_difference(entry, self.format(entry), root, |_| true);
+            Ok(Finding::Differs(first.map(|first| format!("{first}; {fact}")).unwrap_or(fact)))
+        });
+        match found {
             Ok((_, finding)) => finding,
-            Err(LoadError::Missing(missing)) => Finding::Missing(missing),
-            Err(LoadError::Broken(error)) => Finding::Differs(error.to_string()),
+            Err(DatasetError::Missing(missing)) => Finding::Missing(missing),
+            Err(broken) => Finding::Differs(broken.to_string()),
         }
     }
 
-    /// Compares the copy in a root; one that differs or is broken is named by the first file that does.
-    fn check_in(&self, entry: &Entry, root: &Path) -> Result<Finding, LoadError> {
-        let found = self.load_from(entry, root).and_then(|sequence| self.compare(entry, root, &sequence));
-        let fact = match found {
-            Ok(Finding::Differs(fact)) => fact,
-            Err(LoadError::Broken(error)) => error.to_string(),
-            done => return done,
-        };
-        Ok(Finding::Differs(match listing::first_difference(entry, self.format(entry), root) {
-            Some(first) => format!("{first}; {fact}"),
-            None => fact,
-        }))
-    }
-
-    fn compare(&self, entry: &Entry, root: &Path, sequence: &Sequence) -> Result<Finding, LoadError> {
+    fn compare(&self, entry: &Entry, root: &Path) -> Result<Finding, DatasetError> {
+        let sequence = self.load(entry, root)?;
         let Some(pinned) = &entry.digest else { return Ok(Finding::NoDigestPinned) };
         let digest = sequence.digest()?;
         if digest != pinned {
@@ -64,7 +61,7 @@ impl PinnedSuite {
                 "frames or ground truth are other bytes: digest {digest}, pinned {pinned}"
             )));
         }
-        let labels = listing::first_label_difference(entry, self.format(entry), root);
-        Ok(labels.map_or(Finding::Same, Finding::Differs))
+        let format = self.format(entry);
+        Ok(first_difference(entry, format, root, format.is_label).map_or(Finding::Same, Finding::Differs))
     }
 }

@@ -95,14 +95,8 @@ impl Picture {
     }
 }
 
-const PLASTER: [Color; 6] = [
-    [196.0, 176.0, 140.0],
-    [170.0, 110.0, 84.0],
-    [188.0, 188.0, 180.0],
-    [150.0, 142.0, 122.0],
-    [206.0, 196.0, 160.0],
-    [132.0, 120.0, 118.0],
-];
+const PLASTER: [u32; 6] = [0xC4B08C, 0xAA6E54, 0xBCBCB4, 0x968E7A, 0xCEC4A0, 0x847876];
+const SPINES: [u32; 7] = [0x962828, 0x284678, 0x3C6446, 0xC8AA5A, 0x5A3C64, 0xBEBEBA, 0x3C3C42];
 
 fn street(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let v = y / scale;
@@ -111,37 +105,37 @@ fn street(seed: u32, x: f64, y: f64, scale: f64) -> Color {
         // Houses, 70 to 120 pixels wide, with a roof line of their own.
         let cell = (x / 95.0 + 0.25 * value(seed ^ 2, x / 300.0, 0.0)).floor() as i32;
         let roof = 0.02 + 0.14 * unit(seed ^ 3, cell, 0);
-        if v < roof {
-            let cloud = octaves(seed ^ 4, x / 80.0, y / 30.0, 4);
-            return mix([140.0, 170.0, 205.0], [232.0, 234.0, 236.0], smoothstep(0.35, 0.75, cloud));
-        }
-        let stain = octaves(seed ^ 5, x / 24.0, y / 40.0, 4);
-        let plaster = shade(pick(&PLASTER, seed ^ 6, cell, 1), 0.72 + 0.5 * stain);
         let (wx, wy) = (x / 23.0, (v - roof) * scale / 27.0);
         let (wi, wj) = (wx.floor(), wy.floor());
         let (fu, fv) = (wx - wi, wy - wj);
-        if (0.25..0.75).contains(&fu) && (0.25..0.8).contains(&fv) {
-            let frame = (fu - 0.5).abs() > 0.21 || (fu - 0.5).abs() < 0.025 || !(0.3..0.75).contains(&fv);
-            let lit = unit(seed ^ 7, wi as i32, wj as i32);
-            let glass = mix([40.0, 50.0, 64.0], [150.0, 160.0, 168.0], lit * (1.2 - fv));
-            return if frame { [224.0, 220.0, 210.0] } else { glass };
-        }
-        return shade(plaster, 1.0 + 0.25 * grain);
+        let window = (0.25..0.75).contains(&fu) && (0.25..0.8).contains(&fv);
+        let frame = (fu - 0.5).abs() > 0.21 || (fu - 0.5).abs() < 0.025 || !(0.3..0.75).contains(&fv);
+        return match () {
+            _ if v < roof => {
+                let cloud = octaves(seed ^ 4, x / 80.0, y / 30.0, 4);
+                mix([140.0, 170.0, 205.0], [232.0, 234.0, 236.0], smoothstep(0.35, 0.75, cloud))
+            }
+            _ if window && frame => [224.0, 220.0, 210.0],
+            _ if window => {
+                let lit = unit(seed ^ 7, wi as i32, wj as i32);
+                mix([40.0, 50.0, 64.0], [150.0, 160.0, 168.0], lit * (1.2 - fv))
+            }
+            _ => {
+                let stain = octaves(seed ^ 5, x / 24.0, y / 40.0, 4);
+                let plaster = shade(pick(&PLASTER, seed ^ 6, cell, 1), 0.72 + 0.5 * stain);
+                shade(plaster, 1.0 + 0.25 * grain)
+            }
+        };
     }
     if v < 0.64 {
         // Pavement slabs and kerb.
         let joint = (x / 22.0).fract().abs() < 0.06 || (y / 9.0).fract().abs() < 0.1;
-        let c = shade([158.0, 154.0, 148.0], 0.85 + 0.3 * octaves(seed ^ 8, x / 12.0, y / 12.0, 4));
-        return shade(
-            c,
-            if v > 0.628 {
-                1.2
-            } else if joint {
-                0.78
-            } else {
-                1.0 + 0.3 * grain
-            },
-        );
+        let slab = shade([158.0, 154.0, 148.0], 0.85 + 0.3 * octaves(seed ^ 8, x / 12.0, y / 12.0, 4));
+        return match () {
+            _ if v > 0.628 => shade(slab, 1.2),
+            _ if joint => shade(slab, 0.78),
+            _ => shade(slab, 1.0 + 0.3 * grain),
+        };
     }
     let tar = octaves(seed ^ 9, x / 40.0, y / 18.0, 4);
     let line = (0.795..0.812).contains(&v) && (x / 56.0).rem_euclid(1.0) < 0.55;
@@ -167,10 +161,7 @@ fn meadow(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let path = 1.0 - smoothstep(0.045, 0.06, (v - middle).abs() + 0.02 * leaves);
     let gravel = shade([186.0, 166.0, 130.0], 0.75 + 0.5 * octaves(seed ^ 7, x / 4.0, y / 4.0, 3));
     let flower = hash(seed ^ 8, (x / 3.0).floor() as i32, (y / 3.0).floor() as i32).is_multiple_of(130);
-    if flower && path < 0.5 {
-        return [232.0, 226.0, 150.0];
-    }
-    mix(grass, gravel, path)
+    if flower && path < 0.5 { [232.0, 226.0, 150.0] } else { mix(grass, gravel, path) }
 }
 
 fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Color {
@@ -184,20 +175,21 @@ fn bricks(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let along = x / 21.0 + 0.5 * row.rem_euclid(2.0);
     let (fu, fv) = (along - along.floor(), y / 9.0 - row);
     let weather = octaves(seed ^ 2, x / 55.0, y / 45.0, 4);
-    if fu < 0.07 || fv < 0.15 {
-        return shade([160.0, 132.0, 112.0], 0.6 + 0.4 * grain + 0.3 * weather);
-    }
-    let own = unit(seed ^ 3, along.floor() as i32, row as i32);
-    let brick = mix([140.0, 74.0, 54.0], [172.0, 100.0, 72.0], own);
     // A poster here and there gives the wall places of its own.
-    let (pi, pu, pv) = ((x / 140.0).floor(), (x / 140.0).rem_euclid(1.0), v);
-    if unit(seed ^ 4, pi as i32, 0) < 0.6 && (0.3..0.62).contains(&pu) && (0.2..0.6).contains(&pv) {
-        let paper = pick(&PLASTER, seed ^ 5, pi as i32, 3);
-        let text = (y / 6.0).rem_euclid(1.0) < 0.5
-            && unit(seed ^ 6, (x / 4.0).floor() as i32, (y / 6.0).floor() as i32) < 0.6;
-        return shade(paper, if text && pv > 0.3 { 0.6 } else { 0.9 + 0.25 * grain });
+    let (bay, pu) = ((x / 140.0).floor() as i32, (x / 140.0).rem_euclid(1.0));
+    match () {
+        _ if fu < 0.07 || fv < 0.15 => shade([160.0, 132.0, 112.0], 0.6 + 0.4 * grain + 0.3 * weather),
+        _ if unit(seed ^ 4, bay, 0) < 0.6 && (0.3..0.62).contains(&pu) && (0.2..0.6).contains(&v) => {
+            let letter = unit(seed ^ 6, (x / 4.0).floor() as i32, (y / 6.0).floor() as i32) < 0.6;
+            let text = v > 0.3 && (y / 6.0).rem_euclid(1.0) < 0.5 && letter;
+            shade(pick(&PLASTER, seed ^ 5, bay, 3), if text { 0.6 } else { 0.9 + 0.25 * grain })
+        }
+        _ => {
+            let own = unit(seed ^ 3, along.floor() as i32, row as i32);
+            let brick = mix([140.0, 74.0, 54.0], [172.0, 100.0, 72.0], own);
+            shade(brick, 0.6 + 0.4 * grain + 0.4 * weather)
+        }
     }
-    shade(brick, 0.6 + 0.4 * grain + 0.4 * weather)
 }
 
 fn room(seed: u32, x: f64, y: f64, scale: f64) -> Color {
@@ -205,61 +197,47 @@ fn room(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     let grain = octaves(seed ^ 1, x / 4.0, y / 4.0, 2);
     if v > 0.82 {
         // Desk with wood grain and papers.
-        let wood = octaves(seed ^ 2, x / 70.0, y / 5.0, 4);
-        let sheet = (x / 64.0).floor();
-        let (su, sv) = ((x / 64.0) - sheet, v);
-        if unit(seed ^ 3, sheet as i32, 0) < 0.5 && (0.2..0.7).contains(&su) && (0.87..0.95).contains(&sv) {
-            return shade([226.0, 224.0, 216.0], if (y / 4.0).rem_euclid(1.0) < 0.35 { 0.75 } else { 1.0 });
-        }
-        return shade([150.0, 104.0, 62.0], 0.65 + 0.7 * wood);
+        let (sheet, su) = ((x / 64.0).floor() as i32, x / 64.0 - (x / 64.0).floor());
+        let paper = unit(seed ^ 3, sheet, 0) < 0.5 && (0.2..0.7).contains(&su) && (0.87..0.95).contains(&v);
+        return match () {
+            _ if paper && (y / 4.0).rem_euclid(1.0) < 0.35 => shade([226.0, 224.0, 216.0], 0.75),
+            _ if paper => [226.0, 224.0, 216.0],
+            _ => shade([150.0, 104.0, 62.0], 0.65 + 0.7 * octaves(seed ^ 2, x / 70.0, y / 5.0, 4)),
+        };
     }
-    let bay = (x / 150.0).floor();
-    let bu = x / 150.0 - bay;
-    let paper = octaves(seed ^ 4, x / 90.0, y / 70.0, 3);
-    let stripe = if (x / 11.0).rem_euclid(1.0) < 0.5 { 0.94 } else { 1.02 };
-    let wall = shade([196.0, 186.0, 166.0], (0.75 + 0.4 * paper) * stripe * (0.94 + 0.12 * grain));
-    if !hash(seed ^ 5, bay as i32, 0).is_multiple_of(3)
-        && (0.1..0.62).contains(&bu)
-        && (0.08..0.74).contains(&v)
-    {
+    let (bay, bu) = ((x / 150.0).floor() as i32, x / 150.0 - (x / 150.0).floor());
+    let has_shelf = !hash(seed ^ 5, bay, 0).is_multiple_of(3);
+    if has_shelf && (0.1..0.62).contains(&bu) && (0.08..0.74).contains(&v) {
         // A shelf: boards and book spines.
         let shelf = ((v - 0.08) / 0.165).floor();
         let sv = (v - 0.08) / 0.165 - shelf;
-        if sv > 0.88 || !(0.115..0.605).contains(&bu) {
-            return shade([104.0, 70.0, 44.0], 0.7 + 0.6 * octaves(seed ^ 6, x / 30.0, y / 3.0, 3));
-        }
         let book = (x / 7.0).floor();
-        let own = unit(seed ^ 7, book as i32, shelf as i32);
-        if sv < 0.1 + 0.35 * own {
-            return shade([54.0, 42.0, 34.0], 0.7 + 0.5 * grain);
-        }
         let bx = x / 7.0 - book;
-        let spine = pick(&SPINES, seed ^ 8, book as i32, shelf as i32);
+        let own = unit(seed ^ 7, book as i32, shelf as i32);
         let label = (0.55..0.68).contains(&sv) && (0.2..0.8).contains(&bx) && own > 0.4;
-        let round = 1.05 - 1.3 * (bx - 0.5) * (bx - 0.5);
-        return shade(if label { [224.0, 212.0, 170.0] } else { spine }, round * (0.8 + 0.3 * grain));
+        return match () {
+            _ if sv > 0.88 || !(0.115..0.605).contains(&bu) => {
+                shade([104.0, 70.0, 44.0], 0.7 + 0.6 * octaves(seed ^ 6, x / 30.0, y / 3.0, 3))
+            }
+            _ if sv < 0.1 + 0.35 * own => shade([54.0, 42.0, 34.0], 0.7 + 0.5 * grain),
+            _ => {
+                let spine = pick(&SPINES, seed ^ 8, book as i32, shelf as i32);
+                let round = 1.05 - 1.3 * (bx - 0.5) * (bx - 0.5);
+                shade(if label { [224.0, 212.0, 170.0] } else { spine }, round * (0.8 + 0.3 * grain))
+            }
+        };
     }
-    if hash(seed ^ 9, bay as i32, 0).is_multiple_of(2)
-        && (0.7..0.93).contains(&bu)
-        && (0.16..0.5).contains(&v)
-    {
+    let has_picture = hash(seed ^ 9, bay, 0).is_multiple_of(2);
+    if has_picture && (0.7..0.93).contains(&bu) && (0.16..0.5).contains(&v) {
         let edge = !(0.72..0.91).contains(&bu) || !(0.19..0.47).contains(&v);
         let land = octaves(seed ^ 10, x / 12.0, y / 7.0, 4);
         let picture = mix([70.0, 100.0, 130.0], [200.0, 180.0, 110.0], smoothstep(0.3, 0.7, land + v - 0.33));
         return if edge { [78.0, 54.0, 34.0] } else { picture };
     }
-    wall
+    let paper = octaves(seed ^ 4, x / 90.0, y / 70.0, 3);
+    let stripe = if (x / 11.0).rem_euclid(1.0) < 0.5 { 0.94 } else { 1.02 };
+    shade([196.0, 186.0, 166.0], (0.75 + 0.4 * paper) * stripe * (0.94 + 0.12 * grain))
 }
-
-const SPINES: [Color; 7] = [
-    [150.0, 40.0, 40.0],
-    [40.0, 70.0, 120.0],
-    [60.0, 100.0, 70.0],
-    [200.0, 170.0, 90.0],
-    [90.0, 60.0, 100.0],
-    [190.0, 190.0, 186.0],
-    [60.0, 60.0, 66.0],
-];
 
 fn water(seed: u32, x: f64, y: f64) -> Color {
     let bend = 14.0 * octaves(seed ^ 1, x / 60.0, y / 24.0, 3);

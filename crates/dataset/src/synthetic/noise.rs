@@ -1,4 +1,4 @@
-//! Hashes of places, value noise made of them, and colors.
+//! Hashes of places, value noise made of them, colors and ellipses.
 
 /// A color, red, green and blue in 0..=255.
 pub type Color = [f64; 3];
@@ -63,9 +63,16 @@ pub fn shade(c: Color, factor: f64) -> Color {
     c.map(|v| v * factor)
 }
 
-/// One of a palette by hash.
-pub fn pick(palette: &[Color], seed: u32, x: i32, y: i32) -> Color {
-    palette[hash(seed, x, y) as usize % palette.len()]
+/// One of a palette of colors `0xRRGGBB` by hash.
+pub fn pick(palette: &[u32], seed: u32, x: i32, y: i32) -> Color {
+    let [_, red, green, blue] = palette[hash(seed, x, y) as usize % palette.len()].to_be_bytes();
+    [red, green, blue].map(f64::from)
+}
+
+/// Distance from the center of an ellipse, 1 on its border.
+pub fn ellipse(x: f64, y: f64, cx: f64, cy: f64, rx: f64, ry: f64) -> f64 {
+    let (a, b) = ((x - cx) / rx, (y - cy) / ry);
+    (a * a + b * b).sqrt()
 }
 
 /// A channel as a byte.

@@ -20,16 +20,9 @@ pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Color {
     }
     if out < 0.38 {
         let joint = (x / 20.0).rem_euclid(1.0) < 0.06 || (y / 9.0).rem_euclid(1.0) < 0.1;
-        let kerb = out < 0.31;
         let worn = 0.82 + 0.32 * octaves(seed ^ 5, x / 14.0, y / 14.0, 4) + 0.3 * grain;
-        let tone = if kerb {
-            1.15
-        } else if joint {
-            0.8
-        } else {
-            1.0
-        };
-        return shade([160.0, 154.0, 146.0], worn * tone);
+        let slab = if joint { 0.8 } else { 1.0 };
+        return shade([160.0, 154.0, 146.0], worn * if out < 0.31 { 1.15 } else { slab });
     }
     let field = octaves(seed ^ 6, x / 50.0, y / 40.0, 4);
     let grass = mix([66.0, 98.0, 42.0], [136.0, 154.0, 80.0], smoothstep(0.25, 0.75, field));
@@ -38,31 +31,28 @@ pub fn road(seed: u32, x: f64, y: f64, scale: f64) -> Color {
 
 /// A hall with shop windows along its far wall and a floor of polished tiles.
 pub fn hall(seed: u32, x: f64, y: f64, scale: f64) -> Color {
-    const SIGNS: [Color; 5] = [
-        [150.0, 60.0, 56.0],
-        [60.0, 92.0, 132.0],
-        [196.0, 172.0, 96.0],
-        [76.0, 112.0, 84.0],
-        [70.0, 66.0, 72.0],
-    ];
+    const SIGNS: [u32; 5] = [0x963C38, 0x3C5C84, 0xC4AC60, 0x4C7054, 0x464248];
     let v = y / scale;
     let grain = octaves(seed ^ 1, x / 3.0, y / 3.0, 2) - 0.5;
     if v < 0.38 {
         let shop = (x / 118.0).floor();
         let su = x / 118.0 - shop;
         let sign = pick(&SIGNS, seed ^ 2, shop as i32, 0);
-        if !(0.07..0.93).contains(&su) || !(0.04..=0.35).contains(&v) {
-            let stain = octaves(seed ^ 3, x / 30.0, y / 30.0, 3);
-            return shade([186.0, 178.0, 164.0], 0.74 + 0.36 * stain + 0.2 * grain);
-        }
-        if v < 0.12 {
-            let letter = (0.055..0.1).contains(&v) && unit(seed ^ 4, (x / 7.0).floor() as i32, 1) < 0.6;
-            return if letter { [232.0, 228.0, 216.0] } else { shade(sign, 0.9 + 0.2 * grain) };
-        }
-        let goods = octaves(seed ^ 5, x / 10.0, y / 13.0, 3);
-        let inside = mix([52.0, 50.0, 54.0], [206.0, 186.0, 150.0], smoothstep(0.35, 0.75, goods));
-        let bar = (su - 0.5).abs() < 0.02;
-        return if bar { [92.0, 92.0, 96.0] } else { mix(inside, sign, 0.25) };
+        let letter = (0.055..0.1).contains(&v) && unit(seed ^ 4, (x / 7.0).floor() as i32, 1) < 0.6;
+        return match () {
+            _ if !(0.07..0.93).contains(&su) || !(0.04..=0.35).contains(&v) => {
+                let stain = octaves(seed ^ 3, x / 30.0, y / 30.0, 3);
+                shade([186.0, 178.0, 164.0], 0.74 + 0.36 * stain + 0.2 * grain)
+            }
+            _ if letter => [232.0, 228.0, 216.0],
+            _ if v < 0.12 => shade(sign, 0.9 + 0.2 * grain),
+            _ if (su - 0.5).abs() < 0.02 => [92.0, 92.0, 96.0],
+            _ => {
+                let goods = octaves(seed ^ 5, x / 10.0, y / 13.0, 3);
+                let inside = mix([52.0, 50.0, 54.0], [206.0, 186.0, 150.0], smoothstep(0.35, 0.75, goods));
+                mix(inside, sign, 0.25)
+            }
+        };
     }
     // Tiles grow towards the camera; a gloss below the windows.
     let depth = (v - 0.2) / 0.8;

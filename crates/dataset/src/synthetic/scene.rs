@@ -9,7 +9,7 @@ use super::motion::{Curve, at};
 use super::noise::{hash, smoothstep, value};
 use super::sprite::{Pose, Sprite};
 use super::{scenes, sensor};
-use crate::{Digest, Frames, Numbering, Render, Sequence};
+use crate::{Frames, Numbering, Render, Sequence};
 use serde::Deserialize;
 use std::sync::{Arc, OnceLock};
 use trackfail_core::image::Frame;
@@ -255,10 +255,13 @@ struct Scene {
 struct Assets {
     picture: Picture,
     /// The distinct sprites, one picture a phase.
-    sprites: Vec<Vec<Sprite>>,
+    sprites: Vec<(SpriteKey, Vec<Sprite>)>,
     /// Which sprites an actor has, in drawing order.
     cast: Vec<usize>,
 }
+
+/// What sprites of the same pictures have in common: kind, look and size.
+type SpriteKey = (Kind, u32, [usize; 2]);
 
 /// The finest division of a frame's exposure.
 const MAX_SUBFRAMES: usize = 8;
@@ -290,22 +293,19 @@ impl Scene {
             let height = (high.1 - top).ceil() as usize + p.size.1 + 2;
             let (left, top) = (left as i64, top as i64);
             let picture = Picture::paint(p.ground, self.seed, left, top, width, height, p.size.1 as f64);
-            let mut known: Vec<(Kind, u32, [usize; 2])> = vec![];
-            let mut sprites = vec![];
+            let mut sprites: Vec<(SpriteKey, Vec<Sprite>)> = vec![];
             let mut cast = vec![];
             for a in self.actors() {
-                let largest =
-                    a.scale.iter().map(|s| s.1).fold(if a.scale.is_empty() { 1.0 } else { 0.0 }, f64::max);
+                let largest = a.scale.iter().map(|s| s.1).reduce(f64::max).unwrap_or(1.0);
                 let size = [a.size.0, a.size.1].map(|s| ((s * largest).ceil() as usize).clamp(4, 400));
                 let key = (a.kind, a.look, size);
-                cast.push(known.iter().position(|k| *k == key).unwrap_or_else(|| {
+                cast.push(sprites.iter().position(|known| known.0 == key).unwrap_or(sprites.len()));
+                if cast.last() == Some(&sprites.len()) {
                     let aspect = a.size.0 / a.size.1;
                     let phase =
                         |n| Sprite::paint(size[0], size[1], |u, v| a.kind.paint(a.look, n, aspect, u, v));
-                    sprites.push((0..a.kind.phases()).map(phase).collect());
-                    known.push(key);
-                    known.len() - 1
-                }));
+                    sprites.push((key, (0..a.kind.phases()).map(phase).collect()));
+                }
             }
             Assets { picture, sprites, cast }
         })
@@ -319,7 +319,7 @@ impl Scene {
         assets.picture.view(camera.0, camera.1, width, out);
         for (a, &k) in self.actors().zip(&assets.cast) {
             let phase = a.kind.phase_of(at(&a.pose, t, 0.0) + a.cadence * t);
-            assets.sprites[k][phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
+            assets.sprites[k].1[phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
         }
     }
 
@@ -379,6 +379,16 @@ impl Scene {
         1.0 - 0.55 * (1.0 - smoothstep(half - 6.0, half + 6.0, distance))
     }
 
+    /// Light, shadow and sensor noise.
+    fn expose(&self, t: usize, rgb: &mut [u8]) {
+        let width = self.plan.size.0;
+        let now = t as f64;
+        let (left, light) = (self.camera(now).0, at(&self.plan.light, now, 1.0));
+        let gain = |i: usize| 256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now);
+        let gains: Vec<i32> = (0..width).map(|i| gain(i).clamp(0.0, 2048.0).round() as i32).collect();
+        sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
+    }
+
     /// The attributes of a frame, in the order of [`FRAME_ATTRIBUTES`].
     fn frame_attributes(&self, t: usize) -> [bool; 5] {
         let now = t as f64;
@@ -388,9 +398,8 @@ impl Scene {
         };
         let (a, b, c) = (place((now - 4.0).max(0.0)), place(now), place(now + 4.0));
         let side = b.2.sqrt();
-        let bend = ((c.0 - 2.0 * b.0 + a.0) * (c.0 - 2.0 * b.0 + a.0)
-            + (c.1 - 2.0 * b.1 + a.1) * (c.1 - 2.0 * b.1 + a.1))
-            .sqrt();
+        let (x, y) = (c.0 - 2.0 * b.0 + a.0, c.1 - 2.0 * b.1 + a.1);
+        let bend = (x * x + y * y).sqrt();
         let earlier = place((now - 10.0).max(0.0)).2;
         let (light, first) = (self.brightness(now), self.brightness(0.0));
         let (here, before) = (self.camera(now), self.camera((now - 1.0).max(0.0)));
@@ -452,18 +461,6 @@ impl Render for Scene {
     }
 }
 
-impl Scene {
-    /// Light, shadow and sensor noise.
-    fn expose(&self, t: usize, rgb: &mut [u8]) {
-        let width = self.plan.size.0;
-        let now = t as f64;
-        let (left, light) = (self.camera(now).0, at(&self.plan.light, now, 1.0));
-        let gain = |i: usize| 256.0 * light * self.shadow_gain(left + i as f64 + 0.5, now);
-        let gains: Vec<i32> = (0..width).map(|i| gain(i).clamp(0.0, 2048.0).round() as i32).collect();
-        sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
-    }
-}
-
 /// The number that the textures and the noise of a sequence follow from.
 pub fn bits(suite: &str, name: &str) -> u64 {
     seed(0, &["synthetic", suite, name])
@@ -486,13 +483,7 @@ pub fn sequence(suite: &str, plan: &ScenePlan) -> Sequence {
         let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true));
         attributes = ever.map(|(name, _)| name.clone()).collect();
     }
-    Sequence {
-        name: plan.name.clone(),
-        numbering: Numbering { first: 1, official: (1, plan.frames as u32) },
-        truth,
-        attributes,
-        frame_attributes,
-        digest: Digest::default(),
-        frames: Frames::Rendered(Arc::new(scene), plan.frames),
-    }
+    let numbering = Numbering { first: 1, official: (1, plan.frames as u32) };
+    let frames = Frames::Rendered(Arc::new(scene), plan.frames);
+    Sequence { attributes, frame_attributes, ..Sequence::new(plan.name.clone(), numbering, truth, frames) }
 }

@@ -5,6 +5,7 @@
 //! is `behind` it and in `front` of it. Curves are lists of `[frame, value]`, places are in pixels of a world that the
 //! camera shows a part of. The four suites of the program are such files, in `scenes/`.
 
+use super::motion::Curve;
 use super::scene::{Actor, ScenePlan};
 use super::{RenderLayout, scene};
 use crate::{DatasetError, Sequence, sorted, text};
@@ -17,8 +18,9 @@ use toml::Spanned;
 /// Most pixels of a background, the camera's way included.
 const MAX_BACKGROUND: f64 = 64e6;
 
-/// Largest number of a scene.
-const MAX_NUMBER: f64 = 1e5;
+/// Numbers of a scene.
+const NUMBERS: RangeInclusive<f64> = -1e5..=1e5;
+const NUMBERS_WORDS: &str = "numbers go from -100000 to 100000";
 
 /// The scenes of a suite.
 #[derive(Debug, Clone)]
@@ -92,13 +94,12 @@ fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     if !text::is_name(&plan.name) || plan.name.contains(['"', '\\', '/']) || plan.name.starts_with('.') {
         return Err("`name` is a plain word without slashes, quotes and a dot at its start");
     }
-    let has = |a: &Actor| [!a.x.is_empty(), !a.y.is_empty(), a.crosses.is_some(), a.along.is_some()];
-    const OWN: [bool; 4] = [true, true, false, false];
-    const FOLLOWS: [[bool; 4]; 2] = [[false, false, true, false], [false, false, false, true]];
-    if has(&plan.target) != OWN {
+    let own = |a: &Actor| !a.x.is_empty() && !a.y.is_empty() && a.crosses.is_none() && a.along.is_none();
+    let follows = |a: &Actor| a.x.is_empty() && a.y.is_empty() && a.crosses.is_some() != a.along.is_some();
+    if !own(&plan.target) {
         return Err("the target has `x` and `y`, and neither `crosses` nor `along`");
     }
-    if !plan.behind.iter().chain(&plan.front).map(has).all(|ways| ways == OWN || FOLLOWS.contains(&ways)) {
+    if !plan.behind.iter().chain(&plan.front).all(|a| own(a) || follows(a)) {
         return Err("whoever is `behind` or in `front` has either `x` and `y`, or `crosses`, or `along`");
     }
     let span = |curve: &[(f64, f64)], side: usize| {
@@ -114,54 +115,56 @@ fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// A number that is kept if it is in a range.
-fn within<T: PartialOrd, E: serde::de::Error>(
-    value: T,
-    range: RangeInclusive<T>,
-    words: &str,
-) -> Result<T, E> {
-    if range.contains(&value) { Ok(value) } else { Err(E::custom(words)) }
+/// A number in a range.
+fn one<'de, T, D>(from: D, range: RangeInclusive<T>, words: &str) -> Result<T, D::Error>
+where
+    T: Deserialize<'de> + PartialOrd,
+    D: Deserializer<'de>,
+{
+    let value = T::deserialize(from)?;
+    if range.contains(&value) { Ok(value) } else { Err(D::Error::custom(words)) }
 }
 
-fn small<E: serde::de::Error>(value: f64) -> Result<f64, E> {
-    within(value, -MAX_NUMBER..=MAX_NUMBER, "numbers go from -100000 to 100000")
+/// Two numbers in a range.
+fn two<'de, T, D>(from: D, range: RangeInclusive<T>, words: &str) -> Result<(T, T), D::Error>
+where
+    T: Deserialize<'de> + PartialOrd,
+    D: Deserializer<'de>,
+{
+    let (a, b) = <(T, T)>::deserialize(from)?;
+    if range.contains(&a) && range.contains(&b) { Ok((a, b)) } else { Err(D::Error::custom(words)) }
 }
 
 /// A number that is neither infinite nor huge.
 pub(super) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    small(f64::deserialize(from)?)
+    one(from, NUMBERS, NUMBERS_WORDS)
 }
 
 /// Frame and velocity of somebody who crosses.
 pub(super) fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
-    let (a, b) = <(f64, f64)>::deserialize(from)?;
-    Ok((small::<D::Error>(a)?, small::<D::Error>(b)?))
+    two(from, NUMBERS, NUMBERS_WORDS)
 }
 
 /// A number of frames.
 pub(super) fn frames<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
-    within(usize::deserialize(from)?, 1..=100_000, "a sequence has 1 to 100000 frames")
+    one(from, 1..=100_000, "a sequence has 1 to 100000 frames")
 }
 
 /// Width and height of frames.
 pub(super) fn frame_size<'de, D: Deserializer<'de>>(from: D) -> Result<(usize, usize), D::Error> {
-    let (width, height) = <(usize, usize)>::deserialize(from)?;
-    let side = |side| within::<_, D::Error>(side, 16..=4096, "frames are 16 to 4096 pixels wide and high");
-    Ok((side(width)?, side(height)?))
+    two(from, 16..=4096, "frames are 16 to 4096 pixels wide and high")
 }
 
 /// Width and height of an actor.
 pub(super) fn actor_size<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
-    let (width, height) = <(f64, f64)>::deserialize(from)?;
-    let side = |side| within::<_, D::Error>(side, 1.0..=4096.0, "it is 1 to 4096 pixels wide and high");
-    Ok((side(width)?, side(height)?))
+    two(from, 1.0..=4096.0, "it is 1 to 4096 pixels wide and high")
 }
 
 /// A list of `[frame, value]` in which frames rise.
-pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64)>, D::Error> {
-    let points = Vec::<(f64, f64)>::deserialize(from)?;
-    for (frame, value) in &points {
-        small::<D::Error>(*frame).and(small(*value))?;
+pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
+    let points = Curve::deserialize(from)?;
+    if !points.iter().all(|p| NUMBERS.contains(&p.0) && NUMBERS.contains(&p.1)) {
+        return Err(D::Error::custom(NUMBERS_WORDS));
     }
     if points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
         return Err(D::Error::custom("the frames of a list of `[frame, value]` rise"));
@@ -170,12 +173,10 @@ pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64)
 }
 
 /// A curve of magnifications.
-pub(super) fn scale<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64)>, D::Error> {
+pub(super) fn scale<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
     let points = curve(from)?;
-    for (_, value) in &points {
-        within::<_, D::Error>(*value, 0.01..=100.0, "magnifications are 0.01 to 100")?;
-    }
-    Ok(points)
+    let fits = points.iter().all(|p| (0.01..=100.0).contains(&p.1));
+    if fits { Ok(points) } else { Err(D::Error::custom("magnifications are 0.01 to 100")) }
 }
 
 #[cfg(test)]

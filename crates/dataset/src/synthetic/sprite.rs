@@ -109,35 +109,25 @@ impl Sprite {
         let (x0, x1) = (from(low(|c| c.0), width), from(high(|c| c.0) + 3.0, width));
         let (y0, y1) = (from(low(|c| c.1), height), from(high(|c| c.1) + 3.0, height));
         let (tw, th) = ((level.width - 2) as f64, (level.height - 2) as f64);
-        if pose.turn == 0.0 {
-            // Its rows and columns are the screen's, so both coordinates are known before the loops.
-            let place = |x: usize, y: usize| pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
-            let across = |x: usize| if mirrored { 1.0 - place(x, y0).0 } else { place(x, y0).0 };
-            let columns: Vec<Cell> = (x0..x1).map(|x| Cell::at(across(x) * tw, level.width)).collect();
-            for (y, row) in rgb.chunks_exact_mut(3 * width).enumerate().take(y1).skip(y0) {
-                let Cell { inside: true, index, part } = Cell::at(place(x0, y).1 * th, level.height) else {
-                    continue;
-                };
-                let start = index * level.width;
-                let (above, below) = level.rgba[start..start + 2 * level.width].split_at(level.width);
-                for (pixel, column) in row[3 * x0..3 * x1].chunks_exact_mut(3).zip(&columns) {
-                    if column.inside {
-                        blend(pixel, mean(above, below, column.index, column.part, part));
-                    }
-                }
+        let cells = |x: usize, y: usize| {
+            let (u, v) = pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
+            let u = if mirrored { 1.0 - u } else { u };
+            (Cell::at(u * tw, level.width), Cell::at(v * th, level.height))
+        };
+        let mut places: Vec<(Cell, Cell)> = (x0..x1).map(|x| cells(x, y0)).collect();
+        for (y, line) in rgb.chunks_exact_mut(3 * width).enumerate().take(y1).skip(y0) {
+            if pose.turn == 0.0 {
+                // Its rows and columns are the screen's.
+                let row = cells(x0, y).1;
+                places.iter_mut().for_each(|place| place.1 = row);
+            } else {
+                places.iter_mut().zip(x0..x1).for_each(|(place, x)| *place = cells(x, y));
             }
-            return;
-        }
-        for y in y0..y1 {
-            for x in x0..x1 {
-                let (u, v) = pose_place_fast(pose, x as f64 + 0.5, y as f64 + 0.5, &corners);
-                let u = if mirrored { 1.0 - u } else { u };
-                let (column, row) = (Cell::at(u * tw, level.width), Cell::at(v * th, level.height));
+            for (pixel, (column, row)) in line[3 * x0..3 * x1].chunks_exact_mut(3).zip(&places) {
                 if column.inside && row.inside {
                     let start = row.index * level.width;
                     let (above, below) = level.rgba[start..start + 2 * level.width].split_at(level.width);
-                    let i = 3 * (y * width + x);
-                    blend(&mut rgb[i..i + 3], mean(above, below, column.index, column.part, row.part));
+                    blend(pixel, mean(above, below, column.index, column.part, row.part));
                 }
             }
         }

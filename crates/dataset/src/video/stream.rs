@@ -117,27 +117,21 @@ impl VideoStream {
             Some(pass) => pass,
             None => Pass::start(&self.input, self.every_frame, &[]).map_err(io)?,
         };
-        loop {
-            match pass.picture(&check).map_err(content)? {
-                Some(picture) if state.given < self.frames => {
-                    state.keep(self.of_one_size(picture)?);
-                    if state.given < self.frames {
-                        state.pass = Some(pass);
-                        return Ok(());
-                    }
-                }
-                Some(_) => return Err(changed()),
-                None => {
-                    let Outcome { status, said, .. } = pass.outcome(&check, state.given).map_err(io)?;
-                    return match status.map_err(content)? {
-                        status if !status.success() => {
-                            Err(content(refusal(status, &said, state.given, LIMITS)))
-                        }
-                        _ if state.given < self.frames => Err(changed()),
-                        _ => Ok(()),
-                    };
-                }
+        if let Some(picture) = pass.picture(&check).map_err(content)? {
+            state.keep(self.of_one_size(picture)?);
+            if state.given < self.frames {
+                state.pass = Some(pass);
+                return Ok(());
             }
+            if pass.picture(&check).map_err(content)?.is_some() {
+                return Err(changed());
+            }
+        }
+        let Outcome { status, said, .. } = pass.outcome(&check, state.given).map_err(io)?;
+        match status.map_err(content)? {
+            status if !status.success() => Err(content(refusal(status, &said, state.given, LIMITS))),
+            _ if state.given < self.frames => Err(changed()),
+            _ => Ok(()),
         }
     }
 

@@ -40,7 +40,6 @@ fn plain_names_are_taken() {
 fn every_other_name_is_refused() {
     let long = "x".repeat(256);
     let wide = "é".repeat(128);
-    let deep = "d/".repeat(17);
     for (raw, reason) in [
         (&b"a\xff"[..], "not UTF-8"),
         (b"\xc0\xae\xc0\xae/a", "not UTF-8"),
@@ -72,14 +71,8 @@ fn every_other_name_is_refused() {
         (b"a./b", "a dot or a space"),
         (b"a /b", "a dot or a space"),
         (b"...", "a dot or a space"),
-        (b"a/NUL", "a device"),
-        (b"con.txt", "a device"),
-        (b"Com1.tar.gz", "a device"),
-        ("lpt\u{b2}".as_bytes(), "a device"),
-        (b"aux .c", "a device"),
         (b"a/.trackfail-complete", "keeps for itself"),
         (b".TrackFail/lock", "keeps for itself"),
-        (deep.as_bytes(), "more than 16 parts"),
     ] {
         let error = path_of(raw).unwrap_err();
         assert!(error.contains(reason), "{}: {error}", String::from_utf8_lossy(raw));
@@ -106,12 +99,6 @@ fn members_go_where_the_list_says() {
     let mut files: Vec<_> = files.filter(|e| e.file_type().is_file()).map(|e| e.into_path()).collect();
     files.sort();
     assert_eq!(files, [into.join("otb/a/1"), into.join("otb/b/c/1")]);
-    for bad in ["../otb", "/otb", "", ".", "./otb", "otb/"] {
-        let error = unpacked(&[bad]).unwrap_err();
-        assert!(error.to_string().contains("of the built-in lists cannot be a path"), "{bad}: {error}");
-    }
-    assert_eq!(single_file(&archive(), "try.xml").unwrap(), "otb/try.xml");
-    assert!(single_file(&archive(), "..").is_err());
 }
 
 proptest! {

@@ -13,7 +13,7 @@
 //!
 //! `xc`, `yc` are the center, `w`, `h` the size, in pixels; four zeros stand for an object that is not annotated.
 //! Everything else (groups, appearance, roles, hypotheses of CAVIAR) is passed over. The document is read tag
-//! by tag; its size, depth and number of boxes are limited, and entities of its own are refused, so that no
+//! by tag; its size and depth are limited, and entities of its own are refused, so that no
 //! document takes more memory than its own size warrants.
 
 use crate::{DatasetError, text};
@@ -21,13 +21,10 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use trackfail_core::region::Rect;
+use trackfail_core::region::{Rect, Region};
 
 /// Deepest nesting of elements; CVML needs 8.
 const MAX_DEPTH: usize = 32;
-
-/// Most boxes of a file; the longest of CAVIAR has some thousands.
-const MAX_BOXES: usize = 1_000_000;
 
 /// Largest coordinate and size, in pixels.
 const MAX_COORDINATE: f64 = 1e6;
@@ -40,7 +37,8 @@ const LAST_FRAME: u32 = 10_000_000;
 pub struct Annotation {
     /// Boxes by object and image number (XML frame + 1).
     objects: BTreeMap<u32, BTreeMap<u32, Rect>>,
-    last: u32,
+    /// Numbers of the images that have a `<frame>`.
+    images: BTreeSet<u32>,
 }
 
 impl Annotation {
@@ -66,20 +64,15 @@ impl Annotation {
         self.objects.get(&object)?.get(&image).copied()
     }
 
+    /// An object's boxes in a range of images.
+    pub(super) fn regions(&self, object: u32, (first, last): (u32, u32)) -> Vec<Option<Region>> {
+        (first..=last).map(|image| self.region(object, image).map(Region::Rect)).collect()
+    }
+
     /// Number of the last image that has a `<frame>`; 0 without any.
     pub fn last(&self) -> u32 {
-        self.last
+        self.images.last().copied().unwrap_or_default()
     }
-}
-
-/// Kind of an open element.
-#[derive(Clone, Copy, PartialEq)]
-enum Open {
-    Dataset,
-    Frame,
-    Objects,
-    Object,
-    Other,
 }
 
 /// Reads a document; `path` is for messages.
@@ -93,144 +86,119 @@ pub fn parse(path: &Path, document: &str) -> Result<Annotation, DatasetError> {
     let mut state = State::default();
     loop {
         let start = reader.buffer_position();
-        let fail = |at: u64, message: String| {
-            let before = document.as_bytes().iter().take(usize::try_from(at).unwrap_or(usize::MAX));
-            let line = 1 + before.filter(|&&b| b == b'\n').count();
-            DatasetError::line(path, line, message)
-        };
-        let event = reader.read_event().map_err(|e| {
-            let position = reader.error_position();
-            fail(position, format!("not well-formed XML: {}", text::shorten(&e.to_string())))
-        })?;
-        let done = match event {
-            Event::Start(tag) => state.open(&tag),
-            Event::Empty(tag) => state.open(&tag).and_then(|()| state.close()),
-            Event::End(_) => state.close(),
-            Event::DocType(text) if text.contains('[') => {
+        let event = reader.read_event();
+        let done = match &event {
+            Ok(Event::Start(tag)) => state.open(tag),
+            Ok(Event::Empty(tag)) => state.open(tag).and_then(|()| state.close()),
+            Ok(Event::End(_)) => state.close(),
+            Ok(Event::DocType(text)) if text.contains('[') => {
                 Err("the document declares entities; CVML needs none, remove the declaration".into())
             }
-            Event::GeneralRef(name) if !harmless(&name) => {
-                Err(format!("the entity `{}` is not known", text::shorten(&name)))
+            Ok(Event::GeneralRef(name)) if !is_harmless(name) => {
+                Err(format!("the entity `{}` is not known", text::shorten(name)))
             }
-            Event::Eof => break state.end().map_err(|message| fail(start, message)),
-            _ => Ok(()),
+            Ok(Event::Eof) if state.began && state.open.is_empty() => return Ok(state.found),
+            Ok(Event::Eof) => {
+                Err("the document ends before its last element is closed; fetch the file again".into())
+            }
+            Ok(_) => Ok(()),
+            Err(e) => Err(format!("not well-formed XML: {}", text::shorten(&e.to_string()))),
         };
-        done.map_err(|message| fail(start, message))?;
+        if let Err(message) = done {
+            let at = if event.is_err() { reader.error_position() } else { start };
+            let before = document.bytes().take(usize::try_from(at).unwrap_or(usize::MAX));
+            return Err(DatasetError::line(path, 1 + before.filter(|&b| b == b'\n').count(), message));
+        }
     }
 }
 
-fn harmless(entity: &str) -> bool {
+fn is_harmless(entity: &str) -> bool {
     entity.starts_with('#') || ["amp", "lt", "gt", "apos", "quot"].contains(&entity)
 }
 
 #[derive(Default)]
 struct State {
-    open: Vec<Open>,
-    closed: bool,
-    /// Image number of the open frame.
+    /// The elements around the place: their names where CVML has them, else nothing.
+    open: Vec<&'static str>,
+    began: bool,
+    /// Image number of the open frame, and the objects in it.
     image: u32,
+    in_frame: BTreeSet<u32>,
     /// Id of the open object, and whether it has a box yet.
     object: u32,
     has_box: bool,
-    images: BTreeSet<u32>,
-    in_frame: BTreeSet<u32>,
-    boxes: usize,
     found: Annotation,
 }
 
 impl State {
     fn open(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
-        let name = tag.name().into_inner();
         if self.open.len() == MAX_DEPTH {
             return Err(format!("elements nested more than {MAX_DEPTH} deep"));
         }
-        let element = match (self.open.last(), name) {
-            (None, _) if self.closed => return Err("text after the end of the document".into()),
-            (None, "dataset") => Open::Dataset,
+        let element = match (self.open.last().copied(), tag.name().into_inner()) {
+            (None, _) if self.began => return Err("text after the end of the document".into()),
+            (None, "dataset") => "dataset",
             (None, other) => {
                 return Err(format!("starts with <{}>; CVML starts with <dataset>", text::shorten(other)));
             }
-            (Some(Open::Dataset), "frame") => self.frame(tag)?,
-            (Some(Open::Frame), "objectlist") => Open::Objects,
-            (Some(Open::Objects), "object") => self.start_object(tag)?,
-            (Some(Open::Object), "box") => self.bounding_box(tag)?,
-            _ => Open::Other,
+            (Some("dataset"), "frame") => self.frame(whole(tag, "number")?)?,
+            (Some("frame"), "objectlist") => "objectlist",
+            (Some("objectlist"), "object") => self.object(whole(tag, "id")?)?,
+            (Some("object"), "box") => self.bounding_box(tag)?,
+            _ => "",
         };
+        self.began = true;
         self.open.push(element);
         Ok(())
     }
 
     fn close(&mut self) -> Result<(), String> {
-        if self.open.pop() == Some(Open::Object) && !self.has_box {
-            return Err(format!("object {} has no <box>", self.object));
+        match self.open.pop() {
+            Some("object") if !self.has_box => Err(format!("object {} has no <box>", self.object)),
+            _ => Ok(()),
         }
-        self.closed = self.open.is_empty();
-        Ok(())
     }
 
-    fn end(self) -> Result<Annotation, String> {
-        if !self.closed {
-            return Err("the document ends before its last element is closed; fetch the file again".into());
-        }
-        Ok(self.found)
-    }
-
-    fn frame(&mut self, tag: &BytesStart<'_>) -> Result<Open, String> {
-        let number: u32 = whole(tag, "number")?;
+    fn frame(&mut self, number: u32) -> Result<&'static str, String> {
         if number >= LAST_FRAME {
             return Err(format!("frame {number}; no sequence has so many"));
         }
         self.image = number + 1;
-        if !self.images.insert(self.image) {
-            return Err(format!("frame {number} comes twice"));
-        }
-        self.found.last = self.found.last.max(self.image);
         self.in_frame.clear();
-        Ok(Open::Frame)
+        let is_new = self.found.images.insert(self.image);
+        is_new.then_some("frame").ok_or_else(|| format!("frame {number} comes twice"))
     }
 
-    fn start_object(&mut self, tag: &BytesStart<'_>) -> Result<Open, String> {
-        self.object = whole(tag, "id")?;
-        self.has_box = false;
-        if !self.in_frame.insert(self.object) {
-            return Err(format!("object {} comes twice in frame {}", self.object, self.image - 1));
-        }
-        Ok(Open::Object)
+    fn object(&mut self, id: u32) -> Result<&'static str, String> {
+        (self.object, self.has_box) = (id, false);
+        let is_new = self.in_frame.insert(id);
+        is_new
+            .then_some("object")
+            .ok_or_else(|| format!("object {id} comes twice in frame {}", self.image - 1))
     }
 
-    fn bounding_box(&mut self, tag: &BytesStart<'_>) -> Result<Open, String> {
-        if self.has_box {
+    fn bounding_box(&mut self, tag: &BytesStart<'_>) -> Result<&'static str, String> {
+        if std::mem::replace(&mut self.has_box, true) {
             return Err(format!("object {} has two boxes in frame {}", self.object, self.image - 1));
         }
-        self.has_box = true;
-        self.boxes += 1;
-        if self.boxes > MAX_BOXES {
-            return Err(format!("more than {MAX_BOXES} boxes"));
-        }
         let [xc, yc, w, h] = [pixels(tag, "xc")?, pixels(tag, "yc")?, pixels(tag, "w")?, pixels(tag, "h")?];
-        if [xc, yc, w, h] == [0.0; 4] {
-            return Ok(Open::Other);
+        if [xc, yc, w, h] != [0.0; 4] {
+            if w <= 0.0 || h <= 0.0 {
+                return Err(format!("a box of {w} x {h} pixels has no area"));
+            }
+            let rect = Rect::new(xc - w / 2.0, yc - h / 2.0, w, h);
+            self.found.objects.entry(self.object).or_default().insert(self.image, rect);
         }
-        if w <= 0.0 || h <= 0.0 {
-            return Err(format!("a box of {w} x {h} pixels has no area"));
-        }
-        let rect = Rect::new(xc - w / 2.0, yc - h / 2.0, w, h);
-        self.found.objects.entry(self.object).or_default().insert(self.image, rect);
-        Ok(Open::Other)
+        Ok("")
     }
 }
 
 /// The value of an attribute, as written.
 fn attribute<'t>(tag: &'t BytesStart<'_>, key: &str) -> Result<std::borrow::Cow<'t, str>, String> {
     let name = tag.name().into_inner();
-    let mut found = None;
-    for attribute in tag.attributes() {
-        let attribute = attribute.map_err(|e| format!("<{name}>: {e}"))?;
-        if attribute.key.into_inner() == key {
-            found = Some(attribute.value);
-        }
-    }
-    found.ok_or_else(|| format!("<{name}> has no attribute `{key}`"))
+    let all: Vec<_> = tag.attributes().collect::<Result<_, _>>().map_err(|e| format!("<{name}>: {e}"))?;
+    let found = all.into_iter().find(|attribute| attribute.key.into_inner() == key);
+    found.map(|attribute| attribute.value).ok_or_else(|| format!("<{name}> has no attribute `{key}`"))
 }
 
 fn whole(tag: &BytesStart<'_>, key: &str) -> Result<u32, String> {

@@ -14,7 +14,7 @@ fn folder(first: u32, frames: u32, truth: &[u8]) -> tempfile::TempDir {
 }
 
 fn whole(dir: &tempfile::TempDir) -> Result<Sequence, DatasetError> {
-    load(dir.path(), &Options::default())
+    load(dir.path(), &SequenceOptions::default())
 }
 
 fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
@@ -67,14 +67,14 @@ fn the_first_line_is_the_first_official_frame() {
     let s = whole(&dir).unwrap();
     assert_eq!((s.numbering.first, s.numbering.official), (3, (3, 7)));
     assert_eq!(s.truth[1], rect(0.0, 0.0, 4.0, 1.0));
-    let cut = Options { range: Some((4, 5)), official: Some((3, 7)), ..Options::default() };
+    let cut = SequenceOptions { range: Some((4, 5)), official: Some((3, 7)), ..SequenceOptions::default() };
     let s = load(dir.path(), &cut).unwrap();
     assert_eq!((s.len(), s.number(0)), (2, 4));
     assert_eq!(s.truth[0], rect(0.0, 0.0, 4.0, 1.0));
     // Five lines for official frames 3..=5: counted from 1.
-    let other = Options { range: Some((4, 5)), official: Some((3, 5)), ..Options::default() };
+    let other = SequenceOptions { range: Some((4, 5)), official: Some((3, 5)), ..SequenceOptions::default() };
     assert_eq!(load(dir.path(), &other).unwrap().truth[0], rect(0.0, 0.0, 6.0, 1.0));
-    let outside = Options { range: Some((2, 4)), ..Options::default() };
+    let outside = SequenceOptions { range: Some((2, 4)), ..SequenceOptions::default() };
     assert!(load(dir.path(), &outside).unwrap_err().to_string().contains("frame 2 is missing"));
 }
 
@@ -89,7 +89,8 @@ fn targets_attributes_and_plain_folders() {
     let dir = folder(1, 1, b"1,1,2,2");
     std::fs::write(dir.path().join("groundtruth_rect.2.txt"), "1,1,7,7").unwrap();
     std::fs::write(dir.path().join("attributes.txt"), "occlusion, blur\nblur\n").unwrap();
-    let options = Options { name: Some("Two-2".into()), target: Some(2), ..Options::default() };
+    let options =
+        SequenceOptions { name: Some("Two-2".into()), target: Some(2), ..SequenceOptions::default() };
     let s = load(dir.path(), &options).unwrap();
     assert_eq!((s.name.as_str(), &s.truth[0]), ("Two-2", &rect(0.0, 0.0, 7.0, 7.0)));
     assert_eq!(s.attributes, ["blur", "occlusion"]);
@@ -100,11 +101,10 @@ fn targets_attributes_and_plain_folders() {
     let plain = tempfile::tempdir().unwrap();
     ["a.png", "b.png"].iter().for_each(|n| std::fs::write(plain.path().join(n), b"").unwrap());
     assert!(matches!(whole(&plain), Err(DatasetError::Io { .. })));
-    let options = Options { truth: Truth::Ignored, ..Options::default() };
     // Whatever else lies there does not matter.
     std::fs::write(plain.path().join("groundtruth_rect.txt"), "1,2").unwrap();
     std::fs::write(plain.path().join("attributes.txt"), b"\xFF").unwrap();
-    let s = load(plain.path(), &options).unwrap();
+    let s = load_frames(plain.path(), "plain".into(), None).unwrap();
     assert_eq!((s.len(), s.truth, s.numbering.official), (2, vec![None, None], (1, 2)));
 }
 
@@ -129,28 +129,19 @@ fn a_number_in_brackets_is_the_frame() {
 #[test]
 fn real_sequences() {
     let root = trackfail_testing::real_data();
-    let david = load(&root.join("otb/David"), &Options::default()).unwrap();
+    let david = load(&root.join("otb/David"), &SequenceOptions::default()).unwrap();
     assert_eq!((david.len(), david.numbering.official), (201, (300, 770)));
     assert_eq!(david.truth[0], rect(128.0, 79.0, 64.0, 78.0));
     let frame = david.frame(200).unwrap();
     assert_eq!((frame.width(), frame.height()), (320, 240));
-    let second = Options { target: Some(2), ..Options::default() };
+    let second = SequenceOptions { target: Some(2), ..SequenceOptions::default() };
     let jogging = load(&root.join("otb/Jogging"), &second).unwrap();
     assert_eq!((jogging.len(), &jogging.truth[0]), (307, &rect(179.0, 78.0, 37.0, 114.0)));
-    let woman = load(&root.join("otb/Woman"), &Options::default()).unwrap();
+    let woman = load(&root.join("otb/Woman"), &SequenceOptions::default()).unwrap();
     assert_eq!((woman.len(), woman.numbering.official), (150, (1, 597)));
 }
 
-const VALID: &[u8] = b"\xEF\xBB\xBF1,1,10,20\r\n-4\t7\t1.5\t2\r\n0,0,0,0\nNaN NaN NaN NaN\n3 4, 5 6";
-
 proptest! {
-    #[test]
-    fn damaged_truth_is_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
-        if let Ok(truth) = parse_truth(Path::new("a.txt"), &bytes) {
-            prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0));
-        }
-    }
-
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let _ = whole(&folder(1, 2, &bytes));

@@ -46,7 +46,7 @@ fn read(section: &str) -> Suite {
     let text = with_sections("", section);
     let mut suites = parse(Path::new("user.lock"), text.as_bytes()).unwrap();
     assert_eq!(suites.len(), 1);
-    Suite { content: SuiteContent::User(Arc::new(suites.remove(0))) }
+    Suite(SuiteContent::OnDisk(Arc::new(suites.remove(0))))
 }
 
 #[test]

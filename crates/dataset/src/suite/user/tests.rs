@@ -5,7 +5,7 @@ pub(in crate::suite) const USER_FILE: &str = r#"schema = 2
 
 [[suite]]
 name = "user-a"
-title = "A \"good\" title"
+title = 'A "good" title'
 format = "otb"
 source = ""
 licence = ""
@@ -32,7 +32,7 @@ fn files_are_read_and_faults_are_named() {
         ("\"user-a\"", "\"user a\"", "suite `user a`: a name has"),
         ("\"user-a\"", "\"otb-100\"", "built-in"),
         ("\"user-a\"", "\"synthetic-otb\"", "built-in"),
-        ("A \\\"good\\\" title", "two\\nlines", "plain line"),
+        ("'A \"good\" title'", "\"two\\nlines\"", "plain line"),
         ("\"a/S\"", "\"a/../S\"", "sequence `S`: `folder`"),
         ("\"a/S\"", "\"/a\"", "sequence `S`: `folder`"),
         ("\"a/S\"", "\"a\\\\S\"", "sequence `S`: `folder`"),

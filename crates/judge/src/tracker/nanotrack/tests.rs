@@ -39,7 +39,7 @@ fn tracks_are_those_of_onnxruntime() {
 #[test]
 fn a_couple_is_followed() {
     let root = trackfail_testing::real_data();
-    let sequence = otb::load(&root.join("otb/Couple"), &otb::Options::default()).unwrap();
+    let sequence = otb::load(&root.join("otb/Couple"), &Default::default()).unwrap();
     let frames: Vec<Frame> = (0..sequence.truth.len()).map(|t| sequence.frame(t).unwrap()).collect();
     for (version, want) in [("v2", 0.68), ("v3", 0.63)] {
         let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();

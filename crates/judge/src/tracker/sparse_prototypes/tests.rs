@@ -226,7 +226,7 @@ fn occluded_pixels_are_not_learned() {
 #[test]
 fn a_real_face_is_followed() {
     let root = trackfail_testing::real_data();
-    let sequence = otb::load(&root.join("otb/FaceOcc1"), &otb::Options::default()).unwrap();
+    let sequence = otb::load(&root.join("otb/FaceOcc1"), &Default::default()).unwrap();
     let config = ENTRY.build_from_text("{}").unwrap();
     let frames: Vec<Frame> = (0..60).map(|t| sequence.frame(t).unwrap()).collect();
     let states = testing::track(&*config, &sequence, 1, sequence.truth[0].as_ref().unwrap(), &frames);

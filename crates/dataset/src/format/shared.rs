@@ -1,12 +1,38 @@
-//! Label files beside the ground truth, which GOT-10k and LaSOT have in common.
+//! What formats have in common: files of boxes, label files beside them, and the sequence of numbered images.
 //!
 //! A label file has one small number a frame, as many as the ground truth has lines. A sequence without the file
 //! lacks that label.
 
-use crate::files::{folder_name, numbered_images, take_range};
-use crate::{DatasetError, Digest, Frames, Numbering, Sequence, sorted, text};
-use std::path::Path;
+use super::GROUND_TRUTH;
+use crate::files::{folder_name, take_range};
+use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
+
+/// The name of a sequence: the one given, or its folder's.
+pub(super) fn name_of(folder: &Path, name: Option<&str>) -> String {
+    name.map_or_else(|| folder_name(folder), String::from)
+}
+
+/// A word that may be an attribute.
+///
+/// # Errors
+/// A word that may not stand in a table.
+pub(super) fn attribute(word: &str) -> Result<String, String> {
+    if text::is_name(word) {
+        return Ok(word.to_owned());
+    }
+    Err(format!("`{}`: an attribute is {}", text::shorten(&text::visible(word)), text::NAME))
+}
+
+/// Whether each entry of a label file of zeros and ones is 1; `None` without the file.
+///
+/// # Errors
+/// As [`labels`].
+pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>, DatasetError> {
+    Ok(labels(path, frames, 1)?.map(|labels| labels.into_iter().map(|label| label == 1).collect()))
+}
 
 /// The entries of a label file, `0..=largest`, separated by commas, blanks or line ends; `None` without one.
 ///
@@ -38,28 +64,52 @@ fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result
     Ok(found)
 }
 
-/// The rows of a ground-truth file of four numbers each, 0-based; in frames that `absent` says the target is
-/// absent from there is no truth, whatever box stands there.
+/// The ground-truth file of a folder, and its rows of four numbers.
 ///
 /// # Errors
-/// The first line that has other numbers than four, or of which `box_of` says why it is no box.
-pub(super) fn truth(
-    path: &Path,
-    bytes: &[u8],
-    absent: &[bool],
-    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
-) -> Result<Vec<Option<Region>>, DatasetError> {
-    let rows = text::rows(path, bytes, |row| {
+/// As [`boxes`].
+pub(super) fn read_rows(folder: &Path) -> Result<(PathBuf, Vec<[f64; 4]>), DatasetError> {
+    let path = folder.join(GROUND_TRUTH);
+    let rows = rows(&path, &text::read_capped(&path)?)?;
+    Ok((path, rows))
+}
+
+fn rows(path: &Path, bytes: &[u8]) -> Result<Vec<[f64; 4]>, DatasetError> {
+    text::rows(path, bytes, |row| {
         let values: Vec<f64> = text::numbers(row)?;
         <[f64; 4]>::try_from(values).map_err(|v| format!("{} numbers; a box is x,y,w,h", v.len()))
-    })?;
-    let region = |(k, row): (usize, [f64; 4])| {
-        let gone = absent.get(k).copied().unwrap_or(false) || row.iter().all(|v| v.is_nan());
-        let found = if gone || row == [0.0; 4] { Ok(None) } else { box_of(row) };
+    })
+}
+
+/// The regions of rows, 0-based; four zeros, four NaN, and frames that the target is absent from, whatever box stands
+/// there, are none.
+///
+/// # Errors
+/// The first row of which `box_of` says why it is no box.
+pub(super) fn regions(
+    path: &Path,
+    rows: Vec<[f64; 4]>,
+    is_absent: impl Fn(usize) -> bool,
+    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
+) -> Result<Vec<Option<Region>>, DatasetError> {
+    let region = |(t, row): (usize, [f64; 4])| {
+        let none = is_absent(t) || row == [0.0; 4] || row.iter().all(|v| v.is_nan());
         // There are no empty lines between rows, so the line is the row's.
-        found.map_err(|message| DatasetError::line(path, k + 1, message))
+        if none { Ok(None) } else { box_of(row).map_err(|message| DatasetError::line(path, t + 1, message)) }
     };
     rows.into_iter().enumerate().map(region).collect()
+}
+
+/// The regions of a file's bytes, 0-based, one a line; `path` names it in messages.
+///
+/// # Errors
+/// The first line that has other numbers than four, or that is neither a box nor one of those without annotation.
+pub(super) fn boxes(
+    path: &Path,
+    bytes: &[u8],
+    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
+) -> Result<Vec<Option<Region>>, DatasetError> {
+    regions(path, rows(path, bytes)?, |_| false, box_of)
 }
 
 /// A box that counts pixels from 1.
@@ -70,49 +120,41 @@ pub(super) fn one_based(row: [f64; 4]) -> Result<Option<Region>, String> {
     Region::from_numbers(&row).map(|r| Some(r.shifted(-1.0, -1.0))).map_err(|e| e.to_string())
 }
 
-/// A sequence of all images of a folder, from number 1 on, that has as many of them as `truth` has entries.
+/// A sequence of all images of a folder, from number 1 on, that has as many of them as `truth` has entries. It has the
+/// attributes that some of its frames have, too.
 ///
 /// # Errors
-/// Missing frames, and another number of them.
+/// Missing frames, another number of them, and a word that is no attribute.
 pub(super) fn sequence(
     folder: &Path,
-    images: &Path,
-    name: Option<&str>,
+    images: &BTreeMap<u32, PathBuf>,
+    name: String,
     truth: Vec<Option<Region>>,
     mut frame_attributes: Vec<(String, Vec<bool>)>,
     attributes: Vec<String>,
 ) -> Result<Sequence, DatasetError> {
-    let files = numbered_images(images)?;
-    if files.len() != truth.len() {
-        let hint = if truth.len() == 1 {
-            "; one line is all that is published of a test set, whose sequences cannot be used here"
-        } else {
-            ""
+    let content = |message: String| DatasetError::content(folder, message);
+    if images.len() != truth.len() {
+        let hint = match truth.len() {
+            1 => "; one line is all that is published of a test set, whose sequences cannot be used here",
+            _ => "",
         };
-        let message = format!("{} images, but {} lines in groundtruth.txt{hint}", files.len(), truth.len());
-        return Err(DatasetError::content(images, message));
+        return Err(content(format!(
+            "{} images, but {} lines in {GROUND_TRUTH}{hint}",
+            images.len(),
+            truth.len()
+        )));
     }
     let last = truth.len() as u32;
-    let frames = take_range(images, &files, (1, last))?;
+    let frames = take_range(folder, images, (1, last))?;
     frame_attributes.sort();
-    let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(n, _)| n.clone());
+    let ever =
+        frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(name, _)| name.clone());
     let attributes = sorted(ever.chain(attributes));
-    if let Some(word) = attributes.iter().find(|word| !text::is_name(word)) {
-        let word = text::shorten(&text::visible(word));
-        return Err(DatasetError::content(
-            folder,
-            format!("attribute `{word}`: an attribute is {}", text::NAME),
-        ));
-    }
-    Ok(Sequence {
-        name: name.map_or_else(|| folder_name(folder), String::from),
-        numbering: Numbering { first: 1, official: (1, last) },
-        attributes,
-        truth,
-        frame_attributes,
-        digest: Digest::default(),
-        frames: Frames::Files(frames.into()),
-    })
+    attributes.iter().try_for_each(|word| attribute(word).map(drop)).map_err(content)?;
+    let numbering = Numbering { first: 1, official: (1, last) };
+    let frames = Frames::Files(frames.into());
+    Ok(Sequence { attributes, frame_attributes, ..Sequence::new(name, numbering, truth, frames) })
 }
 
 #[cfg(test)]
