@@ -36,4 +36,4 @@ pub use trackfail_dataset as dataset;
 pub use trackfail_engine::{self as engine, spec};
 pub use trackfail_judge::{self as judge, method, monitor};
 pub use trackfail_methods::{analysis, detector, score, signal, tracker};
-pub use trackfail_output::{figure, report, results, sampling, table};
+pub use trackfail_output::{figure, report, results, sampling, table, user_file};

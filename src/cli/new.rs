@@ -1,8 +1,8 @@
 //! `trackfail new NAME`: a commented minimal experiment, which runs, and the schema that editors check it with.
 
 use super::{Failure, output, schema};
-use crate::engine::store;
 use crate::spec::{builtin, check_experiment_name};
+use crate::user_file;
 use std::path::Path;
 
 /// Arguments of `new`.
@@ -44,8 +44,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::usage(format!("{name} is there already; --force replaces it")));
         }
     }
-    store::write_output(Path::new(SCHEMA), schema.as_bytes()).map_err(Failure::io)?;
-    store::write_output(path, text(name, &file).as_bytes()).map_err(Failure::io)?;
+    user_file::write(Path::new(SCHEMA), schema.as_bytes()).map_err(Failure::io)?;
+    user_file::write(path, text(name, &file).as_bytes()).map_err(Failure::io)?;
     output::write(&format!("experiment: {file}\nschema:     {SCHEMA}\nrun it:     trackfail run {file}\n"))
 }
 

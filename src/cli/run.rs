@@ -50,7 +50,7 @@ pub struct Args {
     /// With --dry-run: list every cell, whether it is cached, stale, missing or absent, and why
     #[arg(long, short, requires = "dry_run")]
     verbose: bool,
-    /// Compute everything again, and report what differs from the store
+    /// Compute everything again, in place of what is in the store
     #[arg(long)]
     force: bool,
     /// Compute share I of N into the store, without tables (see `trackfail merge`)

@@ -59,9 +59,9 @@ fn a_wrong_experiment_names_line_and_nearest_word() {
         "\"still\"",
         "\"still\"\nruns = \"ten\"",
         11,
-        "`runs` must be a whole number from 1 on, not \"ten\"",
+        "`runs` must be a whole number from 1 to 1000, not \"ten\"",
     );
-    refused("\"still\"", "\"still\"\nruns = -1", 11, "`runs` must be a whole number from 1 on, not -1");
+    refused("\"still\"", "\"still\"\nruns = -1", 11, "`runs` must be a whole number from 1 to 1000, not -1");
     refused("\"rgb-histogram\"", "\"distribution-field\", layers = 0", 14, "`layers` must be");
     refused("[\"recall\"]", "[\"recal\"]", 19, "did you mean `recall`?");
     refused("columns = \"method\"", "columns = \"methods\"", 20, "did you mean `method`?");
@@ -82,8 +82,18 @@ fn methods_of_some_trackers_and_analyses_are_checked() {
     let of = |more: &str| format!("name = \"RAW\"\n{more}\n");
     refused(method, &of("trackers = [\"stil\"]"), 14, "did you mean `still`?");
     refused(method, &of("protocol = \"khalid2016/9\""), 14, "did you mean `khalid2016/1`?");
-    refused("\"still\"", "\"still\"\nruns = 2000", 11, "`runs` must be 1 to 1000");
-    refused("\"still\"", "\"still\"\ntraining_runs = 0", 11, "`training_runs` must be 1 to 1000");
+    refused(
+        "\"still\"",
+        "\"still\"\nruns = 2000",
+        11,
+        "`runs` must be a whole number from 1 to 1000, not 2000",
+    );
+    refused(
+        "\"still\"",
+        "\"still\"\ntraining_runs = 0",
+        11,
+        "`training_runs` must be a whole number from 1 to 1000, not 0",
+    );
     let learns = "\"accumulated-validation\", train = \"training\" }";
     refused("\"level\", below = 0.9 }", learns, 13, "unknown suite role `training`");
     let quantiles =

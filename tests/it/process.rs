@@ -258,7 +258,7 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
     assert!(line.contains("process") && line.contains("speaks lines, from plugins.toml"), "{line}");
     std::fs::write(place.path("plugins.toml"), "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n").unwrap();
     let text = message(dry(&place, "still-in-sh"));
-    assert!(text.contains("plugins.toml:3: unknown field `verson`") && text.contains("`version`?"), "{text}");
+    assert!(text.contains("plugins.toml:3: unknown key `verson`") && text.contains("`version`?"), "{text}");
     // An experiment cannot say what is run.
     let spec = std::fs::read_to_string(place.path("try.toml")).unwrap();
     std::fs::write(place.path("bad.toml"), spec.replace("label = ", "command = [\"true\"]\nlabel = "))
@@ -268,7 +268,7 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
         command.arg("run").arg(place.path("bad.toml")).arg("--plugins").arg(&file);
         command
     });
-    assert!(text.contains("unknown field `command`"), "{text}");
+    assert!(text.contains("unknown key `command`"), "{text}");
     let mut absent = dry(&place, "still-in-sh");
     absent.args(["--plugins", "absent.toml"]);
     assert!(message(absent).contains("absent.toml:1: "));

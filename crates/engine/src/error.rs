@@ -63,14 +63,15 @@ impl StepError {
         }
     }
 
-    /// The reason of a step that failed alone.
+    /// The result of a step, or the reason why it failed alone.
     ///
     /// # Errors
     /// The error that ends the run.
-    pub fn cell(self) -> Result<CellError, RunError> {
-        match self {
-            Self::Cell(e) => Ok(e),
-            Self::Run(e) => Err(e),
+    pub fn settled<T>(step: Result<T, Self>) -> Result<Result<T, CellError>, RunError> {
+        match step {
+            Ok(done) => Ok(Ok(done)),
+            Err(Self::Cell(e)) => Ok(Err(e)),
+            Err(Self::Run(e)) => Err(e),
         }
     }
 }

@@ -1,25 +1,30 @@
 //! The plan of an experiment, made before anything is computed: its sequences with their digests, its jobs, and the
 //! recipes of its tracks, signals, models and cells.
 
-pub mod cached;
 pub mod cells;
-mod confidence;
 mod demand;
 pub mod experiment;
 pub mod folds;
-pub mod job;
-pub mod labels;
+mod inputs;
 pub mod recipes;
 pub mod shard;
 #[cfg(test)]
 mod tests;
-pub mod why;
+mod training;
+mod why;
 
-pub use cached::CellState;
-pub use cells::PlannedCell;
+pub use cells::{CellState, PlannedCell};
 pub use demand::{SignalSet, distinct_signals, needed_roles, signal_index, variants};
-pub use experiment::{ExperimentPlan, Place, PlannedSequence, PlannedSuite};
-pub use job::Job;
-pub use labels::PlannedLabels;
+pub use experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
 pub use shard::Shard;
+pub use training::Place;
 pub use why::why;
+
+/// A tracker and a repetition, which are run on every sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Job {
+    /// Index of the tracker in the experiment.
+    pub tracker: usize,
+    /// Repetition, from 0.
+    pub run: u32,
+}

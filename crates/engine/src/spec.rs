@@ -8,19 +8,20 @@
 //! | module | holds |
 //! |---|---|
 //! | [`name`], [`limits`], [`width`], [`error`] | what names may be, how large a file and a table may be, where a file is wrong |
-//! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema |
-//! | `document`, `raw_plugin` | parts of the text with their places; plugins whose parameters are not yet read |
+//! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema, by which `check` finds all that is wrong with keys, types and words |
+//! | `raw_plugin` | plugins that are not yet built |
+//! | `words` | the names that parts of an experiment can refer to |
 //! | [`programs`] | `plugins.toml`: programs that a user lets run as trackers, signals and detectors |
-//! | `extend` | files that say only how they differ from another, put together to one text |
+//! | `extend`, `written_out` | files that say only how they differ from another, and methods that say only their name, put together |
 //! | [`method`], [`analysis`], [`table`], [`figure`], [`claim`] | the parts of an experiment |
 //! | [`builtin`] | experiments and methods that come with the program |
 //! | [`presentation`] | what may change without another run |
-//! | `recover`, `written_out`, [`read`] | the way from the text to checked plugins, which goes on after an error |
+//! | [`read`] | the way from the text to checked plugins, which goes on after an error |
 
 pub mod analysis;
 pub mod builtin;
+mod check;
 pub mod claim;
-mod document;
 pub mod error;
 mod extend;
 pub mod figure;
@@ -31,11 +32,11 @@ pub mod presentation;
 pub mod programs;
 mod raw_plugin;
 pub mod read;
-mod recover;
 pub mod schema;
 pub mod table;
 pub mod width;
 pub mod wire;
+mod words;
 mod written_out;
 
 pub use error::SpecError;
@@ -139,12 +140,13 @@ impl Experiment {
     }
 }
 
-/// A track that is known not to be there, in any run.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A track that is known not to be there: `{ sequence = "Board", reason = "the file lacks a line" }`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Absence {
     /// Name of the sequence.
     pub sequence: String,
-    /// Why there is none.
+    /// Why there is no track.
     pub reason: String,
 }
 

@@ -1,4 +1,4 @@
-//! Store of computed results under their content addresses, in `results/.store`, and plain files written whole.
+//! Store of computed results under their content addresses, in `results/.store`, and files written whole.
 //!
 //! ```text
 //! results/.store/
@@ -17,30 +17,31 @@
 //!
 //! When the packs are larger than the limit, the least recently used ones (by the times of their files) are removed,
 //! but never one that the current run has used. Two runs may use one store at once: both may compute the same record,
-//! which the store then has twice, with the same content.
+//! which the store then has twice, with the same content. Of several records under one address the one in the newest pack
+//! counts, so that one that is computed again takes the place of the one before.
 //!
 //! Format of the store:
 //! - 1: first version.
 
 pub mod address;
 mod file;
-mod index;
 pub mod pack;
 pub mod staging;
 
-pub use file::{check_output, folder_of, read, read_text, write, write_derived, write_output, write_with};
+pub use file::{folder_of, read, read_text, write, write_derived, write_with};
 pub use pack::{Head, Name, Record};
 
 use address::{Address, Recipe, Stage};
-use index::Index;
-use pack::{PackError, Place};
+use pack::Place;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::collections::BTreeSet;
-use std::fs::{File, TryLockError};
+use std::collections::{BTreeSet, HashMap};
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError, RwLock};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::time::SystemTime;
 
 /// Prefix of temporary files and folders.
 pub(crate) const TEMPORARY: &str = ".trackfail-tmp-";
@@ -71,18 +72,43 @@ impl StoreError {
 pub struct Store {
     folder: PathBuf,
     index: RwLock<Index>,
-    problems: Mutex<Vec<String>>,
     lock: Option<File>,
     writable: bool,
 }
 
-/// Result of [`Store::evict`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Evicted {
-    /// Number of packs that were removed.
-    pub packs: usize,
-    /// Bytes of the packs that are left.
-    pub bytes: u64,
+/// The packs of an open store, and the place of every record in them.
+#[derive(Default)]
+struct Index {
+    /// Path of each pack, and whether this run has read from it or written it; the oldest comes first.
+    packs: Vec<(PathBuf, AtomicBool)>,
+    /// Address -> pack and place in it.
+    places: HashMap<Address, (usize, Place)>,
+    /// Key of a cell's name -> addresses of its records.
+    names: HashMap<u64, Vec<Address>>,
+    /// Reports of damage.
+    problems: Vec<String>,
+}
+
+impl Index {
+    /// Adds a pack, whose records count from now on.
+    fn add(&mut self, path: PathBuf, places: Vec<Place>, is_used: bool) {
+        for place in places {
+            let known = self.names.entry(place.name).or_default();
+            if !known.contains(&place.address) {
+                known.push(place.address);
+            }
+            self.places.insert(place.address, (self.packs.len(), place));
+        }
+        self.packs.push((path, is_used.into()));
+    }
+
+    /// Takes a pack out. Returns whether it had any record.
+    fn drop_pack(&mut self, pack: usize) -> bool {
+        let before = self.places.len();
+        self.places.retain(|_, (p, _)| *p != pack);
+        self.names.values_mut().for_each(|known| known.retain(|a| self.places.contains_key(a)));
+        self.places.len() < before
+    }
 }
 
 /// Result of [`Store::merge`].
@@ -154,43 +180,28 @@ impl Store {
             }
         }
         let packs = packs(&folder.join("packs"))?;
-        let indices: Vec<_> = packs.into_par_iter().map(|path| (pack::read_index(&path), path)).collect();
+        let read = |(_, path, _): (_, PathBuf, _)| (pack::read_index(&path), path);
         let mut index = Index::default();
-        let mut problems = Vec::new();
-        for (places, path) in indices {
+        for (places, path) in packs.into_par_iter().map(read).collect::<Vec<_>>() {
             match places {
-                Ok(Some(places)) => {
-                    index.add(path, places);
-                }
-                Ok(None) => {}
-                Err(e) => {
-                    problems.push(format!("{e}; its records are computed again"));
-                    if writable && matches!(e, PackError::Damaged(_)) {
-                        // A pack that cannot be removed is reported again next time, and does no harm.
-                        let _ = std::fs::remove_file(path);
-                    }
-                }
+                Ok(places) => index.add(path, places, false),
+                Err(e) => index.problems.push(give_up(&path, &e, writable)),
             }
         }
-        let (index, problems) = (RwLock::new(index), Mutex::new(problems));
-        Ok(Self { folder, index, problems, lock: None, writable })
+        Ok(Self { folder, index: RwLock::new(index), lock: None, writable })
     }
 
-    fn index(&self) -> std::sync::RwLockReadGuard<'_, Index> {
+    fn index(&self) -> RwLockReadGuard<'_, Index> {
         self.index.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn index_mut(&self) -> std::sync::RwLockWriteGuard<'_, Index> {
+    fn index_mut(&self) -> RwLockWriteGuard<'_, Index> {
         self.index.write().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn report(&self, problem: String) {
-        self.problems.lock().unwrap_or_else(PoisonError::into_inner).push(problem);
     }
 
     /// Takes the reports of damage found so far, in sentences.
     pub fn problems(&self) -> Vec<String> {
-        let mut problems = std::mem::take(&mut *self.problems.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut problems = std::mem::take(&mut self.index_mut().problems);
         problems.sort();
         problems
     }
@@ -212,124 +223,68 @@ impl Store {
 
     /// Whether a cell of that name was computed before, from any recipe.
     pub fn knows(&self, stage: Stage, cell: &str) -> bool {
-        let index = self.index();
-        !index.names.is_empty()
-            && index.names.get(&pack::name_key(stage, cell)).is_some_and(|a| !a.is_empty())
+        self.index().names.get(&pack::name_key(stage, cell)).is_some_and(|known| !known.is_empty())
     }
 
     /// Heads of all records of a cell's name, in the order of their addresses.
     pub fn heads(&self, stage: Stage, cell: &str) -> Vec<Head> {
-        let addresses = self.index().names.get(&pack::name_key(stage, cell)).cloned().unwrap_or_default();
-        let addresses: BTreeSet<Address> = addresses.into_iter().collect();
-        addresses.iter().filter_map(|a| self.head(a)).filter(|head| head.name.cell == cell).collect()
+        let mut known = self.index().names.get(&pack::name_key(stage, cell)).cloned().unwrap_or_default();
+        known.sort();
+        known.iter().filter_map(|a| self.head(a)).filter(|head| head.name.cell == cell).collect()
     }
 
     /// Head of a record.
     pub fn head(&self, address: &Address) -> Option<Head> {
-        self.raw(address).map(|(head, _)| head)
-    }
-
-    fn raw(&self, address: &Address) -> Option<(Head, Vec<u8>)> {
-        let (pack, path, place) = {
-            let index = self.index();
-            let (pack, place) = index.places.get(address)?;
-            (*pack, index.packs.get(*pack as usize)?.clone(), place.clone())
-        };
-        match pack::read_record(&path, &place) {
-            Ok(Some(found)) => {
-                if !self.index().used.contains(&pack) {
-                    self.index_mut().used.insert(pack);
-                }
-                Some(found)
-            }
-            Ok(None) => None,
-            Err(PackError::Damaged(e)) => {
-                self.drop_damaged(pack, &path, &e.to_string());
-                None
-            }
-            Err(PackError::Unreadable(e)) => {
-                self.report(format!("{e}; its records are computed again"));
-                self.index_mut().drop_pack(pack);
-                None
-            }
-        }
-    }
-
-    /// Removes a pack with a damaged record: its other records are cheaper to compute again than to trust.
-    fn drop_damaged(&self, pack: u32, path: &Path, why: &str) {
-        self.report(format!("{why}; its records are computed again"));
-        self.index_mut().drop_pack(pack);
-        if self.writable {
-            let _ = std::fs::remove_file(path);
-        }
+        self.record(address, |head, _| Ok(head))
     }
 
     /// Content of a record; `None` when it is absent or damaged. `rows` is the number of rows it must have.
     pub fn get<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
-        let (head, payload) = self.raw(address)?;
-        let content = postcard::from_bytes(&payload).ok().filter(|_| head.rows == rows as u64);
-        if content.is_none() {
-            let pack = self.index().places.get(address).map(|(pack, _)| *pack)?;
-            let path = self.index().packs.get(pack as usize)?.clone();
-            let why = format!("{}: a record of {} rows is not one of {rows}", path.display(), head.rows);
-            self.drop_damaged(pack, &path, &why);
-        }
-        content
+        self.record(address, |head, payload| {
+            let content = postcard::from_bytes(&payload).ok().filter(|_| head.rows == rows as u64);
+            content.ok_or_else(|| format!("a record of {} rows is not one of {rows}", head.rows))
+        })
     }
 
-    /// Writes records, all of them or none.
+    /// What `decode` makes of a record. A pack whose record cannot be read or decoded is given up.
+    fn record<T>(
+        &self,
+        address: &Address,
+        decode: impl FnOnce(Head, Vec<u8>) -> Result<T, String>,
+    ) -> Option<T> {
+        let (pack, path, place) = {
+            let index = self.index();
+            let (pack, place) = index.places.get(address)?;
+            let (path, is_used) = &index.packs[*pack];
+            is_used.store(true, Ordering::Relaxed);
+            (*pack, path.clone(), place.clone())
+        };
+        let read = pack::read_record(&path, &place);
+        let decoded =
+            read.and_then(|(head, payload)| decode(head, payload).map_err(|why| StoreError::new(&path, why)));
+        match decoded {
+            Ok(content) => Some(content),
+            Err(e) => {
+                let mut index = self.index_mut();
+                // Another thread may have found the same.
+                if index.drop_pack(pack) {
+                    index.problems.push(give_up(&path, &e, self.writable));
+                }
+                None
+            }
+        }
+    }
+
+    /// Writes records, all of them or none. They take the place of those that the store has under their addresses.
     ///
     /// # Errors
     /// When the disk is full or the folder cannot be written to.
     pub fn put(&self, records: &[Record]) -> Result<(), StoreError> {
-        if records.is_empty() {
-            return Ok(());
+        if !records.is_empty() {
+            let (path, places) = pack::write(&self.folder.join("packs"), records)?;
+            self.index_mut().add(path, places, true);
         }
-        let (path, places) = pack::write(&self.folder.join("packs"), records)?;
-        let mut index = self.index_mut();
-        let pack = index.add(path, places);
-        index.used.insert(pack);
         Ok(())
-    }
-
-    /// Whether the store has another content under the record's address; if so, that is reported.
-    pub fn differs(&self, record: &Record) -> bool {
-        let address = record.head.recipe.address();
-        let places: Vec<(PathBuf, Place)> = {
-            let index = self.index();
-            let all =
-                index.places.get(&address).into_iter().chain(index.twins.get(&address).into_iter().flatten());
-            all.filter_map(|(pack, place)| Some((index.packs.get(*pack as usize)?.clone(), place.clone())))
-                .collect()
-        };
-        let contents =
-            places.iter().filter_map(|(path, place)| pack::read_record(path, place).ok().flatten());
-        let other = contents.into_iter().find(|(_, payload)| *payload != record.payload);
-        let differs = other.is_some();
-        if let Some((head, _)) = other {
-            let (stage, cell) = (head.recipe.stage.word(), &head.name.cell);
-            self.report(format!(
-                "{cell}: computed again, its {stage} differ from the stored ones; a version was not raised, or a computation is not repeatable"
-            ));
-        }
-        differs
-    }
-
-    /// Removes the packs that hold these records, because their contents differ from what is computed now.
-    pub fn forget(&self, addresses: &[Address]) {
-        let packs: BTreeSet<u32> = {
-            let index = self.index();
-            let twins = |a| index.twins.get(a).into_iter().flatten();
-            let all = addresses.iter().flat_map(|a| index.places.get(a).into_iter().chain(twins(a)));
-            all.map(|(pack, _)| *pack).collect()
-        };
-        for pack in packs {
-            let path = self.index().packs.get(pack as usize).cloned();
-            self.index_mut().drop_pack(pack);
-            if let Some(path) = path {
-                let _ = std::fs::remove_file(path);
-            }
-        }
     }
 
     /// Adds the records of another store that this one lacks.
@@ -339,33 +294,34 @@ impl Store {
     /// a record of the other store is damaged.
     pub fn merge(&self, other: &Store) -> Result<Merged, StoreError> {
         let theirs: BTreeSet<Address> = other.index().places.keys().copied().collect();
+        let whole = |head, payload| Ok(Record { head, payload });
         let read = |address: &Address| {
             let damaged =
                 || StoreError::new(&other.folder, "has a record that cannot be read; run its shard again");
-            other.raw(address).ok_or_else(damaged)
+            other.record(address, whole).ok_or_else(damaged)
         };
         let mut fresh = Vec::new();
         for address in &theirs {
-            let Some((mine, content)) = self.raw(address) else {
-                fresh.push(*address);
+            let Some(mine) = self.record(address, whole) else {
+                fresh.push(address);
                 continue;
             };
-            let (head, payload) = read(address)?;
-            if content != payload {
-                let (stage, cell, here) = (head.recipe.stage.word(), mine.name.cell, self.folder.display());
+            let Record { head, payload } = read(address)?;
+            if mine.payload != payload {
+                let (stage, cell) = (head.recipe.stage.word(), mine.head.name.cell);
+                let here = self.folder.display();
                 let what = format!(
                     "the {stage} of {cell} is not what {here} has, though made from the same; run both again with --force"
                 );
                 return Err(StoreError::new(&other.folder, what));
             }
         }
-        let merged = Merged { added: fresh.len(), known: theirs.len() - fresh.len() };
         // A pack at a time, so that stores of any size can be merged.
         let (mut batch, mut size) = (Vec::new(), 0);
-        for address in &fresh {
-            let (head, payload) = read(address)?;
-            size += payload.len();
-            batch.push(Record { head, payload });
+        for &address in &fresh {
+            let record = read(address)?;
+            size += record.payload.len();
+            batch.push(record);
             if size > MAX_BATCH {
                 self.put(&batch)?;
                 batch.clear();
@@ -373,45 +329,37 @@ impl Store {
             }
         }
         self.put(&batch)?;
-        Ok(merged)
+        Ok(Merged { added: fresh.len(), known: theirs.len() - fresh.len() })
     }
 
     /// Marks the packs that this run used, and removes the least recently used others until at most `limit` bytes are
-    /// left. Nothing is removed while another run uses the store.
-    pub fn evict(mut self, limit: u64) -> Evicted {
-        let now = std::time::SystemTime::now();
-        let index = std::mem::take(self.index.get_mut().unwrap_or_else(PoisonError::into_inner));
-        let used: BTreeSet<&PathBuf> =
-            index.used.iter().filter_map(|p| index.packs.get(*p as usize)).collect();
+    /// left. Nothing is removed while another run uses the store. Returns the number of packs that were removed.
+    pub fn evict(mut self, limit: u64) -> usize {
+        let index = std::mem::take(&mut *self.index_mut());
+        let used = index.packs.iter().filter(|(_, is_used)| is_used.load(Ordering::Relaxed));
+        let used: Vec<&PathBuf> = used.map(|(path, _)| path).collect();
+        // One after the other, so that the newest pack stays the newest. The time decides what is removed first; without
+        // it a pack counts as older than it is.
         for path in &used {
-            // The time only decides what is removed first; without it the pack counts as older than it is.
-            let _ = File::options().append(true).open(path).and_then(|pack| pack.set_modified(now));
+            let pack = File::options().append(true).open(path);
+            let _ = pack.and_then(|pack| pack.set_modified(SystemTime::now()));
         }
-        let mut found: Vec<(std::time::SystemTime, PathBuf, u64)> = Vec::new();
-        for path in packs(&self.folder.join("packs")).unwrap_or_default() {
-            if let Ok(about) = path.metadata() {
-                found.push((about.modified().unwrap_or(now), path, about.len()));
-            }
-        }
-        let mut left = Evicted { packs: 0, bytes: found.iter().map(|(_, _, bytes)| bytes).sum() };
-        let Some(lock) = self.lock.take() else { return left };
+        let found = packs(&self.folder.join("packs")).unwrap_or_default();
+        let mut left: u64 = found.iter().map(|(.., bytes)| bytes).sum();
+        let Some(lock) = self.lock.take_if(|_| left > limit) else { return 0 };
         let _ = lock.unlock();
-        if left.bytes <= limit
-            || matches!(lock.try_lock(), Err(TryLockError::WouldBlock | TryLockError::Error(_)))
-        {
-            return left;
+        if lock.try_lock().is_err() {
+            return 0;
         }
-        found.sort();
+        let used: BTreeSet<&PathBuf> = used.into_iter().collect();
+        let mut removed = 0;
         for (_, path, bytes) in found.iter().filter(|(_, path, _)| !used.contains(path)) {
-            if left.bytes <= limit {
-                break;
-            }
-            if std::fs::remove_file(path).is_ok() {
-                left.bytes -= bytes;
-                left.packs += 1;
+            if left > limit && std::fs::remove_file(path).is_ok() {
+                left -= bytes;
+                removed += 1;
             }
         }
-        left
+        removed
     }
 
     /// A new staging folder, in which results are written before they take their place.
@@ -428,6 +376,16 @@ impl Store {
     }
 }
 
+/// The report of a pack that cannot be used. A damaged one is removed if it may be, because its other records are cheaper
+/// to compute again than to trust; one that the operating system refuses may be whole.
+fn give_up(path: &Path, error: &StoreError, writable: bool) -> String {
+    if writable && !error.source.is::<std::io::Error>() {
+        // A pack that cannot be removed is reported again next time, and does no harm.
+        let _ = std::fs::remove_file(path);
+    }
+    format!("{error}; its records are computed again")
+}
+
 /// Waits until no other process is putting results in their place, and keeps others from it until the file is dropped.
 /// `None` where the file system has no locks; there the user must not start two runs at once.
 pub fn lock_exclusive(results: &Path) -> Option<File> {
@@ -436,15 +394,20 @@ pub fn lock_exclusive(results: &Path) -> Option<File> {
     file.lock().ok().map(|()| file)
 }
 
-/// The packs in a folder, sorted by name.
-fn packs(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
+/// The packs in a folder with time and size, the oldest first.
+fn packs(folder: &Path) -> Result<Vec<(SystemTime, PathBuf, u64)>, StoreError> {
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(e) => return Err(StoreError::new(folder, e)),
     };
     let paths = entries.filter_map(|e| Some(e.ok()?.path()));
-    let mut packs: Vec<PathBuf> = paths.filter(|p| p.extension().is_some_and(|e| e == "pack")).collect();
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "pack"));
+    let with_time = |path: PathBuf| {
+        let about = path.metadata().ok()?;
+        Some((about.modified().unwrap_or(SystemTime::UNIX_EPOCH), path, about.len()))
+    };
+    let mut packs: Vec<_> = paths.filter_map(with_time).collect();
     packs.sort();
     Ok(packs)
 }

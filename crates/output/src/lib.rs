@@ -6,6 +6,7 @@
 //! | [`sampling`] | counts of sequences | intervals of what is made of them |
 //! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | [`figure`] | plain series | SVG, PDF and PNG |
+//! | [`user_file`] | bytes | files that the user names |
 //! | [`report`] | results, tables, figures | an offline HTML page for each experiment, one over all |
 
 pub mod figure;
@@ -13,3 +14,4 @@ pub mod report;
 pub mod results;
 pub mod sampling;
 pub mod table;
+pub mod user_file;

@@ -10,6 +10,7 @@ use crate::image::{self, Frame};
 use crate::report::user_track::UserVideo;
 use crate::report::user_track::video::{self, CONTAINERS, VideoError};
 use crate::tracker::results::write;
+use crate::user_file;
 use std::path::Path;
 
 /// Frames in a second of a video made of single images.
@@ -77,7 +78,7 @@ fn is_folder(path: &Path) -> bool {
 pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop) -> Result<(), Failure> {
     if let Some(path) = &args.report {
         let page = video.page().map_err(Failure::data)?;
-        store::write_output(path, page.as_bytes()).map_err(Failure::io)?;
+        user_file::write(path, page.as_bytes()).map_err(Failure::io)?;
     }
     if let Some(path) = &args.plot {
         let figure = video.plot().map_err(Failure::data)?;
@@ -86,7 +87,7 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
             "pdf" => figure.to_pdf(),
             _ => figure.to_png(),
         };
-        store::write_output(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
+        user_file::write(path, &bytes.map_err(Failure::data)?).map_err(Failure::io)?;
     }
     match &args.annotate {
         Some(path) if is_folder(path) => annotate_images(path, video, stop),

@@ -10,7 +10,7 @@ use crate::detector::Input;
 use crate::engine::Stop;
 use crate::engine::execute::reverse::{self, FRAMES_IN_MEMORY, Reversal};
 use crate::engine::execute::tracker_run::TrackerRun;
-use crate::engine::store::{self, StoreError};
+use crate::engine::store::StoreError;
 use crate::image::Frame;
 use crate::judge::judged::JudgedMethod;
 use crate::judge::reader::{SignalReader, columns};
@@ -22,6 +22,7 @@ use crate::results::detections::JudgedTrack;
 use crate::signal::Reads;
 use crate::tracker::results::{self, Base, write};
 use crate::tracker::{StartedTracker, Status, TrackerError, TrackerState};
+use crate::user_file;
 use rayon::prelude::*;
 use std::fmt::Display;
 use std::path::Path;
@@ -172,10 +173,10 @@ fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
 fn save(path: &Path, states: &[TrackerState], base: Base) -> Result<(), StoreError> {
     let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
     let status: Vec<Status> = states.iter().map(|s| s.status).collect();
-    store::write_output(path, write::boxes(&regions, &status, base).as_bytes())?;
+    user_file::write(path, write::boxes(&regions, &status, base).as_bytes())?;
     let confidence: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
     if confidence.iter().any(Option::is_some) {
-        store::write_output(&write::confidence_path(path), write::confidence(&confidence).as_bytes())?;
+        user_file::write(&write::confidence_path(path), write::confidence(&confidence).as_bytes())?;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 use crate::cli::Failure;
 use crate::dataset::files::is_image;
 use crate::engine::store;
+use crate::user_file;
 use std::path::{Path, PathBuf};
 
 /// A file or a folder, the same for every path and link that leads to it.
@@ -55,7 +56,7 @@ pub fn check_outputs(outputs: &[Output]) -> Result<(), Failure> {
                 "{option} -: an output is a file; write ./- for a file of that name"
             )));
         }
-        store::check_output(path).map_err(Failure::io)?;
+        user_file::check_folder(path).map_err(Failure::io)?;
         let Some(place) = Place::of(path) else { continue };
         let is_in = |path: &Path, folder: &Place| Place::around(path).as_ref() == Some(folder);
         let clash = |(known, (_, other)): &&(Place, &Output)| {

@@ -7,6 +7,7 @@ use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
 use crate::plan::recipes::Read;
 use crate::plan::{PlannedSuite, signal_index};
+use crate::spec::Experiment;
 use crate::spec::analysis::Analysis;
 use crate::store::address::{Recipe, Stage};
 use crate::store::{self, Name};
@@ -39,6 +40,62 @@ pub struct Analysed {
     pub shares: Vec<(usize, usize)>,
     /// The findings.
     pub findings: Findings,
+}
+
+/// An analysis that could not be made.
+#[derive(Debug)]
+pub struct NotAnalysed {
+    /// Its name.
+    pub analysis: String,
+    /// Label of the tracker.
+    pub tracker: String,
+    /// The reason.
+    pub error: CellError,
+}
+
+/// Numbers of sequences of one suite of an analysis.
+pub(super) struct Used {
+    pub suite: String,
+    /// Those that it was made on.
+    pub made_on: usize,
+    /// Those that the tracker has tracks of.
+    pub own: usize,
+    /// Those that are there.
+    pub there: usize,
+}
+
+/// Findings of an analysis on one tracker, with the suites that it was made on.
+pub(super) type Made = (Vec<Used>, Findings);
+
+/// Analyses and their trackers, in the order of the experiment: those of the clock, or all others.
+pub(super) fn pairs(experiment: &Experiment, of_clock: bool) -> Vec<(usize, usize)> {
+    let of_analysis = |(a, analysis): (usize, &Analysis)| {
+        let trackers = experiment.trackers.iter().enumerate();
+        let mine = trackers.filter(|(_, tracker)| analysis.runs_on(&tracker.label));
+        mine.map(|(t, _)| (a, t)).collect::<Vec<_>>()
+    };
+    let analyses = experiment.analyses.iter().enumerate();
+    analyses.filter(|(_, a)| (a.plugin.reads() == Reads::Clock) == of_clock).flat_map(of_analysis).collect()
+}
+
+/// The record of an analysis on a tracker.
+pub(super) fn analysed(
+    experiment: &Experiment,
+    (a, t): (usize, usize),
+    made: Result<Made, StepError>,
+) -> Result<Result<Analysed, NotAnalysed>, RunError> {
+    let tracker = &experiment.trackers[t];
+    let (analysis, runs, tracker) =
+        (experiment.analyses[a].name.clone(), tracker.training_runs, tracker.label.clone());
+    Ok(match StepError::settled(made)? {
+        Err(error) => Err(NotAnalysed { analysis, tracker, error }),
+        Ok((used, findings)) => {
+            let is_whole = used.iter().all(|suite| suite.made_on == suite.there);
+            let shares = used.iter().filter(|_| !is_whole).map(|suite| (suite.own, suite.there)).collect();
+            let suites = used.into_iter().map(|suite| (suite.suite, suite.made_on)).collect();
+            Ok(Analysed { analysis, tracker, runs, suites, shares, findings })
+        }
+    })
 }
 
 /// A track with its sequence.
@@ -78,51 +135,44 @@ impl TrackView {
     }
 }
 
-/// An analysis that could not be made.
-#[derive(Debug)]
-pub struct NotAnalysed {
-    /// Its name.
-    pub analysis: String,
-    /// Label of the tracker.
-    pub tracker: String,
-    /// The reason.
-    pub error: CellError,
+/// Sequences of a suite of which a tracker has the tracks of all runs that an analysis takes.
+#[derive(Default)]
+struct Usable {
+    sequences: BTreeSet<usize>,
+    /// Why others cannot be analysed: a need that is not met, else the first failure.
+    lack: Option<CellError>,
 }
 
-/// Sequences of the suites of an analysis: trackers are compared on those that all of them have.
-struct Compared {
-    /// For each tracker and each suite, the sequences of which it has the tracks of all runs.
-    own: Vec<Vec<BTreeSet<usize>>>,
-    /// For each suite, the sequences that are among those of every tracker with some in each suite.
-    common: Vec<BTreeSet<usize>>,
-}
-
-impl Compared {
-    fn new(context: &Context<'_>, tracks: &[Vec<Tracks>], analysis: &Analysis) -> Self {
+impl Usable {
+    fn new(
+        context: &Context<'_>,
+        tracks: &[Tracks],
+        suite: usize,
+        (tracker, runs): (usize, u32),
+        signal: Option<usize>,
+    ) -> Self {
         let plan = context.plan;
-        let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
-        let trackers = &plan.experiment.trackers;
-        let of_tracker = |tracker: usize| -> Vec<BTreeSet<usize>> {
-            let of_role = |(place, role): (usize, &String)| {
-                let runs = analysis.runs(place, &trackers[tracker]);
-                let is_used = analysis.runs_on(&trackers[tracker].label);
-                let suite = plan.suite(role).filter(|_| is_used);
-                suite.map_or_else(BTreeSet::new, |suite| {
-                    let mut mine: BTreeSet<usize> = (0..plan.suites[suite].sequences.len()).collect();
-                    mine.retain(|s| lacks(context, tracks, (suite, *s), (tracker, runs), signal).is_empty());
-                    mine
-                })
-            };
-            analysis.roles.iter().enumerate().map(of_role).collect()
-        };
-        let own: Vec<Vec<BTreeSet<usize>>> = (0..trackers.len()).map(of_tracker).collect();
-        let compared = || own.iter().filter(|own| own.iter().all(|of_suite| !of_suite.is_empty()));
-        let of_place = |place: usize| {
-            let of_suite = compared().map(|own| own[place].clone());
-            of_suite.reduce(|common, own| &common & &own).unwrap_or_default()
-        };
-        let common = (0..analysis.roles.len()).map(of_place).collect();
-        Self { own, common }
+        let jobs = plan.jobs.iter().enumerate();
+        let jobs: Vec<usize> =
+            jobs.filter(|(_, job)| job.tracker == tracker && job.run < runs).map(|(j, _)| j).collect();
+        let mut usable = Self::default();
+        let mut lacks = Vec::new();
+        for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
+            let lack =
+                |j: &usize| tracks[s][*j].as_ref().err().cloned().or_else(|| plan.unmet(planned, *j, signal));
+            let before = lacks.len();
+            lacks.extend(jobs.iter().filter_map(lack));
+            if lacks.len() == before {
+                usable.sequences.insert(s);
+            }
+        }
+        usable.lack = lacks.into_iter().min_by_key(|e| match e {
+            CellError::Unmet(_) => 0,
+            CellError::Failed(_) => 1,
+            CellError::Missing(_) => 2,
+            CellError::Absent(_) => 3,
+        });
+        usable
     }
 }
 
@@ -136,122 +186,84 @@ pub fn analyse(
     tracks: &[Vec<Tracks>],
 ) -> Result<Vec<Result<Analysed, NotAnalysed>>, RunError> {
     let experiment = context.plan.experiment;
-    let places: Vec<(usize, usize)> = (0..experiment.analyses.len())
-        .flat_map(|a| (0..experiment.trackers.len()).map(move |tracker| (a, tracker)))
-        .filter(|(a, _)| experiment.analyses[*a].plugin.reads() != Reads::Clock)
-        .filter(|(a, tracker)| experiment.analyses[*a].runs_on(&experiment.trackers[*tracker].label))
-        .collect();
-    let compared: Vec<Compared> =
-        experiment.analyses.iter().map(|analysis| Compared::new(context, tracks, analysis)).collect();
-    let one = |(a, tracker): (usize, usize)| {
-        let analysis = &experiment.analyses[a];
-        let label = &experiment.trackers[tracker].label;
-        match make(context, tracks, (analysis, &compared[a]), tracker) {
-            Ok(analysed) => Ok(Ok(analysed)),
-            Err(e) => {
-                let (analysis, tracker) = (analysis.name.clone(), label.clone());
-                Ok(Err(NotAnalysed { analysis, tracker, error: e.cell()? }))
-            }
-        }
+    let usable = |analysis: &Analysis| -> Vec<Vec<Usable>> {
+        let signal = analysis.signal.as_ref().and_then(|s| signal_index(&context.plan.signals, s));
+        let of = |t: usize, (place, role): (usize, &String)| {
+            let tracker = &experiment.trackers[t];
+            let suite = context.plan.suite(role).filter(|_| analysis.runs_on(&tracker.label));
+            let mine = (t, analysis.runs(place, tracker));
+            suite.map_or_else(Usable::default, |k| Usable::new(context, &tracks[k], k, mine, signal))
+        };
+        let of_tracker = |t: usize| analysis.roles.iter().enumerate().map(|role| of(t, role)).collect();
+        (0..experiment.trackers.len()).map(of_tracker).collect()
     };
-    places.into_par_iter().with_max_len(1).map(one).collect()
+    let usable: Vec<Vec<Vec<Usable>>> = experiment.analyses.iter().map(usable).collect();
+    let one = |(a, t): (usize, usize)| {
+        let made = make(context, tracks, &experiment.analyses[a], &usable[a], t);
+        analysed(experiment, (a, t), made)
+    };
+    pairs(experiment, false).into_par_iter().with_max_len(1).map(one).collect()
 }
 
-/// Why tracks of a tracker's first runs over a sequence cannot be analysed.
-fn lacks(
-    context: &Context<'_>,
-    tracks: &[Vec<Tracks>],
-    (suite, sequence): (usize, usize),
-    (tracker, runs): (usize, u32),
-    signal: Option<usize>,
-) -> Vec<CellError> {
-    let plan = context.plan;
-    let planned = &plan.suites[suite].sequences[sequence];
-    let is_mine = |j: &usize| plan.jobs[*j].tracker == tracker && plan.jobs[*j].run < runs;
-    let reason = |j: usize| match &tracks[suite][sequence][j] {
-        Err(e) => Some(e.clone()),
-        Ok(_) => plan.unmet(planned, j, signal),
-    };
-    (0..plan.jobs.len()).filter(is_mine).filter_map(reason).collect()
-}
-
-/// Why none of a tracker's sequences of a suite can be analysed: a need that is not met, else the first failure.
-fn no_sequence(
-    context: &Context<'_>,
-    tracks: &[Vec<Tracks>],
-    suite: usize,
-    mine: (usize, u32),
-    signal: Option<usize>,
-) -> CellError {
-    let PlannedSuite { name, sequences, .. } = &context.plan.suites[suite];
-    let reasons = (0..sequences.len()).flat_map(|s| lacks(context, tracks, (suite, s), mine, signal));
-    let rank = |e: &CellError| match e {
-        CellError::Unmet(_) => 0,
-        CellError::Failed(_) => 1,
-        CellError::Missing(_) => 2,
-        CellError::Absent(_) => 3,
-    };
-    let nothing = || CellError::Missing(format!("{name} has no sequence"));
-    reasons.min_by_key(rank).unwrap_or_else(nothing)
-}
-
+/// Makes an analysis on a tracker, on the sequences that all trackers have which can be compared: those with some in each
+/// suite. `usable` has the sequences of each tracker and suite.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    (analysis, compared): (&Analysis, &Compared),
+    analysis: &Analysis,
+    usable: &[Vec<Usable>],
     tracker: usize,
-) -> Result<Analysed, StepError> {
+) -> Result<Made, StepError> {
     let plan = context.plan;
     let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
     let over_confidence = analysis.signal.as_ref().is_some_and(|s| s.kind == confidence::ENTRY.kind);
     let reads_regions = analysis.plugin.reads().has_regions();
-    let (plugin, params) = (analysis.plugin.clone(), analysis.plugin.params());
+    let plugin = analysis.plugin.clone();
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
-    recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &params);
-    let (mut suites, mut shares) = (Vec::new(), Vec::new());
-    // Without, it is not among those that are compared.
-    let has_all = compared.own[tracker].iter().all(|of_suite| !of_suite.is_empty());
-    let mut populations: Vec<(String, Vec<TrackView>)> = Vec::new();
+    recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &plugin.params());
+    let has_all = |own: &&Vec<Usable>| own.iter().all(|usable| !usable.sequences.is_empty());
+    let is_compared = has_all(&&usable[tracker]);
+    let (mut used, mut populations) = (Vec::new(), Vec::new());
     for (place, role) in analysis.roles.iter().enumerate() {
         let Some(suite) = plan.suite(role) else {
             return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
         };
         let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
-        let view = |(track, s, j): (Arc<Track>, usize, usize)| -> Result<TrackView, CellError> {
-            let read = plan.read(&sequences[s], j, signal)?;
-            Ok(TrackView { track, read, sequence: sequences[s].sequence.clone(), run: plan.jobs[j].run })
-        };
-        let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
-        let (own, common) = (&compared.own[tracker][place], &compared.common[place]);
+        let Usable { sequences: own, lack } = &usable[tracker][place];
         if own.is_empty() {
-            return Err(no_sequence(context, tracks, suite, (tracker, runs), signal).into());
+            let nothing = || CellError::Missing(format!("{name} has no sequence"));
+            return Err(lack.clone().unwrap_or_else(nothing).into());
         }
-        if common.is_empty() && has_all {
+        let all = usable.iter().filter(has_all).map(|own| own[place].sequences.clone());
+        let common = all.reduce(|common, own| &common & &own).unwrap_or_default();
+        if common.is_empty() && is_compared {
             let message = format!("there is no sequence of {name} that every tracker has a track of");
             return Err(CellError::Missing(message).into());
         }
-        let of_runs = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
-        let of_runs = of_runs.filter(|(_, s, _)| common.contains(s));
-        let mine: Vec<TrackView> = of_runs.map(view).collect::<Result<_, CellError>>()?;
-        recipe = recipe.with("suite", name);
-        recipe = mine.iter().fold(recipe, |recipe, view| {
+        let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
+        let mut mine = Vec::new();
+        for (track, s, j) in track::of_runs(plan, tracks, suite, tracker, runs, signal) {
+            if common.contains(&s) {
+                let read = plan.read(&sequences[s], j, signal)?;
+                mine.push(TrackView {
+                    track,
+                    read,
+                    sequence: sequences[s].sequence.clone(),
+                    run: plan.jobs[j].run,
+                });
+            }
+        }
+        recipe = mine.iter().fold(recipe.with("suite", name), |recipe, view| {
             let recipe = view.read.add_to(recipe);
             if reads_regions { recipe.with("attributes", view.attributes()) } else { recipe }
         });
-        suites.push((name.clone(), common.len()));
-        shares.push((own.len(), sequences.len()));
+        let (made_on, own, there) = (common.len(), own.len(), sequences.len());
+        used.push(Used { suite: name.clone(), made_on, own, there });
         populations.push((name.clone(), mine));
     }
-    let t = &plan.experiment.trackers[tracker];
-    let (name, runs) = (analysis.name.clone(), t.training_runs);
-    if suites.iter().zip(&shares).all(|((_, made_on), (_, there))| made_on == there) {
-        shares.clear();
-    }
-    let tracker = t.label.clone();
-    let analysed = |findings| Analysed { analysis: name, tracker, runs, suites, shares, findings };
     if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
-        return Ok(analysed(findings));
+        return Ok((used, findings));
     }
     let compute = move || -> Result<Findings, StepError> {
         let mut views = Vec::new();
@@ -267,8 +279,8 @@ fn make(
     };
     let findings = run_single(&context.options.limits, compute)?;
     context.tally.add(Work::Models, false);
-    let cell = format!("{}/{}", analysis.name, t.label);
+    let cell = format!("{}/{}", analysis.name, plan.experiment.trackers[tracker].label);
     let name = Name { experiment: plan.experiment.name.clone(), cell };
     context.put(vec![store::record(name, recipe, 1, &findings)?])?;
-    Ok(analysed(findings))
+    Ok((used, findings))
 }

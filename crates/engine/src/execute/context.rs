@@ -1,6 +1,5 @@
 //! Options of a run, and the context that its parts share.
 
-use super::cores::Cores;
 use super::detector_outputs::DetectorOutputCache;
 use super::reverse::FRAMES_IN_MEMORY;
 use super::tracker_run::TrackerRun;
@@ -48,38 +47,42 @@ pub struct Context<'a> {
     pub options: &'a Options,
     /// Counts computed and cached results.
     pub tally: Tally,
-    /// Called after each frame of a pass.
-    pub on_frame: Arc<dyn Fn() + Send + Sync>,
+    /// Number of frames that passes are done with, and of those that are to be done.
+    frames_done: AtomicU64,
+    frames_to_do: u64,
     /// Cache of decoded frames, for experiments with reverse runs.
     pub frames: Arc<FrameCache>,
-    /// The cores that passes share: as many as the current pool has threads.
-    pub cores: Cores,
     /// Outputs of detectors in memory.
     pub outputs: DetectorOutputCache,
     /// Counts what trackers with their signals cost.
-    pub costs: Arc<CostTally>,
+    pub costs: CostTally,
 }
 
 impl<'a> Context<'a> {
-    /// A context in which `frames` frames are to be decoded.
-    pub fn new(plan: &'a ExperimentPlan<'a>, store: &'a Store, options: &'a Options, frames: u64) -> Self {
-        let (done, progress) = (AtomicU64::new(0), options.progress.clone());
-        let on_frame = move || {
-            progress((done.fetch_add(1, Ordering::Relaxed) + 1).min(frames), frames);
-        };
-        let tally = Tally::default();
-        let frames = Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 }));
+    /// A context in which passes have `frames_to_do` frames before them.
+    pub fn new(
+        plan: &'a ExperimentPlan<'a>,
+        store: &'a Store,
+        options: &'a Options,
+        frames_to_do: u64,
+    ) -> Self {
         Self {
             plan,
             store,
             options,
-            tally,
-            on_frame: Arc::new(on_frame),
-            frames,
-            cores: Cores::new(rayon::current_num_threads()),
+            tally: Tally::default(),
+            frames_done: AtomicU64::new(0),
+            frames_to_do,
+            frames: Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 })),
             outputs: DetectorOutputCache::default(),
-            costs: Arc::new(CostTally::new(plan)),
+            costs: CostTally::new(plan),
         }
+    }
+
+    /// Tells of a frame that a pass is done with.
+    pub fn frame_done(&self) {
+        let done = self.frames_done.fetch_add(1, Ordering::Relaxed) + 1;
+        (self.options.progress)(done.min(self.frames_to_do), self.frames_to_do);
     }
 
     /// The run of a job's tracker on a sequence.
@@ -101,17 +104,11 @@ impl<'a> Context<'a> {
         if self.options.force { None } else { self.store.get(address, rows) }
     }
 
-    /// Writes records; when everything is computed again, they are compared with those that the store has.
+    /// Writes records; they take the place of those that the store has.
     ///
     /// # Errors
     /// When the store cannot be written to.
     pub fn put(&self, records: Vec<Record>) -> Result<(), RunError> {
-        if self.options.force {
-            let other = |r: &&Record| self.store.differs(r);
-            let addresses: Vec<Address> =
-                records.iter().filter(other).map(|r| r.head.recipe.address()).collect();
-            self.store.forget(&addresses);
-        }
         Ok(self.store.put(&records)?)
     }
 }

@@ -9,20 +9,17 @@ use trackfail_methods::detector::{DetectorOutput, Quality};
 /// Bytes of outputs that are kept in memory; further ones are read from the store when they are needed.
 const MAX_BYTES_IN_MEMORY: usize = 128 << 20;
 
-/// Counts the outputs in memory.
+/// Counts the bytes of outputs in memory.
 #[derive(Debug, Default)]
-pub struct DetectorOutputCache {
-    bytes: AtomicUsize,
-}
+pub struct DetectorOutputCache(AtomicUsize);
 
 impl DetectorOutputCache {
     /// The output itself while there is room, else its address. `recipe` is that of its record in the store.
-    pub fn insert(&self, recipe: &Recipe, output: DetectorOutput) -> CachedDetectorOutput {
-        let extra = [output.forecast.is_some(), output.quality.is_some(), output.alarm_score.is_some()];
-        let extra = 8 * extra.into_iter().filter(|has| *has).count();
-        let bytes = output.score.len() * (9 + extra);
-        if self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY {
-            CachedDetectorOutput::Here(Arc::new(output))
+    pub fn insert(&self, recipe: &Recipe, output: Arc<DetectorOutput>) -> CachedDetectorOutput {
+        let more = [output.forecast.is_some(), output.quality.is_some(), output.alarm_score.is_some()];
+        let bytes = output.score.len() * (9 + 8 * more.into_iter().filter(|has| *has).count());
+        if self.0.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY {
+            CachedDetectorOutput::Here(output)
         } else {
             CachedDetectorOutput::Stored(recipe.address())
         }
@@ -67,23 +64,19 @@ impl StoredDetectorOutput {
 
     /// The output on a signal; `None` if their lengths differ.
     pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
-        let score = self.score.unwrap_or_else(|| signal.to_vec());
-        let whole = score.len() == signal.len()
-            && self.alarm.len() == signal.len()
-            && self.forecast.as_ref().is_none_or(|f| f.len() == signal.len())
-            && self.changes.as_ref().is_none_or(|c| c.len() == signal.len())
-            && self.quality.as_ref().is_none_or(|q| q.condition.len() == signal.len())
-            && self.alarm_score.as_ref().is_none_or(|a| a.len() == signal.len());
-        let Self { alarm, forecast, changes, quality, alarm_score, .. } = self;
-        whole.then_some(DetectorOutput {
-            score,
-            alarm_score,
-            alarm,
-            forecast,
-            changes,
-            quality,
-            failure: None,
-        })
+        let Self { score, alarm, forecast, changes, quality, alarm_score } = self;
+        let score = score.unwrap_or_else(|| signal.to_vec());
+        let lengths = [
+            Some(score.len()),
+            Some(alarm.len()),
+            forecast.as_ref().map(Vec::len),
+            changes.as_ref().map(Vec::len),
+            quality.as_ref().map(|quality| quality.condition.len()),
+            alarm_score.as_ref().map(Vec::len),
+        ];
+        let whole = lengths.into_iter().flatten().all(|length| length == signal.len());
+        let output = DetectorOutput { score, alarm_score, alarm, forecast, changes, quality, failure: None };
+        whole.then_some(output)
     }
 }
 

@@ -5,8 +5,8 @@
 
 use super::units::units;
 use crate::observe::costs::Costs;
-use crate::plan::{CellState, ExperimentPlan, PlannedSequence, Shard, variants};
-use crate::spec::method::DetectorChoice;
+use crate::plan::{CellState, ExperimentPlan, PlannedSequence, PlannedSuite, Shard, variants};
+use crate::spec::method::{DetectorChoice, Variant};
 use crate::store::Store;
 use rayon::prelude::*;
 
@@ -53,27 +53,29 @@ pub struct Standing<'p> {
 impl<'p> Standing<'p> {
     /// Counts the parts of a plan that a store has; `costs` are for the estimates.
     pub fn new(plan: &'p ExperimentPlan<'p>, store: &Store, costs: Costs) -> Self {
-        let of_sequence = |suite: usize, planned: &PlannedSequence| -> Vec<bool> {
-            (0..plan.jobs.len()).map(|job| plan.is_cached(store, suite, planned, job)).collect()
+        let of_suite = |(k, suite): (usize, &PlannedSuite)| -> Vec<Vec<bool>> {
+            let of = |s: &PlannedSequence| -> Vec<bool> {
+                (0..plan.jobs.len()).map(|job| plan.is_cached(store, k, s, job)).collect()
+            };
+            suite.sequences.par_iter().map(of).collect()
         };
-        let suites = plan.suites.iter().enumerate();
-        let at_hand =
-            suites.map(|(k, suite)| suite.sequences.par_iter().map(|s| of_sequence(k, s)).collect());
-        let mut starts = Vec::new();
+        let at_hand = plan.suites.iter().enumerate().map(of_suite).collect();
         let mut cells = 0;
-        for planned in &plan.test().sequences {
-            starts.push(cells);
+        let start = |planned: &PlannedSequence| {
+            let start = cells;
             cells += plan.cells_on(&planned.origin.source).len();
-        }
-        Self { plan, states: plan.states(store), starts, at_hand: at_hand.collect(), costs }
+            start
+        };
+        let starts = plan.test().sequences.iter().map(start).collect();
+        Self { plan, states: plan.states(store), starts, at_hand, costs }
     }
 
     /// The work of a run, or of a share. What a method trains is left to the run behind the shares.
     pub fn remaining(&self, shard: Option<Shard>) -> Remaining {
         let plan = self.plan;
-        let variants: Vec<_> = variants(plan.experiment).collect();
-        let is_mine =
-            |v: usize| shard.is_none() || matches!(variants[v].1.detector, DetectorChoice::Given(_));
+        let is_given = |(_, variant): (_, &Variant)| matches!(variant.detector, DetectorChoice::Given(_));
+        let is_mine: Vec<bool> =
+            variants(plan.experiment).map(|one| shard.is_none() || is_given(one)).collect();
         let mut left = Remaining { seconds: Some(0.0), ..Remaining::default() };
         for (suite, s, jobs) in units(plan, shard) {
             let planned = &plan.suites[suite].sequences[s];
@@ -91,7 +93,7 @@ impl<'p> Standing<'p> {
             if suite == 0 {
                 let cells = plan.cells_on(&planned.origin.source);
                 let states = cells.iter().zip(&self.states[self.starts[s]..]);
-                for (_, state) in states.filter(|((job, v), _)| jobs.contains(job) && is_mine(*v)) {
+                for (_, state) in states.filter(|((job, v), _)| jobs.contains(job) && is_mine[*v]) {
                     left.cells[*state as usize] += 1;
                 }
             }

@@ -1,19 +1,21 @@
-//! DetectorOutput and scoring: from tracks with their signals to judged cells.
+//! Cells: outputs of detectors on the tracks of a sequence, and their scores.
 
 use super::context::Context;
 use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
+use super::outcome::Cell;
 use super::reverse::{self, Reversal};
-use super::supervise::{JobError, Watchdog, supervised};
-use super::track::Track;
+use super::supervise::Job;
+use super::track::{Track, Tracks};
 use super::tracker_run::TrackingError;
 use crate::error::{CellError, RunError};
-use crate::limits::Interrupted;
+use crate::limits::{Interrupted, RunLimits};
 use crate::observe::tally::Work;
-use crate::plan::SignalSet;
-use crate::plan::recipes::{self, DetectorKey, Read};
-use crate::spec::method::{FixedDetector, Method};
-use crate::store::address::{Address, Recipe};
-use crate::store::{self, Name, Record};
+use crate::plan::recipes::{self, DetectorKey};
+use crate::plan::{SignalSet, variants};
+use crate::spec::method::FixedDetector;
+use crate::store::address::Recipe;
+use crate::store::{self, Name};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use trackfail_methods::detector::track_quality::Effort;
@@ -35,34 +37,132 @@ pub struct Judged {
     pub pieces: Vec<Range<usize>>,
 }
 
-/// A detector with its parameters or model, and their source.
-#[derive(Clone)]
+/// A detector with its parameters or model.
 pub struct ReadyDetector {
     /// The detector.
     pub fixed: FixedDetector,
-    /// Source of its parameters or model.
-    pub source: ParameterSource,
+    /// What it adds to the recipes of its labels.
+    pub key: DetectorKey,
 }
 
-/// Source of a detector's parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ParameterSource {
-    /// The experiment gives them.
-    Given,
-    /// One of them is trained; the address is that of the trained parameter.
-    Trained(Address),
-    /// The experiment gives them, except for a learned model with this address.
-    Learned(Address),
+/// Detectors by variant, tracker and [part](crate::plan::ExperimentPlan::parts); an error where training was impossible.
+/// Those without a place here have no cells.
+pub type ReadyDetectors = BTreeMap<(usize, usize, usize), Result<Arc<ReadyDetector>, CellError>>;
+
+/// A detector on a track.
+struct Task {
+    name: Name,
+    track: Arc<Track>,
+    signals: SignalSet,
+    detector: Arc<ReadyDetector>,
+    seed: u64,
+    protocol: &'static Protocol,
+    recipe: Recipe,
+    /// The output that the store has.
+    cached: Option<Arc<DetectorOutput>>,
 }
 
-impl ReadyDetector {
-    fn key(&self) -> DetectorKey {
-        match self.source {
-            ParameterSource::Given => DetectorKey::given(&self.fixed),
-            ParameterSource::Trained(address) => DetectorKey::model(address, &self.fixed),
-            ParameterSource::Learned(address) => DetectorKey::learned(address, &self.fixed),
+type Output = Result<Arc<DetectorOutput>, CellError>;
+
+impl Task {
+    /// The output of the detector.
+    fn output(&self, limits: &RunLimits) -> Result<Output, Interrupted> {
+        if let Some(output) = &self.cached {
+            return Ok(Ok(output.clone()));
+        }
+        let detect = || detect(&self.track, &self.signals, &self.detector.fixed, self.seed);
+        match Job::new(limits).step(detect) {
+            Err(TrackingError::Interrupted(e)) => Err(e),
+            Err(e) => Ok(Err(CellError::Failed(format!("{}: {e}", self.name.cell)))),
+            Ok(output) => Ok(Ok(Arc::new(output))),
         }
     }
+}
+
+/// The cells of `jobs`, in ascending order, on a sequence of the test suite, which have their `tracks` and `ready`
+/// detectors. Outputs that the store has are not computed again.
+///
+/// # Errors
+/// When the run is interrupted or the store cannot be written to.
+pub fn cells(
+    context: &Context<'_>,
+    sequence: usize,
+    jobs: &[usize],
+    tracks: &Tracks,
+    ready: &ReadyDetectors,
+) -> Result<Vec<Cell>, RunError> {
+    let plan = context.plan;
+    let planned = &plan.test().sequences[sequence];
+    let variants: Vec<_> = variants(plan.experiment).collect();
+    let (mut cells, mut tasks) = (Vec::new(), Vec::new());
+    for (j, v) in
+        plan.cells_on(&planned.origin.source).into_iter().filter(|(j, _)| jobs.binary_search(j).is_ok())
+    {
+        let (job, (method, variant)) = (plan.jobs[j], variants[v]);
+        let Some(detector) = ready.get(&(v, job.tracker, plan.part(variant, sequence))) else { continue };
+        let params = variant.params();
+        let task = || -> Result<Task, CellError> {
+            let read = plan.input(planned, j, v)?;
+            let (track, detector) = (tracks[j].clone()?, detector.clone()?);
+            let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
+            let cell = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
+            let (signals, recipe) = (plan.signals_of(v).clone(), recipes::labels(read, &detector.key, seed));
+            let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), track.error.len());
+            let cached = stored.and_then(|stored| stored.on(&track.signal(signals.first))).map(Arc::new);
+            context.tally.add(Work::Labels, cached.is_some());
+            let name = Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(&cell) };
+            Ok(Task { name, track, signals, detector, seed, protocol: method.protocol, recipe, cached })
+        };
+        tasks.push(task());
+        cells.push(move |result| Cell {
+            sequence,
+            tracker: plan.experiment.trackers[job.tracker].label.clone(),
+            run: job.run,
+            method: method.name.clone(),
+            params,
+            job: j,
+            signal: plan.signal(v),
+            threshold: detector.as_ref().ok().and_then(|ready| ready.fixed.detector.threshold()),
+            result,
+        });
+    }
+    let judged = judge(context, tasks)?;
+    Ok(cells.into_iter().zip(judged).map(|(cell, judged)| cell(judged)).collect())
+}
+
+/// A result for each task, in order.
+fn judge(
+    context: &Context<'_>,
+    tasks: Vec<Result<Task, CellError>>,
+) -> Result<Vec<Result<Judged, CellError>>, RunError> {
+    let output = |task: &Result<Task, CellError>| match task {
+        Ok(task) => task.output(&context.options.limits),
+        Err(e) => Ok(Err(e.clone())),
+    };
+    let outputs = tasks.iter().map(output).collect::<Result<Vec<Output>, Interrupted>>()?;
+    let mut records = Vec::new();
+    for (task, output) in tasks.iter().zip(&outputs) {
+        if let (Ok(task @ Task { cached: None, .. }), Ok(output)) = (task, output) {
+            let signal = task.track.signal(task.signals.first);
+            let content = StoredDetectorOutput::new(output, &signal);
+            records.push(store::record(task.name.clone(), task.recipe.clone(), signal.len(), &content)?);
+        }
+    }
+    context.put(records)?;
+    tasks
+        .iter()
+        .flatten()
+        .filter_map(|task| task.track.reversal.as_deref())
+        .for_each(Reversal::free_trackers);
+    let judged = |(task, output): (&Result<Task, CellError>, Output)| {
+        let task = task.as_ref().map_err(Clone::clone)?;
+        let output = output?;
+        let (score, pieces) = task.track.judge(task.protocol, &output);
+        let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
+        let follows = output.quality.is_some();
+        Ok(Judged { output: context.outputs.insert(&task.recipe, output), score, effort, follows, pieces })
+    };
+    Ok(tasks.iter().zip(outputs).map(judged).collect())
 }
 
 /// Output of a detector on a track. `seed` is for detectors that draw random numbers.
@@ -84,153 +184,35 @@ pub fn detect(
     if pieces.len() < 2 {
         return reverse::detect(&*fixed.detector, input, track.reversal.as_deref());
     }
-    let mut whole = DetectorOutput::default();
+    let frames = track.error.len();
+    let mut whole = DetectorOutput { alarm: vec![false; frames], ..DetectorOutput::default() };
     for piece in pieces {
         let more: Vec<&[f64]> = more.iter().map(|series| &series[piece.clone()]).collect();
         let (signal, error) = (&signal[piece.clone()], &track.error[piece.clone()]);
         let output = reverse::detect(&*fixed.detector, Input { signal, more: &more, error, ..input }, None)?;
-        fill(&mut whole, piece.start);
-        append(&mut whole, output);
+        hold(&mut whole.score, piece.start);
+        if let Some(scores) = output.alarm_score {
+            let before = whole.alarm_score.get_or_insert_with(|| whole.score.clone());
+            hold(before, piece.start);
+            before.extend(scores);
+        }
+        whole.score.extend(output.score);
+        whole.alarm[piece.clone()].copy_from_slice(&output.alarm);
+        if let Some(forecast) = output.forecast {
+            let all = whole.forecast.get_or_insert_with(|| vec![f64::NAN; frames]);
+            all[piece.clone()].copy_from_slice(&forecast);
+        }
+        if let Some(changes) = output.changes {
+            whole.changes.get_or_insert_with(|| vec![0; frames])[piece].copy_from_slice(&changes);
+        }
     }
-    fill(&mut whole, track.error.len());
+    hold(&mut whole.score, frames);
+    whole.alarm_score.iter_mut().for_each(|scores| hold(scores, frames));
     Ok(whole)
 }
 
-/// Lengthens an output by silent frames up to a number of frames.
-fn fill(whole: &mut DetectorOutput, frames: usize) {
-    let last = whole.score.last().copied().unwrap_or_default();
-    whole.score.resize(frames, last);
-    whole.alarm.resize(frames, false);
-    whole.alarm_score.iter_mut().for_each(|scores| {
-        let last = scores.last().copied().unwrap_or_default();
-        scores.resize(frames, last);
-    });
-    whole.forecast.iter_mut().for_each(|forecast| forecast.resize(frames, f64::NAN));
-    whole.changes.iter_mut().for_each(|changes| changes.resize(frames, 0));
-}
-
-/// Puts the output on a piece behind those before it.
-fn append(whole: &mut DetectorOutput, piece: DetectorOutput) {
-    let before = whole.score.len();
-    if let Some(scores) = piece.alarm_score {
-        whole.alarm_score.get_or_insert_with(|| whole.score.clone()).extend(scores);
-    }
-    whole.score.extend(piece.score);
-    whole.alarm.extend(piece.alarm);
-    if let Some(forecast) = piece.forecast {
-        whole.forecast.get_or_insert_with(|| vec![f64::NAN; before]).extend(forecast);
-    }
-    if let Some(changes) = piece.changes {
-        whole.changes.get_or_insert_with(|| vec![0; before]).extend(changes);
-    }
-}
-
-/// A cell to be judged.
-#[derive(Clone)]
-pub struct PendingCell {
-    /// Name in the store.
-    pub name: Name,
-    /// The track.
-    pub track: Arc<Track>,
-    /// Input of the detector: the signal on the track, or the track.
-    pub read: Read,
-    /// The signals that the method reads.
-    pub signals: SignalSet,
-    /// The detector.
-    pub ready_detector: ReadyDetector,
-    /// Its seed.
-    pub seed: u64,
-    /// Protocol that scores its labels.
-    pub protocol: &'static Protocol,
-}
-
-impl PendingCell {
-    /// A cell of the test suite; `cell` is its name in the plan.
-    pub fn new(
-        context: &Context<'_>,
-        cell: &str,
-        (track, read): (&Arc<Track>, Read),
-        (variant, method): (usize, &Method),
-        ready_detector: ReadyDetector,
-        seed: u64,
-    ) -> Self {
-        let plan = context.plan;
-        Self {
-            protocol: method.protocol,
-            name: Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(cell) },
-            track: track.clone(),
-            read,
-            signals: plan.signals_of(variant).clone(),
-            ready_detector,
-            seed,
-        }
-    }
-}
-
-/// Judges cells and returns a result for each, in order; outputs of detectors that the store has are not computed again.
-///
-/// # Errors
-/// When the run is interrupted or the store cannot be written to.
-pub fn judge(
-    context: &Context<'_>,
-    cells: Vec<PendingCell>,
-) -> Result<Vec<Result<Judged, CellError>>, RunError> {
-    let recipe = |cell: &PendingCell| recipes::labels(cell.read, &cell.ready_detector.key(), cell.seed);
-    let recipes: Vec<_> = cells.iter().map(recipe).collect();
-    let cached = |(cell, recipe): (&PendingCell, &Recipe)| {
-        let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), cell.track.error.len());
-        stored.and_then(|output| output.on(&cell.track.signal(cell.signals.first)))
-    };
-    let mut outputs: Vec<Option<Result<DetectorOutput, CellError>>> =
-        cells.iter().zip(&recipes).map(|pair| cached(pair).map(Ok)).collect();
-    outputs.iter().for_each(|output| context.tally.add(Work::Labels, output.is_some()));
-    let pending: Vec<usize> = (0..cells.len()).filter(|k| outputs[*k].is_none()).collect();
-    if !pending.is_empty() {
-        let computed = compute(context, pending.iter().map(|k| cells[*k].clone()).collect())?;
-        let mut records: Vec<Record> = Vec::new();
-        for (k, output) in pending.into_iter().zip(computed) {
-            let cell = &cells[k];
-            let output = output.map_err(|e| CellError::Failed(format!("{}: {e}", cell.name.cell)));
-            if let Ok(output) = &output {
-                let signal = cell.track.signal(cell.signals.first);
-                let content = StoredDetectorOutput::new(output, &signal);
-                records.push(store::record(cell.name.clone(), recipes[k].clone(), signal.len(), &content)?);
-            }
-            outputs[k] = Some(output);
-        }
-        context.put(records)?;
-    }
-    let judged =
-        |((cell, recipe), output): ((&PendingCell, _), Option<Result<DetectorOutput, CellError>>)| {
-            let output = output.unwrap_or_else(|| Err(CellError::Failed("was not judged".to_string())))?;
-            let (score, pieces) = cell.track.judge(cell.protocol, &output);
-            let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
-            let follows = output.quality.is_some();
-            Ok(Judged { output: context.outputs.insert(recipe, output), score, effort, follows, pieces })
-        };
-    Ok(cells.iter().zip(&recipes).zip(outputs).map(judged).collect())
-}
-
-/// Outputs of the cells' detectors, supervised.
-fn compute(
-    context: &Context<'_>,
-    cells: Vec<PendingCell>,
-) -> Result<Vec<Result<DetectorOutput, TrackingError>>, Interrupted> {
-    let tracks: Vec<Arc<Track>> = cells.iter().map(|cell| cell.track.clone()).collect();
-    let jobs = cells.len();
-    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
-        let mut outputs = Vec::with_capacity(cells.len());
-        for (k, (cell, left_out)) in cells.iter().zip(left_out).enumerate() {
-            watch.check_interrupted()?;
-            let fixed = &cell.ready_detector.fixed;
-            outputs.push(match left_out {
-                Some(reason) => Err(reason.clone().into()),
-                None => watch.step(k, || detect(&cell.track, &cell.signals, fixed, cell.seed)),
-            });
-        }
-        Ok(outputs)
-    };
-    let outputs = supervised(jobs, &context.options.limits, work)?;
-    tracks.iter().filter_map(|track| track.reversal.as_deref()).for_each(Reversal::free_trackers);
-    Ok(outputs)
+/// Lengthens scores to a number of frames, with the last one.
+fn hold(scores: &mut Vec<f64>, frames: usize) {
+    let last = scores.last().copied().unwrap_or_default();
+    scores.resize(frames, last);
 }

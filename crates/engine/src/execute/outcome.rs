@@ -7,7 +7,7 @@ use super::track::Tracks;
 use super::train::Model;
 use crate::error::CellError;
 use crate::observe::tally::Tally;
-use crate::plan::{ExperimentPlan, Job, PlannedSequence};
+use crate::plan::{ExperimentPlan, Job, Place, PlannedSuite};
 use crate::store::{Store, StoreError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -61,25 +61,22 @@ pub struct CellName {
 
 impl CellName {
     /// Names the track of a job on a sequence of a suite.
-    pub(super) fn of_track(
-        plan: &ExperimentPlan<'_>,
-        suite: usize,
-        planned: &PlannedSequence,
-        job: usize,
-    ) -> Self {
-        let (Job { tracker, run }, sequence) = (plan.jobs[job], &planned.sequence.name);
-        let is_test = suite == 0;
+    pub(super) fn of_track(plan: &ExperimentPlan<'_>, (suite, sequence, job): Place) -> Self {
+        let Job { tracker, run } = plan.jobs[job];
+        let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
+        let elsewhere = if suite == 0 { String::new() } else { format!("{name}/") };
         Self {
-            sequence: if is_test {
-                sequence.clone()
-            } else {
-                format!("{}/{sequence}", plan.suites[suite].name)
-            },
+            sequence: elsewhere + &sequences[sequence].sequence.name,
             tracker: plan.experiment.trackers[tracker].label.clone(),
             run,
             method: String::new(),
             params: String::new(),
         }
+    }
+
+    pub(super) fn of_cell(plan: &ExperimentPlan<'_>, cell: &Cell) -> Self {
+        let (method, params) = (cell.method.clone(), cell.params.clone());
+        Self { method, params, ..Self::of_track(plan, (0, cell.sequence, cell.job)) }
     }
 }
 
@@ -130,14 +127,11 @@ impl Outcome<'_> {
             CachedDetectorOutput::Here(output) => return Ok(output.clone()),
             CachedDetectorOutput::Stored(address) => address,
         };
-        let track =
-            self.tracks.get(cell.sequence).and_then(|t| t.get(cell.job)).and_then(|t| t.as_ref().ok());
-        let output = track.and_then(|track| {
-            let signal = track.signal(cell.signal);
+        let stored = || {
+            let signal = self.tracks[cell.sequence][cell.job].as_ref().ok()?.signal(cell.signal);
             self.store.get::<StoredDetectorOutput>(address, signal.len())?.on(&signal)
-        });
-        let gone =
-            || StoreError::new(self.store.folder(), "a record has gone while it was needed; run again");
-        output.map(Arc::new).ok_or_else(gone)
+        };
+        let gone = "a record has gone while it was needed; run again";
+        stored().map(Arc::new).ok_or_else(|| StoreError::new(self.store.folder(), gone))
     }
 }

@@ -1,144 +1,259 @@
-//! One pass over one sequence: each frame is decoded once and given to every tracker and, with the tracker's state, to
+//! One pass over a sequence: each frame is decoded once and given to every tracker and, with the tracker's state, to
 //! every signal.
+//!
+//! The pass goes in steps of a few frames. In a step the trackers take its frames, the signals those of the step before,
+//! and the frames of the next step are decoded: all of it can be done side by side by threads that have nothing else to
+//! do. A *strand*, which is a tracker or a signal, takes one frame after the other and sees nothing of what the other
+//! strands do in the same step, so that no result depends on the threads. Signals that read companions find the regions
+//! of all trackers in the steps before.
 
-use super::cores::Cores;
-use super::frame_loop::{Collected, Collector, run_frames_on};
-use super::frame_observer::FrameObserver;
-use super::lane::{Companions, Lane, LaneStep};
-use super::supervise::{JobError, Watchdog, supervised};
+use super::supervise::Job;
+use super::track_signal::TrackSignal;
 use super::tracker_run::{TrackerRun, TrackingError};
 use crate::error::CellError;
 use crate::limits::{Interrupted, RunLimits};
 use crate::spec::method::SignalChoice;
+use rayon::ScopeFifo;
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-use trackfail_dataset::Sequence;
-use trackfail_dataset::frame_cache::FrameCache;
-use trackfail_methods::tracker::TrackerState;
+use std::time::Duration;
+use trackfail_core::image::Frame;
+use trackfail_core::region::Region;
+use trackfail_methods::signal::Reads;
+use trackfail_methods::tracker::{Tracker, TrackerState};
+
+/// Largest number of frames of a step; three steps are in memory at once.
+const MAX_FRAMES: usize = 5;
+/// Most bytes of the decoded frames of a step, unless one frame has more.
+const MAX_BYTES: usize = 20 << 20;
+/// Frames of a step in which no pixel is looked at, where there is little to do in each.
+const FRAMES_WITHOUT_PIXELS: usize = 64;
 
 /// One task of a pass: a track, signals on it, or both.
-#[derive(Clone)]
-pub struct Task {
+pub struct Task<'a> {
     /// The tracker's run.
     pub run: TrackerRun,
     /// Its states, where they are known and only signals are needed.
-    pub states: Option<Arc<Vec<TrackerState>>>,
-    /// The needed signals, as indices into [`Pass::signals`].
-    pub signals: Vec<usize>,
-    /// States of other trackers, for signals that read them.
-    pub companions: Companions,
-}
-
-/// A pass over a sequence.
-pub struct Pass {
-    /// The sequence.
-    pub sequence: Arc<Sequence>,
-    /// Cache of its decoded frames.
-    pub frames: Arc<FrameCache>,
-    /// All signals that tasks may need.
-    pub signals: Arc<Vec<SignalChoice>>,
-    /// The tasks.
-    pub tasks: Vec<Task>,
-    /// Called once a frame, for progress.
-    pub on_frame: Arc<dyn Fn() + Send + Sync>,
-    /// Called with the time of each step of a task; the number of tasks stands for the decoding of frames.
-    pub spent: Arc<dyn Fn(usize, Duration) + Send + Sync>,
-    /// The cores of the run.
-    pub cores: Cores,
+    pub states: Option<&'a [TrackerState]>,
+    /// The needed signals.
+    pub signals: Vec<&'a SignalChoice>,
+    /// For signals that read companions: their labels, and the indices of their tasks; `None` for those without a track.
+    pub companions: Vec<(&'a str, Option<usize>)>,
 }
 
 /// Result of a task.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct PassOutput {
-    /// One state a frame.
-    pub states: Arc<Vec<TrackerState>>,
-    /// One series for each of the task's signals, in their order.
-    pub signals: Vec<Vec<f64>>,
+    /// One state a frame; none where they were known.
+    pub states: Vec<TrackerState>,
+    /// A series for each of the task's signals. Only signals that read companions fail alone.
+    pub signals: Vec<Result<Vec<f64>, CellError>>,
+    /// Time of the tracker and the signals, with a share of the decoding.
+    pub spent: Duration,
 }
 
-/// Makes a pass and returns a result for each task, in order; see [`supervised`] for tasks that panic or hang.
+type Decoded = Result<Arc<Frame>, TrackingError>;
+
+/// Successive frames of the sequence.
+#[derive(Default)]
+struct Batch {
+    first: usize,
+    frames: Vec<Decoded>,
+}
+
+/// How far a task has come.
+struct Progress<'a> {
+    job: Job<'a>,
+    /// The states of all frames, or those of the steps before.
+    states: Cow<'a, [TrackerState]>,
+    /// The first frame that failed, and why; not of signals that read companions.
+    failure: Option<(usize, TrackingError)>,
+}
+
+/// A tracker or a signal, which takes one frame after the other.
+struct Strand {
+    task: usize,
+    reads: Reads,
+    work: Work,
+    failure: Option<(usize, TrackingError)>,
+}
+
+enum Work {
+    /// Once it has started; and the states of this step.
+    Tracker(Option<Box<dyn Tracker>>, Vec<TrackerState>),
+    /// With its values in all frames.
+    Signal(TrackSignal, Vec<f64>),
+}
+
+/// What strands see of the others in a step.
+#[derive(Clone, Copy)]
+struct Step<'s> {
+    tasks: &'s [Task<'s>],
+    progress: &'s [Progress<'s>],
+    /// The frames that signals take.
+    before: &'s Batch,
+    /// The frames that trackers take.
+    now: &'s Batch,
+}
+
+impl Strand {
+    /// The strands of a task.
+    fn all_of(task: usize, Task { run, states, signals, .. }: &Task<'_>) -> Result<Vec<Self>, TrackingError> {
+        let strand = |reads, work| Self { task, reads, work, failure: None };
+        let mut strands = Vec::new();
+        if states.is_none() {
+            let reads = if run.config.reads_pixels() { Reads::Pixels } else { Reads::Boxes };
+            strands.push(strand(reads, Work::Tracker(None, Vec::new())));
+        }
+        for choice in signals {
+            let signal = TrackSignal::start(choice, run)?;
+            strands.push(strand(signal.reads(), Work::Signal(signal, Vec::new())));
+        }
+        Ok(strands)
+    }
+
+    /// Whether its task needs what it may find in frame `t` and later.
+    fn is_needed(&self, t: usize, progress: &[Progress<'_>]) -> bool {
+        self.failure.is_none() && progress[self.task].failure.as_ref().is_none_or(|(first, _)| t <= *first)
+    }
+
+    /// Takes the frames of a step from the `k`-th one on, each as a task of its own, which threads share evenly.
+    fn take<'s>(&'s mut self, k: usize, step: Step<'s>, scope: &ScopeFifo<'s>) {
+        let Batch { first, frames } = if let Work::Tracker(..) = self.work { step.now } else { step.before };
+        let Some(frame) = frames.get(k).filter(|_| self.is_needed(*first, step.progress)) else { return };
+        let t = first + k;
+        match step.progress[self.task].job.step(|| self.work_in(t, frame, step)) {
+            Ok(true) => scope.spawn_fifo(move |scope| self.take(k + 1, step, scope)),
+            Ok(false) => {}
+            Err(e) => self.failure = Some((t, e)),
+        }
+    }
+
+    /// Takes frame `t`; `false` where a track that it reads has ended before.
+    fn work_in(&mut self, t: usize, frame: &Decoded, step: Step<'_>) -> Result<bool, TrackingError> {
+        let frame = || frame.as_ref().map_err(TrackingError::clone);
+        let Task { run, companions, .. } = &step.tasks[self.task];
+        match &mut self.work {
+            Work::Tracker(Some(tracker), states) => states.push(tracker.update(frame()?)?),
+            Work::Tracker(tracker, states) => {
+                let (started, state) = run.start(frame()?)?;
+                *tracker = Some(started);
+                states.push(state);
+            }
+            Work::Signal(signal, values) => {
+                let state = |task: usize| step.progress[task].states.get(t);
+                let Some(own) = state(self.task) else { return Ok(false) };
+                let mut others: Vec<&Region> = Vec::new();
+                for (_, companion) in companions.iter().filter(|_| self.reads == Reads::Companions) {
+                    let Some(other) = companion.and_then(state) else { return Ok(false) };
+                    others.push(&other.region);
+                }
+                values.extend(signal.values(frame()?, own, &others, run.sequence.number(t))?);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Makes a pass of tasks on one sequence, and returns a result for each, in order. A task that panics, fails or has spent
+/// its time fails alone. `on_frame` is called after each frame.
 ///
 /// # Errors
 /// [`Interrupted`].
-pub fn pass(pass: Pass, limits: &RunLimits) -> Result<Vec<Result<PassOutput, CellError>>, Interrupted> {
-    // One job more: decoding the frames.
-    let jobs = pass.tasks.len() + 1;
-    let _share = pass.cores.enter();
-    supervised(jobs, limits, move |watch, left_out| pass.run(watch, left_out))
-}
-
-/// Supervises the tasks of a pass and collects their results.
-struct PassObserver<'a> {
-    watch: &'a Watchdog,
-    on_frame: &'a (dyn Fn() + Send + Sync),
-    spent: &'a (dyn Fn(usize, Duration) + Send + Sync),
-    collector: Collector,
-}
-
-impl FrameObserver for PassObserver<'_> {
-    fn check_interrupted(&self) -> Result<(), Interrupted> {
-        self.watch.check_interrupted()
+pub fn pass(
+    tasks: &[Task<'_>],
+    limits: &RunLimits,
+    on_frame: &dyn Fn(),
+) -> Result<Vec<Result<PassOutput, CellError>>, Interrupted> {
+    let Some(run) = tasks.first().map(|task| &task.run) else { return Ok(Vec::new()) };
+    let (mut progress, mut strands): (Vec<Progress<'_>>, Vec<Strand>) = (Vec::new(), Vec::new());
+    for (k, task) in tasks.iter().enumerate() {
+        let states = task.states.map_or_else(Cow::default, Cow::Borrowed);
+        let mut one = Progress { job: Job::new(limits), states, failure: None };
+        match one.job.step(|| Strand::all_of(k, task)) {
+            Ok(mine) => strands.extend(mine),
+            Err(e) => one.failure = Some((0, e)),
+        }
+        progress.push(one);
     }
-
-    fn supervise<T>(
-        &self,
-        lane: usize,
-        work: impl FnOnce() -> Result<T, TrackingError>,
-    ) -> Result<T, TrackingError> {
-        let start = Instant::now();
-        let done = self.watch.step(lane, work);
-        (self.spent)(lane, start.elapsed());
-        done
-    }
-
-    fn tracked(&self, lane: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        self.collector.tracked(lane, step)
-    }
-
-    fn measured(&self, lane: usize, signal: usize, values: &[f64]) {
-        self.collector.measured(lane, signal, values);
-    }
-
-    fn frame_done(&self) {
-        (self.on_frame)();
-    }
-}
-
-impl Pass {
-    fn run(
-        &self,
-        watch: &Watchdog,
-        left_out: &[Option<JobError>],
-    ) -> Result<Vec<Result<PassOutput, CellError>>, Interrupted> {
-        let decoder = left_out.get(self.tasks.len());
-        let lane = |(k, task): (usize, &Task)| -> Result<Lane, TrackingError> {
-            match [left_out.get(k), decoder].into_iter().flatten().flatten().next() {
-                Some(reason) => Err(reason.clone().into()),
-                None => watch.step(k, || self.lane(task)),
+    let decoding = Job::new(limits);
+    let decode = |t: usize| decoding.step(|| run.frame(t));
+    let (mut before, mut now, mut length) = (Batch::default(), Batch::default(), 1);
+    loop {
+        if limits.stop.is_set() {
+            return Err(Interrupted);
+        }
+        let needed = strands.iter().filter(|strand| strand.is_needed(before.first, &progress));
+        let reads: Vec<Reads> = needed.map(|strand| strand.reads).collect();
+        if before.first == run.sequence.len() || reads.is_empty() {
+            break;
+        }
+        let reads_pixels = reads.contains(&Reads::Pixels);
+        let first = now.first + now.frames.len();
+        let count =
+            (run.sequence.len() - first).min(if reads_pixels { length } else { FRAMES_WITHOUT_PIXELS });
+        let blank = || Arc::new(Frame::new(1, 1, vec![0; 3]));
+        let mut next: Vec<Option<Decoded>> = vec![(!reads_pixels).then(|| Ok(blank())); count];
+        let step = Step { tasks, progress: &progress, before: &before, now: &now };
+        rayon::scope_fifo(|scope| {
+            for strand in &mut strands {
+                scope.spawn_fifo(move |scope| strand.take(0, step, scope));
             }
-        };
-        let mut lanes: Vec<_> = self.tasks.iter().enumerate().map(lane).collect();
-        let collector = Collector::new(self.tasks.iter().map(|task| task.signals.len()));
-        let observer = PassObserver { watch, on_frame: &*self.on_frame, spent: &*self.spent, collector };
-        run_frames_on(&self.cores, &self.sequence, &self.frames, &mut lanes, &observer)?;
-        let collected = observer.collector.into_collected();
-        let output = |((lane, collected), task): ((Result<Lane, TrackingError>, _), &Task)| {
-            lane.map_err(|e| e.in_sequence(&self.sequence.name))?;
-            let Collected { states, signals } = collected;
-            Ok(PassOutput { states: task.states.clone().unwrap_or_else(|| Arc::new(states)), signals })
-        };
-        Ok(lanes.into_iter().zip(collected).zip(&self.tasks).map(output).collect())
+            for (t, slot) in (first..).zip(&mut next).filter(|(_, slot)| slot.is_none()) {
+                scope.spawn_fifo(move |_| *slot = Some(decode(t)));
+            }
+        });
+        for strand in &mut strands {
+            let one = &mut progress[strand.task];
+            if let Work::Tracker(_, states) = &mut strand.work {
+                one.states.to_mut().append(states);
+            }
+            if let Some((t, e)) = &strand.failure
+                && strand.reads != Reads::Companions
+                && one.failure.as_ref().is_none_or(|(first, _)| t < first)
+            {
+                one.failure = Some((*t, e.clone()));
+            }
+        }
+        before.frames.iter().for_each(|_| on_frame());
+        let next = Batch { first, frames: next.into_iter().flatten().collect() };
+        let largest = next.frames.iter().flatten().map(|frame| frame.bytes().len()).max();
+        length = (MAX_BYTES / largest.unwrap_or(1).max(1)).clamp(1, MAX_FRAMES);
+        before = std::mem::replace(&mut now, next);
     }
+    Ok(outputs(tasks, progress, strands, decoding.spent()))
+}
 
-    fn lane(&self, task: &Task) -> Result<Lane, TrackingError> {
-        let signals = || task.signals.iter().filter_map(|k| self.signals.get(*k));
-        let lane = match &task.states {
-            Some(states) => Lane::of_states(states.clone()),
-            None => Lane::of_run(task.run.clone()),
-        };
-        let lane = lane.with_signals(&task.run.context(), &task.companions, signals().map(Some))?;
-        Ok(lane.with_restarts(&task.run, signals()))
+/// The result of each task after a pass whose decoding took this time.
+fn outputs(
+    tasks: &[Task<'_>],
+    progress: Vec<Progress<'_>>,
+    strands: Vec<Strand>,
+    decoding: Duration,
+) -> Vec<Result<PassOutput, CellError>> {
+    let failed = |task: usize, e: TrackingError| e.in_sequence(&tasks[task].run.sequence.name);
+    let lacks = |task: usize| {
+        let has_failed = |companion: &Option<usize>| companion.is_none_or(|c| progress[c].failure.is_some());
+        let first = tasks[task].companions.iter().find(|(_, companion)| has_failed(companion));
+        first.map(|(label, _)| TrackingError::NoCompanion(label.to_string()))
+    };
+    let mut signals: Vec<Vec<Result<Vec<f64>, CellError>>> = tasks.iter().map(|_| Vec::new()).collect();
+    for Strand { task, reads, work, failure } in strands {
+        if let Work::Signal(_, values) = work {
+            let alone = lacks(task).or(failure.map(|(_, e)| e)).filter(|_| reads == Reads::Companions);
+            signals[task].push(alone.map_or(Ok(values), |e| Err(failed(task, e))));
+        }
     }
+    let trackers = tasks.iter().filter(|task| task.states.is_none()).count();
+    let share = decoding / u32::try_from(trackers.max(1)).unwrap_or(u32::MAX);
+    let output = |(task, (one, signals)): (usize, (Progress<'_>, _))| match (one.failure, one.states) {
+        (Some((_, e)), _) => Err(failed(task, e)),
+        (None, states) => {
+            let states = if let Cow::Owned(states) = states { states } else { Vec::new() };
+            Ok(PassOutput { states, signals, spent: one.job.spent() + share })
+        }
+    };
+    progress.into_iter().zip(signals).enumerate().map(output).collect()
 }
 
 #[cfg(test)]

@@ -3,21 +3,21 @@
 //! A stored track holds the regions that the tracker gave, not its belief. So the tracker runs forward again, once at
 //! most, leaving forks behind every few frames; it must give the same regions. From frame `from` a fork runs backwards,
 //! with random numbers of its own from the track's seed and `from`. All methods on a track share these runs, so neither
-//! their number nor their order changes a result.
+//! their number nor their order changes a result. A clock runs along; what it shows is no part of a result.
 
-use super::frame_loop::run_lane;
-use super::frame_observer::FrameObserver;
-use super::lane::{Lane, LaneStep};
 use super::tracker_run::{TrackerRun, TrackingError};
-use std::cell::RefCell;
+use crate::limits::Interrupted;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use trackfail_core::image::Frame;
 use trackfail_core::num;
 use trackfail_core::region::Region;
+use trackfail_dataset::guarded;
 use trackfail_methods::detector::{Detector, DetectorOutput, Input, Reverse};
 use trackfail_methods::score::overlap;
-use trackfail_methods::tracker::TrackerError;
+use trackfail_methods::tracker::{Tracker, TrackerError};
 
 /// Frames between the forks of the forward run.
 const STRIDE: usize = 32;
@@ -25,32 +25,39 @@ const STRIDE: usize = 32;
 /// Bytes of decoded frames that a run keeps in memory for reverse runs.
 pub const FRAMES_IN_MEMORY: usize = 512 << 20;
 
-/// Seed of the reverse run from frame `from`; `track` is the seed of the track.
-pub fn seed(track: u64, from: usize) -> u64 {
-    num::seed::seed(track, &["reverse", &from.to_string()])
-}
-
 /// Reverse runs of one track's tracker.
 pub struct Reversal {
     run: TrackerRun,
     regions: Vec<Region>,
+    /// Whether a reverse run goes on where an earlier one from the same frame ended.
+    shares_runs: bool,
     memory: Mutex<Memory>,
 }
+
+type Fork = Box<dyn Tracker>;
 
 #[derive(Default)]
 struct Memory {
     /// Forks of the forward run, by frame.
-    forward: BTreeMap<usize, Lane>,
+    forward: BTreeMap<usize, Fork>,
     /// By first frame of the reverse run: the errors of the frames before it, the last one first.
     backward: BTreeMap<usize, Vec<f64>>,
     /// The last reverse run: its first frame, the frame that it is in, and its tracker.
-    latest: Option<(usize, usize, Lane)>,
+    latest: Option<(usize, usize, Fork)>,
+    cost: ReverseCost,
 }
 
-/// A detector's handle to a [`Reversal`].
-pub struct ReverseHandle<'a> {
-    reversal: &'a Reversal,
-    failure: RefCell<Option<TrackingError>>,
+/// What reverse runs have cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct ReverseCost {
+    /// Time of everything that a detector waited for.
+    pub waiting: Duration,
+    /// Time of the tracker on its way back: without its way to the first frame, and without decoding.
+    pub tracking: Duration,
+    /// Number of runs.
+    pub runs: u64,
+    /// Frames of these runs.
+    pub frames: u64,
 }
 
 impl std::fmt::Debug for Reversal {
@@ -59,51 +66,42 @@ impl std::fmt::Debug for Reversal {
     }
 }
 
-/// Checks a second forward run against the first one, and keeps forks of it.
-struct ForwardRun<'a> {
-    regions: &'a [Region],
-    forks: RefCell<&'a mut BTreeMap<usize, Lane>>,
+/// Runs `work` and adds its time to `spent`.
+pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    spent.set(spent.get() + start.elapsed());
+    done
 }
 
-impl FrameObserver for ForwardRun<'_> {
-    fn tracked(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        if Some(&step.state.region) != self.regions.get(step.t) {
-            return Err(TrackingError::NotRepeatable(step.t));
-        }
-        if step.t.is_multiple_of(STRIDE) {
-            self.forks.borrow_mut().insert(step.t, step.fork(None)?);
-        }
-        Ok(())
-    }
+/// A copy of a tracker that continues from its belief, with the same random numbers or with those of `seed`.
+///
+/// # Errors
+/// When it cannot be copied.
+pub(super) fn fork(tracker: &dyn Tracker, seed: Option<u64>) -> Result<Fork, TrackingError> {
+    tracker.fork(seed).ok_or(TrackingError::NoFork)
 }
 
-/// Collects the errors of a reverse run.
-struct BackwardRun<'a> {
-    from: usize,
-    regions: &'a [Region],
-    errors: RefCell<&'a mut Vec<f64>>,
-}
-
-impl FrameObserver for BackwardRun<'_> {
-    fn tracked(&self, _: usize, step: LaneStep<'_>) -> Result<(), TrackingError> {
-        let mut errors = self.errors.borrow_mut();
-        // A reverse run to an earlier frame passes through the later ones, whose errors are known already.
-        if errors.len() == self.from - step.t - 1 {
-            errors.push(overlap::error(&step.state.region, &self.regions[step.t]));
-        }
-        Ok(())
-    }
+/// Frame `t` of a run, unless everything was interrupted.
+pub(super) fn frame(run: &TrackerRun, t: usize) -> Result<Arc<Frame>, TrackingError> {
+    if guarded::is_interrupted() { Err(Interrupted.into()) } else { run.frame(t) }
 }
 
 impl Reversal {
     /// Reverse runs of a track with these regions, one a frame.
     pub fn new(run: TrackerRun, regions: Vec<Region>) -> Self {
-        Self { run, regions, memory: Mutex::default() }
+        Self { run, regions, shares_runs: true, memory: Mutex::default() }
     }
 
-    /// A handle for one call of a detector.
-    pub fn handle(&self) -> ReverseHandle<'_> {
-        ReverseHandle { reversal: self, failure: RefCell::new(None) }
+    /// Reverse runs that share nothing, so that each costs what it costs alone; `forks` has the tracker in each frame.
+    pub(super) fn apart(run: TrackerRun, regions: Vec<Region>, forks: Vec<Fork>) -> Self {
+        let memory = Memory { forward: forks.into_iter().enumerate().collect(), ..Memory::default() };
+        Self { run, regions, shares_runs: false, memory: Mutex::new(memory) }
+    }
+
+    /// The cost of the reverse runs since the last call.
+    pub(super) fn take_cost(&self) -> ReverseCost {
+        std::mem::take(&mut self.memory().cost)
     }
 
     /// Frees the trackers; the errors found so far are kept.
@@ -118,59 +116,92 @@ impl Reversal {
     }
 
     /// The tracker after frame `t` of the forward run.
-    fn forward(&self, memory: &mut Memory, t: usize) -> Result<Lane, TrackingError> {
-        let TrackerRun { sequence, frames, .. } = &self.run;
-        let (at, lane) = match memory.forward.range(..=t).next_back() {
-            Some((at, fork)) => (*at, fork.fork(None)?),
-            None => {
-                let (tracker, _) = self.run.start(&*self.run.frame(0)?)?;
-                (0, Lane::of_tracker(tracker))
-            }
-        };
-        if let Entry::Vacant(slot) = memory.forward.entry(at) {
-            slot.insert(lane.fork(None)?);
+    fn forward(&self, memory: &mut Memory, t: usize) -> Result<Fork, TrackingError> {
+        let forks = &mut memory.forward;
+        if forks.is_empty() {
+            let (tracker, _) = self.run.start(&*frame(&self.run, 0)?)?;
+            forks.insert(0, tracker);
         }
-        let observer = ForwardRun { regions: &self.regions, forks: RefCell::new(&mut memory.forward) };
-        run_lane(sequence, frames, at + 1..=t, lane, &observer)
+        let Some((at, nearest)) = forks.range(..=t).next_back() else {
+            return Err(TrackingError::NoFork);
+        };
+        let (at, mut tracker) = (*at, fork(&**nearest, None)?);
+        for t in at + 1..=t {
+            let state = tracker.update(&*frame(&self.run, t)?)?;
+            if Some(&state.region) != self.regions.get(t) {
+                return Err(TrackingError::NotRepeatable(t));
+            }
+            if t.is_multiple_of(STRIDE) {
+                forks.insert(t, fork(&*tracker, None)?);
+            }
+        }
+        Ok(tracker)
     }
 
     /// Error of frame `to` in the reverse run from the later frame `from`.
     fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<f64, TrackingError> {
+        let no_way = TrackingError::NoWayBack { from, to };
+        if to >= from || from >= self.regions.len() {
+            return Err(no_way);
+        }
+        if !self.shares_runs {
+            memory.backward.clear();
+            memory.latest = None;
+        }
         let known = |memory: &Memory| memory.backward.get(&from).and_then(|e| e.get(from - to - 1)).copied();
         if let Some(error) = known(memory) {
             return Ok(error);
         }
-        let (at, lane) = match memory.latest.take() {
-            Some((start, at, lane)) if start == from => (at, lane),
-            _ => (from, self.forward(memory, from)?.fork(Some(seed(self.run.seed, from)))?),
+        let tracking = Cell::default();
+        let (at, mut tracker) = match memory.latest.take() {
+            Some((start, at, tracker)) if start == from => (at, tracker),
+            _ => {
+                let forward = self.forward(memory, from)?;
+                let seed = num::seed::seed(self.run.seed, &["reverse", &from.to_string()]);
+                (from, clocked(&tracking, || fork(&*forward, Some(seed)))?)
+            }
         };
-        let errors = RefCell::new(memory.backward.entry(from).or_default());
-        let observer = BackwardRun { from, regions: &self.regions, errors };
-        let lane = run_lane(&self.run.sequence, &self.run.frames, (to..at).rev(), lane, &observer)?;
-        memory.latest = Some((from, to.min(at), lane));
-        known(memory).ok_or(TrackingError::NoWayBack { from, to })
+        let errors = memory.backward.entry(from).or_default();
+        for t in (to..at).rev() {
+            let frame = frame(&self.run, t)?;
+            let state = clocked(&tracking, || tracker.update(&frame))?;
+            // A reverse run to an earlier frame passes through the later ones, whose errors are known already.
+            if errors.len() == from - t - 1 {
+                errors.push(overlap::error(&state.region, &self.regions[t]));
+            }
+        }
+        memory.latest = Some((from, to.min(at), tracker));
+        memory.cost.tracking += tracking.get();
+        memory.cost.runs += 1;
+        memory.cost.frames += at.saturating_sub(to) as u64;
+        known(memory).ok_or(no_way)
     }
 }
 
-impl ReverseHandle<'_> {
-    /// Why a reverse run failed, if one did.
-    pub fn failure(self) -> Option<TrackingError> {
-        self.failure.into_inner()
+/// A detector's handle to a [`Reversal`], for one call.
+struct Handle<'a> {
+    reversal: &'a Reversal,
+    /// Why a reverse run failed: the first reason.
+    failure: RefCell<Option<TrackingError>>,
+}
+
+impl<'a> Handle<'a> {
+    fn new(reversal: &'a Reversal) -> Self {
+        Self { reversal, failure: RefCell::new(None) }
     }
 }
 
-impl Reverse for ReverseHandle<'_> {
+impl Reverse for Handle<'_> {
     fn error(&self, from: usize, to: usize) -> Option<f64> {
-        let error = if to < from && from < self.reversal.regions.len() {
-            self.reversal.backward(&mut self.reversal.memory(), from, to)
-        } else {
-            Err(TrackingError::NoWayBack { from, to })
-        };
+        let start = Instant::now();
+        let mut memory = self.reversal.memory();
+        let error = self.reversal.backward(&mut memory, from, to);
+        memory.cost.waiting += start.elapsed();
         error.map_err(|e| self.failure.borrow_mut().get_or_insert(e).clone()).ok()
     }
 }
 
-/// Output of a detector, which gets a handle to the reverse runs if it needs them.
+/// Output of a detector, which may run the tracker backwards if it needs to.
 ///
 /// # Errors
 /// When a reverse run or the detector's program failed.
@@ -179,13 +210,13 @@ pub fn detect(
     input: Input<'_>,
     reversal: Option<&Reversal>,
 ) -> Result<DetectorOutput, TrackingError> {
-    let handle = reversal.filter(|_| detector.needs_reverse()).map(Reversal::handle);
+    let handle = reversal.filter(|_| detector.needs_reverse()).map(Handle::new);
     let reverse = handle.as_ref().map(|handle| handle as &dyn Reverse);
     let mut output = detector.detect(&Input { reverse, ..input });
     if let Some(failure) = output.failure.take() {
         return Err(TrackerError::Broken(failure).into());
     }
-    handle.and_then(ReverseHandle::failure).map_or(Ok(output), Err)
+    handle.and_then(|handle| handle.failure.into_inner()).map_or(Ok(output), Err)
 }
 
 #[cfg(test)]

@@ -1,17 +1,15 @@
-//! Runs of whole experiments on all cores. The outcome depends neither on the number of cores nor on what the store
-//! has: work is done in any order, but every result has its place and every seed is made from names.
+//! Runs of whole experiments and of shards on all cores. The outcome depends neither on the number of cores nor on what
+//! the store has: work is done in any order, but every result has its place and every seed is made from names.
 
-use super::analyse;
 use super::context::{Context, Options};
-use super::judge::{self, PendingCell};
+use super::judge::ReadyDetectors;
 use super::outcome::{Cell, CellName, Outcome};
-use super::timing;
 use super::track::Tracks;
-use super::tracking;
-use super::train::{self, ReadyDetectors};
-use super::units::{Unit, frames_to_do, units};
+use super::units::{Unit, for_units, frames_to_do, units};
+use super::{analyse, judge, timing, tracking, train};
 use crate::error::{CellError, RunError};
-use crate::plan::{self, ExperimentPlan, Job, variants};
+use crate::observe::tally::Tally;
+use crate::plan::{self, ExperimentPlan, Shard};
 use crate::spec::Experiment;
 use crate::store::Store;
 use rayon::prelude::*;
@@ -46,43 +44,21 @@ pub fn run<'s>(
 ) -> Result<Outcome<'s>, RunError> {
     let units = units(plan, None);
     let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let of_unit = |(suite, sequence, jobs): &Unit| {
-        let planned = &plan.suites[*suite].sequences[*sequence];
-        let not_wanted = || Err(CellError::Missing("not asked for".to_string()));
-        let mut row: Tracks = plan.jobs.iter().map(|_| not_wanted()).collect();
-        for (j, track) in jobs.iter().zip(tracking::tracks(&context, *suite, planned, jobs)?) {
-            row[*j] = track;
-        }
-        Ok((*suite, *sequence, row))
-    };
-    let mut done: Vec<_> = units.par_iter().with_max_len(1).map(of_unit).collect::<Result<_, RunError>>()?;
-    done.sort_by_key(|(suite, sequence, _)| (*suite, *sequence));
-    let mut tracks: Vec<Vec<Tracks>> = plan.suites.iter().map(|_| Vec::new()).collect();
-    for (suite, _, of_sequence) in done {
-        tracks[suite].push(of_sequence);
-    }
+    let mut tracks = tracks(&context, &units)?;
     let (ready, models) = train::make_ready(&context, &tracks)?;
     let mut found = analyse::analyse(&context, &tracks)?;
-    let test = plan.test();
-    let judged =
-        (0..test.sequences.len()).into_par_iter().map(|s| judge_sequence(&context, s, &tracks[0][s], &ready));
-    let cells: Vec<Cell> = judged.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect();
-    let failed_tracks = failed_tracks(plan, &tracks, &cells);
+    let (cells, failed_tracks) = judge(&context, units, &tracks, &ready)?;
     found.extend(timing::measure(&context, &tracks, &ready)?);
-    let (mut analyses, mut not_analysed) = (Vec::new(), Vec::new());
-    for analysed in found {
-        match analysed {
-            Ok(analysed) => analyses.push(analysed),
-            Err(failed) => not_analysed.push(failed),
-        }
-    }
-    let tracks = tracks.swap_remove(0);
+    let mut analyses = Vec::new();
+    let not_analysed =
+        found.into_iter().filter_map(|one| one.map(|made| analyses.push(made)).err()).collect();
     context.costs.keep(plan, store);
     let mut digests = BTreeMap::new();
     for suite in &plan.suites {
         let names = suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone()));
         digests.insert(suite.name.clone(), names.collect());
     }
+    let (test, tracks) = (plan.test(), tracks.swap_remove(0));
     Ok(Outcome {
         suite: test.name.clone(),
         rules: count_rules(plan, &tracks),
@@ -104,26 +80,86 @@ pub fn run<'s>(
     })
 }
 
-/// The tracks of all suites that failed, or lack a signal that is read from them, unless a cell says so.
-fn failed_tracks(
+/// Outcome of the run of a shard.
+pub struct ShardOutcome {
+    /// Number of cells with a result.
+    pub done: usize,
+    /// Cells without a result that were to be run, and tracks of which no cell of the share says that they failed, with the
+    /// reason.
+    pub failed: Vec<(CellName, CellError)>,
+    /// Numbers of computed and cached results.
+    pub tally: Tally,
+}
+
+/// Computes a shard of an experiment's tracks, signals and labels into the store. Trained methods and analyses are left to
+/// the run that has all tracks.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_shard(
     plan: &ExperimentPlan<'_>,
-    tracks: &[Vec<Tracks>],
-    cells: &[Cell],
-) -> Vec<(CellName, CellError)> {
-    let told: BTreeSet<(usize, usize)> =
-        cells.iter().filter(|cell| cell.has_failed()).map(|cell| (cell.sequence, cell.job)).collect();
-    let mut failed = Vec::new();
-    for (suite, planned_suite) in plan.suites.iter().enumerate() {
-        for (s, planned) in planned_suite.sequences.iter().enumerate() {
-            for j in (0..plan.jobs.len()).filter(|j| plan.wants(suite, *j)) {
-                let is_told = suite == 0 && told.contains(&(s, j));
-                let error = plan.failure(suite, planned, j, tracks[suite][s][j].as_ref().err());
-                let named = |error| (CellName::of_track(plan, suite, planned, j), error);
-                failed.extend(error.filter(|_| !is_told).map(named));
-            }
+    store: &Store,
+    options: &Options,
+    shard: Shard,
+) -> Result<ShardOutcome, RunError> {
+    let units = units(plan, Some(shard));
+    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
+    let tracks = tracks(&context, &units)?;
+    let (cells, mut failed) = judge(&context, units, &tracks, &train::given(plan))?;
+    context.costs.keep(plan, store);
+    let done = cells.iter().filter(|cell| cell.result.is_ok()).count();
+    let errors = cells.iter().filter_map(|cell| Some((cell, cell.result.as_ref().err()?)));
+    let errors = errors.filter(|(_, e)| e.is_failure());
+    failed.extend(errors.map(|(cell, e)| (CellName::of_cell(plan, cell), e.clone())));
+    failed.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(ShardOutcome { done, failed, tally: context.tally })
+}
+
+/// The tracks of all suites, suites x sequences x jobs; those of no unit are errors.
+fn tracks(context: &Context<'_>, units: &[Unit]) -> Result<Vec<Vec<Tracks>>, RunError> {
+    let plan = context.plan;
+    let of_unit = |(suite, sequence, jobs): &Unit| {
+        tracking::tracks(context, *suite, &plan.suites[*suite].sequences[*sequence], jobs)
+    };
+    let done: Vec<Tracks> = for_units(units, of_unit)?;
+    let none: Tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
+    let mut all: Vec<Vec<Tracks>> =
+        plan.suites.iter().map(|suite| vec![none.clone(); suite.sequences.len()]).collect();
+    for ((suite, sequence, jobs), of_unit) in units.iter().zip(done) {
+        for (job, track) in jobs.iter().zip(of_unit) {
+            all[*suite][*sequence][*job] = track;
         }
     }
-    failed
+    Ok(all)
+}
+
+type Failed = Vec<(CellName, CellError)>;
+
+/// The cells of the units that have detectors, sequence by sequence, in the plan's order; and the tracks that failed, or lack
+/// a signal that is read from them, unless a cell says so.
+fn judge(
+    context: &Context<'_>,
+    mut units: Vec<Unit>,
+    tracks: &[Vec<Tracks>],
+    ready: &ReadyDetectors,
+) -> Result<(Vec<Cell>, Failed), RunError> {
+    let plan = context.plan;
+    units.sort();
+    let of_unit = |(_, s, jobs): &Unit| judge::cells(context, *s, jobs, &tracks[0][*s], ready);
+    let cells = units.par_iter().filter(|(suite, ..)| *suite == 0).map(of_unit);
+    let cells: Vec<Vec<Cell>> = cells.collect::<Result<_, RunError>>()?;
+    let cells: Vec<Cell> = cells.into_iter().flatten().collect();
+    let told: BTreeSet<(usize, usize)> =
+        cells.iter().filter(|cell| cell.has_failed()).map(|cell| (cell.sequence, cell.job)).collect();
+    let mut failed = Failed::new();
+    for (suite, s, jobs) in units {
+        let planned = &plan.suites[suite].sequences[s];
+        for j in jobs.into_iter().filter(|j| suite != 0 || !told.contains(&(s, *j))) {
+            let error = plan.failure(suite, planned, j, tracks[suite][s][j].as_ref().err());
+            failed.extend(error.map(|error| (CellName::of_track(plan, (suite, s, j)), error)));
+        }
+    }
+    Ok((cells, failed))
 }
 
 /// Sequences whose digests differ from those in datasets.lock.
@@ -143,78 +179,19 @@ fn differing(
 }
 
 fn count_rules(plan: &ExperimentPlan<'_>, tracks: &[Tracks]) -> BTreeMap<String, u64> {
-    let mut rules = BTreeMap::new();
-    let mut count = |rule: String, times: usize| {
-        if times > 0 {
-            *rules.entry(rule).or_insert(0) += times as u64;
+    let truths = plan.test().sequences.iter().flat_map(|planned| &planned.sequence.truth);
+    let unknown = truths.filter(|region| region.is_none()).count() as u64;
+    let rule = "frames without ground truth, which keep the state before them".to_string();
+    let mut rules = BTreeMap::from([(rule, unknown)]);
+    for (job, track) in tracks.iter().flat_map(|of_sequence| plan.jobs.iter().zip(of_sequence)) {
+        let tracker = &plan.experiment.trackers[job.tracker];
+        if let Ok(track) = track
+            && job.run < tracker.runs
+        {
+            let rule = "frames marked failed or skipped, whose last region is repeated";
+            *rules.entry(format!("{}: {rule}", tracker.label)).or_insert(0) += track.repeated as u64;
         }
-    };
-    for planned in &plan.test().sequences {
-        let unknown = planned.sequence.truth.iter().filter(|r| r.is_none()).count();
-        count("frames without ground truth, which keep the state before them".into(), unknown);
     }
-    let shown = |job: &Job| job.run < plan.experiment.trackers[job.tracker].runs;
-    let tracks = tracks.iter().flat_map(|t| plan.jobs.iter().zip(t));
-    for (job, track) in tracks.filter(|(job, _)| shown(job)) {
-        let repeated = track.as_ref().map_or(0, |t| t.repeated);
-        let label = &plan.experiment.trackers[job.tracker].label;
-        count(format!("{label}: frames marked failed or skipped, whose last region is repeated"), repeated);
-    }
+    rules.retain(|_, times| *times > 0);
     rules
-}
-
-fn judge_sequence(
-    context: &Context<'_>,
-    index: usize,
-    tracks: &Tracks,
-    ready: &ReadyDetectors,
-) -> Result<Vec<Cell>, RunError> {
-    let plan = context.plan;
-    let planned = &plan.test().sequences[index];
-    let sequence = &planned.sequence;
-    let mut cells: Vec<Cell> = Vec::new();
-    let mut pending: Vec<(usize, PendingCell)> = Vec::new();
-    let variants: Vec<_> = variants(plan.experiment).collect();
-    for (j, v) in plan.cells_on(&planned.origin.source) {
-        let (job, (method, variant)) = (plan.jobs[j], variants[v]);
-        let params = variant.params();
-        let ready_detector = &ready[v][job.tracker][plan.part(variant, index)];
-        let result = match (plan.input(planned, j, v), &tracks[j], ready_detector) {
-            (Err(e), ..) => Err(e),
-            (Ok(_), Err(e), _) | (Ok(_), _, Err(e)) => Err(e.clone()),
-            (Ok(read), Ok(track), Ok(ready_detector)) => {
-                let name = plan.cell_name(&sequence.name, job, &method.name, &params);
-                let seed = plan.seed(&method.name, &params, &sequence.name, job);
-                pending.push((
-                    cells.len(),
-                    PendingCell::new(
-                        context,
-                        &name,
-                        (track, read),
-                        (v, method),
-                        ready_detector.clone(),
-                        seed,
-                    ),
-                ));
-                // Replaced below.
-                Err(CellError::Missing(String::new()))
-            }
-        };
-        cells.push(Cell {
-            sequence: index,
-            tracker: plan.experiment.trackers[job.tracker].label.clone(),
-            run: job.run,
-            method: method.name.clone(),
-            params,
-            job: j,
-            signal: plan.signal(v),
-            threshold: ready_detector.as_ref().ok().and_then(|a| a.fixed.detector.threshold()),
-            result,
-        });
-    }
-    let (places, pending): (Vec<_>, Vec<_>) = pending.into_iter().unzip();
-    for (place, judged) in places.into_iter().zip(judge::judge(context, pending)?) {
-        cells[place].result = judged;
-    }
-    Ok(cells)
 }

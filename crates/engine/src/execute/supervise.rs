@@ -1,18 +1,15 @@
-//! Work that may panic, hang or be interrupted, on a thread of its own.
-//!
-//! One thread, with its helpers, steps through several jobs and tells a [`Watchdog`] which of them it is at. A job that
-//! panics or has used up its time is left out, the others go on. A job that hangs cannot be stopped: its thread is
-//! abandoned, to end with the process, and the work starts again without that job.
+//! Work that may panic, take too long or be interrupted.
 
 use crate::error::StepError;
 use crate::limits::{Interrupted, RunLimits};
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::{Arc, Mutex, Once, PoisonError, mpsc};
+use std::sync::Once;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Why a supervised job has no result.
+/// Why a job has no result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum JobError {
     /// It panicked.
@@ -34,140 +31,60 @@ impl From<JobError> for StepError {
 #[error("{0}")]
 pub struct Panic(String);
 
-/// Clock and limits of a supervised thread.
-pub struct Watchdog {
-    limits: RunLimits,
-    clock: Mutex<Clock>,
+/// A job of many steps, which any threads may do. Its time is looked at after each step: a step itself is never cut off.
+pub struct Job<'a> {
+    limits: &'a RunLimits,
+    /// Nanoseconds of all steps together.
+    spent: AtomicU64,
 }
 
-#[derive(Default)]
-struct Clock {
-    /// The jobs that are running, and the starts of their steps.
-    running: Vec<(usize, Instant)>,
-    /// Time that each job has used in finished steps.
-    used: Vec<Duration>,
-}
-
-impl Watchdog {
-    fn new(jobs: usize, limits: &RunLimits) -> Self {
-        let clock = Clock { running: Vec::new(), used: vec![Duration::ZERO; jobs] };
-        Self { limits: limits.clone(), clock: Mutex::new(clock) }
+impl<'a> Job<'a> {
+    /// A job that has not begun.
+    pub fn new(limits: &'a RunLimits) -> Self {
+        Self { limits, spent: AtomicU64::new(0) }
     }
 
-    fn clock(&self) -> std::sync::MutexGuard<'_, Clock> {
-        self.clock.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Time of all its steps together.
+    pub fn spent(&self) -> Duration {
+        Duration::from_nanos(self.spent.load(Ordering::Relaxed))
     }
 
-    /// Checks whether the run was interrupted.
+    /// Does one step.
     ///
     /// # Errors
-    /// [`Interrupted`] if so.
-    pub fn check_interrupted(&self) -> Result<(), Interrupted> {
-        if self.limits.stop.is_set() { Err(Interrupted) } else { Ok(()) }
-    }
-
-    /// Runs one step of a job.
-    ///
-    /// # Errors
-    /// That of the step; a [`JobError`] when it panics or the job has used up its time.
-    pub fn step<T, E: From<JobError>>(
+    /// That of the step; [`Interrupted`]; a [`JobError`] when it panics or the job has used up its time.
+    pub fn step<T, E: From<Interrupted> + From<JobError>>(
         &self,
-        job: usize,
         step: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
+        if self.limits.stop.is_set() {
+            return Err(Interrupted.into());
+        }
         let start = Instant::now();
-        self.clock().running.push((job, start));
         let outcome = catch(step);
-        let mut clock = self.clock();
-        if let Some(at) = clock.running.iter().position(|step| *step == (job, start)) {
-            clock.running.swap_remove(at);
-        }
-        if let Some(used) = clock.used.get_mut(job) {
-            *used += start.elapsed();
-            if let Some(timeout) = self.limits.timeout.filter(|t| *used > *t) {
-                return Err(JobError::TimedOut(timeout).into());
-            }
-        }
-        outcome.unwrap_or_else(|panic| Err(JobError::Panicked(panic).into()))
-    }
-
-    /// A job that hangs: it is running and its time is over.
-    fn hung(&self) -> Option<(usize, Duration)> {
-        let timeout = self.limits.timeout?;
-        let clock = self.clock();
-        let used = |(job, since): (usize, Instant)| {
-            clock.used.get(job).copied().unwrap_or_default() + since.elapsed()
-        };
-        clock.running.iter().find(|step| used(**step) > timeout).map(|(job, _)| (*job, timeout))
-    }
-}
-
-/// Time between two looks for a hung job or an interruption.
-const TICK: Duration = Duration::from_millis(20);
-
-/// Runs `work` for `jobs` jobs on a thread of its own. `work` gets the watchdog and, for each job, why it is left out
-/// (one that hung in an earlier attempt); it must call [`Watchdog::step`] around everything that may hang.
-///
-/// # Errors
-/// Those of `work`; [`Interrupted`], also when a hung job keeps the thread from noticing. A panic outside of a step is
-/// resumed: it is a bug of this program.
-pub fn supervised<T, E, F>(jobs: usize, limits: &RunLimits, work: F) -> Result<T, E>
-where
-    T: Send + 'static,
-    E: From<Interrupted> + Send + 'static,
-    F: Fn(&Watchdog, &[Option<JobError>]) -> Result<T, E> + Send + Sync + 'static,
-{
-    let work = Arc::new(work);
-    let mut left_out: Vec<Option<JobError>> = vec![None; jobs];
-    loop {
-        let watch = Arc::new(Watchdog::new(jobs, limits));
-        let (send, receive) = mpsc::channel();
-        let (watchdog, work, without) = (watch.clone(), work.clone(), left_out.clone());
-        let thread = std::thread::spawn(move || {
-            // The receiver is gone when the thread was abandoned.
-            let _ = send.send(work(&watchdog, &without));
-        });
-        let hung = loop {
-            match receive.recv_timeout(TICK) {
-                Ok(done) => return done,
-                Err(mpsc::RecvTimeoutError::Disconnected) => match thread.join() {
-                    Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(()) => return Err(Interrupted.into()),
-                },
-                Err(mpsc::RecvTimeoutError::Timeout) => {
-                    if let Some(hung) = watch.hung() {
-                        break hung;
-                    }
-                    if limits.stop.is_set() {
-                        // The thread has a moment to notice by itself.
-                        return receive.recv_timeout(25 * TICK).unwrap_or_else(|_| Err(Interrupted.into()));
-                    }
-                }
-            }
-        };
-        if let Some(reason) = left_out.get_mut(hung.0) {
-            *reason = Some(JobError::TimedOut(hung.1));
+        let nanoseconds = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.spent.fetch_add(nanoseconds, Ordering::Relaxed);
+        let outcome = outcome.unwrap_or_else(|panic| Err(JobError::Panicked(panic).into()));
+        match self.limits.timeout.filter(|timeout| self.spent() > *timeout) {
+            // An interruption ends programs, too.
+            _ if outcome.is_err() && self.limits.stop.is_set() => Err(Interrupted.into()),
+            Some(timeout) => Err(JobError::TimedOut(timeout).into()),
+            None => outcome,
         }
     }
 }
 
-/// Runs a single job of a single step.
+/// Does a job of a single step, on a thread of its own: whoever waits for help of other threads on one of a pool may be
+/// given their work, whose time would count as its own.
 ///
 /// # Errors
-/// Those of the job, of its supervision, and [`Interrupted`].
-pub fn run_single<T, E, F>(limits: &RunLimits, job: F) -> Result<T, E>
-where
-    T: Send + 'static,
-    E: From<Interrupted> + From<JobError> + Send + 'static,
-    F: Fn() -> Result<T, E> + Send + Sync + 'static,
-{
-    supervised(1, limits, move |watch, left_out| {
-        if let Some(Some(reason)) = left_out.first() {
-            return Err(reason.clone().into());
-        }
-        watch.check_interrupted()?;
-        watch.step(0, &job)
-    })
+/// Those of [`Job::step`].
+pub fn run_single<T: Send, E: From<Interrupted> + From<JobError> + Send>(
+    limits: &RunLimits,
+    step: impl FnOnce() -> Result<T, E> + Send,
+) -> Result<T, E> {
+    let done = std::thread::scope(move |scope| scope.spawn(move || Job::new(limits).step(step)).join());
+    done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 thread_local! {
@@ -205,83 +122,61 @@ pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::Stop;
+    use crate::error::RunError;
 
-    fn limits(milliseconds: u64) -> RunLimits {
-        RunLimits { timeout: Some(Duration::from_millis(milliseconds)), stop: Stop::default() }
+    type Done = Result<u32, StepError>;
+
+    fn limits(timeout: Duration) -> RunLimits {
+        RunLimits { timeout: Some(timeout), ..RunLimits::default() }
     }
 
-    type Results = Vec<Result<usize, JobError>>;
+    #[test]
+    fn a_panic_is_an_error_with_its_place() {
+        let (limits, mut said) = (limits(Duration::from_secs(60)), Vec::new());
+        let job = Job::new(&limits);
+        said.push(job.step(|| -> Done { panic!("no {}", "way") }).unwrap_err().to_string());
+        said.push(run_single(&limits, || -> Done { panic!("no {}", "way") }).unwrap_err().to_string());
+        for said in said {
+            assert!(said.starts_with("panicked at crates/engine") && said.ends_with(": no way"), "{said}");
+        }
+        // It goes on, where its owner wants that.
+        assert!(job.step(|| -> Done { Ok(3) }).is_ok_and(|done| done == 3));
+    }
 
-    /// Two steps for each of three jobs; `bad` is called in the second step of job 1.
-    fn work(
-        bad: impl Fn() + Send + Sync + 'static,
-    ) -> impl Fn(&Watchdog, &[Option<JobError>]) -> Result<Results, Interrupted> + Send + Sync {
-        move |watch, left_out| {
-            let mut results: Results = left_out.iter().map(|out| out.clone().map_or(Ok(0), Err)).collect();
-            for step in 0..2 {
-                watch.check_interrupted()?;
-                for (job, result) in results.iter_mut().enumerate() {
-                    let Ok(done) = result else { continue };
-                    let one = watch.step(job, || {
-                        if (job, step) == (1, 1) {
-                            bad();
-                        }
-                        Ok(())
-                    });
-                    *result = one.map(|()| *done + 1);
-                }
-            }
-            Ok(results)
+    #[test]
+    fn the_time_of_all_steps_counts_and_is_looked_at_when_one_ends() {
+        let limits = limits(Duration::from_millis(500));
+        let job = Job::new(&limits);
+        assert!(job.step(|| -> Done { Ok(1) }).is_ok());
+        let slow = || -> Done {
+            std::thread::sleep(Duration::from_millis(300));
+            Ok(2)
+        };
+        let said = [job.step(slow).and(job.step(slow)), job.step(|| Ok(3))];
+        for said in said {
+            assert_eq!(said.unwrap_err().to_string(), "took longer than 0.5 s (--timeout)");
+        }
+        assert!(job.spent() >= Duration::from_millis(600));
+    }
+
+    #[test]
+    fn nothing_begins_after_an_interruption() {
+        let limits = RunLimits::default();
+        limits.stop.set();
+        let never = || -> Done { unreachable!() };
+        for outcome in [Job::new(&limits).step(never), run_single(&limits, never)] {
+            assert!(matches!(outcome, Err(StepError::Run(RunError::Interrupted))));
         }
     }
 
     #[test]
-    fn a_panic_ends_its_job_only() {
-        let results = supervised(3, &limits(60_000), work(|| panic!("no {}", "way"))).unwrap();
-        assert_eq!((&results[0], &results[2]), (&Ok(2), &Ok(2)));
-        let said = results[1].as_ref().unwrap_err().to_string();
-        assert!(said.starts_with("panicked at crates/engine") && said.ends_with(": no way"), "{said}");
-    }
-
-    #[test]
-    fn a_job_that_hangs_is_abandoned_and_the_others_finish() {
-        let results = supervised(
-            3,
-            &limits(200),
-            work(|| {
-                loop {
-                    std::thread::park()
-                }
-            }),
-        )
-        .unwrap();
-        assert_eq!(results, [Ok(2), Err(JobError::TimedOut(Duration::from_millis(200))), Ok(2)]);
-    }
-
-    #[test]
-    fn a_slow_job_fails_when_its_step_ends() {
-        let limits = RunLimits { timeout: Some(Duration::ZERO), stop: Stop::default() };
-        let watch = Watchdog::new(1, &limits);
-        let slow: JobError = watch.step(0, || Ok(())).unwrap_err();
-        assert_eq!(slow.to_string(), "took longer than 0 s (--timeout)");
-    }
-
-    #[test]
-    fn an_interruption_ends_the_work_even_when_a_job_hangs() {
+    fn what_an_interruption_ends_is_no_failure() {
         let limits = RunLimits::default();
-        let stop = limits.stop.clone();
-        let outcome = supervised(
-            3,
-            &limits,
-            work(move || {
-                stop.set();
-                loop {
-                    std::thread::park()
-                }
-            }),
-        );
-        assert_eq!(outcome, Err(Interrupted));
-        assert_eq!(supervised(3, &limits, work(|| ())), Err(Interrupted), "set already");
+        let ended = || -> Done {
+            limits.stop.set();
+            Err(StepError::failed("interrupted"))
+        };
+        let outcome = Job::new(&limits).step(ended);
+        assert!(matches!(outcome, Err(StepError::Run(RunError::Interrupted))));
     }
 }

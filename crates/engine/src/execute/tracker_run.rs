@@ -45,9 +45,9 @@ pub enum TrackingError {
     /// The target is not annotated in the first frame.
     #[error("the first frame has no ground truth to start from")]
     NoStart,
-    /// Stored states are fewer than the frames.
-    #[error("the stored track has no frame {0}")]
-    NoState(usize),
+    /// A tracker whose regions a signal reads failed; this is its label.
+    #[error("there is no track of its companion {0}")]
+    NoCompanion(String),
     /// A tracker does not give what a signal reads.
     #[error("signal {kind} {need}")]
     Lacks {
@@ -94,6 +94,7 @@ impl TrackingError {
         match self {
             Self::Frame(e) => CellError::Failed(e.to_string()),
             Self::Tracker(e) => e.as_ref().into(),
+            Self::NoCompanion(_) => CellError::Failed(self.to_string()),
             other => CellError::Failed(format!("{name}: {other}")),
         }
     }

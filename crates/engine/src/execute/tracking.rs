@@ -1,33 +1,26 @@
 //! Tracks and signals of one sequence: from the store, or computed in one pass.
 
 use super::context::Context;
-use super::lane::Companions;
-use super::pass::{Pass, PassOutput, Task, pass};
+use super::pass::{PassOutput, Task, pass};
 use super::reverse::Reversal;
 use super::track::{Track, Tracks};
-use crate::error::{CellError, RunError};
+use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
 use crate::plan::{PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
-use crate::store::{self, Name};
-use std::collections::BTreeMap;
+use crate::store::{self, Name, Record};
 use std::sync::Arc;
-use std::time::Duration;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::columns;
 use trackfail_methods::score::overlap;
-use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
 
-/// Largest number of tracks in one pass, to limit memory.
-const MAX_TASKS: usize = 64;
-
-/// Parts of a track that the store already has.
+/// Parts of a track that are known already.
 struct CachedTrack {
     job: usize,
     recipe: Recipe,
-    states: Option<Arc<Vec<TrackerState>>>,
+    states: Option<Vec<TrackerState>>,
     signals: Vec<Option<Vec<f64>>>,
 }
 
@@ -38,7 +31,7 @@ impl CachedTrack {
     }
 
     fn is_complete(&self) -> bool {
-        self.states.is_some() && self.signals.iter().all(Option::is_some)
+        self.states.is_some() && self.missing().next().is_none()
     }
 }
 
@@ -52,52 +45,18 @@ pub fn tracks(
     planned: &PlannedSequence,
     jobs: &[usize],
 ) -> Result<Tracks, RunError> {
-    let plan = context.plan;
     let mut found: Vec<_> = jobs.iter().map(|job| look(context, suite, planned, *job)).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
-        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, planned, found.job, *k);
+        let wanted =
+            |(k, _): &(usize, &Option<Vec<f64>>)| context.plan.wants_signal(suite, planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
-    // Signals that read companions come when the tracks of all of these are there.
-    let after = |k: usize| plan.signals[k].signal.reads() == Reads::Companions;
-    let lacks_track = |f: &CachedTrack| f.states.is_none() || f.missing().any(|k| !after(k));
-    let first: Vec<usize> = positions(&found, lacks_track);
-    for some in first.chunks(MAX_TASKS) {
-        let task = |found: &CachedTrack| {
-            Ok(Task {
-                signals: found.missing().filter(|k| !after(*k)).collect(),
-                ..bare_task(context, planned, found)
-            })
-        };
-        compute(context, suite, planned, &mut found, some, task)?;
-    }
-    let second: Vec<usize> = positions(&found, |f| !f.is_complete());
-    let states: BTreeMap<usize, Arc<Vec<TrackerState>>> =
-        found.iter().flatten().filter_map(|f| Some((f.job, f.states.clone()?))).collect();
-    for some in second.chunks(MAX_TASKS) {
-        let task = |found: &CachedTrack| {
-            let of = |job: usize| {
-                let label = &plan.experiment.trackers[plan.jobs[job].tracker].label;
-                let failed = || CellError::Failed(format!("there is no track of its companion {label}"));
-                states.get(&job).cloned().ok_or_else(failed)
-            };
-            let companions = plan.companions(planned, found.job).map(of).collect::<Result<Vec<_>, _>>()?;
-            let signals = found.missing().collect();
-            Ok(Task { signals, companions: Arc::new(companions), ..bare_task(context, planned, found) })
-        };
-        compute(context, suite, planned, &mut found, some, task)?;
+    if found.iter().flatten().any(|found| !found.is_complete()) {
+        compute(context, suite, planned, &mut found)?;
     }
     Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
-}
-
-/// Indices of the tracks of which something is to be computed.
-fn positions(
-    found: &[Result<CachedTrack, CellError>],
-    is_wanted: impl Fn(&CachedTrack) -> bool,
-) -> Vec<usize> {
-    (0..found.len()).filter(|k| found[*k].as_ref().is_ok_and(&is_wanted)).collect()
 }
 
 /// The parts of a job's track that are in the store.
@@ -120,131 +79,93 @@ fn look(
             .filter(|s| s.len() == rows * plan.signals[k].signal.width())
     };
     let states = context.cached::<Vec<TrackerState>>(&recipe.address(), rows);
-    let states = states.filter(|s| s.len() == rows).map(Arc::new);
+    let states = states.filter(|s| s.len() == rows);
     let signals = (0..plan.signals.len()).map(signal).collect();
     Ok(CachedTrack { job, recipe, states, signals })
 }
 
-/// The task of a track, without signals.
-fn bare_task(context: &Context<'_>, planned: &PlannedSequence, found: &CachedTrack) -> Task {
-    Task {
-        run: context.tracker_run(&planned.sequence, context.plan.jobs[found.job]),
-        states: found.states.clone(),
-        signals: Vec::new(),
-        companions: Companions::default(),
-    }
-}
-
-/// Completes the tracks at the positions `wanted` in one pass, each by its task.
+/// Completes the tracks in one pass.
 fn compute(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
     found: &mut [Result<CachedTrack, CellError>],
-    wanted: &[usize],
-    task: impl Fn(&CachedTrack) -> Result<Task, CellError>,
 ) -> Result<(), RunError> {
-    let mut tasks = Vec::new();
-    let mut places = Vec::new();
-    for &k in wanted {
-        match found[k].as_ref().map_err(Clone::clone).and_then(&task) {
-            Ok(task) => {
-                tasks.push((task.signals.clone(), task));
-                places.push(k);
-            }
-            Err(e) => found[k] = Err(e),
-        }
-    }
-    let (signals, tasks): (Vec<Vec<usize>>, Vec<Task>) = tasks.into_iter().unzip();
-    let tracker = |(k, task): (&usize, &Task)| {
-        let job = found[*k].as_ref().ok().map(|found| found.job);
-        job.filter(|_| task.states.is_none()).map(|job| context.plan.jobs[job].tracker)
+    let plan = context.plan;
+    // Complete tracks take part as companions.
+    let there: Vec<&CachedTrack> = found.iter().flatten().collect();
+    let companion = |job: usize| {
+        let label = plan.experiment.trackers[plan.jobs[job].tracker].label.as_str();
+        (label, there.iter().position(|other| other.job == job))
     };
-    let tracked: Vec<Option<usize>> = places.iter().zip(&tasks).map(tracker).collect();
-    let one = Pass {
-        sequence: planned.sequence.clone(),
-        frames: context.frames.clone(),
-        signals: context.plan.signals.clone(),
-        tasks,
-        on_frame: context.on_frame.clone(),
-        spent: spent(context, suite, tracked.clone()),
-        cores: context.cores.clone(),
-    };
-    let mut outputs = pass(one, &context.options.limits)?;
-    for (tracker, _) in tracked.iter().zip(&outputs).filter(|(_, output)| output.is_ok()) {
-        tracker.iter().for_each(|t| context.costs.add_frames(suite, *t, planned.sequence.len()));
-    }
-    if let Err(e) = unchanged(context, planned, &places, found) {
-        outputs = outputs.into_iter().map(|_| Err(e.clone())).collect();
-    }
+    let tasks = there.iter().map(|one| Task {
+        run: context.tracker_run(&planned.sequence, plan.jobs[one.job]),
+        states: one.states.as_deref(),
+        signals: one.missing().map(|k| &plan.signals[k]).collect(),
+        companions: plan.companions(planned, one.job).map(companion).collect(),
+    });
+    let tasks: Vec<Task<'_>> = tasks.collect();
+    let outputs = pass(&tasks, &context.options.limits, &|| context.frame_done())?;
+    let unchanged = unchanged(context, planned, &there);
     let mut records = Vec::new();
-    for ((k, signals), output) in places.into_iter().zip(signals).zip(outputs) {
-        let output = output.and_then(|output| {
-            Ok((output, std::mem::replace(&mut found[k], Err(CellError::Failed(String::new())))?))
-        });
-        found[k] = match output {
-            Err(e) => Err(e),
-            Ok((output, mut one)) => {
-                complete(context, suite, planned, &mut one, &signals, output, &mut records)?;
-                Ok(one)
+    for (slot, output) in found.iter_mut().filter(|found| found.is_ok()).zip(outputs) {
+        if let Ok(one) = slot
+            && !one.is_complete()
+        {
+            let output = unchanged.clone().and(output).map_err(StepError::from);
+            let done = output.and_then(|output| complete(context, suite, planned, one, output, &mut records));
+            if let Err(e) = StepError::settled(done)? {
+                *slot = Err(e);
             }
-        };
+        }
     }
     context.put(records)
 }
 
-/// Counts the time of each task whose tracker is run, and for each of them its part of the decoding.
-fn spent(
-    context: &Context<'_>,
-    suite: usize,
-    trackers: Vec<Option<usize>>,
-) -> Arc<dyn Fn(usize, Duration) + Send + Sync> {
-    let costs = context.costs.clone();
-    Arc::new(move |lane, time| match trackers.get(lane) {
-        Some(tracker) => tracker.iter().for_each(|t| costs.add_time(suite, *t, time)),
-        None => {
-            let part = time / u32::try_from(trackers.len().max(1)).unwrap_or(u32::MAX);
-            trackers.iter().flatten().for_each(|t| costs.add_time(suite, *t, part));
-        }
-    })
-}
-
-/// Completes a cached track with the output of the pass, and adds new records for the store.
+/// Completes a track with the output of the pass, and adds new records for the store.
 fn complete(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
     found: &mut CachedTrack,
-    signals: &[usize],
     output: PassOutput,
-    records: &mut Vec<store::Record>,
-) -> Result<(), RunError> {
+    records: &mut Vec<Record>,
+) -> Result<(), StepError> {
     let plan = context.plan;
+    let job = plan.jobs[found.job];
     let rows = planned.sequence.len();
     let name = Name {
         experiment: plan.experiment.name.clone(),
-        cell: plan.track_name(suite, &planned.sequence.name, plan.jobs[found.job]),
+        cell: plan.track_name(suite, &planned.sequence.name, job),
     };
     if found.states.is_none() {
-        records.push(store::record(name.clone(), found.recipe.clone(), rows, &*output.states)?);
+        context.costs.add_time(suite, job.tracker, output.spent);
+        context.costs.add_frames(suite, job.tracker, rows);
+        records.push(store::record(name.clone(), found.recipe.clone(), rows, &output.states)?);
         found.states = Some(output.states);
     }
-    for (&k, series) in signals.iter().zip(output.signals) {
+    let missing: Vec<usize> = found.missing().collect();
+    let mut failure = None;
+    for (k, series) in missing.into_iter().zip(output.signals) {
         let name = Name { cell: format!("{}/{}", name.cell, plan.signals[k].kind), ..name.clone() };
-        if let Ok(recipe) = plan.signal_recipe(planned, found.job, k) {
-            records.push(store::record(name, recipe, rows, &series)?);
+        match series {
+            Err(e) => failure = failure.or(Some(e)),
+            Ok(series) => {
+                if let Ok(recipe) = plan.signal_recipe(planned, found.job, k) {
+                    records.push(store::record(name, recipe, rows, &series)?);
+                }
+                found.signals[k] = Some(series);
+            }
         }
-        found.signals[k] = Some(series);
     }
-    Ok(())
+    failure.map_or(Ok(()), |e| Err(e.into()))
 }
 
 /// Checks that the files which the pass has read still have the digests in the addresses.
 fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
-    wanted: &[usize],
-    found: &[Result<CachedTrack, CellError>],
+    found: &[&CachedTrack],
 ) -> Result<(), CellError> {
     let plan = context.plan;
     let name = &planned.sequence.name;
@@ -254,7 +175,7 @@ fn unchanged(
         return Err(changed());
     }
     let common = recipes::sequence(&planned.sequence, &digest)?;
-    for found in wanted.iter().filter_map(|k| found[*k].as_ref().ok()) {
+    for found in found.iter().filter(|found| !found.is_complete()) {
         let roots = &context.options.data_roots;
         let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], roots)?;
         if now != found.recipe {

@@ -3,11 +3,12 @@
 mod choose;
 
 use super::context::Context;
-use super::judge::{ParameterSource, ReadyDetector};
+use super::judge::{ReadyDetector, ReadyDetectors};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::{Place, SignalSet, recipes, variants};
+use crate::plan::recipes::{self, DetectorKey};
+use crate::plan::{ExperimentPlan, Place, SignalSet, variants};
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
 use crate::store::address::{Address, Recipe};
@@ -15,7 +16,7 @@ use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use trackfail_methods::score::Counts;
 
@@ -101,26 +102,36 @@ enum StoredModel {
     Learned(String),
 }
 
-/// A detector for each variant, tracker and [part](crate::plan::ExperimentPlan::parts); an error where training was
-/// impossible.
-pub type ReadyDetectors = Vec<Vec<Vec<Result<ReadyDetector, CellError>>>>;
+/// Index of a variant, of a tracker, and of a part of the test suite.
+type Key = (usize, usize, usize);
 
 /// Training that a variant needs on a tracker, for one part of the test suite.
 struct TrainingNeed<'a> {
-    variant_index: usize,
+    key: Key,
     method: &'a Method,
     variant: &'a Variant,
     signals: &'a SignalSet,
-    tracker: usize,
-    part: usize,
     /// The tracks that it learns from.
     tracks: Vec<Place>,
     address: Address,
     recipe: Recipe,
 }
 
-/// Instantiates the detector of every variant, after training and learning where it needs that; `tracks` has the tracks
-/// of every suite.
+/// The detectors of the variants that need no training.
+pub fn given(plan: &ExperimentPlan<'_>) -> ReadyDetectors {
+    let mut ready = ReadyDetectors::new();
+    for (v, (_, variant)) in variants(plan.experiment).enumerate() {
+        if let DetectorChoice::Given(fixed) = &variant.detector {
+            let detector = Arc::new(ReadyDetector { fixed: fixed.clone(), key: DetectorKey::given(fixed) });
+            let trackers = 0..plan.experiment.trackers.len();
+            ready.extend(trackers.map(|tracker| ((v, tracker, 0), Ok(detector.clone()))));
+        }
+    }
+    ready
+}
+
+/// The detectors of all variants, after training and learning where they need that; `tracks` has the tracks of every
+/// suite.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -128,46 +139,27 @@ pub fn make_ready(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
 ) -> Result<(ReadyDetectors, Vec<Model>), RunError> {
-    let plan = context.plan;
-    let variants: Vec<_> = variants(plan.experiment).collect();
     let needs = needs(context, tracks);
-    // Variants with the same model share it; it is made once.
-    let mut distinct: BTreeMap<Address, &TrainingNeed<'_>> = BTreeMap::new();
-    for need in needs.values().flatten() {
-        distinct.entry(need.address).or_insert(need);
-    }
-    let distinct: Vec<&TrainingNeed<'_>> = distinct.into_values().collect();
-    let made = make_all(context, tracks, &distinct)?;
-    let mut ready: ReadyDetectors = Vec::with_capacity(variants.len());
-    let mut models = Vec::new();
-    for (v, (_, variant)) in variants.iter().enumerate() {
-        let mut row = Vec::with_capacity(plan.experiment.trackers.len());
-        for tracker in 0..plan.experiment.trackers.len() {
-            let mut contents = Vec::new();
-            let mut part = |part: usize| {
-                let need = match (&variant.detector, needs.get(&(v, tracker, part))) {
-                    (DetectorChoice::Given(fixed), _) => {
-                        let source = ParameterSource::Given;
-                        return Ok(ReadyDetector { fixed: fixed.clone(), source });
-                    }
-                    (_, Some(need)) => need.as_ref().map_err(Clone::clone)?,
-                    (_, None) => return Err(CellError::Missing("not run on this tracker".to_string())),
-                };
-                let model = made.get(&need.address).cloned();
-                let model = model.unwrap_or_else(|| Err(CellError::Failed("was not trained".to_string())));
-                let (ready_detector, content) = instantiate(need, model?)?;
+    let made = make_all(context, tracks, &needs)?;
+    let (mut ready, mut models) = (given(context.plan), Vec::new());
+    for parts in needs.chunk_by(|(a, _), (b, _)| (a.0, a.1) == (b.0, b.1)) {
+        let mut contents = Vec::new();
+        for (key, need) in parts {
+            let mut detector = || -> Result<Arc<ReadyDetector>, CellError> {
+                let need = need.as_ref().map_err(Clone::clone)?;
+                let model = made[&need.address].as_ref().map_err(Clone::clone)?;
+                let (detector, content) = instantiate(need, model)?;
                 contents.push((need, content));
-                Ok(ready_detector)
+                Ok(Arc::new(detector))
             };
-            row.push((0..plan.parts(variant)).map(&mut part).collect());
-            models.extend(describe(context, contents));
+            ready.insert(*key, detector());
         }
-        ready.push(row);
+        models.extend(describe(context, contents));
     }
     Ok((ready, models))
 }
 
-type Needs<'a> = BTreeMap<(usize, usize, usize), Result<TrainingNeed<'a>, CellError>>;
+type Needs<'a> = Vec<(Key, Result<TrainingNeed<'a>, CellError>)>;
 
 /// All needs for training, by variant, tracker and part.
 fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
@@ -180,61 +172,56 @@ fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
         for (t, _) in trackers.filter(|(_, tracker)| method.runs_on(&tracker.label)) {
             for part in 0..plan.parts(variant) {
                 let mut mine = plan.training_tracks((v, method, variant), t, part);
-                mine.retain(|place| tracks[place.0][place.1][place.2].is_ok() && reads.contains_key(place));
-                let of: Vec<_> = mine.iter().filter_map(|track| reads.get(track).copied()).collect();
+                mine.retain(|place| track_at(tracks, place).is_ok() && reads.contains_key(place));
+                let of: Vec<_> = mine.iter().map(|place| reads[place]).collect();
                 let recipe = recipes::of_model(method, variant, &of).filter(|_| !of.is_empty());
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
-                let need = recipe.ok_or_else(missing).map(|recipe| TrainingNeed {
-                    variant_index: v,
-                    method,
-                    variant,
-                    signals: plan.signals_of(v),
-                    tracker: t,
-                    part,
-                    tracks: mine,
-                    address: recipe.address(),
-                    recipe,
+                let (key, tracks, signals) = ((v, t, part), mine, plan.signals_of(v));
+                let need = recipe.ok_or_else(missing).map(|recipe| {
+                    let address = recipe.address();
+                    TrainingNeed { key, method, variant, signals, tracks, address, recipe }
                 });
-                needs.insert((v, t, part), need);
+                needs.push((key, need));
             }
         }
     }
     needs
 }
 
+fn track_at<'t>(tracks: &'t [Vec<Tracks>], place: &Place) -> &'t Result<Arc<Track>, CellError> {
+    &tracks[place.0][place.1][place.2]
+}
+
 type StoredModels = BTreeMap<Address, Result<StoredModel, CellError>>;
 
-/// Trained parameters and learned models by their address: from the store, or made.
+/// Trained parameters and learned models by their address: from the store, or made. Variants with the same model share it.
 fn make_all(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    needs: &[&TrainingNeed<'_>],
+    needs: &Needs<'_>,
 ) -> Result<StoredModels, RunError> {
+    let distinct: BTreeMap<Address, &TrainingNeed<'_>> =
+        needs.iter().rev().flat_map(|(_, need)| need).map(|need| (need.address, need)).collect();
+    let distinct: Vec<&TrainingNeed<'_>> = distinct.into_values().collect();
     let cached = |need: &&TrainingNeed<'_>| context.cached::<StoredModel>(&need.address, 1);
-    let mut made = StoredModels::new();
-    let mut pending = Vec::new();
-    for (need, model) in needs.iter().zip(needs.par_iter().map(cached).collect::<Vec<_>>()) {
+    let cached: Vec<Option<StoredModel>> = distinct.par_iter().map(cached).collect();
+    let (mut made, mut pending) = (StoredModels::new(), Vec::new());
+    for (need, model) in distinct.into_iter().zip(cached) {
         context.tally.add(Work::Models, model.is_some());
         match model {
             Some(model) => drop(made.insert(need.address, Ok(model))),
-            None => pending.push(*need),
+            None => pending.push(need),
         }
     }
-    let counted = counts_on_others(context, tracks, &pending)?;
-    let make = |need: &&TrainingNeed<'_>| {
-        let model = match make(context, tracks, need, counted.get(&need.variant_index)) {
-            Ok(model) => Ok(model),
-            Err(e) => Err(e.cell()?),
-        };
-        Ok((need.address, model))
-    };
-    let new = pending.par_iter().with_max_len(1).map(make).collect::<Result<Vec<_>, RunError>>()?;
+    let counted = counts_of_listed(context, tracks, &pending)?;
+    let make = |need: &&TrainingNeed<'_>| StepError::settled(make(context, tracks, need, &counted));
+    let new: Vec<_> = pending.par_iter().with_max_len(1).map(make).collect::<Result<_, RunError>>()?;
     let mut records = Vec::new();
-    for (need, (address, model)) in pending.iter().zip(new) {
+    for (need, model) in pending.into_iter().zip(new) {
         if let Ok(model) = &model {
             records.push(store::record(stored_name(context, need), need.recipe.clone(), 1, model)?);
         }
-        made.insert(address, model);
+        made.insert(need.address, model);
     }
     context.put(records)?;
     Ok(made)
@@ -242,57 +229,48 @@ fn make_all(
 
 fn stored_name(context: &Context<'_>, need: &TrainingNeed<'_>) -> Name {
     let plan = context.plan;
-    let tracker = &plan.experiment.trackers[need.tracker].label;
+    let tracker = &plan.experiment.trackers[need.key.1].label;
     let suite = need.tracks.first().map_or("", |(suite, ..)| plan.suites[*suite].name.as_str());
     let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
-    let part =
-        if need.variant.detector.trains_on_others() { format!(" fold {}", need.part) } else { String::new() };
-    Name { experiment: plan.experiment.name.clone(), cell: cell + &part }
+    let is_of_fold = need.variant.detector.trains_on_others();
+    let cell = if is_of_fold { format!("{cell} fold {}", need.key.2) } else { cell };
+    Name { experiment: plan.experiment.name.clone(), cell }
 }
 
-/// Counts of every candidate, by track.
-type CountsOnTracks = BTreeMap<Place, Result<Vec<Counts>, CellError>>;
+/// Counts of each candidate on a track.
+type Counted = Result<Vec<Counts>, CellError>;
 
-/// Counts of the candidates of variants that are trained on others, by variant: a track is training data of many parts,
-/// and is judged once.
-fn counts_on_others(
+/// Counts of listed candidates, by variant and track: a track is training data of many parts, and is judged once.
+fn counts_of_listed(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     pending: &[&TrainingNeed<'_>],
-) -> Result<BTreeMap<usize, CountsOnTracks>, RunError> {
-    let mut by_variant: BTreeMap<usize, Vec<&TrainingNeed<'_>>> = BTreeMap::new();
-    for need in pending.iter().filter(|need| listed(need).is_some()) {
-        by_variant.entry(need.variant_index).or_default().push(need);
+) -> Result<BTreeMap<(usize, Place), Counted>, RunError> {
+    let mut asked = BTreeMap::new();
+    for need in pending {
+        if let DetectorChoice::Trained(Training { candidates: Candidates::Listed(list), .. }) =
+            &need.variant.detector
+        {
+            asked.extend(need.tracks.iter().map(|place| ((need.key.0, *place), (*need, list))));
+        }
     }
-    let of_variant = |(v, needs): (usize, Vec<&TrainingNeed<'_>>)| {
-        let places: BTreeSet<Place> = needs.iter().flat_map(|need| need.tracks.iter().copied()).collect();
-        let Some((need, candidates)) = needs.first().and_then(|need| Some((need, listed(need)?))) else {
-            return Ok((v, CountsOnTracks::new()));
-        };
-        let count = |place: &Place| {
-            let (limits, protocol) = (&context.options.limits, need.method.protocol);
-            let counts = match &tracks[place.0][place.1][place.2] {
-                Ok(track) => choose::counts_of_candidates(candidates, track, need.signals, protocol, limits),
-                Err(e) => Err(e.clone().into()),
-            };
-            Ok((*place, counts.map_or_else(|e| e.cell().map(Err), |counts| Ok(Ok(counts)))?))
-        };
-        let places: Vec<Place> = places.into_iter().collect();
-        Ok((v, places.par_iter().map(count).collect::<Result<CountsOnTracks, RunError>>()?))
+    let asked: Vec<_> = asked.into_iter().collect();
+    let count = |((v, place), (need, list)): &((usize, Place), (&TrainingNeed<'_>, &Vec<_>))| {
+        Ok(((*v, *place), StepError::settled(count(context, tracks, need, list, place))?))
     };
-    by_variant.into_iter().map(of_variant).collect()
+    asked.par_iter().with_max_len(1).map(count).collect()
 }
 
-/// The listed candidates of a parameter that is chosen on others without runs backwards.
-fn listed<'n>(need: &'n TrainingNeed<'_>) -> Option<&'n [(f64, FixedDetector)]> {
-    match &need.variant.detector {
-        DetectorChoice::Trained(Training { candidates: Candidates::Listed(list), .. })
-            if need.variant.detector.trains_on_others() && !need.variant.detector.needs_reverse() =>
-        {
-            Some(list)
-        }
-        _ => None,
-    }
+/// Counts of each candidate on the track in a place.
+fn count(
+    context: &Context<'_>,
+    tracks: &[Vec<Tracks>],
+    need: &TrainingNeed<'_>,
+    candidates: &[(f64, FixedDetector)],
+    place: &Place,
+) -> Result<Vec<Counts>, StepError> {
+    let track = track_at(tracks, place).clone()?;
+    choose::counts(candidates, &track, need.signals, need.method.protocol, &context.options.limits)
 }
 
 /// Makes a trained parameter or learned model.
@@ -300,93 +278,93 @@ fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     need: &TrainingNeed<'_>,
-    counted: Option<&CountsOnTracks>,
+    counted: &BTreeMap<(usize, Place), Counted>,
 ) -> Result<StoredModel, StepError> {
-    let limits = &context.options.limits;
-    let track = |(suite, s, j): &Place| tracks[*suite][*s][*j].clone();
-    let mine = || need.tracks.iter().map(track).collect::<Result<Vec<Arc<Track>>, CellError>>();
-    Ok(match &need.variant.detector {
-        DetectorChoice::Given(_) => return Err(StepError::failed("nothing to learn")),
+    let mine = need.tracks.iter().map(|place| track_at(tracks, place).clone());
+    let mine: Vec<Arc<Track>> = mine.collect::<Result<_, CellError>>()?;
+    match &need.variant.detector {
+        DetectorChoice::Given(_) => Err(StepError::failed("nothing to learn")),
         DetectorChoice::Trained(training) => {
-            let protocol = need.method.protocol;
-            StoredModel::Chosen(match (counted, listed(need)) {
-                (Some(counted), Some(candidates)) => {
-                    let not_judged = || CellError::Failed("a training track was not judged".to_string());
-                    let of = |place: &Place| match counted.get(place) {
-                        Some(counts) => counts.as_ref().map_err(Clone::clone),
-                        None => Err(not_judged()),
-                    };
-                    let counts = need.tracks.iter().map(of).collect::<Result<Vec<_>, CellError>>()?;
-                    choose::choose(training, candidates, &counts, protocol)
-                }
-                _ => choose::train(training, mine()?, need.signals, protocol, limits)?,
-            })
+            let chosen = || -> Result<Chosen, StepError> {
+                let candidates = choose::candidates(training, &mine, need.signals)?;
+                let count = |place: &Place| match counted.get(&(need.key.0, *place)) {
+                    Some(counts) => counts.clone().map_err(StepError::from),
+                    None => count(context, tracks, need, &candidates, place),
+                };
+                let counts = need.tracks.par_iter().with_max_len(1).map(count);
+                let counts: Vec<Vec<Counts>> = counts.collect::<Result<_, StepError>>()?;
+                let values = candidates.iter().map(|(value, _)| *value).collect();
+                Ok(choose::best(training, need.method.protocol, values, &counts))
+            };
+            let within = |e: StepError| e.within(&format!("training `{}`", training.key));
+            chosen().map(StoredModel::Chosen).map_err(within)
         }
         DetectorChoice::Learned(fixed) => {
             let origin = |(suite, s, _): &Place| context.plan.suites[*suite].sequences[*s].origin.clone();
-            let tracks = need.tracks.iter().map(origin).zip(mine()?).collect();
-            StoredModel::Learned(choose::learn(fixed, tracks, need.signals, limits)?)
+            let tracks = need.tracks.iter().map(origin).zip(mine).collect();
+            choose::learn(fixed, tracks, need.signals, &context.options.limits).map(StoredModel::Learned)
         }
-    })
+    }
 }
 
 /// The detector with its trained parameter or learned model.
-fn instantiate(need: &TrainingNeed<'_>, model: StoredModel) -> Result<(ReadyDetector, Content), CellError> {
+fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
     match (&need.variant.detector, model) {
         (DetectorChoice::Trained(training), StoredModel::Chosen(chosen)) => {
-            let value = chosen.values.get(chosen.index as usize).copied();
-            let value = value.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
+            let damaged = || failed("a record of its training is damaged".to_string());
+            let index = chosen.index as usize;
+            let value = *chosen.values.get(index).ok_or_else(damaged)?;
             let fixed = match &training.candidates {
-                Candidates::Listed(list) => list.get(chosen.index as usize).map(|(_, fixed)| fixed.clone()),
-                Candidates::Quantiles { build, .. } => Some(build(value).map_err(|e| failed(e.to_string()))?),
+                Candidates::Listed(list) => list.get(index).ok_or_else(damaged)?.1.clone(),
+                Candidates::Quantiles { build, .. } => build(value).map_err(|e| failed(e.to_string()))?,
             };
-            let fixed = fixed.ok_or_else(|| failed("a record of its training is damaged".to_string()))?;
             let content = Content::Chosen {
                 parameter: training.key.clone(),
                 value,
                 maximise: training.maximise.name().to_string(),
                 reached: chosen.reached,
-                candidates: chosen.values.into_iter().zip(chosen.measures).collect(),
+                candidates: chosen.values.iter().copied().zip(chosen.measures.iter().copied()).collect(),
             };
-            Ok((ReadyDetector { fixed, source: ParameterSource::Trained(need.address) }, content))
+            Ok((ReadyDetector { key: DetectorKey::model(need.address, &fixed), fixed }, content))
         }
         (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
-            let model: Value = serde_json::from_str(&text).map_err(|e| failed(e.to_string()))?;
+            let model: Value = serde_json::from_str(text).map_err(|e| failed(e.to_string()))?;
             let learner = fixed.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
             let detector = Arc::from(learner.with_model(&model).map_err(|e| failed(e.to_string()))?);
             let fixed = FixedDetector { detector, ..fixed.clone() };
             let content = Content::Learned { model, threshold: fixed.detector.threshold() };
-            Ok((ReadyDetector { fixed, source: ParameterSource::Learned(need.address) }, content))
+            Ok((ReadyDetector { key: DetectorKey::learned(need.address, &fixed), fixed }, content))
         }
         _ => Err(failed("a record of its training is of another kind".to_string())),
     }
 }
 
 /// The model of a variant on a tracker, from its parts; `None` without any.
-fn describe(context: &Context<'_>, contents: Vec<(&TrainingNeed<'_>, Content)>) -> Option<Model> {
+fn describe(context: &Context<'_>, mut contents: Vec<(&TrainingNeed<'_>, Content)>) -> Option<Model> {
     let plan = context.plan;
     let need = contents.first()?.0;
     let suite = &plan.suites[need.tracks.first()?.0];
     let on_others = need.variant.detector.trains_on_others();
-    let model = |content: Content| Model {
+    let fold = |(need, content): (&TrainingNeed<'_>, Content)| {
+        let names = suite.sequences.iter().enumerate();
+        let left_out = names.filter(|(s, _)| plan.part(need.variant, *s) == need.key.2);
+        let left_out = left_out.map(|(_, planned)| planned.sequence.name.clone()).collect();
+        FoldContent { left_out, content }
+    };
+    let content = match on_others {
+        true => Content::OnOthers { folds: contents.into_iter().map(fold).collect() },
+        false => contents.swap_remove(0).1,
+    };
+    let tracker = &plan.experiment.trackers[need.key.1];
+    Some(Model {
         method: need.method.name.clone(),
         params: need.variant.params(),
-        tracker: plan.experiment.trackers[need.tracker].label.clone(),
-        runs: plan.experiment.trackers[need.tracker].training_runs,
+        tracker: tracker.label.clone(),
+        runs: tracker.training_runs,
         suite: suite.name.clone(),
         tuned_on_test: !on_others && plan.experiment.suites.get(TEST) == Some(&suite.name),
         sequences: suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone())).collect(),
         content,
-    };
-    let fold = |(need, content): (&TrainingNeed<'_>, Content)| {
-        let names = suite.sequences.iter().enumerate();
-        let left_out = names.filter(|(s, _)| plan.part(need.variant, *s) == need.part);
-        let left_out = left_out.map(|(_, planned)| planned.sequence.name.clone()).collect();
-        FoldContent { left_out, content }
-    };
-    Some(match on_others {
-        true => model(Content::OnOthers { folds: contents.into_iter().map(fold).collect() }),
-        false => model(contents.into_iter().next()?.1),
     })
 }

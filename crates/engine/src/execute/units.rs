@@ -1,9 +1,11 @@
 //! Units of work: the jobs of one sequence that run in one pass.
 
 use super::context::Options;
+use crate::error::RunError;
 use crate::plan::{ExperimentPlan, Shard};
 use crate::store::Store;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Work on one sequence: indices of the suite, the sequence and the jobs.
 pub type Unit = (usize, usize, Vec<usize>);
@@ -53,4 +55,73 @@ pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, options: &Options,
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };
     units.par_iter().map(of_unit).sum()
+}
+
+/// The results of `work` on every unit, in order. Each thread of the current pool takes one unit after the other, and helps
+/// with those of the others when none is left.
+///
+/// Units lie in no queue of the pool, so that a thread that waits within one begins no other: no more sequences are in
+/// memory than there are threads.
+///
+/// # Errors
+/// One of `work`; units that have not begun then are left out.
+pub fn for_units<T: Send>(
+    units: &[Unit],
+    work: impl Fn(&Unit) -> Result<T, RunError> + Sync,
+) -> Result<Vec<T>, RunError> {
+    let next = AtomicUsize::new(0);
+    let done = rayon::broadcast(|_| {
+        let take = || {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            Some((k, units.get(k)?))
+        };
+        let done = std::iter::from_fn(take).map(|(k, unit)| work(unit).map(|done| (k, done)));
+        let done: Result<Vec<(usize, T)>, RunError> = done.collect();
+        if done.is_err() {
+            next.store(units.len(), Ordering::Relaxed);
+        }
+        done
+    });
+    let done = done.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+    let mut done: Vec<(usize, T)> = done.into_iter().flatten().collect();
+    done.sort_unstable_by_key(|(k, _)| *k);
+    Ok(done.into_iter().map(|(_, done)| done).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    /// Runs a step of `work` within many units on three threads.
+    fn run(work: impl Fn(usize) -> Result<usize, RunError> + Sync) -> Result<Vec<usize>, RunError> {
+        let units: Vec<Unit> = (0..30).map(|k| (0, k, Vec::new())).collect();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+        pool.install(|| for_units(&units, |(_, k, _)| work(*k)))
+    }
+
+    #[test]
+    fn no_more_units_have_begun_than_there_are_threads() {
+        let begun = AtomicUsize::new(0);
+        let done = run(|k| {
+            assert!(begun.fetch_add(1, Ordering::SeqCst) < 3);
+            let wait = |n: &u64| std::thread::sleep(Duration::from_micros(*n * 50));
+            [1, 9, 2, 7].par_iter().with_max_len(1).for_each(wait);
+            begun.fetch_sub(1, Ordering::SeqCst);
+            Ok(k)
+        });
+        assert_eq!(done.unwrap(), (0..30).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn an_error_ends_the_work() {
+        let begun = AtomicUsize::new(0);
+        let done = run(|k| {
+            begun.fetch_add(1, Ordering::SeqCst);
+            std::thread::sleep(Duration::from_millis(5));
+            if k == 4 { Err(RunError::Interrupted) } else { Ok(k) }
+        });
+        assert!(matches!(done, Err(RunError::Interrupted)));
+        assert!(begun.into_inner() < 20);
+    }
 }

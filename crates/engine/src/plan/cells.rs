@@ -1,9 +1,14 @@
-//! The cells of a plan: which jobs have which methods, on which sequences.
+//! The cells of a plan: which jobs have which methods on which sequences, and what a store has of them.
 
+use super::Job;
 use super::demand::variants;
-use super::experiment::ExperimentPlan;
-use super::job::Job;
-use crate::spec::method::Method;
+use super::experiment::{ExperimentPlan, PlannedSequence};
+use super::recipes::{self, DetectorKey};
+use crate::error::CellError;
+use crate::spec::method::{Method, Variant};
+use crate::store::Store;
+use crate::store::address::{Recipe, Stage};
+use rayon::prelude::*;
 
 /// A cell of the test suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +21,38 @@ pub struct PlannedCell {
     pub variant: usize,
 }
 
+/// State of a cell in a store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CellState {
+    /// Its result is in the store.
+    Cached,
+    /// The store has a result of another recipe; `why` shows the difference.
+    Stale,
+    /// It was never computed, or has been removed.
+    Missing,
+    /// It cannot be computed, because data or the tracker's results are absent.
+    Absent,
+}
+
+impl CellState {
+    /// All states, in the order of their declaration.
+    pub const ALL: [Self; 4] = [Self::Cached, Self::Stale, Self::Missing, Self::Absent];
+
+    /// Its word in tables and messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Cached => "cached",
+            Self::Stale => "stale",
+            Self::Missing => "missing",
+            Self::Absent => "absent",
+        }
+    }
+}
+
+/// What the recipe of a cell's labels is made of: its beginning, what the detector adds to it, and the seed; or the reason
+/// why there is none. Recipes are made only where they are shown: those of a million cells would need more than a gigabyte.
+pub(super) type LabelsFrom<'p> = Result<(&'p Recipe, &'p DetectorKey, u64), &'p CellError>;
+
 impl ExperimentPlan<'_> {
     /// Whether a job has cells of a method on the videos of a source.
     pub fn has_cells(&self, job: Job, method: &Method, source: &str) -> bool {
@@ -25,12 +62,9 @@ impl ExperimentPlan<'_> {
 
     /// Jobs and variants of the cells of a sequence from a source of videos, in the experiment's order.
     pub fn cells_on(&self, source: &str) -> Vec<(usize, usize)> {
-        let of_job = |(j, job): (usize, &Job)| {
-            let has_cells = |(_, (method, _)): &(usize, (&Method, _))| self.has_cells(*job, method, source);
-            let mine = variants(self.experiment).enumerate().filter(has_cells);
-            mine.map(|(v, _)| (j, v)).collect::<Vec<_>>()
-        };
-        self.jobs.iter().enumerate().flat_map(of_job).collect()
+        let methods: Vec<&Method> = variants(self.experiment).map(|(method, _)| method).collect();
+        let pairs = (0..self.jobs.len()).flat_map(|j| (0..methods.len()).map(move |v| (j, v)));
+        pairs.filter(|(j, v)| self.has_cells(self.jobs[*j], methods[*v], source)).collect()
     }
 
     /// Every cell of the test suite, sequence by sequence, in the experiment's order.
@@ -39,5 +73,83 @@ impl ExperimentPlan<'_> {
             let cells = self.cells_on(&planned.origin.source).into_iter();
             cells.map(move |(job, variant)| PlannedCell { sequence, job, variant })
         })
+    }
+
+    /// Whether a job's track with all its needed signals is in the store.
+    pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
+        let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(suite, planned, job, *k));
+        let is_cached = |k| self.signal_recipe(planned, job, k).is_ok_and(|r| store.contains(&r.address()));
+        planned.addresses[job].as_ref().is_ok_and(|track| store.contains(track)) && wanted.all(is_cached)
+    }
+
+    /// State of every cell, in the order of [`ExperimentPlan::cells`].
+    pub fn states(&self, store: &Store) -> Vec<CellState> {
+        self.map_cells(store, |state, _, _| state)
+    }
+
+    /// Maps the state of every cell, its name in the store and the origin of its labels, in the order of
+    /// [`ExperimentPlan::cells`].
+    pub(super) fn map_cells<T: Send>(
+        &self,
+        store: &Store,
+        of: impl Fn(CellState, &dyn Fn() -> String, LabelsFrom<'_>) -> T + Sync,
+    ) -> Vec<T> {
+        let variants: Vec<_> = variants(self.experiment).collect();
+        let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
+        let keys = self.detector_keys();
+        let on_one_input = |a: &(usize, usize), b: &(usize, usize)| {
+            a.0 == b.0 && self.signals_of(a.1) == self.signals_of(b.1)
+        };
+        let of_sequence = |(s, planned): (usize, &PlannedSequence)| {
+            let sequence = planned.sequence.name.as_str();
+            let is_cached = |j: usize| self.is_cached(store, 0, planned, j);
+            let has_track: Vec<bool> = (0..self.jobs.len()).map(is_cached).collect();
+            let cells = self.cells_on(&planned.origin.source);
+            let mut all = Vec::with_capacity(cells.len());
+            for cells in cells.chunk_by(on_one_input) {
+                let on = self.input(planned, cells[0].0, cells[0].1).map(recipes::labels_on);
+                for &(j, v) in cells {
+                    let (job, (method, variant), params) = (self.jobs[j], variants[v], &params[v]);
+                    let name = || self.stored_name(&self.cell_name(sequence, job, &method.name, params));
+                    let seed = || self.seed(&method.name, params, sequence, job);
+                    let from = match (&on, &keys[v][job.tracker][self.part(variant, s)]) {
+                        (Err(e), _) | (Ok(_), Err(e)) => Err(e),
+                        (Ok(on), Ok(key)) => Ok((on, key, if key.uses_seed() { seed() } else { 0 })),
+                    };
+                    all.push(of(state_of(store, has_track[j], &name, from), &name, from));
+                }
+            }
+            all
+        };
+        self.test().sequences.par_iter().enumerate().flat_map_iter(of_sequence).collect()
+    }
+
+    /// What the detectors of every variant add to recipes, by variant, tracker and part.
+    fn detector_keys(&self) -> Vec<Vec<Vec<Result<DetectorKey, CellError>>>> {
+        let of_parts = |variant: &Variant, parts: &[Option<Recipe>]| -> Vec<_> {
+            parts.iter().map(|model| DetectorKey::of(&variant.detector, model.as_ref())).collect()
+        };
+        let models = self.models();
+        let of_variants = models.iter().zip(variants(self.experiment));
+        of_variants
+            .map(|(trackers, (_, v))| trackers.iter().map(|parts| of_parts(v, parts)).collect())
+            .collect()
+    }
+}
+
+/// State of a cell. `has_track` tells whether the store has its track with all signals.
+fn state_of(store: &Store, has_track: bool, name: &dyn Fn() -> String, from: LabelsFrom<'_>) -> CellState {
+    match from {
+        Err(_) => CellState::Absent,
+        Ok((on, key, seed)) if store.contains(&key.address(on, seed)) => {
+            if has_track {
+                CellState::Cached
+            } else {
+                CellState::Missing
+            }
+        }
+        // Of an empty store the names need not be made.
+        Ok(_) if !store.is_empty() && store.knows(Stage::Labels, &name()) => CellState::Stale,
+        Ok(_) => CellState::Missing,
     }
 }

@@ -1,7 +1,6 @@
 //! Demands of an experiment: its suites, its variants with their signals, and the tracks that it needs on each suite.
 
-use super::job::Job;
-use crate::spec::analysis::Analysis;
+use super::Job;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, OTHERS, TEST};
 use trackfail_core::plugin;
@@ -32,41 +31,37 @@ pub struct SignalSet {
 }
 
 /// All demands of an experiment, each once: the test suite for every tracker, and the suites that methods learn from or
-/// analyses read. `of_variants` has the signal of each variant.
+/// analyses read. `of_variants` has the signals of each variant.
 pub(super) fn demands<'a>(
     experiment: &'a Experiment,
     signals: &[SignalChoice],
     of_variants: &[SignalSet],
 ) -> Vec<Demand<'a>> {
-    let signal = |a: &Analysis| a.signal.as_ref().and_then(|s| signal_index(signals, s));
-    let of_analyses: Vec<_> = experiment.analyses.iter().map(signal).collect();
+    let test = experiment.suites[TEST].as_str();
     let mut all: Vec<Demand<'a>> = Vec::new();
-    let mut add = |demand| {
-        if !all.contains(&demand) {
-            all.push(demand);
-        }
-    };
     for (tracker, t) in experiment.trackers.iter().enumerate() {
-        let test = experiment.suites[TEST].as_str();
-        add(Demand { suite: test, tracker, runs: t.runs, signal: None });
-        for ((method, variant), set) in variants(experiment).zip(of_variants) {
-            if !method.runs_on(&t.label) {
-                continue;
+        let mut add = |suite: &'a str, runs: u32, signal: Option<usize>| {
+            let demand = Demand { suite, tracker, runs, signal };
+            if !all.contains(&demand) {
+                all.push(demand);
             }
-            let training = variant.detector.role().and_then(|role| experiment.suite_of(role));
-            for signal in std::iter::once(set.first).chain(set.more.iter().copied().map(Some)) {
-                add(Demand { suite: test, tracker, runs: t.runs, signal });
-                if let Some(suite) = training {
-                    add(Demand { suite, tracker, runs: t.training_runs, signal });
+        };
+        add(test, t.runs, None);
+        for ((method, variant), set) in variants(experiment).zip(of_variants) {
+            let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
+            let signals = std::iter::once(set.first).chain(set.more.iter().copied().map(Some));
+            for signal in signals.filter(|_| method.runs_on(&t.label)) {
+                add(test, t.runs, signal);
+                if let Some(suite) = suite {
+                    add(suite, t.training_runs, signal);
                 }
             }
         }
-        for (analysis, signal) in experiment.analyses.iter().zip(&of_analyses) {
-            let roles = analysis.roles.iter().enumerate().filter(|_| analysis.runs_on(&t.label));
-            for (place, role) in roles {
-                let runs = analysis.runs(place, t);
+        for analysis in experiment.analyses.iter().filter(|analysis| analysis.runs_on(&t.label)) {
+            let signal = analysis.signal.as_ref().and_then(|signal| signal_index(signals, signal));
+            for (place, role) in analysis.roles.iter().enumerate() {
                 if let Some(suite) = experiment.suites.get(role) {
-                    add(Demand { suite, tracker, runs, signal: *signal });
+                    add(suite, analysis.runs(place, t), signal);
                 }
             }
         }

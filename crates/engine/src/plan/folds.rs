@@ -9,7 +9,7 @@
 //! trackers.
 
 use crate::spec::FoldsBy;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::num::seed;
 use trackfail_dataset::suite::Origin;
 
@@ -29,10 +29,10 @@ pub fn video(sequence: &str) -> String {
 /// The fold of each sequence of these origins, from 0.
 pub fn folds(by: FoldsBy, origins: &[&Origin], experiment_seed: u64) -> Vec<usize> {
     match by {
-        FoldsBy::Video => of_videos(
-            &origins.iter().map(|origin| origin.video.as_str()).collect::<Vec<_>>(),
-            experiment_seed,
-        ),
+        FoldsBy::Video => {
+            let videos: Vec<&str> = origins.iter().map(|origin| origin.video.as_str()).collect();
+            of_videos(&videos, experiment_seed)
+        }
         FoldsBy::Source => of_sources(origins),
     }
 }
@@ -52,11 +52,11 @@ fn of_sources(origins: &[&Origin]) -> Vec<usize> {
 }
 
 fn of_videos(videos: &[&str], experiment_seed: u64) -> Vec<usize> {
-    let drawn = |video: &str| (seed::seed(experiment_seed, &["fold", video]), video.to_string());
-    let order: BTreeMap<(u64, String), ()> = videos.iter().map(|video| (drawn(video), ())).collect();
+    let drawn = |video: &&str| seed::seed(experiment_seed, &["fold", *video]);
+    let order: BTreeSet<(u64, &str)> = videos.iter().map(|video| (drawn(video), *video)).collect();
     let places: BTreeMap<&str, usize> =
-        order.keys().enumerate().map(|(place, (_, video))| (video.as_str(), place % FOLDS)).collect();
-    videos.iter().filter_map(|video| places.get(video).copied()).collect()
+        order.into_iter().enumerate().map(|(place, (_, video))| (video, place % FOLDS)).collect();
+    videos.iter().map(|video| places[video]).collect()
 }
 
 #[cfg(test)]

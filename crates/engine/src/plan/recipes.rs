@@ -1,17 +1,16 @@
 //! Recipes of the results of each stage; see [`address`](crate::store::address) for the table.
 
-use super::job::Job;
+use super::Job;
 use crate::error::CellError;
 use crate::spec::method::{
     Candidates, DetectorChoice, FixedDetector, Method, SignalChoice, Training, Variant,
 };
-use crate::spec::{Absence, Experiment, OTHERS, Tracker};
-use crate::store::address::{Address, AddressDigest, Recipe, Stage};
+use crate::spec::{Absence, Experiment, Tracker};
+use crate::store::address::{Address, Recipe, Stage};
 use std::path::{Path, PathBuf};
 use trackfail_core::image::DECODER;
 use trackfail_core::num::seed;
 use trackfail_dataset::{DatasetError, Frames, Sequence, file_digest};
-use trackfail_methods::detector::Learner;
 use trackfail_methods::score::overlap::OVERLAP;
 use trackfail_methods::score::{Protocol, Restarts};
 use trackfail_methods::tracker::{RunContext, STATE_FORM};
@@ -56,8 +55,7 @@ pub fn track(
     job: Job,
     data_roots: &[PathBuf],
 ) -> Result<Recipe, CellError> {
-    let Job { run, .. } = job;
-    let tracker = &experiment.trackers[job.tracker];
+    let (run, tracker) = (job.run, &experiment.trackers[job.tracker]);
     let seed = track_seed(experiment, sequence, tracker, run);
     let mut recipe =
         common.clone().with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
@@ -73,11 +71,10 @@ pub fn track(
             return Err(CellError::Absent(format!("has no track on {sequence}, as declared: {reason}")));
         }
         (Ok(_), Some(Absence { sequence, .. })) => {
-            let message = format!(
+            return Err(CellError::Failed(format!(
                 "{sequence}: a track of {} is declared `absent`, but can be read; take the declaration out",
                 tracker.label
-            );
-            return Err(CellError::Failed(message));
+            )));
         }
     };
     if !inputs.is_empty() || tracker.setup.uses_run() {
@@ -162,17 +159,8 @@ impl Read {
     }
 }
 
-/// Adds training data: each input, or for the many of other sequences and trackers one digest of them all.
-fn with_training_data(recipe: Recipe, role: Option<&str>, tracks: &[Read]) -> Recipe {
-    if role != Some(OTHERS) {
-        return tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe));
-    }
-    let all = tracks.iter().fold(Recipe::new(Stage::Model), |all, read| read.add_to(all));
-    recipe.with("training data of others", all.address())
-}
-
-/// Recipe of a trained parameter; `tracks` are its training data.
-fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
+/// Recipe of a trained parameter without its training data.
+fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
         .with("training", TRAINING)
         .with("protocol", protocol.name)
@@ -194,34 +182,38 @@ fn model(protocol: &Protocol, training: &Training, tracks: &[Read]) -> Recipe {
         }
         Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
     }
-    with_training_data(recipe, Some(&training.role), tracks)
+    recipe
 }
 
-/// Recipe of a variant's trained parameter or learned model; `None` for a variant without either.
+/// Recipe of a variant's trained parameter or learned model, with the inputs that are its training data; `None` for a
+/// variant without either.
 pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
-    match &variant.detector {
-        DetectorChoice::Given(_) => None,
-        DetectorChoice::Trained(training) => Some(model(method.protocol, training, tracks)),
-        DetectorChoice::Learned(fixed) => Some(learned(fixed, fixed.detector.learner()?, tracks)),
-    }
-}
-
-/// Recipe of a learned model; `tracks` are its training data.
-fn learned(fixed: &FixedDetector, learner: &dyn Learner, tracks: &[Read]) -> Recipe {
-    let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
-    let recipe = recipe.with_plugin("learner", fixed.kind, fixed.version, &learner.params());
-    with_training_data(recipe, Some(learner.role()), tracks)
-}
-
-/// Ingredients that a detector adds to the recipes of its labels; the same for all of its cells.
-pub struct DetectorKey {
-    ingredients: Vec<(String, String)>,
-    uses_seed: bool,
+    let recipe = match &variant.detector {
+        DetectorChoice::Given(_) => return None,
+        DetectorChoice::Trained(training) => parameter(method.protocol, training),
+        DetectorChoice::Learned(fixed) => {
+            let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
+            recipe.with_plugin("learner", fixed.kind, fixed.version, &fixed.detector.learner()?.params())
+        }
+    };
+    let with_tracks = |recipe: Recipe| tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe));
+    Some(if variant.detector.trains_on_others() {
+        // They are many: one digest stands for them all.
+        recipe.with("training data of others", with_tracks(Recipe::new(Stage::Model)).address())
+    } else {
+        with_tracks(recipe)
+    })
 }
 
 /// Adds the version of reverse runs for a detector that uses them.
 fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
     if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
+}
+
+/// Ingredients that a detector adds to the recipes of its labels; the same for all of its cells.
+pub struct DetectorKey {
+    ingredients: Vec<Ingredient>,
+    uses_seed: bool,
 }
 
 impl DetectorKey {
@@ -231,11 +223,6 @@ impl DetectorKey {
         let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
         let recipe = with_restarts(with_reverse(recipe, fixed), fixed.restarts);
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
-    }
-
-    /// Whether the seed of a cell is part of its recipe.
-    pub fn uses_seed(&self) -> bool {
-        self.uses_seed
     }
 
     /// A detector with a learned model.
@@ -250,6 +237,40 @@ impl DetectorKey {
         let recipe = with_reverse(Recipe::new(Stage::Labels).with("model", address), candidate);
         Self { ingredients: recipe.ingredients, uses_seed: candidate.detector.uses_seed() }
     }
+
+    /// The detector of a variant, with the recipe of its model if it is trained.
+    ///
+    /// # Errors
+    /// When it is trained and there is no model.
+    pub fn of(detector: &DetectorChoice, model: Option<&Recipe>) -> Result<Self, CellError> {
+        let address = || {
+            let role = detector.role().unwrap_or_default();
+            let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
+            model.map(Recipe::address).ok_or_else(missing)
+        };
+        Ok(match detector {
+            DetectorChoice::Given(fixed) => Self::given(fixed),
+            DetectorChoice::Trained(training) => Self::model(address()?, &training.example),
+            DetectorChoice::Learned(fixed) => Self::learned(address()?, fixed),
+        })
+    }
+
+    /// Whether the seed of a cell is part of its recipe.
+    pub fn uses_seed(&self) -> bool {
+        self.uses_seed
+    }
+
+    /// Recipe of labels on an input, whose recipes begin with `on`.
+    pub fn labels(&self, mut on: Recipe, seed: u64) -> Recipe {
+        on.ingredients.extend_from_slice(&self.ingredients);
+        if self.uses_seed { on.with("seed", seed) } else { on }
+    }
+
+    /// Address of [`labels`](Self::labels), whose recipe is not made for that.
+    pub fn address(&self, on: &Recipe, seed: u64) -> Address {
+        let seed = self.uses_seed.then(|| ("seed".to_string(), seed.to_string()));
+        on.address_with(self.ingredients.iter().chain(&seed))
+    }
 }
 
 /// Version of the form in which outputs of detectors are stored.
@@ -258,39 +279,13 @@ impl DetectorKey {
 const OUTPUT_FORM: u32 = 3;
 
 /// The beginning that the recipes of all labels on one input share.
-fn labels_on(read: Read) -> Recipe {
+pub fn labels_on(read: Read) -> Recipe {
     read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
 }
 
 /// Recipe of a cell's labels; the seed counts for detectors that use it.
 pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
-    let mut recipe = labels_on(read);
-    recipe.ingredients.extend_from_slice(&detector.ingredients);
-    if detector.uses_seed { recipe.with("seed", seed) } else { recipe }
-}
-
-/// An input of detectors; gives addresses of [`labels`] without their recipes.
-pub struct LabelsOn {
-    /// The input.
-    pub read: Read,
-    begun: AddressDigest,
-}
-
-impl LabelsOn {
-    /// Addresses of labels on an input.
-    pub fn new(read: Read) -> Self {
-        Self { read, begun: AddressDigest::of(&labels_on(read)) }
-    }
-
-    /// Address of the labels of a detector, with the seed for one that uses it.
-    pub fn address(&self, detector: &DetectorKey, seed: u64) -> Address {
-        let mut digest = self.begun.clone();
-        detector.ingredients.iter().for_each(|(name, value)| digest.add(name, value));
-        if detector.uses_seed {
-            digest.add("seed", &seed.to_string());
-        }
-        digest.finish()
-    }
+    detector.labels(labels_on(read), seed)
 }
 
 #[cfg(test)]
@@ -313,7 +308,7 @@ mod tests {
             for key in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
                 let differ = labels(read, &key, 1).address() != labels(read, &key, 2).address();
                 assert_eq!(differ, counts, "{kind}");
-                assert_eq!(LabelsOn::new(read).address(&key, 1), labels(read, &key, 1).address(), "{kind}");
+                assert_eq!(key.address(&labels_on(read), 1), labels(read, &key, 1).address(), "{kind}");
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Why a cell is or is not in the store: the first ingredient, in data-flow order, that has changed.
 
+use super::cells::CellState;
 use super::experiment::ExperimentPlan;
 use crate::store::Store;
 use crate::store::address::{Address, Recipe, Stage};
@@ -9,115 +10,96 @@ use std::collections::BTreeMap;
 /// cached ones.
 pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
     let now = current(plan);
-    let cached = plan.cached_tracks(store);
-    plan.map_labels(|labels| match labels.recipe() {
-        Err(e) => e.to_string(),
-        Ok(recipe) if store.contains(&recipe.address()) => {
-            let is_cached = cached[labels.cell.sequence][labels.cell.job];
-            let why = "its track or a signal on it was never computed here, or has been removed";
-            if is_cached { String::new() } else { why.to_string() }
+    let recipe_at = |text: &str| {
+        let address = parse(text)?;
+        now.get(&address).cloned().or_else(|| store.head(&address).map(|head| head.recipe))
+    };
+    plan.map_cells(store, |state, name, from| {
+        if state == CellState::Cached {
+            return String::new();
         }
-        Ok(recipe) => {
-            let before = store.heads(Stage::Labels, &plan.stored_name(&labels.name()));
-            // The record with most ingredients in common explains most.
-            match before.iter().max_by_key(|head| common(&head.recipe, &recipe)) {
-                None => "it was never computed here".to_string(),
-                Some(head) => difference(&head.recipe, &recipe, store, &now),
-            }
+        let recipe = match from {
+            Ok((on, key, seed)) => key.labels(on.clone(), seed),
+            Err(e) => return e.to_string(),
+        };
+        if store.contains(&recipe.address()) {
+            return "its track or a signal on it was never computed here, or has been removed".to_string();
         }
+        // The record with most ingredients in common explains most.
+        let common = |before: &Recipe| {
+            recipe.ingredients.iter().filter(|ingredient| before.ingredients.contains(ingredient)).count()
+        };
+        let before = store.heads(Stage::Labels, &name()).into_iter().map(|head| head.recipe);
+        before.max_by_key(common).map_or_else(
+            || "it was never computed here".to_string(),
+            |before| difference(&before, &recipe, &recipe_at),
+        )
     })
 }
 
 /// Every recipe of the plan except those of labels, by address.
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
-    let mut all = BTreeMap::new();
-    for suite in &plan.suites {
-        for planned in &suite.sequences {
-            let recipe = |(j, k)| plan.signal_recipe(planned, j, k).ok();
-            let pairs = (0..plan.jobs.len()).flat_map(|j| (0..plan.signals.len()).map(move |k| (j, k)));
-            let recipes = planned.tracks.iter().flatten().cloned().chain(pairs.filter_map(recipe));
-            all.extend(recipes.map(|recipe| (recipe.address(), recipe)));
-        }
+    let mut all: Vec<Recipe> = plan.models().into_iter().flatten().flatten().flatten().collect();
+    for planned in plan.suites.iter().flat_map(|suite| &suite.sequences) {
+        all.extend(planned.tracks.iter().flatten().cloned());
+        let pairs = (0..plan.jobs.len()).flat_map(|j| (0..plan.signals.len()).map(move |k| (j, k)));
+        all.extend(pairs.filter_map(|(j, k)| plan.signal_recipe(planned, j, k).ok()));
     }
-    all.extend(plan.models().into_iter().flatten().flatten().flatten().map(|model| (model.address(), model)));
-    all
-}
-
-/// Number of common ingredients of two recipes.
-fn common(a: &Recipe, b: &Recipe) -> usize {
-    a.ingredients.iter().filter(|i| b.ingredients.contains(i)).count()
-}
-
-/// Whether an ingredient is the address of another result.
-fn is_parent(name: &str) -> bool {
-    ["track", "companion", "signal", "model"].contains(&name)
+    all.into_iter().map(|recipe| (recipe.address(), recipe)).collect()
 }
 
 /// Plugin that makes the result of a recipe, in words.
 fn subject(recipe: &Recipe) -> String {
-    let what = match recipe.stage {
-        Stage::Track => "tracker",
-        Stage::Signal => "signal",
-        Stage::Model => "training of",
-        Stage::Labels => "detector",
-    };
-    let kind = match recipe.stage {
-        Stage::Model => recipe.value("parameter").or_else(|| recipe.value("learner")),
-        _ => recipe.value(what),
+    let (what, kind) = match recipe.stage {
+        Stage::Track => ("tracker", recipe.value("tracker")),
+        Stage::Signal => ("signal", recipe.value("signal")),
+        Stage::Model => ("training of", recipe.value("parameter").or_else(|| recipe.value("learner"))),
+        Stage::Labels => ("detector", recipe.value("detector")),
     };
     kind.map_or_else(|| recipe.stage.word().to_string(), |kind| format!("{what} {kind}"))
+}
+
+/// The first difference between a stored recipe and the current one. `recipe_at` has the recipes of results by address.
+fn difference(before: &Recipe, now: &Recipe, recipe_at: &dyn Fn(&str) -> Option<Recipe>) -> String {
+    let pairs = (0_usize..).map(|k| (before.ingredients.get(k), now.ingredients.get(k)));
+    let mut differing = pairs.skip_while(|(was, is)| was == is && is.is_some());
+    let what = match differing.next() {
+        Some((Some((was, _)), Some((is, _)))) if was != is => {
+            format!("made from {was} before, from {is} now")
+        }
+        Some((Some((_, was)), Some((name, is)))) => {
+            let is_address = ["track", "companion", "signal", "model"].contains(&name.as_str());
+            if is_address && was.len() == 64 {
+                match (recipe_at(was), recipe_at(is)) {
+                    (Some(before), Some(now)) => return difference(&before, &now, recipe_at),
+                    _ => format!("another {name}, whose record has been removed"),
+                }
+            } else {
+                let parameter = (name == "parameters").then(|| parameter_difference(was, is)).flatten();
+                parameter.unwrap_or_else(|| format!("{name} was {was}, is {is}"))
+            }
+        }
+        Some((None, Some((name, _)))) => format!("{name} is new"),
+        Some((Some((name, _)), None)) => format!("{name} is no longer used"),
+        Some((None, None)) | None => "the same, but its record has been removed".to_string(),
+    };
+    format!("{}: {what}", subject(now))
 }
 
 /// Name of the first parameter that differs, with its values before and now.
 fn parameter_difference(before: &str, now: &str) -> Option<String> {
     let read = |text: &str| serde_json::from_str::<BTreeMap<String, serde_json::Value>>(text).ok();
     let (before, now) = (read(before)?, read(now)?);
-    let names = now.keys().chain(before.keys());
-    let name = names.into_iter().find(|name| before.get(*name) != now.get(*name))?;
-    let show = |value: Option<&serde_json::Value>| value.map_or("not there".to_string(), |v| v.to_string());
-    Some(format!("{name} was {}, is {}", show(before.get(name)), show(now.get(name))))
+    let name = now.keys().chain(before.keys()).find(|name| before.get(*name) != now.get(*name))?;
+    let [was, is] =
+        [&before, &now].map(|all| all.get(name).map_or("not there".to_string(), |v| v.to_string()));
+    Some(format!("{name} was {was}, is {is}"))
 }
 
-/// The first difference between a stored recipe and the current one.
-fn difference(before: &Recipe, now: &Recipe, store: &Store, current: &BTreeMap<Address, Recipe>) -> String {
-    let plugin = subject(now);
-    for (k, (name, value)) in now.ingredients.iter().enumerate() {
-        let was = match before.ingredients.get(k) {
-            Some((n, v)) if n == name => v,
-            Some((n, _)) => return format!("{plugin}: made from {n} before, from {name} now"),
-            None => return format!("{plugin}: {name} is new"),
-        };
-        if was == value {
-            continue;
-        }
-        let is_address = is_parent(name) && was.len() == 64;
-        if is_address {
-            let parent = |text: &str, recipe: fn(&Store, &Address) -> Option<Recipe>| {
-                parse(text).and_then(|a| current.get(&a).cloned().or_else(|| recipe(store, &a)))
-            };
-            let kept = |store: &Store, address: &Address| store.head(address).map(|head| head.recipe);
-            return match (parent(was, kept), parent(value, kept)) {
-                (Some(before), Some(now)) => difference(&before, &now, store, current),
-                _ => format!("{plugin}: another {name}, whose record has been removed"),
-            };
-        }
-        if name == "parameters"
-            && let Some(difference) = parameter_difference(was, value)
-        {
-            return format!("{plugin}: {difference}");
-        }
-        return format!("{plugin}: {name} was {was}, is {value}");
-    }
-    match before.ingredients.get(now.ingredients.len()) {
-        Some((name, _)) => format!("{plugin}: {name} is no longer used"),
-        None => format!("{plugin}: the same, but its record has been removed"),
-    }
-}
-
-fn parse(text: &str) -> Option<Address> {
+fn parse(address: &str) -> Option<Address> {
     let mut bytes = [0; 32];
     for (k, byte) in bytes.iter_mut().enumerate() {
-        *byte = u8::from_str_radix(text.get(2 * k..2 * k + 2)?, 16).ok()?;
+        *byte = u8::from_str_radix(address.get(2 * k..2 * k + 2)?, 16).ok()?;
     }
     Some(Address(bytes))
 }

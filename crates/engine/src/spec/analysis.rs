@@ -1,14 +1,12 @@
 //! Analyses of an experiment: what is computed from a signal, or from the regions of trackers, on whole suites.
 
 use super::Tracker;
-use super::error::{Source, SpecError};
+use super::error::At;
 use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
 use super::wire;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
 use trackfail_methods::analysis::{ANALYSES, Names};
 use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::SIGNALS;
@@ -49,51 +47,42 @@ impl Analysis {
     }
 }
 
-/// Checks an `[[analysis]]`; `table` is the same item as `wire`, with the parameters of plugins not yet read.
+/// Checks an `[[analysis]]`.
 pub(super) fn read(
-    source: Source<'_>,
+    at: At<'_>,
     programs: Option<&Programs>,
     wire: &wire::Analysis,
-    table: &Spanned<DeTable<'_>>,
     suites: &BTreeMap<String, String>,
-) -> Result<Analysis, SpecError> {
-    let part = |key: &str| match table.get_ref().get(key).map(|value| (value.span(), value.get_ref())) {
-        Some((span, DeValue::Table(t))) => Ok(Spanned::new(span, t.clone())),
-        _ => Err(source.error(wire.name.span(), format!("an [[analysis]] needs a table `{key}`"))),
-    };
-    let plugin = RawPlugin::read(source, programs, part("compute")?, "analysis", ANALYSES)?;
-    let (kind, version) = (plugin.entry.kind, plugin.entry.version);
-    let plugin: Arc<dyn trackfail_methods::analysis::Analysis> = Arc::from(plugin.build(source, Vec::new())?);
-    let signal = match (plugin.reads().has_signal(), wire.signal.is_some()) {
-        (false, true) => {
-            return Err(source.error(wire.name.span(), format!("{kind} takes no `signal`")));
-        }
-        (false, false) => None,
-        (true, _) => {
-            let signal = RawPlugin::read(source, programs, part("signal")?, "signal", SIGNALS)?;
+) -> Option<Analysis> {
+    let compute = RawPlugin::read(at.key("compute"), programs, &wire.compute, "analysis", ANALYSES)?;
+    let (kind, version) = (compute.entry.kind, compute.entry.version);
+    let plugin: Arc<dyn trackfail_methods::analysis::Analysis> = Arc::from(compute.build(&[], at)?);
+    let signal = match (plugin.reads().has_signal(), &wire.signal) {
+        (false, None) => None,
+        (true, Some(signal)) => {
+            let signal = RawPlugin::read(at.key("signal"), programs, signal, "signal", SIGNALS)?;
             Some(SignalChoice {
                 kind: signal.entry.kind,
                 version: signal.entry.version,
-                signal: Arc::from(signal.build(source, Vec::new())?),
+                signal: Arc::from(signal.build(&[], at)?),
                 restarts: Restarts::default(),
             })
         }
-    };
-    for role in wire.suites.get_ref() {
-        if !suites.contains_key(role) {
-            return Err(source.unknown(
-                wire.suites.span(),
-                "suite role",
-                role,
-                suites.keys().map(String::as_str),
-            ));
+        (has_signal, _) => {
+            at.key("name")
+                .tell(format!("{kind} {} `signal`", if has_signal { "needs a" } else { "takes no" }));
+            return None;
         }
+    };
+    let in_suites = at.key("suites");
+    let roles = wire.suites.clone();
+    if let Some(role) = roles.iter().find(|role| !suites.is_empty() && !suites.contains_key(*role)) {
+        in_suites.tell_unknown("suite role", role, suites.keys().map(String::as_str));
     }
     let (min, max) = plugin.suites();
-    let roles = wire.suites.get_ref().clone();
     if !(min..=max).contains(&roles.len()) {
-        let message = format!("{kind} takes {min} to {max} suites, not {}", roles.len());
-        return Err(source.error(wire.suites.span(), message));
+        in_suites.tell(format!("{kind} takes {min} to {max} suites, not {}", roles.len()));
     }
-    Ok(Analysis { name: wire.name.get_ref().clone(), kind, version, plugin, signal, roles, trackers: None })
+    let (name, trackers) = (wire.name.clone(), wire.trackers.clone());
+    Some(Analysis { name, kind, version, plugin, signal, roles, trackers })
 }

@@ -1,69 +1,37 @@
 //! The experiments and published methods that come with the program.
 
-use super::SpecError;
-use super::error::Source;
+use super::error::{At, Errors, Source};
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
+use super::{SpecError, wire};
+use std::cell::RefCell;
 use std::sync::LazyLock;
 use toml::Spanned;
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 use trackfail_judge::method::METHODS;
 use trackfail_methods::score::PROTOCOLS;
 
+/// Pairs of name and text of experiments.
+macro_rules! experiments {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../../../experiments/", $name, ".toml")))),*]
+    };
+}
+
 /// Name and text of every built-in experiment.
-pub static EXPERIMENTS: &[(&str, &str)] = &[
-    ("quickstart", include_str!("../../../../experiments/quickstart.toml")),
-    ("benchmark/synthetic", include_str!("../../../../experiments/benchmark/synthetic.toml")),
-    ("benchmark/otb", include_str!("../../../../experiments/benchmark/otb.toml")),
-    ("benchmark/vot2014", include_str!("../../../../experiments/benchmark/vot2014.toml")),
-    ("benchmark/fused", include_str!("../../../../experiments/benchmark/fused.toml")),
-    ("benchmark/deep", include_str!("../../../../experiments/benchmark/deep.toml")),
-    ("benchmark/deep-models", include_str!("../../../../experiments/benchmark/deep-models.toml")),
-    ("benchmark/longterm", include_str!("../../../../experiments/benchmark/longterm.toml")),
-    ("benchmark/cost", include_str!("../../../../experiments/benchmark/cost.toml")),
-    ("benchmark/otb-boxes", include_str!("../../../../experiments/benchmark/otb-boxes.toml")),
-    ("khalid2016/table1", include_str!("../../../../experiments/khalid2016/table1.toml")),
-    ("khalid2016/table2", include_str!("../../../../experiments/khalid2016/table2.toml")),
-    ("khalid2016/training", include_str!("../../../../experiments/khalid2016/training.toml")),
-    ("khalid2016/figures", include_str!("../../../../experiments/khalid2016/figures.toml")),
-    ("khalid2016/readings", include_str!("../../../../experiments/khalid2016/readings.toml")),
-    ("sanmiguel2015/model", include_str!("../../../../experiments/sanmiguel2015/model.toml")),
-    ("sanmiguel2015/convolution", include_str!("../../../../experiments/sanmiguel2015/convolution.toml")),
-    ("sanmiguel2015/fig3", include_str!("../../../../experiments/sanmiguel2015/fig3.toml")),
-    ("sanmiguel2015/fig13-d1", include_str!("../../../../experiments/sanmiguel2015/fig13-d1.toml")),
-    ("sanmiguel2015/fig13-d2", include_str!("../../../../experiments/sanmiguel2015/fig13-d2.toml")),
-    ("sanmiguel2015/fig14", include_str!("../../../../experiments/sanmiguel2015/fig14.toml")),
-    (
-        "sanmiguel2015/fig13-d1-unsigned",
-        include_str!("../../../../experiments/sanmiguel2015/fig13-d1-unsigned.toml"),
-    ),
-    ("sanmiguel2015/start-up", include_str!("../../../../experiments/sanmiguel2015/start-up.toml")),
-    ("sanmiguel2015/model-real", include_str!("../../../../experiments/sanmiguel2015/model-real.toml")),
-    ("sanmiguel2015/readings", include_str!("../../../../experiments/sanmiguel2015/readings.toml")),
-    (
-        "sanmiguel2015/convolution-real",
-        include_str!("../../../../experiments/sanmiguel2015/convolution-real.toml"),
-    ),
-    ("sanmiguel2015/fig13-real", include_str!("../../../../experiments/sanmiguel2015/fig13-real.toml")),
-    ("sanmiguel2015/fig14-real", include_str!("../../../../experiments/sanmiguel2015/fig14-real.toml")),
-    ("sanmiguel2015/table6", include_str!("../../../../experiments/sanmiguel2015/table6.toml")),
-    ("sanmiguel2015/table6-d2", include_str!("../../../../experiments/sanmiguel2015/table6-d2.toml")),
-    ("sanmiguel2015/table4", include_str!("../../../../experiments/sanmiguel2015/table4.toml")),
-    ("sanmiguel2015/table4-d2", include_str!("../../../../experiments/sanmiguel2015/table4-d2.toml")),
-    ("sanmiguel2015/table5", include_str!("../../../../experiments/sanmiguel2015/table5.toml")),
-    ("sanmiguel2015/table7", include_str!("../../../../experiments/sanmiguel2015/table7.toml")),
-    ("sanmiguel2015/table7-d2", include_str!("../../../../experiments/sanmiguel2015/table7-d2.toml")),
-    ("sanmiguel2015/fig15", include_str!("../../../../experiments/sanmiguel2015/fig15.toml")),
-    (
-        "sanmiguel2015/built-in-model",
-        include_str!("../../../../experiments/sanmiguel2015/built-in-model.toml"),
-    ),
-    ("khalid2016/thresholds", include_str!("../../../../experiments/khalid2016/thresholds.toml")),
-    ("khalid2016/thresholds-real", include_str!("../../../../experiments/khalid2016/thresholds-real.toml")),
-    ("sanmiguel2015/thresholds", include_str!("../../../../experiments/sanmiguel2015/thresholds.toml")),
-    ("compare/otb", include_str!("../../../../experiments/compare/otb.toml")),
-    ("compare/vot2014", include_str!("../../../../experiments/compare/vot2014.toml")),
-];
+pub static EXPERIMENTS: &[(&str, &str)] = experiments! {
+    "quickstart" "benchmark/synthetic" "benchmark/otb" "benchmark/vot2014" "benchmark/fused"
+    "benchmark/deep" "benchmark/deep-models" "benchmark/longterm" "benchmark/cost" "benchmark/otb-boxes"
+    "khalid2016/table1" "khalid2016/table2" "khalid2016/training" "khalid2016/figures"
+    "khalid2016/readings" "sanmiguel2015/model" "sanmiguel2015/convolution" "sanmiguel2015/fig3"
+    "sanmiguel2015/fig13-d1" "sanmiguel2015/fig13-d2" "sanmiguel2015/fig14"
+    "sanmiguel2015/fig13-d1-unsigned" "sanmiguel2015/start-up" "sanmiguel2015/model-real"
+    "sanmiguel2015/readings" "sanmiguel2015/convolution-real" "sanmiguel2015/fig13-real"
+    "sanmiguel2015/fig14-real" "sanmiguel2015/table6" "sanmiguel2015/table6-d2" "sanmiguel2015/table4"
+    "sanmiguel2015/table4-d2" "sanmiguel2015/table5" "sanmiguel2015/table7" "sanmiguel2015/table7-d2"
+    "sanmiguel2015/fig15" "sanmiguel2015/built-in-model" "khalid2016/thresholds"
+    "khalid2016/thresholds-real" "sanmiguel2015/thresholds" "compare/otb" "compare/vot2014"
+};
 
 /// The experiment that `trackfail run` runs when none is named.
 pub const QUICKSTART: &str = "quickstart";
@@ -91,9 +59,13 @@ pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] 
 /// # Errors
 /// When the file of published methods is wrong, which the tests exclude.
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
-    let source = Source::new("methods.json", METHODS);
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
-    Some(method::read(source, None, name, table, &PROTOCOLS[0], MAX_DETECTORS))
+    let table = Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()));
+    let errors = RefCell::new(Errors::default());
+    let at = At::new(Source::new("methods.json", METHODS), &table, &errors);
+    let wire = at.read::<wire::Method>();
+    let method = wire.and_then(|wire| method::read(at, None, &wire, &PROTOCOLS[0], MAX_DETECTORS));
+    Some(errors.take().or(method))
 }
 
 #[cfg(test)]

@@ -19,12 +19,11 @@
 mod judge;
 mod parse;
 
-use super::error::{Errors, Source, SpecError};
+use super::error::At;
 use super::table::{FindingName, Words};
 use super::wire;
 pub use judge::{Compared, Judgement, LEVEL, Measured, Spread};
 use parse::parse;
-use std::ops::Range;
 use trackfail_methods::score::Metric;
 
 /// A checked conclusion.
@@ -195,21 +194,16 @@ fn eval(e: &Expr, value: &dyn Fn(&Reference) -> Result<f64, String>) -> Result<f
 }
 
 /// Checks a `[[claim]]`.
-pub(super) fn read(source: Source<'_>, wire: &wire::Claim, words: &Words) -> Result<Claim, SpecError> {
-    let predicate = wire.holds.get_ref().clone();
-    let expression = parse(&predicate, words).map_err(|faults| {
-        let span = wire.holds.span();
-        // The words of a text with escapes are elsewhere in the file.
-        let text = source.slice(span.clone()).find(&predicate).map(|at| span.start + at);
-        let place = |word: Option<Range<usize>>| match (text, word) {
-            (Some(text), Some(word)) => text + word.start..text + word.end,
-            _ => span.clone(),
-        };
-        let mut errors = Errors::default();
-        faults.into_iter().for_each(|fault| errors.push(source.error(place(fault.word), fault.message)));
-        errors.first()
-    })?;
-    Ok(Claim { text: wire.text.clone(), predicate, required: wire.required, expression })
+pub(super) fn read(at: At<'_>, wire: &wire::Claim, words: &Words) -> Option<Claim> {
+    let (text, predicate) = (wire.text.clone(), wire.holds.clone());
+    match parse(&predicate, words) {
+        Ok(expression) => Some(Claim { text, predicate, required: wire.required, expression }),
+        Err(faults) => {
+            let at = at.key("holds");
+            faults.into_iter().for_each(|fault| at.tell_part(&predicate, fault.word, fault.message));
+            None
+        }
+    }
 }
 
 #[cfg(test)]
@@ -226,10 +220,11 @@ mod tests {
             trackers: own(&["ncc", "Struck"]),
             axes: own(&["length", "width"]),
             grids: vec![GridAxis { method: "ARTE*".into(), axis: "length".into(), values: vec![5.0, 1.0] }],
-            sequences: vec![],
-            drawn: vec![],
-            with_signal: vec![],
-            analyses: vec![("model".into(), Names { numbers: own(&["components"]), ..Names::default() })],
+            analyses: vec![(
+                "model".into(),
+                Some(Names { numbers: own(&["components"]), ..Names::default() }),
+            )],
+            ..Words::default()
         }
     }
 

@@ -1,14 +1,13 @@
 //! Errors of experiment files: the file, the line with a mark below what is wrong, and the nearest valid word.
 
 mod excerpt;
-mod plain_words;
 
-pub(super) use plain_words::{FIRST_NUMBER, in_plain_words};
-
+use serde::Deserialize;
+use std::cell::RefCell;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::DeTable;
-use trackfail_core::plugin::{ParamError, nearest, unknown};
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+use trackfail_core::plugin::unknown;
 use trackfail_dataset::text::shorten_to;
 
 /// What is wrong with an experiment file: one thing, and what else was found behind it.
@@ -41,7 +40,9 @@ impl SpecError {
 }
 
 /// Largest number of errors that are told at once.
-pub(super) const MAX_ERRORS: usize = 20;
+const MAX_ERRORS: usize = 20;
+/// Largest number of errors that are counted.
+pub(super) const MAX_KEPT: usize = 1000;
 
 impl std::fmt::Display for SpecError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -72,29 +73,11 @@ impl std::fmt::Display for SpecError {
 pub(super) struct Errors(Vec<SpecError>);
 
 impl Errors {
-    /// Keeps an error, and those behind it, each once.
-    pub fn push(&mut self, mut error: SpecError) {
-        let others = std::mem::take(&mut error.below.others);
-        for error in std::iter::once(error).chain(others) {
-            if !self.0.contains(&error) {
-                self.0.push(error);
-            }
+    /// Keeps an error, each once.
+    pub fn push(&mut self, error: SpecError) {
+        if self.0.len() < MAX_KEPT && !self.0.contains(&error) {
+            self.0.push(error);
         }
-    }
-
-    /// The value of a part that is right; of one that is wrong, the error is kept.
-    pub fn keep<T>(&mut self, read: Result<T, SpecError>) -> Option<T> {
-        read.map_err(|error| self.push(error)).ok()
-    }
-
-    /// The values of a list.
-    ///
-    /// # Errors
-    /// Those of all values that are wrong.
-    pub fn collect<T>(list: impl IntoIterator<Item = Result<T, SpecError>>) -> Result<Vec<T>, SpecError> {
-        let mut errors = Self::default();
-        let values = list.into_iter().filter_map(|read| errors.keep(read)).collect();
-        errors.check().map(|()| values)
     }
 
     /// Whether nothing is wrong so far.
@@ -102,28 +85,86 @@ impl Errors {
         self.0.is_empty()
     }
 
-    /// Whether there are as many errors as are told.
-    pub fn is_full(&self) -> bool {
-        self.0.len() >= MAX_ERRORS
-    }
-
-    /// Success if nothing is wrong.
+    /// The value, if nothing is wrong; what is wrong has been told where there is none.
     ///
     /// # Errors
-    /// All errors, in the order of the files.
-    pub fn check(self) -> Result<(), SpecError> {
-        if self.is_empty() { Ok(()) } else { Err(self.first()) }
-    }
-
-    /// The first of the errors in the order of the files, with the others behind it. For places where something is wrong.
-    pub fn first(mut self) -> SpecError {
+    /// The first of the errors in the order of the files, with the others behind it.
+    pub fn or<T>(mut self, value: Option<T>) -> Result<T, SpecError> {
+        if let (Some(value), true) = (value, self.is_empty()) {
+            return Ok(value);
+        }
         self.0.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
         let mut all = self.0.into_iter();
         let first = all.next();
         let mut first =
             first.unwrap_or_else(|| SpecError::of_file(String::new(), "cannot be read".to_string()));
         first.below.others = all.collect();
-        first
+        Err(first)
+    }
+}
+
+/// A value of a file: where it stands, and the list of what is wrong with the file.
+#[derive(Clone, Copy)]
+pub(super) struct At<'a> {
+    source: Source<'a>,
+    value: &'a Spanned<DeValue<'a>>,
+    errors: &'a RefCell<Errors>,
+}
+
+impl<'a> At<'a> {
+    /// A value of a source.
+    pub fn new(source: Source<'a>, value: &'a Spanned<DeValue<'a>>, errors: &'a RefCell<Errors>) -> Self {
+        Self { source, value, errors }
+    }
+
+    /// The value of a key; the table itself where it has none.
+    pub fn key(self, key: &str) -> Self {
+        let value = self.value.get_ref().as_table().and_then(|table| table.get(key));
+        Self { value: value.unwrap_or(self.value), ..self }
+    }
+
+    /// An item of a list; the value itself where it is none.
+    pub fn item(self, index: usize) -> Self {
+        let value = self.value.get_ref().as_array().and_then(|list| list.get(index));
+        Self { value: value.unwrap_or(self.value), ..self }
+    }
+
+    /// Whether it is a table with a key.
+    pub fn has(self, key: &str) -> bool {
+        self.value.get_ref().as_table().is_some_and(|table| table.contains_key(key))
+    }
+
+    /// Whether nothing is wrong with the file so far.
+    pub fn is_fine(self) -> bool {
+        self.errors.borrow().is_empty()
+    }
+
+    /// Tells what is wrong here.
+    pub fn tell(self, message: impl Into<String>) {
+        self.errors.borrow_mut().push(self.source.error(self.value.span(), message));
+    }
+
+    /// Tells that a word is not among the known ones.
+    pub fn tell_unknown<'k>(self, what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) {
+        self.tell(unknown(what, &shorten_to(word, MAX_WORD), known));
+    }
+
+    /// Tells what is wrong with a part of the text that stands here.
+    pub fn tell_part(self, text: &str, part: Option<Range<usize>>, message: String) {
+        let span = self.value.span();
+        // The words of a text with escapes are elsewhere in the file.
+        let start = self.source.slice(span.clone()).find(text).map(|start| span.start + start);
+        let place = match (start, part) {
+            (Some(start), Some(part)) => start + part.start..start + part.end,
+            _ => span,
+        };
+        self.errors.borrow_mut().push(self.source.error(place, message));
+    }
+
+    /// Reads the value, of which the shape has been checked.
+    pub fn read<T: Deserialize<'a>>(self) -> Option<T> {
+        let read = T::deserialize(ValueDeserializer::from(self.value.clone()));
+        read.map_err(|e| self.errors.borrow_mut().push(self.source.toml(&e, self.value.span()))).ok()
     }
 }
 
@@ -133,98 +174,102 @@ pub(super) const MAX_WORD: usize = 64;
 const MAX_MESSAGE: usize = 2000;
 
 /// A text that is being read, with what turns byte ranges of it into lines of files.
+///
+/// The text of an experiment and those of the files that it extends share one space of places, so that a value of any of
+/// them says itself where it comes from.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     file: &'a str,
     text: &'a str,
     /// Text that every message ends with.
     note: &'a str,
-    map: Option<&'a SourceMap>,
+    /// Place of the first byte.
+    start: usize,
+    /// The files that it extends, by rising start.
+    bases: &'a [SourceFile],
 }
 
 impl<'a> Source<'a> {
     /// The whole text of one file; `file` names it in messages.
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, text, note: "", map: None }
+        Self { file, text, note: "", start: 0, bases: &[] }
     }
 
-    /// A text that was put together from several files.
-    pub(super) fn merged(file: &'a str, text: &'a str, map: &'a SourceMap) -> Self {
-        Self { file, text, note: "", map: Some(map) }
+    /// The first of several files, each of which extends the one behind it.
+    pub(super) fn first_of(files: &'a [SourceFile]) -> Self {
+        match files {
+            [first, bases @ ..] => Self { bases, ..first.source() },
+            [] => Self::new("", ""),
+        }
+    }
+
+    /// The file in which a place is.
+    fn at(self, place: usize) -> Self {
+        let base = self.bases.iter().rev().find(|file| file.start <= place);
+        base.map_or(Self { bases: &[], ..self }, SourceFile::source)
     }
 
     /// An error at a byte range.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
-        let start = span.start.min(self.text.len());
-        let span = start..span.end.clamp(start, self.text.len());
-        let message = shorten_to(&message.into(), MAX_MESSAGE);
-        match self.map {
-            Some(map) => map.error(span, message),
-            None => {
-                let line = self.line(start);
-                SpecError {
-                    file: self.file.to_string(),
-                    line,
-                    message: message + self.note,
-                    below: Box::new(BelowMessage {
-                        excerpt: excerpt::excerpt(self.text, line, &span),
-                        others: Vec::new(),
-                    }),
-                }
-            }
+        let Self { file, text, note, start, .. } = self.at(span.start);
+        let inside = |place: usize| place.saturating_sub(start).min(text.len());
+        let span = inside(span.start)..inside(span.end).max(inside(span.start));
+        let line = line(text, span.start);
+        let excerpt = excerpt::excerpt(text, line, &span);
+        SpecError {
+            file: file.to_string(),
+            line,
+            message: shorten_to(&message.into(), MAX_MESSAGE) + note,
+            below: Box::new(BelowMessage { excerpt, others: Vec::new() }),
         }
     }
 
-    /// The key whose value begins at a byte, where it stands right before it.
-    pub(super) fn key_of(&self, value: usize) -> Option<&'a str> {
-        let before = self.text.get(..value)?.trim_end().strip_suffix('=')?.trim_end();
-        let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        let start = before.rfind(|c| !is_bare(c)).map_or(0, |at| at + 1);
-        before.get(start..).filter(|key| !key.is_empty())
-    }
-
-    /// Line of a byte, from 1; of a text of one file.
-    pub(super) fn line(&self, position: usize) -> usize {
-        1 + self.text.as_bytes()[..position.min(self.text.len())].iter().filter(|b| **b == b'\n').count()
+    /// `FILE:LINE` of a place.
+    pub(super) fn file_and_line(&self, place: usize) -> String {
+        let at = self.at(place);
+        format!("{}:{}", at.file, line(at.text, place.saturating_sub(at.start)))
     }
 
     /// A piece of the text, empty where there is none.
     pub(super) fn slice(&self, span: Range<usize>) -> &'a str {
-        self.text.get(span).unwrap_or_default()
+        let at = self.at(span.start);
+        let inside = |place: usize| place.checked_sub(at.start);
+        let piece = || at.text.get(inside(span.start)?..inside(span.end)?);
+        piece().unwrap_or_default()
     }
 
-    /// An error of the TOML reader, with the nearest valid word for unknown ones.
+    /// The text of the file of a place, up to the place.
+    pub(super) fn before(&self, place: usize) -> &'a str {
+        let at = self.at(place);
+        at.text.get(..place - at.start).unwrap_or_default()
+    }
+
+    /// An error of the TOML reader.
     pub fn toml(&self, e: &toml::de::Error, fallback: Range<usize>) -> SpecError {
-        let span = e.span().unwrap_or(fallback);
-        let key = self.key_of(span.start);
-        let first =
-            || FIRST_NUMBER.iter().find(|(known, _)| Some(*known) == key).map_or(0, |(_, first)| *first);
-        let message = in_plain_words(e.message(), key, first);
-        self.error(span, message.unwrap_or_else(|| with_hint(e.message())))
+        self.error(e.span().unwrap_or(fallback), e.message())
     }
 
-    /// Everything that the TOML reader does not understand.
+    /// The keys and values of the text, without those of its bases.
     ///
     /// # Errors
-    /// At least one of it.
+    /// Everything that the TOML reader does not understand.
     pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'a>>, SpecError> {
         let (document, wrong) = DeTable::parse_recoverable(self.text);
         let mut errors = Errors::default();
         let mut last = 0;
-        for error in wrong.iter().take(MAX_ERRORS).map(|e| self.toml(e, 0..0)) {
+        for fault in wrong.iter().take(MAX_ERRORS) {
+            let error = self.error(moved(fault.span().unwrap_or(0..0), self.start), fault.message());
             // What is told of the rest of a line follows from its first error.
             if error.line != std::mem::replace(&mut last, error.line) {
                 errors.push(error);
             }
         }
-        errors.check().map(|()| document)
-    }
-
-    /// An error of a plugin's parameters, at the parameter where the plugin names one.
-    pub fn params(&self, e: &ParamError, table: &Spanned<DeTable<'_>>) -> SpecError {
-        let named = || table.get_ref().get_key_value(e.key?).map(|(_, value)| value.span());
-        let span = e.span.clone().or_else(named).unwrap_or_else(|| table.span());
-        self.error(span, with_hint(&e.message))
+        let document = errors.or(Some(document))?;
+        if self.start == 0 {
+            return Ok(document);
+        }
+        let span = moved(document.span(), self.start);
+        Ok(Spanned::new(span, table_moved(document.into_inner(), self.start)))
     }
 
     /// An unknown word among known ones.
@@ -239,7 +284,35 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A file that a merged text was made from.
+/// Line of a byte, from 1.
+fn line(text: &str, position: usize) -> usize {
+    1 + text.as_bytes()[..position.min(text.len())].iter().filter(|b| **b == b'\n').count()
+}
+
+fn moved(span: Range<usize>, by: usize) -> Range<usize> {
+    span.start + by..span.end + by
+}
+
+/// A table whose places all lie further behind.
+fn table_moved(table: DeTable<'_>, by: usize) -> DeTable<'_> {
+    let entries = table.into_iter().map(|(key, value)| {
+        let key = Spanned::new(moved(key.span(), by), key.into_inner());
+        (key, value_moved(value, by))
+    });
+    entries.collect()
+}
+
+fn value_moved(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+    let span = moved(value.span(), by);
+    let value = match value.into_inner() {
+        DeValue::Table(table) => DeValue::Table(table_moved(table, by)),
+        DeValue::Array(list) => DeValue::Array(list.into_iter().map(|item| value_moved(item, by)).collect()),
+        plain => plain,
+    };
+    Spanned::new(span, value)
+}
+
+/// A file of a chain in which each extends the next.
 #[derive(Debug)]
 pub(super) struct SourceFile {
     /// Name in messages.
@@ -248,66 +321,13 @@ pub(super) struct SourceFile {
     pub text: String,
     /// Text that messages about the file end with: the files that extend it.
     pub note: String,
+    /// Place of its first byte, behind all of the file that extends it.
+    pub start: usize,
 }
 
 impl SourceFile {
     /// The text for reading it.
     pub fn source(&self) -> Source<'_> {
-        Source { file: &self.name, text: &self.text, note: &self.note, map: None }
-    }
-}
-
-/// Says from which line of which file each piece of a merged text comes.
-#[derive(Debug)]
-pub(super) struct SourceMap {
-    /// The files.
-    pub files: Vec<SourceFile>,
-    /// The pieces, by rising start.
-    pub pieces: Vec<Piece>,
-}
-
-/// A piece of a merged text, up to the start of the next one.
-#[derive(Debug)]
-pub(super) struct Piece {
-    /// First byte in the merged text.
-    pub start: usize,
-    /// The file, an index into [`SourceMap::files`].
-    pub file: usize,
-    /// Byte of the file that it begins with, or belongs to.
-    pub origin: usize,
-    /// Whether it is a copy of what the file has there.
-    pub copied: bool,
-}
-
-impl SourceMap {
-    fn error(&self, span: Range<usize>, message: String) -> SpecError {
-        let after = self.pieces.partition_point(|piece| piece.start <= span.start);
-        let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
-            return SpecError::of_file(String::new(), message);
-        };
-        let (offset, length) = if piece.copied { (span.start - piece.start, span.len()) } else { (0, 0) };
-        let place = piece.origin + offset;
-        self.files[piece.file].source().error(place..place + length, message)
-    }
-}
-
-/// Keys of a file that shorten it: they are written out before the keys are read, so that serde does not know them.
-pub(super) const SHORTCUTS: [&str; 4] = ["extends", "without", "tracker-group", "method-group"];
-
-/// serde names the unknown word first and the valid ones after it, all in backticks.
-fn with_hint(message: &str) -> String {
-    if !message.starts_with("unknown ") {
-        return message.to_string();
-    }
-    let is_of_file = message.contains("expected one of `schema`, ");
-    let shortcuts: String = SHORTCUTS.iter().filter(|_| is_of_file).map(|key| format!(", `{key}`")).collect();
-    let message = &(message.to_string() + &shortcuts);
-    let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let Some((word, known)) = words.split_first() else { return message.to_string() };
-    let short = shorten_to(word, MAX_WORD);
-    let message = message.replacen(*word, &short, 1);
-    match nearest(&short, known.iter().copied()) {
-        Some(near) => format!("{message}; did you mean `{near}`?"),
-        None => message,
+        Source { file: &self.name, text: &self.text, note: &self.note, start: self.start, bases: &[] }
     }
 }

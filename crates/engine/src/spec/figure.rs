@@ -8,14 +8,14 @@ mod panel;
 
 pub use panel::Panel;
 
-use super::error::{Errors, Source, SpecError};
+use super::error::{At, MAX_WORD};
+use super::limits::MAX_PARTS;
 use super::name::check_file_name;
-use super::table::{FindingName, Words, all_known, grid_axis, metric, read_methods};
+use super::table::{FindingName, Words, all_known, grid_axis, read_methods, read_shows};
 use super::width::Width;
 use super::wire;
 use panel::read_panel;
-use std::ops::Range;
-use toml::Spanned;
+use trackfail_dataset::text::shorten_to;
 use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
 
@@ -159,7 +159,7 @@ const MAX_STILLS: usize = 12;
 impl Figure {
     /// The figure that an experiment without tables and figures has: recall over precision where a method has a grid,
     /// otherwise how soon events are found; none where no method reads a signal.
-    pub fn of_methods(words: &Words) -> Option<Self> {
+    pub(super) fn of_methods(words: &Words) -> Option<Self> {
         let has_grid = |m: &&String| !words.drawn.contains(m);
         let (name, word, params) = if words.methods.iter().any(|m| has_grid(&m)) {
             let (metric, x_metric) = (Some(Metric::PRECISION), Some(Metric::RECALL));
@@ -223,135 +223,101 @@ impl FigureKey {
         }
     }
 
-    /// Where the key's value is in the file; none where it is left out.
-    fn place(self, wire: &wire::Figure) -> Option<Range<usize>> {
-        let first = |list: &[Spanned<String>]| list.first().map(Spanned::span);
-        match self {
-            Self::Metric => wire.metric.as_ref().map(Spanned::span),
-            Self::XAxis | Self::XMetric => wire.x.as_ref().map(Spanned::span),
-            Self::Methods | Self::MethodsWithoutGrid => {
-                wire.methods.as_deref().map(|m| first(m).unwrap_or(wire.kind.span()))
-            }
-            Self::Tracker => wire.tracker.as_ref().map(Spanned::span),
-            Self::Sequences => first(&wire.sequences),
-            Self::Panels => wire.panels.first().map(|row| first(row).unwrap_or(wire.kind.span())),
-            Self::Stills => wire.stills.as_ref().map(Spanned::span),
-            Self::Shows | Self::ShowsTable => wire.shows.as_ref().map(Spanned::span),
-            Self::Column => wire.column.as_ref().map(Spanned::span),
-        }
-    }
-
     /// Checks the key's value into `params`.
-    fn read(
-        self,
-        source: Source<'_>,
-        wire: &wire::Figure,
-        words: &Words,
-        params: &mut FigureParams,
-    ) -> Result<(), SpecError> {
+    fn read(self, at: At<'_>, wire: &wire::Figure, words: &Words, params: &mut FigureParams) {
+        let given = at.key(self.word());
         match self {
-            Self::Metric => params.metric = wire.metric.as_ref().map(|m| metric(source, m)).transpose()?,
-            Self::XAxis => {
-                params.x_axis = wire.x.as_ref().map(|x| grid_axis(source, x, words)).transpose()?;
+            Self::Metric => params.metric = wire.metric.as_deref().and_then(Metric::from_name),
+            Self::XAxis => params.x_axis = wire.x.as_deref().and_then(|x| grid_axis(given, x, words)),
+            Self::XMetric => {
+                params.x_metric = wire.x.as_deref().and_then(Metric::from_name);
+                if let (Some(x), None) = (&wire.x, params.x_metric) {
+                    given.tell(Metric::unknown(&shorten_to(x, MAX_WORD)));
+                }
             }
-            Self::XMetric => params.x_metric = wire.x.as_ref().map(|x| metric(source, x)).transpose()?,
-            Self::Methods => params.methods = read_methods(source, wire.methods.as_deref(), words)?,
-            Self::MethodsWithoutGrid => params.methods = methods_without_grid(source, wire, words)?,
+            Self::Methods => params.methods = read_methods(at, wire.methods.as_deref(), words),
+            Self::MethodsWithoutGrid => {
+                params.methods = read_methods(at, wire.methods.as_deref(), words);
+                for (index, name) in wire.methods.iter().flatten().enumerate() {
+                    if words.methods.contains(name) && !words.drawn.contains(name) {
+                        let message =
+                            format!("`{name}` has a grid; this kind of figure shows methods without one");
+                        given.item(index).tell(message);
+                    }
+                }
+                params.methods.retain(|m| words.drawn.contains(m));
+            }
             Self::Tracker => {
-                all_known(source, "tracker", &wire.tracker, &words.trackers)?;
-                params.tracker = wire.tracker.as_ref().map(|t| t.get_ref().clone());
+                all_known(given, "tracker", wire.tracker.as_slice(), &words.trackers);
+                params.tracker = wire.tracker.clone();
             }
             Self::Sequences => {
-                all_known(source, "sequence", &wire.sequences, &words.sequences)?;
-                params.sequences = wire.sequences.iter().map(|s| s.get_ref().clone()).collect();
+                if !words.sequences.is_empty() {
+                    all_known(given, "sequence", &wire.sequences, &words.sequences);
+                }
+                params.sequences = wire.sequences.clone();
             }
             Self::Panels => {
-                if wire.panels.iter().any(Vec::is_empty) {
-                    let message = "a `strips` figure needs `panels`, and none of its rows is empty";
-                    return Err(source.error(wire.name.span(), message));
+                let panels = wire.panels.iter().map(Vec::len).sum::<usize>();
+                if wire.panels.iter().any(Vec::is_empty) || panels > MAX_PARTS {
+                    at.key("name").tell(format!(
+                        "a `strips` figure needs `panels`, at most {MAX_PARTS}, and none of its rows is empty"
+                    ));
+                    return;
                 }
-                let row = |row: &Vec<_>| Errors::collect(row.iter().map(|p| read_panel(source, p, words)));
-                params.panels = Errors::collect(wire.panels.iter().map(row))?;
+                for (k, row) in wire.panels.iter().enumerate() {
+                    let at = given.item(k);
+                    let panels = row.iter().enumerate();
+                    let panels = panels.filter_map(|(k, text)| read_panel(at.item(k), text, words));
+                    params.panels.push(panels.collect());
+                }
             }
             Self::Stills => {
-                if let Some(wrong) = wire.stills.as_ref().filter(|s| *s.get_ref() > MAX_STILLS) {
-                    let message = format!("`stills` must be 0 to {MAX_STILLS}, not {}", wrong.get_ref());
-                    return Err(source.error(wrong.span(), message));
+                params.stills = wire.stills.unwrap_or(0);
+                if params.stills > MAX_STILLS {
+                    given.tell(format!("`stills` must be 0 to {MAX_STILLS}, not {}", params.stills));
                 }
-                params.stills = wire.stills.as_ref().map_or(0, |s| *s.get_ref());
             }
-            Self::Shows => params.shows = finding(source, wire, words, |n| &n.charts)?,
-            Self::ShowsTable => params.shows = finding(source, wire, words, |n| &n.tables)?,
-            Self::Column => params.column = wire.column.as_ref().map(|c| c.get_ref().clone()),
+            Self::Shows => params.shows = shows(at, wire, words, |names| &names.charts),
+            Self::ShowsTable => params.shows = shows(at, wire, words, |names| &names.tables),
+            Self::Column => params.column = wire.column.clone(),
         }
-        Ok(())
     }
 }
 
 /// The finding that is shown, one of those that `parts` picks out.
-fn finding(
-    source: Source<'_>,
+fn shows(
+    at: At<'_>,
     wire: &wire::Figure,
     words: &Words,
     parts: fn(&Names) -> &[String],
-) -> Result<Option<FindingName>, SpecError> {
-    let find = |s: &Spanned<String>| {
-        words.finding(s.get_ref(), parts).map_err(|e| source.error(s.span(), e.to_string()))
-    };
-    wire.shows.as_ref().map(find).transpose()
+) -> Option<FindingName> {
+    wire.shows.as_deref().and_then(|shows| read_shows(at, shows, words, parts))
 }
 
-/// The methods without a grid that are listed, or all of these without a list.
-fn methods_without_grid(
-    source: Source<'_>,
-    wire: &wire::Figure,
-    words: &Words,
-) -> Result<Vec<String>, SpecError> {
-    let mut methods = read_methods(source, wire.methods.as_deref(), words)?;
-    let has_grid = |m: &&Spanned<String>| !words.drawn.contains(m.get_ref());
-    let error = |wrong: &Spanned<String>| {
-        let message =
-            format!("`{}` has a grid; this kind of figure shows methods without one", wrong.get_ref());
-        Err::<(), _>(source.error(wrong.span(), message))
-    };
-    Errors::collect(wire.methods.iter().flatten().filter(has_grid).map(error))?;
-    methods.retain(|m| words.drawn.contains(m));
-    Ok(methods)
-}
-
-/// Checks a `[[figure]]`.
-///
-/// # Errors
-/// All that is wrong: an unknown kind, keys that the kind does not read, those that it needs and that are left out, and
-/// wrong values.
-pub fn read_figure(source: Source<'_>, wire: &wire::Figure, words: &Words) -> Result<Figure, SpecError> {
-    let mut errors = Errors::default();
-    errors.keep(check_file_name(source, &wire.name));
-    let width = errors.keep(Width::read(source, wire.width.as_ref()));
-    let word = wire.kind.get_ref().as_str();
-    let Some(kind) = FigureKind::from_word(word) else {
-        let known = FIGURE_KINDS.iter().map(|kind| kind.word);
-        errors.push(source.unknown(wire.kind.span(), "figure kind", word, known));
-        return Err(errors.first());
-    };
-    // A key that the kind does not read would have no effect.
-    for key in FigureKey::ALL.into_iter().filter(|key| !kind.reads_word(key.word())) {
-        if let Some(place) = key.place(wire) {
-            errors.push(source.error(place, format!("a `{word}` figure has no `{}`", key.word())));
+impl Figure {
+    /// Checks a `[[figure]]`: keys that its kind does not read, those that it needs and that are left out, and values.
+    pub(super) fn read(at: At<'_>, wire: &wire::Figure, words: &Words) -> Option<Self> {
+        check_file_name(at.key("name"), &wire.name);
+        let width = Width::read(at, wire.width.as_deref()).unwrap_or_default();
+        let kind = FigureKind::from_word(&wire.kind)?;
+        // A key that the kind does not read would have no effect.
+        for key in FigureKey::ALL.into_iter().map(FigureKey::word).filter(|key| !kind.reads_word(key)) {
+            if at.has(key) {
+                at.key(key).tell(format!("a `{}` figure has no `{key}`", kind.word));
+            }
         }
+        let is_empty = |key: &FigureKey| *key == FigureKey::Panels && wire.panels.is_empty();
+        if kind.required.iter().any(|key| !at.has(key.word()) || is_empty(key)) {
+            let keys: Vec<String> = kind.required.iter().map(|key| format!("`{}`", key.word())).collect();
+            at.key("name").tell(format!("a `{}` figure needs {}", kind.word, keys.join(" and ")));
+        }
+        let mut params = FigureParams::default();
+        for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
+            key.read(at, wire, words, &mut params);
+        }
+        Some(Self { name: wire.name.clone(), caption: wire.caption.clone(), width, kind, params })
     }
-    if kind.required.iter().any(|key| key.place(wire).is_none()) {
-        let keys: Vec<String> = kind.required.iter().map(|key| format!("`{}`", key.word())).collect();
-        let message = format!("a `{word}` figure needs {}", keys.join(" and "));
-        errors.push(source.error(wire.name.span(), message));
-    }
-    let mut params = FigureParams::default();
-    for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
-        errors.keep(key.read(source, wire, words, &mut params));
-    }
-    errors.check()?;
-    let width = width.flatten().unwrap_or_default();
-    Ok(Figure { name: wire.name.get_ref().clone(), caption: wire.caption.clone(), width, kind, params })
 }
 
 #[cfg(test)]

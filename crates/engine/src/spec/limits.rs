@@ -1,30 +1,23 @@
 //! Upper limits of an experiment file: far above what a person writes, small enough that a hostile file is refused
 //! at once and every accepted one can be planned in memory.
 
-use super::error::{Source, SpecError};
-use super::wire;
-use std::ops::Range;
+use super::error::{At, SpecError};
+use super::method::Method;
 use std::path::Path;
 use trackfail_dataset::text;
 
 /// Largest experiment file, in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Largest number of trackers, of methods and of analyses.
-const MAX_PLUGINS: usize = 256;
-/// Largest number of tables and of figures.
-const MAX_OBJECTS: usize = 256;
-/// Largest number of rows of published numbers.
-const MAX_PUBLISHED: usize = 4096;
-/// Largest number of claims.
-const MAX_CLAIMS: usize = 1024;
+/// Largest number of trackers, of methods, of analyses, of tables and of figures.
+const MAX_ITEMS: usize = 256;
 /// Largest number of suites.
 const MAX_ROLES: usize = 16;
 /// Largest number of rows of a table, and of sequences and panels of a figure.
-const MAX_PARTS: usize = 64;
+pub(super) const MAX_PARTS: usize = 64;
 /// Largest number of detectors of an experiment, including the candidates of training.
 pub const MAX_DETECTORS: usize = 20_000;
 /// Largest number of cells per sequence: trackers, times repetitions, times methods with their grids.
-pub(super) const MAX_CELLS: usize = 1_000_000;
+const MAX_CELLS: u64 = 1_000_000;
 
 /// Reads the text of an experiment file, at most [`MAX_BYTES`] of it.
 ///
@@ -43,45 +36,35 @@ pub fn read_text(path: &Path) -> Result<String, SpecError> {
     })
 }
 
-/// Refuses lists that are too long, before anything is built from them.
-pub(super) fn check_lists(source: Source<'_>, wire: &wire::Experiment) -> Result<(), SpecError> {
-    let check = |what: &str, count: usize, max: usize, span: Range<usize>| {
-        if count <= max {
-            return Ok(());
-        }
-        Err(source.error(span, format!("{count} {what}; an experiment has at most {max}")))
-    };
-    let first = |list: &[toml::Spanned<String>]| list.first().map_or(0..0, toml::Spanned::span);
-    check("suites", wire.suites.get_ref().len(), MAX_ROLES, wire.suites.span())?;
-    check("trackers", wire.tracker.get_ref().len(), MAX_PLUGINS, wire.tracker.span())?;
-    check("methods", wire.method.get_ref().len(), MAX_PLUGINS, wire.method.span())?;
-    for a in &wire.analysis {
-        check("analyses", wire.analysis.len(), MAX_PLUGINS, a.name.span())?;
-        check("suites of an analysis", a.suites.get_ref().len(), MAX_ROLES, a.suites.span())?;
-    }
-    for t in &wire.table {
-        check("tables", wire.table.len(), MAX_OBJECTS, t.name.span())?;
-        if let Some(rows) = &t.rows {
-            check("rows of a table", rows.get_ref().len(), MAX_PARTS, rows.span())?;
-        }
-        let methods = t.methods.as_deref().unwrap_or_default();
-        check("methods of a table", methods.len(), MAX_PLUGINS, first(methods))?;
-    }
-    for f in &wire.figure {
-        check("figures", wire.figure.len(), MAX_OBJECTS, f.name.span())?;
-        let panels = f.panels.iter().map(|row| row.len().max(1)).sum();
-        check("panels of a figure", panels, MAX_PARTS, f.name.span())?;
-        check("sequences of a figure", f.sequences.len(), MAX_PARTS, first(&f.sequences))?;
-        let methods = f.methods.as_deref().unwrap_or_default();
-        check("methods of a figure", methods.len(), MAX_PLUGINS, first(methods))?;
-    }
-    for p in &wire.published {
-        check("rows of published numbers", wire.published.len(), MAX_PUBLISHED, p.row.span())?;
-        check("published numbers of a row", p.values.len(), MAX_DETECTORS, p.row.span())?;
-    }
-    match wire.claim.first() {
-        Some(c) => check("claims", wire.claim.len(), MAX_CLAIMS, c.holds.span()),
-        None => Ok(()),
+/// How many entries lists and tables of an experiment may have: the part of the file, empty for the file itself, the key, and
+/// the largest number. The schema says it, so that nothing is built from what is too long.
+pub(super) const LISTS: [(&str, &str, usize); 15] = [
+    ("", "suites", MAX_ROLES),
+    ("", "tracker", MAX_ITEMS),
+    ("", "method", MAX_ITEMS),
+    ("", "analysis", MAX_ITEMS),
+    ("", "table", MAX_ITEMS),
+    ("", "figure", MAX_ITEMS),
+    ("", "published", 4096),
+    ("", "claim", 1024),
+    ("Analysis", "suites", MAX_ROLES),
+    ("Table", "rows", MAX_PARTS),
+    ("Table", "methods", MAX_ITEMS),
+    ("Figure", "methods", MAX_ITEMS),
+    ("Figure", "panels", MAX_PARTS),
+    ("Figure", "sequences", MAX_PARTS),
+    ("Published", "values", MAX_DETECTORS),
+];
+
+/// Refuses more cells than can be planned; `runs` is the number of trackers, each counted once a repetition.
+pub(super) fn check_cells(at: At<'_>, runs: u64, methods: &[Method]) {
+    let variants: usize = methods.iter().map(|m| m.variants.len()).sum();
+    let cells = runs.saturating_mul(variants as u64);
+    if cells > MAX_CELLS {
+        at.tell(format!(
+            "{runs} runs of trackers with {variants} methods make {cells} cells a sequence; at most {MAX_CELLS} \
+             are planned"
+        ));
     }
 }
 

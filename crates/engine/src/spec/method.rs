@@ -6,13 +6,13 @@ mod training;
 pub use trackfail_judge::method::{FixedDetector, SignalChoice};
 pub(super) use training::can_be_maximised;
 
-use super::error::{Errors, Source, SpecError};
+use super::error::At;
 use super::limits::MAX_DETECTORS;
 use super::raw_plugin::RawPlugin;
-use serde::Deserialize;
+use super::wire;
+use serde_json::{Number, Value};
+use std::collections::BTreeMap;
 use std::sync::Arc;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::num::readable;
 use trackfail_core::plugin::ParamError;
 use trackfail_methods::detector::{DETECTORS, Detector};
@@ -212,210 +212,170 @@ const MAX_VARIANTS: usize = 10_000;
 /// Checks a `[[method]]` of at most `room` detectors, which is run on all trackers and scored by `protocol`.
 ///
 /// It may run `programs`; without a list of them, a signal or detector that names one cannot run.
-pub fn read(
-    source: Source<'_>,
+pub(super) fn read(
+    at: At<'_>,
     programs: Option<&Programs>,
-    name: &str,
-    table: &Spanned<DeTable<'_>>,
+    wire: &wire::Method,
     protocol: &'static Protocol,
     room: usize,
-) -> Result<Method, SpecError> {
-    let span = table.span();
-    let part = |key: &str| -> Result<Option<Spanned<DeTable<'_>>>, SpecError> {
-        match table.get_ref().get(key) {
-            None => Ok(None),
-            Some(value) => match value.get_ref() {
-                DeValue::Table(t) => Ok(Some(Spanned::new(value.span(), t.clone()))),
-                other => Err(source
-                    .error(value.span(), format!("`{key}` must be a table, not a {}", other.type_str()))),
-            },
-        }
+) -> Option<Method> {
+    let name = &wire.name;
+    let Some(detector) = &wire.detector else {
+        at.tell(format!("method `{name}` has no detector, and no published method has that name"));
+        return None;
     };
-    let (signals, detector, grid) = (signals(source, table)?, part("detector")?, part("grid")?);
-    let Some(detector) = detector else {
-        return Err(source
-            .error(span, format!("method `{name}` has no detector, and no published method has that name")));
+    let signals = match &wire.signal {
+        Some(Value::Array(list)) => list.as_slice(),
+        one => one.as_slice(),
     };
-    let mut errors = Errors::default();
-    let signals = signals.into_iter().map(|t| RawPlugin::read(source, programs, t, "signal", SIGNALS));
-    let signals: Vec<RawPlugin<'_, dyn Signal>> = signals.filter_map(|read| errors.keep(read)).collect();
-    let detector = errors.keep(RawPlugin::read(source, programs, detector, "detector", DETECTORS));
-    if let Some(detector) = detector.as_ref().filter(|_| !errors.is_empty()) {
-        // A grid may give what the detector lacks.
-        if grid.is_none() && detector.training(source)?.is_none() {
-            errors.keep(detector.build(source, Vec::new()));
-        }
-    }
-    errors.check()?;
-    let Some(detector) = detector else { return Err(source.error(span, "the method has no detector")) };
-    let axes = match &grid {
+    let signals = signals
+        .iter()
+        .enumerate()
+        .map(|(k, params)| RawPlugin::read(at.key("signal").item(k), programs, params, "signal", SIGNALS));
+    let signals: Option<Vec<RawPlugin<'_, dyn Signal>>> = signals.collect();
+    let detector = RawPlugin::read(at.key("detector"), programs, detector, "detector", DETECTORS);
+    let (signals, detector) = (signals?, detector?);
+    let training = training::trained(&detector).ok()?;
+    let parts = Parts { at, name, detector, signals, training };
+    let axes = match &wire.grid {
         None => Vec::new(),
-        Some(grid) => read_axes(source, grid, &detector, signals.first())?,
+        Some(grid) => parts.axes(grid)?,
     };
     let mut variants = Vec::new();
     let mut detectors = 0;
     for point in combinations(&axes) {
-        let mut variant = build_variant(source, name, span.clone(), &detector, &signals, &point)?;
+        let mut variant = parts.variant(&point)?;
         if protocol.restarts == Restarts::NewTrack && variant.detector.needs_reverse() {
-            let message = format!(
+            at.tell(format!(
                 "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
                 protocol.name
-            );
-            return Err(source.error(span, message));
+            ));
+            return None;
         }
         variant.set_restarts(protocol.restarts);
         detectors += variant.detectors();
         if detectors > room {
-            let message = format!("the experiment tries more than {MAX_DETECTORS} detectors");
-            return Err(source.error(span, message));
+            at.tell(format!("the experiment tries more than {MAX_DETECTORS} detectors"));
+            return None;
         }
         variants.push(variant);
     }
-    Ok(Method { name: name.to_string(), like: None, trackers: None, protocol, variants })
-}
-
-/// The tables of a method's signals: none, one, or a list.
-fn signals<'i>(
-    source: Source<'_>,
-    table: &Spanned<DeTable<'i>>,
-) -> Result<Vec<Spanned<DeTable<'i>>>, SpecError> {
-    let Some(value) = table.get_ref().get("signal") else { return Ok(Vec::new()) };
-    let of = |value: &Spanned<DeValue<'i>>| match value.get_ref() {
-        DeValue::Table(t) => Ok(Spanned::new(value.span(), t.clone())),
-        other => {
-            let message = format!("`signal` must be a table or a list of tables, not a {}", other.type_str());
-            Err(source.error(value.span(), message))
-        }
-    };
-    match value.get_ref() {
-        DeValue::Array(list) => list.iter().map(of).collect(),
-        _ => Ok(vec![of(value)?]),
-    }
+    let (name, like, trackers) = (name.clone(), wire.like.clone(), wire.trackers.clone());
+    Some(Method { name, like, trackers, protocol, variants })
 }
 
 /// An axis of the grid: the parameter it sets, of the signal or the detector, and its values.
-struct Axis<'i> {
-    name: String,
+struct Axis<'g> {
+    name: &'g str,
     of_signal: bool,
-    key: String,
-    values: Vec<(f64, Spanned<DeValue<'i>>)>,
+    values: &'g [Number],
 }
 
-fn combinations<'a, 'i>(axes: &'a [Axis<'i>]) -> Vec<Vec<(&'a Axis<'i>, usize)>> {
+/// The value of each axis.
+type Point<'a> = Vec<(&'a Axis<'a>, &'a Number)>;
+
+fn combinations<'a>(axes: &'a [Axis<'a>]) -> Vec<Point<'a>> {
     axes.iter().fold(vec![Vec::new()], |points, axis| {
-        points
-            .iter()
-            .flat_map(|point| (0..axis.values.len()).map(|i| [point.clone(), vec![(axis, i)]].concat()))
-            .collect()
+        let with = |point: &Point<'a>| -> Vec<Point<'a>> {
+            axis.values.iter().map(|value| [point.as_slice(), &[(axis, value)]].concat()).collect()
+        };
+        points.iter().flat_map(with).collect()
     })
 }
 
-fn read_axes<'i>(
-    source: Source<'_>,
-    grid: &Spanned<DeTable<'i>>,
-    detector: &RawPlugin<'i, dyn Detector>,
-    signal: Option<&RawPlugin<'i, dyn Signal>>,
-) -> Result<Vec<Axis<'i>>, SpecError> {
-    let mut axes = Vec::new();
-    let mut size = 1usize;
-    let trained = detector.training(source)?.map(|(key, _)| key);
-    for (key, values) in grid.get_ref() {
-        let (name, span) = (key.get_ref().to_string(), key.span());
-        if trained.as_ref() == Some(&name) {
-            let message = format!("`{name}` is trained; it cannot be an axis of the grid too");
-            return Err(source.error(span, message));
-        }
-        let of_detector = detector.keys();
-        let of_signal = signal.map(RawPlugin::keys).unwrap_or_default();
-        let is_signal = match (of_detector.contains(&name), of_signal.contains(&name)) {
-            (true, false) => false,
-            (false, true) => true,
-            (true, true) => {
-                return Err(source.error(span, format!("both the signal and the detector have a `{name}`")));
-            }
-            (false, false) => {
-                let known: Vec<&str> = of_detector.iter().chain(&of_signal).map(String::as_str).collect();
-                return Err(source.unknown(span, "parameter", &name, known));
-            }
-        };
-        let DeValue::Array(list) = values.get_ref() else {
-            return Err(source.error(values.span(), format!("grid `{name}` must be a list of numbers")));
-        };
-        // The check comes before the values are compared, each with all others.
-        size = size.saturating_mul(list.len());
-        if list.is_empty() || size > MAX_VARIANTS {
-            return Err(source.error(
-                values.span(),
-                format!("the grid needs 1 to {MAX_VARIANTS} combinations, this makes {size}"),
-            ));
-        }
-        let mut numbers: Vec<(f64, Spanned<DeValue<'i>>)> = Vec::new();
-        for item in list.iter() {
-            let number = f64::deserialize(ValueDeserializer::from(item.clone()))
-                .map_err(|e| source.toml(&e, item.span()))?;
-            if !number.is_finite() || numbers.iter().any(|(known, _)| *known == number) {
-                return Err(source.error(
-                    item.span(),
-                    format!("grid `{name}`: {} is not finite or is listed twice", readable(number)),
-                ));
-            }
-            numbers.push((number, item.clone()));
-        }
-        axes.push(Axis { name: name.clone(), of_signal: is_signal, key: name, values: numbers });
-    }
-    axes.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(axes)
+/// The parts of a method, of which its variants are built.
+struct Parts<'a> {
+    at: At<'a>,
+    name: &'a str,
+    detector: RawPlugin<'a, dyn Detector>,
+    signals: Vec<RawPlugin<'a, dyn Signal>>,
+    /// The parameter of the detector that is trained, and how.
+    training: Option<(String, wire::Train)>,
 }
 
-fn build_variant<'i>(
-    source: Source<'_>,
-    name: &str,
-    span: std::ops::Range<usize>,
-    detector: &RawPlugin<'i, dyn Detector>,
-    signals: &[RawPlugin<'i, dyn Signal>],
-    point: &[(&Axis<'i>, usize)],
-) -> Result<Variant, SpecError> {
-    let set = |of_signal: bool| -> Vec<(&str, Spanned<DeValue<'i>>)> {
-        let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
-        mine.map(|(axis, i)| (axis.key.as_str(), axis.values[*i].1.clone())).collect()
-    };
-    let built = |(k, raw): (usize, &RawPlugin<'i, dyn Signal>)| {
-        // Axes of the grid are parameters of the first signal.
-        let built = raw.build(source, if k == 0 { set(true) } else { Vec::new() })?;
-        Ok(SignalChoice {
-            kind: raw.entry.kind,
-            version: raw.entry.version,
-            signal: Arc::from(built),
-            restarts: Restarts::default(),
-        })
-    };
-    let mut errors = Errors::default();
-    let signals: Vec<SignalChoice> =
-        signals.iter().enumerate().filter_map(|raw| errors.keep(built(raw))).collect();
-    let choose = || match detector.training(source)? {
-        Some((key, train)) => training::train_choice(source, detector, &key, &train, set(false)),
-        None => {
-            let fixed = detector.fixed(Arc::from(detector.build(source, set(false))?));
-            Ok(match fixed.detector.learner() {
-                Some(_) => DetectorChoice::Learned(fixed),
-                None => DetectorChoice::Given(fixed),
-            })
+impl Parts<'_> {
+    /// Checks the axes of the grid, which are parameters of the detector or of the first signal.
+    fn axes<'g>(&self, grid: &'g BTreeMap<String, Vec<Number>>) -> Option<Vec<Axis<'g>>> {
+        let of_detector = self.detector.keys();
+        let of_signal = self.signals.first().map(RawPlugin::keys).unwrap_or_default();
+        let mut axes = Vec::new();
+        let mut size = 1usize;
+        for (name, values) in grid {
+            let at = self.at.key("grid").key(name);
+            if self.training.as_ref().is_some_and(|(key, _)| key == name) {
+                at.tell(format!("`{name}` is trained; it cannot be an axis of the grid too"));
+                return None;
+            }
+            let of_signal = match (of_detector.contains(name), of_signal.contains(name)) {
+                (true, true) => {
+                    at.tell(format!("both the signal and the detector have a `{name}`"));
+                    return None;
+                }
+                (false, false) => {
+                    let known = of_detector.iter().chain(&of_signal);
+                    at.tell_unknown("parameter", name, known.map(String::as_str));
+                    return None;
+                }
+                (_, of_signal) => of_signal,
+            };
+            // The check comes before the values are compared, each with all others.
+            size = size.saturating_mul(values.len());
+            if size > MAX_VARIANTS {
+                at.tell(format!("the grid needs 1 to {MAX_VARIANTS} combinations, this makes {size}"));
+                return None;
+            }
+            let twice =
+                (1..values.len()).find(|k| values[..*k].iter().any(|v| v.as_f64() == values[*k].as_f64()));
+            if let Some(k) = twice {
+                at.item(k).tell(format!("grid `{name}`: {} is listed twice", readable(&values[k])));
+                return None;
+            }
+            axes.push(Axis { name, of_signal, values });
         }
-    };
-    let detector = errors.keep(choose());
-    errors.check()?;
-    let Some(detector) = detector else { return Err(source.error(span, "the method has no detector")) };
-    let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
-    let mut signals = signals.into_iter();
-    let (signal, more_signals) = (signals.next(), signals.collect::<Vec<_>>());
-    if detector.example().detector.needs_signal() && signal.is_none() {
-        return Err(source.error(span, format!("method `{name}` needs a signal for its detector")));
+        Some(axes)
     }
-    let reads = detector.example().detector.signals();
-    if signal.is_some() && given != reads.max(1) {
-        let message = format!("the detector of method `{name}` reads {reads} signals, and {given} are given");
-        return Err(source.error(span, message));
+
+    /// Builds the method with one value of each axis.
+    fn variant(&self, point: &Point<'_>) -> Option<Variant> {
+        let Self { at, name, detector, signals, training } = self;
+        let grid = at.key("grid");
+        let set = |of_signal: bool| -> Vec<(String, Value)> {
+            let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
+            mine.map(|(axis, value)| (axis.name.to_string(), Value::Number((*value).clone()))).collect()
+        };
+        let built = |(k, raw): (usize, &RawPlugin<'_, dyn Signal>)| {
+            let signal = raw.build(&if k == 0 { set(true) } else { Vec::new() }, grid)?;
+            let (kind, version) = (raw.entry.kind, raw.entry.version);
+            Some(SignalChoice { kind, version, signal: Arc::from(signal), restarts: Restarts::default() })
+        };
+        // All are built before one that is refused ends it.
+        let signals: Vec<Option<SignalChoice>> = signals.iter().enumerate().map(built).collect();
+        let detector = match training {
+            Some(training) => training::train_choice(detector, training, &set(false)),
+            None => detector.build(&set(false), grid).map(|built| {
+                let fixed = training::fixed(detector.entry, Arc::from(built));
+                match fixed.detector.learner() {
+                    Some(_) => DetectorChoice::Learned(fixed),
+                    None => DetectorChoice::Given(fixed),
+                }
+            }),
+        };
+        let (signals, detector) = (signals.into_iter().collect::<Option<Vec<_>>>()?, detector?);
+        let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
+        let needs_signal = detector.example().detector.needs_signal();
+        let reads = detector.example().detector.signals();
+        if needs_signal && signals.is_empty() {
+            at.tell(format!("method `{name}` needs a signal for its detector"));
+            return None;
+        }
+        if !signals.is_empty() && given != reads.max(1) {
+            at.tell(format!("the detector of method `{name}` reads {reads} signals, and {given} are given"));
+            return None;
+        }
+        let mut signals = signals.into_iter();
+        let (signal, more_signals) = (signals.next(), signals.collect());
+        let number = |(axis, value): &(&Axis<'_>, &Number)| Some((axis.name.to_string(), value.as_f64()?));
+        let point = point.iter().filter_map(number).collect();
+        Some(Variant { point, signal, more_signals, detector })
     }
-    let point = point.iter().map(|(axis, i)| (axis.name.clone(), axis.values[*i].0)).collect();
-    Ok(Variant { point, signal, more_signals, detector })
 }

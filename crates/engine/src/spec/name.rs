@@ -1,7 +1,6 @@
 //! Names that an experiment gives: of itself, of tables and figures, of trackers and methods.
 
-use super::error::{Source, SpecError};
-use toml::Spanned;
+use super::error::At;
 use trackfail_dataset::text;
 
 /// Most characters of a name of one word, and of a label.
@@ -44,43 +43,34 @@ pub fn is_word(name: &str) -> bool {
 }
 
 /// Refuses a name that is not safe as a file name everywhere.
-pub(super) fn check_file_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
-    if is_word(name.get_ref()) {
-        return Ok(());
+pub(super) fn check_file_name(at: At<'_>, name: &str) {
+    if !is_word(name) {
+        at.tell(NameError::File(name.to_string()).to_string());
     }
-    Err(source.error(name.span(), NameError::File(name.get_ref().clone()).to_string()))
 }
 
 /// Refuses a name of a tracker that would be misread in tables, claims or file columns.
-pub(super) fn check_label(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
-    check(source, name, "[]=,;\"")
+pub(super) fn check_label(at: At<'_>, name: &str) {
+    check(at, name, "[]=,;\"");
 }
 
 /// Refuses a name of a method that would be misread there, or in panels of figures, which join methods by `+`.
-pub(super) fn check_method_name(source: Source<'_>, name: &Spanned<String>) -> Result<(), SpecError> {
-    check(source, name, "[]=,;+\"")
+pub(super) fn check_method_name(at: At<'_>, name: &str) {
+    check(at, name, "[]=,;+\"");
 }
 
-fn check(source: Source<'_>, name: &Spanned<String>, signs: &str) -> Result<(), SpecError> {
-    let label = name.get_ref();
-    let forbidden = |c: char| signs.contains(c);
+fn check(at: At<'_>, label: &str, signs: &str) {
     let is_short = label.chars().count() <= MAX_WORD;
-    if label.trim() != label || !text::is_name(label) || !is_short || label.contains(forbidden) {
-        let error = NameError::Label(text::shorten_to(label, MAX_WORD));
-        return Err(source.error(name.span(), error.to_string()));
+    let is_forbidden = label.contains(|c: char| signs.contains(c));
+    if label.trim() != label || !text::is_name(label) || !is_short || is_forbidden {
+        at.tell(NameError::Label(text::shorten_to(label, MAX_WORD)).to_string());
     }
-    Ok(())
 }
 
-/// Refuses a name that one of the same list has already.
-pub(super) fn check_unique<'k>(
-    source: Source<'_>,
-    what: &str,
-    name: &Spanned<String>,
-    mut known: impl Iterator<Item = &'k str>,
-) -> Result<(), SpecError> {
-    if known.any(|k| k == name.get_ref()) {
-        return Err(source.error(name.span(), format!("{what} `{}` is listed twice", name.get_ref())));
+/// Refuses a name that an item before it has already.
+pub(super) fn check_unique<T>(at: At<'_>, what: &str, items: &[T], index: usize, name: fn(&T) -> &String) {
+    let wanted = name(&items[index]);
+    if items[..index].iter().any(|item| name(item) == wanted) {
+        at.item(index).key("name").tell(format!("{what} `{wanted}` is listed twice"));
     }
-    Ok(())
 }

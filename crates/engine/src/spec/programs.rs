@@ -1,15 +1,17 @@
 //! `plugins.toml`: programs that may be run as [trackers](trackfail_methods::tracker::process), [signals](trackfail_methods::signal::process) and
 //! [detectors](trackfail_methods::detector::process). It is as strict as experiment files: an unknown key is an error with its line and the nearest valid word.
 
-use super::error::{Source, SpecError};
+use super::check;
+use super::error::{At, Errors, Source, SpecError};
 use super::name::is_word;
 use serde::Deserialize;
+use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::DeTable;
 use trackfail_dataset::{DatasetError, text};
 use trackfail_methods::tracker::process::{Program, Programs, Protocol, Regions, Role};
 
@@ -20,106 +22,60 @@ const MAX_WAIT: f64 = 86_400.0;
 /// Environment variables that are set for the programs.
 const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Wire {
-    #[serde(default)]
-    tracker: BTreeMap<String, Spanned<Wired>>,
-    #[serde(default)]
-    signal: BTreeMap<String, Spanned<WiredSignal>>,
-    #[serde(default)]
-    detector: BTreeMap<String, Spanned<WiredDetector>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WiredSignal {
-    command: Spanned<Vec<String>>,
-    version: Spanned<String>,
-    start_timeout: Option<Spanned<f64>>,
-    answer_timeout: Option<Spanned<f64>>,
-    #[serde(default)]
-    environment: BTreeMap<String, Spanned<String>>,
-    #[serde(default)]
-    digest: Vec<Spanned<String>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WiredDetector {
-    command: Spanned<Vec<String>>,
-    version: Spanned<String>,
-    start_timeout: Option<Spanned<f64>>,
-    answer_timeout: Option<Spanned<f64>>,
-    #[serde(default)]
-    deterministic: bool,
-    #[serde(default)]
-    environment: BTreeMap<String, Spanned<String>>,
-    #[serde(default)]
-    digest: Vec<Spanned<String>>,
-}
-
-/// A signal has no seed, so that its answers cannot depend on one.
-impl From<WiredSignal> for Wired {
-    fn from(signal: WiredSignal) -> Self {
-        let WiredSignal { command, version, start_timeout, answer_timeout, environment, digest } = signal;
-        let detector = WiredDetector {
-            command,
-            version,
-            start_timeout,
-            answer_timeout,
-            deterministic: true,
-            environment,
-            digest,
-        };
-        detector.into()
-    }
-}
-
-impl From<WiredDetector> for Wired {
-    fn from(detector: WiredDetector) -> Self {
-        let WiredDetector {
-            command,
-            version,
-            start_timeout,
-            answer_timeout,
-            deterministic,
-            environment,
-            digest,
-        } = detector;
-        let (protocol, regions, confidence) = (Protocol::Json, None, None);
-        Self {
-            command,
-            version,
-            protocol,
-            regions,
-            confidence,
-            start_timeout,
-            answer_timeout,
-            deterministic,
-            environment,
-            digest,
+/// The schema of the file. Signals and detectors all speak the same protocol, and a signal has no seed, so that its answers
+/// cannot depend on one.
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+    let words = |words: [&str; 2]| json!({ "oneOf": words.map(|word| json!({ "const": word })) });
+    let common = json!({
+        "command": { "type": "array", "items": { "type": "string" } },
+        "version": { "type": "string" },
+        "start_timeout": { "type": "number", "description": "seconds" },
+        "answer_timeout": { "type": "number", "description": "seconds" },
+        "environment": { "type": "object", "additionalProperties": { "type": "string" } },
+        "digest": { "type": "array", "items": { "type": "string" } },
+        "deterministic": { "type": "boolean" },
+        "protocol": words(["trax", "lines"]),
+        "regions": words(["rectangle", "polygon"]),
+        "confidence": { "type": "string" },
+    });
+    let programs = |without: &[&str]| {
+        let mut properties = common.clone();
+        if let Some(properties) = properties.as_object_mut() {
+            properties.retain(|key, _| !without.contains(&key.as_str()));
         }
-    }
-}
+        let program = json!({
+            "type": "object",
+            "properties": properties,
+            "required": ["command", "version"],
+            "additionalProperties": false,
+        });
+        json!({ "type": "object", "additionalProperties": program })
+    };
+    let roles = json!({
+        "tracker": programs(&[]),
+        "signal": programs(&["protocol", "regions", "confidence", "deterministic"]),
+        "detector": programs(&["protocol", "regions", "confidence"]),
+    });
+    json!({ "type": "object", "properties": roles, "additionalProperties": false })
+});
 
+/// A program as the file has it.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct Wired {
-    command: Spanned<Vec<String>>,
-    version: Spanned<String>,
+    command: Vec<String>,
+    version: String,
     #[serde(default)]
     protocol: Protocol,
-    regions: Option<Spanned<Regions>>,
-    confidence: Option<Spanned<String>>,
-    start_timeout: Option<Spanned<f64>>,
-    answer_timeout: Option<Spanned<f64>>,
+    regions: Option<Regions>,
+    confidence: Option<String>,
+    start_timeout: Option<f64>,
+    answer_timeout: Option<f64>,
     #[serde(default)]
     deterministic: bool,
     #[serde(default)]
-    environment: BTreeMap<String, Spanned<String>>,
+    environment: BTreeMap<String, String>,
     #[serde(default)]
-    digest: Vec<Spanned<String>>,
+    digest: Vec<String>,
 }
 
 /// Reads a file of programs.
@@ -142,92 +98,90 @@ pub fn read(path: &Path) -> Result<Programs, SpecError> {
 /// Reads the text of a file of programs; `file` names it in messages, relative paths start from `folder`.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// Everything that is wrong.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
     let source = Source::new(file, text);
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
-    let whole = Spanned::new(document.span(), DeValue::Table(document.into_inner()));
-    let wire = Wire::deserialize(ValueDeserializer::from(whole)).map_err(|e| source.toml(&e, 0..0))?;
-    let trackers = wire.tracker.into_iter().map(|(name, wired)| (Role::Tracker, name, wired));
-    let signals = wire.signal.into_iter().map(|(name, wired)| (Role::Signal, name, as_tracker(wired)));
-    let detectors = wire.detector.into_iter().map(|(name, wired)| (Role::Detector, name, as_tracker(wired)));
-    let all = trackers.chain(signals).chain(detectors);
-    let all = all.map(|(role, name, wired)| check(source, role, name, wired, folder).map(Arc::new));
-    Ok(Programs { file: file.to_string(), list: all.collect::<Result<_, _>>()? })
-}
-
-fn as_tracker<T: Into<Wired>>(wired: Spanned<T>) -> Spanned<Wired> {
-    Spanned::new(wired.span(), wired.into_inner().into())
-}
-
-fn check(
-    source: Source<'_>,
-    role: Role,
-    name: String,
-    wired: Spanned<Wired>,
-    folder: &Path,
-) -> Result<Program, SpecError> {
-    let (span, wired) = (wired.span(), wired.into_inner());
-    if !is_word(&name) {
-        let message = format!("the name {name:?} must have 1 to 64 characters of a-z, 0-9, `-` and `_`");
-        return Err(source.error(span, message));
-    }
-    let command = wired.command.get_ref();
-    if command.first().is_none_or(String::is_empty) || command.iter().any(|word| word.contains('\0')) {
-        let message =
-            "`command` must be a program and its arguments, such as [\"python3\", \"my_tracker.py\"]";
-        return Err(source.error(wired.command.span(), message));
-    }
-    let version = wired.version.get_ref();
-    if !(1..=64).contains(&version.chars().count()) || !version.chars().all(text::is_plain) {
-        let message = "`version` must have 1 to 64 characters, on one line";
-        return Err(source.error(wired.version.span(), message));
-    }
-    if let (Protocol::Trax, Some(regions)) = (wired.protocol, &wired.regions) {
-        let message = "`regions` goes with protocol = \"lines\"; a TraX program says itself what it reads";
-        return Err(source.error(regions.span(), message));
-    }
-    if let Some(name) = &wired.confidence
-        && (name.get_ref().is_empty() || !name.get_ref().chars().all(|c| c.is_ascii_graphic() && c != '='))
-    {
-        let message = "`confidence` must be the name of a property, such as \"confidence\"";
-        return Err(source.error(name.span(), message));
-    }
-    for (key, value) in &wired.environment {
-        let is_name = !key.is_empty() && !key.contains(['=', '\0']) && !RESERVED.contains(&key.as_str());
-        if !is_name || value.get_ref().contains('\0') {
-            let message = format!("`{key}` cannot be set; {} are set already", RESERVED.join(", "));
-            return Err(source.error(value.span(), message));
+    let mut errors = Errors::default();
+    let document = check::check(source, &SCHEMA, document, &mut errors);
+    let errors = RefCell::new(errors);
+    let at = At::new(source, &document, &errors);
+    let mut list = Vec::new();
+    let mut roles: BTreeMap<String, BTreeMap<String, Wired>> = at.read().unwrap_or_default();
+    for role in [Role::Tracker, Role::Signal, Role::Detector] {
+        for (name, wired) in roles.remove(role.word()).unwrap_or_default() {
+            let at = at.key(role.word()).key(&name);
+            list.push(Arc::new(program(at, role, name, wired, folder)));
         }
     }
-    if let Some(empty) = wired.digest.iter().find(|path| path.get_ref().is_empty()) {
-        return Err(source.error(empty.span(), "`digest` must be names of files"));
+    errors.take().or(Some(Programs { file: file.to_string(), list }))
+}
+
+/// Checks a program.
+fn program(at: At<'_>, role: Role, name: String, wired: Wired, folder: &Path) -> Program {
+    let check = |key: &str, is_right: bool, message: &str| {
+        if !is_right {
+            at.key(key).tell(message);
+        }
+    };
+    if !is_word(&name) {
+        at.tell(format!("the name {name:?} must have 1 to 64 characters of a-z, 0-9, `-` and `_`"));
     }
-    Ok(Program {
+    let command = &wired.command;
+    check(
+        "command",
+        command.first().is_some_and(|program| !program.is_empty()) && !command.concat().contains('\0'),
+        "`command` must be a program and its arguments, such as [\"python3\", \"my_tracker.py\"]",
+    );
+    check(
+        "version",
+        (1..=64).contains(&wired.version.chars().count()) && wired.version.chars().all(text::is_plain),
+        "`version` must have 1 to 64 characters, on one line",
+    );
+    check(
+        "regions",
+        wired.protocol != Protocol::Trax || wired.regions.is_none(),
+        "`regions` goes with protocol = \"lines\"; a TraX program says itself what it reads",
+    );
+    let is_property =
+        |name: &String| !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic() && c != '=');
+    check(
+        "confidence",
+        wired.confidence.as_ref().is_none_or(is_property),
+        "`confidence` must be the name of a property, such as \"confidence\"",
+    );
+    for (key, value) in &wired.environment {
+        let is_name = !key.is_empty() && !key.contains(['=', '\0']) && !RESERVED.contains(&key.as_str());
+        if !is_name || value.contains('\0') {
+            let message = format!("`{key}` cannot be set; {} are set already", RESERVED.join(", "));
+            at.key("environment").key(key).tell(message);
+        }
+    }
+    check("digest", wired.digest.iter().all(|path| !path.is_empty()), "`digest` must be names of files");
+    Program {
         role,
         name,
         folder: folder.to_path_buf(),
-        protocol: wired.protocol,
-        start_timeout: seconds(source, "start_timeout", wired.start_timeout)?,
-        answer_timeout: seconds(source, "answer_timeout", wired.answer_timeout)?,
-        regions: wired.regions.map(Spanned::into_inner).unwrap_or_default(),
-        confidence: wired.confidence.map(Spanned::into_inner),
-        deterministic: wired.deterministic,
-        environment: wired.environment.into_iter().map(|(k, v)| (k, v.into_inner())).collect(),
-        digest: wired.digest.iter().map(|path| folder.join(path.get_ref())).collect(),
-        command: wired.command.into_inner(),
-        version: wired.version.into_inner(),
-    })
+        protocol: if role == Role::Tracker { wired.protocol } else { Protocol::Json },
+        start_timeout: seconds(at, "start_timeout", wired.start_timeout),
+        answer_timeout: seconds(at, "answer_timeout", wired.answer_timeout),
+        regions: wired.regions.unwrap_or_default(),
+        confidence: wired.confidence,
+        deterministic: wired.deterministic || role == Role::Signal,
+        environment: wired.environment,
+        digest: wired.digest.iter().map(|path| folder.join(path)).collect(),
+        command: wired.command,
+        version: wired.version,
+    }
 }
 
-fn seconds(source: Source<'_>, key: &str, value: Option<Spanned<f64>>) -> Result<Duration, SpecError> {
-    let Some(value) = value else { return Ok(Duration::from_secs(30)) };
-    let number = *value.get_ref();
-    if !(number > 0.0 && number <= MAX_WAIT) {
-        let message = format!("`{key}` must be above 0 and at most {MAX_WAIT} seconds, not {number}");
-        return Err(source.error(value.span(), message));
+fn seconds(at: At<'_>, key: &str, value: Option<f64>) -> Duration {
+    let number = value.unwrap_or(30.0);
+    if number > 0.0 && number <= MAX_WAIT {
+        return Duration::from_secs_f64(number);
     }
-    Ok(Duration::from_secs_f64(number))
+    at.key(key).tell(format!("`{key}` must be above 0 and at most {MAX_WAIT} seconds, not {number}"));
+    Duration::default()
 }
 
 #[cfg(test)]
@@ -310,21 +264,21 @@ deterministic = true
     #[test]
     fn what_is_wrong_is_told_with_its_line() {
         for (from, to, line, words) in [
-            ("protocol =", "protokol =", 3, "unknown field `protokol`"),
+            ("protocol =", "protokol =", 3, "unknown key `protokol`"),
             ("protocol =", "protokol =", 3, "did you mean `protocol`?"),
             ("\"lines\"", "\"line\"", 3, "did you mean `lines`?"),
             ("\"lines\"", "\"trax\"", 7, "goes with protocol = \"lines\""),
-            ("\"polygon\"", "\"mask\"", 7, "unknown variant `mask`"),
+            ("\"polygon\"", "\"mask\"", 7, "unknown regions `mask`"),
             ("[\"./bin/track\", \"--fast\"]", "[]", 2, "a program and its arguments"),
             ("[\"./bin/track\", \"--fast\"]", "\"./bin/track --fast\"", 2, "`command` must be a list"),
             ("\"--fast\"", "\"a\\u0000\"", 2, "a program and its arguments"),
-            ("version = \"1\"\n", "", 1, "missing field `version`"),
+            ("version = \"1\"\n", "", 1, "`version` is missing"),
             ("version = \"1\"", "version = \"\"", 4, "1 to 64 characters"),
             ("version = \"1\"", "version = \"a\\nb\"", 4, "on one line"),
             ("2.5", "0", 5, "above 0 and at most 86400 seconds, not 0"),
             ("2.5", "-1.0", 5, "above 0"),
-            ("2.5", "nan", 5, "above 0"),
-            ("0.5", "inf", 6, "above 0"),
+            ("2.5", "nan", 5, "`start_timeout` must be a number, not nan"),
+            ("0.5", "inf", 6, "`answer_timeout` must be a number, not inf"),
             ("\"score\"", "\"\"", 8, "the name of a property"),
             ("\"score\"", "\"a b\"", 8, "the name of a property"),
             ("OMP_NUM_THREADS", "TRACKFAIL_SEED", 10, "are set already"),
@@ -332,8 +286,8 @@ deterministic = true
             ("\"bin/track\"", "\"\"", 11, "names of files"),
             ("[tracker.my-tracker]", "[tracker.\"My tracker\"]", 1, "a-z"),
             ("[tracker.other]", "[trackers.other]", 13, "did you mean `tracker`?"),
-            ("answer_timeout = 1.5", "deterministic = true", 20, "unknown field `deterministic`"),
-            ("version = \"4\"", "version = \"4\"\nregions = \"polygon\"", 25, "unknown field `regions`"),
+            ("answer_timeout = 1.5", "deterministic = true", 20, "unknown key `deterministic`"),
+            ("version = \"4\"", "version = \"4\"\nregions = \"polygon\"", 25, "unknown key `regions`"),
             ("[signal.other]", "[signal.Other]", 17, "a-z"),
             ("[tracker.other]", "[tracker.my-tracker]", 13, "duplicate key"),
         ] {

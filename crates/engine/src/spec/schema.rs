@@ -1,10 +1,12 @@
 //! The JSON Schema of experiment files, generated from the types that read them.
 
 use super::figure::{FIGURE_KINDS, FigureKey};
+use super::limits::{LISTS, MAX_PARTS};
 use super::method::can_be_maximised;
 use super::read::{MAX_RUNS, SCHEMA};
 use super::wire;
 use serde_json::{Map, Value, json};
+use std::sync::LazyLock;
 use trackfail_core::plugin::Entry;
 use trackfail_methods::score::{Metric, PROTOCOLS};
 use trackfail_methods::tracker::protocol::RunProtocol;
@@ -12,11 +14,22 @@ use trackfail_methods::tracker::protocol::RunProtocol;
 /// Named parts of the schema, which others refer to as `#/$defs/NAME`.
 type Definitions = Map<String, Value>;
 
+/// The schema of experiments that need no other file, which have all that an experiment must have.
+pub(super) static OF_WHOLE_FILES: LazyLock<Value> = LazyLock::new(|| describe(true));
+
 /// The schema, with the parameters of every tracker, signal, detector and analysis.
 pub fn schema() -> Value {
+    describe(false)
+}
+
+/// The schema of all files, or of those alone that need no other.
+fn describe(whole: bool) -> Value {
     let mut root = schemars::schema_for!(wire::Experiment).to_value();
     let mut definitions = take_definitions(&mut root);
     add_shortcuts(&mut root, &mut definitions);
+    if !whole {
+        require_what_differs(&mut root, &mut definitions);
+    }
     let mut train = schemars::schema_for!(wire::Train).to_value();
     definitions.append(&mut take_definitions(&mut train));
     remove(&mut train, &["$schema", "title"]);
@@ -43,6 +56,7 @@ pub fn schema() -> Value {
     describe_trackers(&mut definitions, trackers);
     describe_figures(&mut definitions["Figure"]);
     describe_words(&mut root, &mut definitions);
+    describe_limits(&mut root, &mut definitions);
     root["$defs"] = Value::Object(definitions);
     remove_null(&mut root);
     root
@@ -172,6 +186,17 @@ fn describe_words(root: &mut Value, definitions: &mut Definitions) {
     ]);
 }
 
+/// How long lists may be.
+fn describe_limits(root: &mut Value, definitions: &mut Definitions) {
+    for (part, key, most) in LISTS {
+        let whole = if part.is_empty() { &mut *root } else { &mut definitions[part] };
+        let list = &mut whole["properties"][key];
+        let keyword = if list["type"] == "object" { "maxProperties" } else { "maxItems" };
+        list[keyword] = json!(most);
+    }
+    definitions["Figure"]["properties"]["panels"]["items"]["maxItems"] = json!(MAX_PARTS);
+}
+
 /// Keys of an item that tell it from the others; an experiment that extends another gives only these and what differs.
 const NAMES: [(&str, &[&str]); 7] = [
     ("Tracker", &[]),
@@ -183,11 +208,15 @@ const NAMES: [(&str, &[&str]); 7] = [
     ("Claim", &["text"]),
 ];
 
-/// Adds the keys that make a file shorter, and requires of it only what every file must have.
+/// Adds the keys that make a file shorter.
 fn add_shortcuts(root: &mut Value, definitions: &mut Definitions) {
     let mut shortcuts = schemars::schema_for!(wire::Shortcuts).to_value();
     definitions.append(&mut take_definitions(&mut shortcuts));
     merge(&mut root["properties"], shortcuts["properties"].take());
+}
+
+/// Requires of a file only what every file must have.
+fn require_what_differs(root: &mut Value, definitions: &mut Definitions) {
     root["required"] = json!(["schema", "name"]);
     let trackers = json!([{ "required": ["tracker"] }, { "required": ["tracker-group"] }]);
     root["anyOf"] =

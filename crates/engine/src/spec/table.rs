@@ -2,14 +2,13 @@
 
 mod published;
 
-use super::error::{Errors, Source, SpecError};
+use super::error::At;
 use super::name::check_file_name;
 use super::width::Width;
 use super::wire;
-pub use published::{inherit_published, read_published};
+pub use super::words::{FindingName, GridAxis, Words};
+pub(super) use published::{inherit_published, read_published};
 use serde::Serialize;
-use std::ops::Range;
-use toml::Spanned;
 use trackfail_core::direction::Direction;
 use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
@@ -78,122 +77,40 @@ pub struct Published {
     pub values: Vec<(String, String)>,
 }
 
-/// Words an experiment defines, for checking references.
-pub struct Words {
-    /// Method names.
-    pub methods: Vec<String>,
-    /// Tracker labels.
-    pub trackers: Vec<String>,
-    /// Grid axes of all methods.
-    pub axes: Vec<String>,
-    /// The values of each axis in the grid of each method.
-    pub grids: Vec<GridAxis>,
-    /// Sequences of the test suite.
-    pub sequences: Vec<String>,
-    /// Methods without a grid: those whose series are kept for figures.
-    pub drawn: Vec<String>,
-    /// Methods that read a signal.
-    pub with_signal: Vec<String>,
-    /// Analyses with what they find out.
-    pub analyses: Vec<(String, Names)>,
-}
-
-/// The values that an axis has in the grid of a method.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GridAxis {
-    /// The method.
-    pub method: String,
-    /// The axis.
-    pub axis: String,
-    /// Its values, each once, in any order.
-    pub values: Vec<f64>,
-}
-
-/// A product of an analysis: the analysis's name in the experiment, and the name of the table, chart or number.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FindingName {
-    /// The analysis.
-    pub analysis: String,
-    /// Name of the table, chart or number.
-    pub part: String,
-}
-
-impl std::fmt::Display for FindingName {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}.{}", self.analysis, self.part)
-    }
-}
-
-/// A name that no analysis of the experiment gives to a finding; the message lists those that are.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct UnknownFinding(String);
-
-impl Words {
-    /// Reads `ANALYSIS.PART`, where `parts` picks out which parts are meant.
-    ///
-    /// # Errors
-    /// A name that no analysis makes.
-    pub fn finding(&self, text: &str, parts: fn(&Names) -> &[String]) -> Result<FindingName, UnknownFinding> {
-        let known = || {
-            let all = self.analyses.iter();
-            all.flat_map(|(name, names)| parts(names).iter().map(move |part| format!("{name}.{part}")))
-        };
-        if !known().any(|k| k == text) {
-            let known: Vec<String> = known().collect();
-            let message = trackfail_core::plugin::unknown("finding", text, known.iter().map(String::as_str));
-            return Err(UnknownFinding(message));
-        }
-        let (analysis, part) = text.split_once('.').unwrap_or((text, ""));
-        Ok(FindingName { analysis: analysis.to_string(), part: part.to_string() })
-    }
-}
-
 /// The side of a table that is the attributes of sequences.
 const ATTRIBUTE: &str = "attribute";
 
-/// The metric that a word of the file names.
-pub(super) fn metric(source: Source<'_>, word: &Spanned<String>) -> Result<Metric, SpecError> {
-    Metric::from_name(word.get_ref())
-        .ok_or_else(|| source.error(word.span(), Metric::unknown(word.get_ref())))
-}
-
 /// The grid axis that a word of the file names.
-pub(super) fn grid_axis(
-    source: Source<'_>,
-    word: &Spanned<String>,
-    words: &Words,
-) -> Result<String, SpecError> {
-    if words.axes.contains(word.get_ref()) {
-        return Ok(word.get_ref().clone());
+pub(super) fn grid_axis(at: At<'_>, word: &str, words: &Words) -> Option<String> {
+    let axis = words.axes.iter().find(|axis| *axis == word).cloned();
+    if axis.is_none() {
+        at.tell_unknown("grid axis", word, words.axes.iter().map(String::as_str));
     }
-    Err(source.unknown(word.span(), "grid axis", word.get_ref(), words.axes.iter().map(String::as_str)))
+    axis
 }
 
 /// Refuses each word of a list that is not among the known ones.
-pub(super) fn all_known<'l>(
-    source: Source<'_>,
-    what: &str,
-    list: impl IntoIterator<Item = &'l Spanned<String>>,
-    known: &[String],
-) -> Result<(), SpecError> {
-    let wrong = list.into_iter().filter(|word| !known.contains(word.get_ref()));
-    let error = |word: &Spanned<String>| {
-        source.unknown(word.span(), what, word.get_ref(), known.iter().map(String::as_str))
-    };
-    Errors::collect(wrong.map(|word| Err::<(), _>(error(word)))).map(drop)
+pub(super) fn all_known(at: At<'_>, what: &str, list: &[String], known: &[String]) {
+    for (index, word) in list.iter().enumerate().filter(|(_, word)| !known.contains(word)) {
+        at.item(index).tell_unknown(what, word, known.iter().map(String::as_str));
+    }
 }
 
-/// The methods of the experiment that are in `list`, or all without a list.
-pub(super) fn read_methods(
-    source: Source<'_>,
-    list: Option<&[Spanned<String>]>,
+/// The methods of the experiment that are in the `methods` of a table or figure, or all without a list.
+pub(super) fn read_methods(at: At<'_>, list: Option<&[String]>, words: &Words) -> Vec<String> {
+    let Some(list) = list else { return words.methods.clone() };
+    all_known(at.key("methods"), "method", list, &words.methods);
+    words.methods.iter().filter(|name| list.contains(name)).cloned().collect()
+}
+
+/// What an analysis makes, as `shows` of a table or figure names it.
+pub(super) fn read_shows(
+    at: At<'_>,
+    shows: &str,
     words: &Words,
-) -> Result<Vec<String>, SpecError> {
-    let Some(list) = list else { return Ok(words.methods.clone()) };
-    all_known(source, "method", list, &words.methods)?;
-    let shown = |name: &&String| list.iter().any(|m| m.get_ref() == *name);
-    Ok(words.methods.iter().filter(shown).cloned().collect())
+    parts: fn(&Names) -> &[String],
+) -> Option<FindingName> {
+    words.finding(shows, parts).map_err(|message| at.key("shows").tell(message)).ok()
 }
 
 /// What the table of an experiment without tables and figures shows.
@@ -202,14 +119,20 @@ const DEFAULT_METRICS: [&str; 6] =
 
 impl Table {
     /// The table that an experiment without tables and figures has.
-    pub fn of_methods(words: &Words) -> Self {
+    pub(super) fn of_methods(words: &Words) -> Self {
+        let rows = Side::Metrics(DEFAULT_METRICS.into_iter().filter_map(Metric::from_name).collect());
+        Self { rows, columns: Side::Method, methods: words.methods.clone(), ..Self::empty("methods", None) }
+    }
+
+    /// A table that shows nothing yet.
+    fn empty(name: &str, caption: Option<&String>) -> Self {
         Self {
-            name: "methods".to_string(),
-            caption: None,
-            rows: Side::Metrics(DEFAULT_METRICS.into_iter().filter_map(Metric::from_name).collect()),
-            columns: Side::Method,
+            name: name.to_string(),
+            caption: caption.cloned(),
+            rows: Side::Metrics(Vec::new()),
+            columns: Side::Tracker,
             metric: None,
-            methods: words.methods.clone(),
+            methods: Vec::new(),
             ranked: None,
             shows: None,
             column: None,
@@ -217,243 +140,135 @@ impl Table {
             latex: Latex::default(),
         }
     }
-}
 
-/// Checks a `[[table]]`.
-///
-/// # Errors
-/// All that is wrong with it.
-pub fn read_table(source: Source<'_>, wire: &wire::Table, words: &Words) -> Result<Table, SpecError> {
-    let mut errors = Errors::default();
-    errors.keep(check_file_name(source, &wire.name));
-    if wire.name.get_ref() == "macros" {
-        errors.push(source.error(wire.name.span(), "`macros` is the file with the numbers of all tables"));
-    }
-    if let Some(column) = wire.column.as_ref().filter(|_| wire.shows.is_none()) {
-        errors.push(source.error(column.span(), "`column` is for tables that `show` one of an analysis"));
-    }
-    let read = match (wire, &wire.rows, &wire.columns) {
-        (wire::Table { shows: Some(shows), .. }, ..) => read_shown(source, wire, shows, words),
-        (wire::Table { rank: Some(rank), .. }, ..) => read_leaderboard(source, wire, rank, words),
-        (_, Some(rows), Some(columns)) => read_crossed(source, wire, (rows, columns), words),
-        _ => Err(source.error(wire.name.span(), "a table needs `rows` and `columns`, `rank` or `shows`")),
-    };
-    match errors.keep(read) {
-        Some(table) => errors.check().map(|()| table),
-        None => Err(errors.first()),
-    }
-}
-
-/// A table with rows and columns of its own.
-fn read_crossed(
-    source: Source<'_>,
-    wire: &wire::Table,
-    (wire_rows, wire_columns): (&Spanned<Vec<Spanned<String>>>, &Spanned<String>),
-    words: &Words,
-) -> Result<Table, SpecError> {
-    let mut errors = Errors::default();
-    let rows = errors.keep(read_rows(source, wire_rows, words));
-    let columns = errors.keep(read_columns(source, wire_columns, words));
-    let shown = errors.keep(wire.metric.as_ref().map(|m| metric(source, m)).transpose());
-    let methods = errors.keep(read_methods(source, wire.methods.as_deref(), words));
-    let known = match columns {
-        Some(Side::Method) => methods.as_ref(),
-        Some(Side::Tracker) => Some(&words.trackers),
-        _ => None,
-    };
-    let latex = errors.keep(read_latex(source, wire, known.map(Vec::as_slice)));
-    let shown = match (&rows, &columns, shown) {
-        (Some(rows), Some(columns), Some(shown)) => errors.keep(metric_of_cells(
-            source,
-            wire,
-            [(rows, wire_rows.span()), (columns, wire_columns.span())],
-            shown,
-        )),
-        _ => None,
-    };
-    let (Some(rows), Some(columns), Some(metric), Some(methods), Some(latex)) =
-        (rows, columns, shown, methods, latex)
-    else {
-        return Err(errors.first());
-    };
-    Ok(Table {
-        name: wire.name.get_ref().clone(),
-        caption: wire.caption.clone(),
-        rows,
-        columns,
-        metric,
-        methods,
-        ranked: None,
-        shows: None,
-        column: None,
-        published: wire.published.as_ref().map(|t| t.get_ref().clone()),
-        latex,
-    })
-}
-
-/// The metric of all cells, where the rows, of which each side comes with its place, are no metrics; `shown` is the one
-/// that the file gives.
-fn metric_of_cells(
-    source: Source<'_>,
-    wire: &wire::Table,
-    [(rows, rows_place), (columns, columns_place)]: [(&Side, Range<usize>); 2],
-    shown: Option<Metric>,
-) -> Result<Option<Metric>, SpecError> {
-    let place = || wire.metric.as_ref().map_or(rows_place.clone(), Spanned::span);
-    let shown = match (rows, shown) {
-        (Side::Metrics(_), None) => None,
-        (Side::Metrics(_), Some(_)) => {
-            return Err(source.error(place(), "`metric` is for tables whose rows are a grid axis"));
+    /// Checks a `[[table]]`.
+    pub(super) fn read(at: At<'_>, wire: &wire::Table, words: &Words) -> Option<Self> {
+        check_file_name(at.key("name"), &wire.name);
+        if wire.name == "macros" {
+            at.key("name").tell("`macros` is the file with the numbers of all tables");
         }
-        (_, shown) => Some(shown.unwrap_or(Metric::F_SCORE)),
-    };
-    let attribute = [rows, columns].contains(&&Side::Attribute);
-    let metrics = if let Side::Metrics(list) = rows { list.as_slice() } else { shown.as_slice() };
-    if let Some(m) = metrics.iter().find(|m| attribute && !m.is_of_counts()) {
-        let message =
-            format!("`{}` is not known attribute by attribute, only what is made of counts is", m.name());
-        return Err(source.error(place(), message));
+        if wire.column.is_some() && wire.shows.is_none() {
+            at.key("column").tell("`column` is for tables that `show` one of an analysis");
+        }
+        let own = ["rows", "columns", "metric", "rank"].into_iter().find(|key| at.has(key));
+        let mut table = Self::empty(&wire.name, wire.caption.as_ref());
+        match (wire, &wire.rows, &wire.columns) {
+            (wire::Table { shows: Some(shows), .. }, ..) => {
+                if let Some(key) = own {
+                    let message =
+                        "a table that `shows` one of an analysis has no rows, columns or metric of its own";
+                    at.key(key).tell(message);
+                }
+                table.shows = Some(read_shows(at, shows, words, |names| &names.tables)?);
+                table.column = wire.column.clone();
+            }
+            (wire::Table { rank: Some(rank), .. }, ..) => {
+                if let Some(key) = own.filter(|key| *key != "rank") {
+                    at.key(key).tell("a table with a `rank` has no rows, columns or metric of its own");
+                }
+                table.methods = read_methods(at, wire.methods.as_deref(), words);
+                let metric = Metric::from_name(rank)?;
+                let is_measure = metric.is_of_counts() || metric.is_of_frames();
+                if metric.direction() == Direction::Neither || !is_measure {
+                    at.key("rank").tell(format!(
+                        "`{rank}` ranks nothing: it is no measure of counts or frames with a better end"
+                    ));
+                }
+                table.ranked = Some(metric);
+            }
+            (_, Some(rows), Some(columns)) => table.read_sides(at, wire, (rows, columns), words)?,
+            _ => {
+                at.key("name").tell("a table needs `rows` and `columns`, `rank` or `shows`");
+                return None;
+            }
+        }
+        if let Some(latex) = &wire.latex {
+            let (at, columns) = (at.key("latex"), latex.columns.clone().unwrap_or_default());
+            let known = match table.columns {
+                _ if table.shows.is_some() || table.ranked.is_some() => &columns,
+                Side::Method => &table.methods,
+                Side::Tracker => &words.trackers,
+                _ => &columns,
+            };
+            all_known(at.key("columns"), "column", &columns, known);
+            table.latex = Latex { width: Width::read(at, latex.width.as_deref()), columns };
+        }
+        Some(table)
     }
-    if rows == columns {
-        return Err(source.error(columns_place, "rows and columns are the same"));
-    }
-    Ok(shown)
-}
 
-/// Checks `latex = { columns, width }`.
-fn read_latex(source: Source<'_>, wire: &wire::Table, known: Option<&[String]>) -> Result<Latex, SpecError> {
-    let Some(latex) = &wire.latex else { return Ok(Latex::default()) };
-    let columns = latex.columns.iter().flatten();
-    let mut errors = Errors::default();
-    if let Some(known) = known {
-        errors.keep(all_known(source, "column", columns.clone(), known));
+    /// Checks rows and columns, and what is shown where they meet.
+    fn read_sides(
+        &mut self,
+        at: At<'_>,
+        wire: &wire::Table,
+        (rows, columns): (&[String], &str),
+        words: &Words,
+    ) -> Option<()> {
+        self.methods = read_methods(at, wire.methods.as_deref(), words);
+        self.published = wire.published.clone();
+        self.metric = wire.metric.as_deref().and_then(Metric::from_name);
+        let (rows, columns) = (read_rows(at, rows, words), read_columns(at, columns, words));
+        let (rows, columns) = (rows?, columns?);
+        let in_metric = at.key(if self.metric.is_some() { "metric" } else { "rows" });
+        match (&rows, self.metric) {
+            (Side::Metrics(_), Some(_)) => {
+                in_metric.tell("`metric` is for tables whose rows are a grid axis")
+            }
+            (Side::Metrics(_), None) => {}
+            (_, metric) => self.metric = Some(metric.unwrap_or(Metric::F_SCORE)),
+        }
+        let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { self.metric.as_slice() };
+        let of_attributes = [&rows, &columns].contains(&&Side::Attribute);
+        if let Some(m) = metrics.iter().find(|m| of_attributes && !m.is_of_counts()) {
+            let name = m.name();
+            in_metric.tell(format!(
+                "`{name}` is not known attribute by attribute, only what is made of counts is"
+            ));
+        }
+        if rows == columns {
+            at.key("columns").tell("rows and columns are the same");
+        }
+        (self.rows, self.columns) = (rows, columns);
+        Some(())
     }
-    match errors.keep(Width::read(source, latex.width.as_ref())) {
-        Some(width) => errors.check().map(|()| {
-            let columns = columns.map(|c| c.get_ref().clone()).collect();
-            Latex { columns, width }
-        }),
-        None => Err(errors.first()),
-    }
-}
-
-/// A table that an analysis makes.
-fn read_shown(
-    source: Source<'_>,
-    wire: &wire::Table,
-    shows: &Spanned<String>,
-    words: &Words,
-) -> Result<Table, SpecError> {
-    let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
-    let span = span.or(wire.rank.as_ref().map(Spanned::span));
-    let mut errors = Errors::default();
-    if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
-        let message = "a table that `shows` one of an analysis has no rows, columns or metric of its own";
-        errors.push(source.error(span, message));
-    }
-    let finding = words.finding(shows.get_ref(), |n| &n.tables);
-    let finding = errors.keep(finding.map_err(|e| source.error(shows.span(), e.to_string())));
-    let latex = errors.keep(read_latex(source, wire, None));
-    let (Some(finding), Some(latex), true) = (finding, latex, errors.is_empty()) else {
-        return Err(errors.first());
-    };
-    Ok(Table {
-        name: wire.name.get_ref().clone(),
-        caption: wire.caption.clone(),
-        rows: Side::Metrics(Vec::new()),
-        columns: Side::Tracker,
-        metric: None,
-        methods: Vec::new(),
-        ranked: None,
-        shows: Some(finding),
-        column: wire.column.as_ref().map(|c| c.get_ref().clone()),
-        published: None,
-        latex,
-    })
 }
 
 /// The rows of a table: metrics, attributes, or the values of a grid axis.
-fn read_rows(
-    source: Source<'_>,
-    wire_rows: &Spanned<Vec<Spanned<String>>>,
-    words: &Words,
-) -> Result<Side, SpecError> {
-    Ok(match wire_rows.get_ref().as_slice() {
-        [] => return Err(source.error(wire_rows.span(), "`rows` is empty")),
-        [one] if words.axes.contains(one.get_ref()) => Side::Axis(one.get_ref().clone()),
-        [one] if one.get_ref() == ATTRIBUTE => Side::Attribute,
-        list => {
-            let axes = words.axes.iter().map(String::as_str);
-            let known = Metric::names().map(|n| -> &str { n }).chain([ATTRIBUTE]).chain(axes);
-            let known: Vec<&str> = known.collect();
-            let read = |word: &Spanned<String>| {
-                Metric::from_name(word.get_ref()).ok_or_else(|| {
-                    let known = known.iter().copied();
-                    source.unknown(word.span(), "metric, attribute or grid axis", word.get_ref(), known)
-                })
-            };
-            Side::Metrics(Errors::collect(list.iter().map(read))?)
+fn read_rows(at: At<'_>, rows: &[String], words: &Words) -> Option<Side> {
+    let at = at.key("rows");
+    match rows {
+        [] => {
+            at.tell("`rows` is empty");
+            return None;
         }
-    })
+        [one] if words.axes.contains(one) => return Some(Side::Axis(one.clone())),
+        [one] if one == ATTRIBUTE => return Some(Side::Attribute),
+        _ => {}
+    }
+    let mut metrics = Vec::new();
+    for (index, word) in rows.iter().enumerate() {
+        let axes = words.axes.iter().map(String::as_str);
+        let known = Metric::names().map(|name| -> &str { name }).chain([ATTRIBUTE]).chain(axes);
+        match Metric::from_name(word) {
+            Some(metric) => metrics.push(metric),
+            None => at.item(index).tell_unknown("metric, attribute or grid axis", word, known),
+        }
+    }
+    (metrics.len() == rows.len()).then_some(Side::Metrics(metrics))
 }
 
 /// The columns of a table: methods, trackers, attributes, or the values of a grid axis.
-fn read_columns(
-    source: Source<'_>,
-    wire_columns: &Spanned<String>,
-    words: &Words,
-) -> Result<Side, SpecError> {
-    Ok(match wire_columns.get_ref().as_str() {
+fn read_columns(at: At<'_>, columns: &str, words: &Words) -> Option<Side> {
+    Some(match columns {
         "method" => Side::Method,
         "tracker" => Side::Tracker,
-        word if words.axes.iter().any(|a| a == word) => Side::Axis(word.to_string()),
+        word if words.axes.iter().any(|axis| axis == word) => Side::Axis(word.to_string()),
         ATTRIBUTE => Side::Attribute,
         word => {
-            let known =
-                ["method", "tracker", ATTRIBUTE].into_iter().chain(words.axes.iter().map(String::as_str));
-            return Err(source.unknown(wire_columns.span(), "column", word, known));
+            let axes = words.axes.iter().map(String::as_str);
+            let known = ["method", "tracker", ATTRIBUTE].into_iter().chain(axes);
+            at.key("columns").tell_unknown("column", word, known);
+            return None;
         }
-    })
-}
-
-/// A table of methods in order of a metric.
-fn read_leaderboard(
-    source: Source<'_>,
-    wire: &wire::Table,
-    rank: &Spanned<String>,
-    words: &Words,
-) -> Result<Table, SpecError> {
-    let span = wire.rows.as_ref().map(Spanned::span).or(wire.columns.as_ref().map(Spanned::span));
-    let mut errors = Errors::default();
-    if let Some(span) = span.or(wire.metric.as_ref().map(Spanned::span)) {
-        let message = "a table with a `rank` has no rows, columns or metric of its own";
-        errors.push(source.error(span, message));
-    }
-    let metric = errors.keep(metric(source, rank));
-    let ranks = |m: &Metric| m.direction() != Direction::Neither && (m.is_of_counts() || m.is_of_frames());
-    if let Some(metric) = metric.filter(|metric| !ranks(metric)) {
-        let message = format!(
-            "`{}` ranks nothing: it is no measure of counts or frames with a better end",
-            metric.name()
-        );
-        errors.push(source.error(rank.span(), message));
-    }
-    let methods = errors.keep(read_methods(source, wire.methods.as_deref(), words));
-    let latex = errors.keep(read_latex(source, wire, None));
-    let (Some(metric), Some(methods), Some(latex), true) = (metric, methods, latex, errors.is_empty()) else {
-        return Err(errors.first());
-    };
-    Ok(Table {
-        name: wire.name.get_ref().clone(),
-        caption: wire.caption.clone(),
-        rows: Side::Metrics(Vec::new()),
-        columns: Side::Tracker,
-        metric: None,
-        methods,
-        ranked: Some(metric),
-        shows: None,
-        column: None,
-        published: None,
-        latex,
     })
 }

@@ -1,8 +1,7 @@
 //! How wide a figure or a table is in print.
 
-use super::error::{Source, SpecError};
+use super::error::At;
 use serde::Serialize;
-use toml::Spanned;
 
 /// Width of a figure or a table in print.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -35,16 +34,12 @@ impl Width {
     }
 
     /// Checks `width` where it is given.
-    pub(super) fn read(
-        source: Source<'_>,
-        word: Option<&Spanned<String>>,
-    ) -> Result<Option<Self>, SpecError> {
-        let of = |word: &Spanned<String>| {
-            let known = Self::ALL.into_iter().find(|width| width.word() == word.get_ref());
-            known.ok_or_else(|| {
-                source.unknown(word.span(), "width", word.get_ref(), Self::ALL.map(Self::word))
-            })
-        };
-        word.map(of).transpose()
+    pub(super) fn read(at: At<'_>, word: Option<&str>) -> Option<Self> {
+        let word = word?;
+        let known = Self::ALL.into_iter().find(|width| width.word() == word);
+        if known.is_none() {
+            at.key("width").tell_unknown("width", word, Self::ALL.map(Self::word));
+        }
+        known
     }
 }

@@ -1,21 +1,19 @@
 //! The keys of an experiment file, as serde reads them and as the JSON Schema describes them.
 
-use super::FoldsBy;
+use super::{Absence, FoldsBy};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Map, Number, Value};
 use std::collections::BTreeMap;
-use toml::Spanned;
 
 /// An experiment file.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
     /// Version of this format: 1.
-    #[schemars(with = "u32")]
-    pub schema: Spanned<u32>,
+    pub schema: u32,
     /// Path-like name, e.g. `khalid2016/table1`: the folder of its results.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// Title for people.
     pub title: String,
     /// Key of the paper it replicates.
@@ -28,8 +26,7 @@ pub struct Experiment {
     #[serde(default)]
     pub leaderboard: bool,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
-    #[schemars(with = "Option<String>")]
-    pub protocol: Option<Spanned<String>>,
+    pub protocol: Option<String>,
     /// Base of all seeds.
     #[serde(default)]
     pub seed: u64,
@@ -37,15 +34,12 @@ pub struct Experiment {
     #[serde(default)]
     pub folds: FoldsBy,
     /// Role -> suite; `test` is required.
-    #[schemars(with = "BTreeMap<String, String>")]
-    pub suites: Spanned<BTreeMap<String, Spanned<String>>>,
+    pub suites: BTreeMap<String, String>,
     /// Trackers.
-    #[schemars(with = "Vec<Tracker>")]
-    pub tracker: Spanned<Vec<Tracker>>,
+    pub tracker: Vec<Tracker>,
     /// Methods; may be left out where there is an analysis.
-    #[serde(default = "none")]
-    #[schemars(with = "Vec<Method>")]
-    pub method: Spanned<Vec<Method>>,
+    #[serde(default)]
+    pub method: Vec<Method>,
     /// Analyses of signals.
     #[serde(default)]
     pub analysis: Vec<Analysis>,
@@ -67,45 +61,29 @@ pub struct Experiment {
 #[derive(Deserialize, JsonSchema)]
 pub struct Tracker {
     /// Kind of tracker.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// Name in tables; the kind if left out.
-    #[schemars(with = "Option<String>")]
-    pub label: Option<Spanned<String>>,
+    pub label: Option<String>,
     /// Family in which its measures are pooled beside those of all trackers, e.g. `deep`.
-    #[schemars(with = "Option<String>")]
-    pub family: Option<Spanned<String>>,
+    pub family: Option<String>,
     /// Repetitions, at least 1.
-    #[schemars(with = "Option<u32>")]
-    pub runs: Option<Spanned<u32>>,
+    pub runs: Option<u32>,
     /// Repetitions on suites that models are learned from; as many as `runs` if left out.
-    #[schemars(with = "Option<u32>")]
-    pub training_runs: Option<Spanned<u32>>,
+    pub training_runs: Option<u32>,
     /// Label of another tracker of which this is a reading: the same one with other choices where its description leaves
     /// them open. That one's published numbers stand beside this one's too.
-    #[schemars(with = "Option<String>")]
-    pub like: Option<Spanned<String>>,
+    pub like: Option<String>,
     /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
-    #[schemars(with = "Option<String>")]
-    pub protocol: Option<Spanned<String>>,
+    pub protocol: Option<String>,
     /// Sources of videos, e.g. `otb`, on which it runs; all if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub sources: Option<Vec<Spanned<String>>>,
+    pub sources: Option<Vec<String>>,
     /// Tracks that are known not to be there, with the reason; of results that are replayed. Any other track that is not there
     /// is a failure.
     pub absent: Option<Vec<Absence>>,
-}
-
-/// A track that is known not to be there: `{ sequence = "Board", reason = "the file lacks a line" }`.
-#[derive(Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Absence {
-    /// Name of the sequence.
-    #[schemars(with = "String")]
-    pub sequence: Spanned<String>,
-    /// Why there is no track.
-    #[schemars(with = "String")]
-    pub reason: Spanned<String>,
+    /// The parameters of its kind.
+    #[serde(flatten)]
+    #[schemars(skip)]
+    pub params: Map<String, Value>,
 }
 
 /// One `[[method]]`: a signal and a detector under a name.
@@ -113,28 +91,24 @@ pub struct Absence {
 #[serde(deny_unknown_fields)]
 pub struct Method {
     /// Name in tables. A method of the papers needs nothing else.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// Name of another method of the file, or of a published one, of which this is a reading: signal, detector and grid are
     /// that one's, keys of `signal` and `detector` without a `kind` change single parameters, and its published numbers stand
     /// beside this one's too.
-    #[schemars(with = "Option<String>")]
-    pub like: Option<Spanned<String>>,
+    pub like: Option<String>,
     /// `{ kind = "...", parameters }`, or a list of them for detectors that read several; left out for anchors.
-    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
-    pub signal: Option<toml::Value>,
+    #[schemars(with = "Option<BTreeMap<String, Value>>")]
+    pub signal: Option<Value>,
     /// `{ kind = "...", parameters }`; one parameter may be `{ train = ROLE, maximise = METRIC, grid = ... }`.
-    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
-    pub detector: Option<toml::Table>,
+    #[schemars(with = "Option<BTreeMap<String, Value>>")]
+    pub detector: Option<Value>,
     /// Parameter -> list of values; every combination is a method of its own.
-    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
-    pub grid: Option<toml::Table>,
+    #[schemars(with = "Option<BTreeMap<String, Value>>")]
+    pub grid: Option<BTreeMap<String, Vec<Number>>>,
     /// Labels of the trackers it is run on; all if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub trackers: Option<Vec<Spanned<String>>>,
+    pub trackers: Option<Vec<String>>,
     /// How its labels are scored; as the experiment says if left out.
-    #[schemars(with = "Option<String>")]
-    pub protocol: Option<Spanned<String>>,
+    pub protocol: Option<String>,
 }
 
 /// A parameter that is chosen on a suite: `{ train = "train", maximise = "f_score", grid = {...} }`.
@@ -143,15 +117,12 @@ pub struct Method {
 pub struct Train {
     /// Role of the suite it is chosen on, or `others`: for each sequence and tracker of the test suite on the other
     /// sequences and the other trackers.
-    #[schemars(with = "String")]
-    pub train: Spanned<String>,
+    pub train: String,
     /// The pooled metric that is maximized; ties go to the first value.
-    #[schemars(with = "String")]
-    pub maximise: Spanned<String>,
+    pub maximise: String,
     /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, `{ values = [0.1, 1.0, 10.0] }` or
     /// `{ quantiles = 400 }`.
-    #[schemars(with = "Grid")]
-    pub grid: Spanned<Grid>,
+    pub grid: Grid,
 }
 
 /// Values to try: equally spaced, ends included, a list, or quantiles of the signal on the training suite.
@@ -170,29 +141,22 @@ pub struct Grid {
     pub quantiles: Option<usize>,
 }
 
-fn none() -> Spanned<Vec<Method>> {
-    Spanned::new(0..0, Vec::new())
-}
-
 /// One `[[analysis]]`: what is computed from a signal on all tracks of one or more suites.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Analysis {
     /// Name in the experiment.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// `{ kind = "...", parameters }` of the signal; left out for an analysis of the trackers' regions.
-    #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
-    pub signal: Option<toml::Table>,
+    #[schemars(with = "Option<BTreeMap<String, Value>>")]
+    pub signal: Option<Value>,
     /// `{ kind = "...", parameters }` of what is computed.
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
-    pub compute: toml::Table,
+    #[schemars(with = "BTreeMap<String, Value>")]
+    pub compute: Value,
     /// Roles of the suites, in the order in which the analysis takes them.
-    #[schemars(with = "Vec<String>")]
-    pub suites: Spanned<Vec<String>>,
+    pub suites: Vec<String>,
     /// Labels of the trackers whose tracks are analyzed; all if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub trackers: Option<Vec<Spanned<String>>>,
+    pub trackers: Option<Vec<String>>,
 }
 
 /// One `[[table]]`.
@@ -200,34 +164,25 @@ pub struct Analysis {
 #[serde(deny_unknown_fields)]
 pub struct Table {
     /// File name of the table.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// Text above the table.
     pub caption: Option<String>,
     /// Metrics, one grid axis, or `attribute`.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub rows: Option<Spanned<Vec<Spanned<String>>>>,
+    pub rows: Option<Vec<String>>,
     /// `method`, `tracker`, `attribute` or a grid axis.
-    #[schemars(with = "Option<String>")]
-    pub columns: Option<Spanned<String>>,
+    pub columns: Option<String>,
     /// Instead of rows and columns: a table that an analysis makes, as `ANALYSIS.TABLE`.
-    #[schemars(with = "Option<String>")]
-    pub shows: Option<Spanned<String>>,
+    pub shows: Option<String>,
     /// With `shows`: only this column of it, with a column for each tracker.
-    #[schemars(with = "Option<String>")]
-    pub column: Option<Spanned<String>>,
+    pub column: Option<String>,
     /// Instead of rows and columns: the methods in order of this metric, with how sure their ranks are.
-    #[schemars(with = "Option<String>")]
-    pub rank: Option<Spanned<String>>,
+    pub rank: Option<String>,
     /// The metric shown when neither rows nor columns are metrics.
-    #[schemars(with = "Option<String>")]
-    pub metric: Option<Spanned<String>>,
+    pub metric: Option<String>,
     /// The methods shown; all if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub methods: Option<Vec<Spanned<String>>>,
+    pub methods: Option<Vec<String>>,
     /// Another table, whose published numbers stand beside ours in this one too.
-    #[schemars(with = "Option<String>")]
-    pub published: Option<Spanned<String>>,
+    pub published: Option<String>,
     /// The parts of the table that LaTeX shows.
     pub latex: Option<Latex>,
 }
@@ -237,11 +192,9 @@ pub struct Table {
 #[serde(deny_unknown_fields)]
 pub struct Latex {
     /// Names of the columns, in this order; all but anchors if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub columns: Option<Vec<Spanned<String>>>,
+    pub columns: Option<Vec<String>>,
     /// `column` (3.3 in) or `text` (7 in); as the table needs it if left out.
-    #[schemars(with = "Option<String>")]
-    pub width: Option<Spanned<String>>,
+    pub width: Option<String>,
 }
 
 /// One `[[figure]]`.
@@ -249,46 +202,34 @@ pub struct Latex {
 #[serde(deny_unknown_fields)]
 pub struct Figure {
     /// File name of the figure.
-    #[schemars(with = "String")]
-    pub name: Spanned<String>,
+    pub name: String,
     /// One of the kinds of figures.
-    #[schemars(with = "String")]
-    pub kind: Spanned<String>,
+    pub kind: String,
     /// Text below the figure.
     pub caption: Option<String>,
     /// `text` (7 inches, as wide as a page of text; the default) or `column` (3.3 inches, one of two columns).
-    #[schemars(with = "Option<String>")]
-    pub width: Option<Spanned<String>>,
+    pub width: Option<String>,
     /// strips: label of the tracker; the first one if left out.
-    #[schemars(with = "Option<String>")]
-    pub tracker: Option<Spanned<String>>,
+    pub tracker: Option<String>,
     /// strips: sequences, side by side; if left out, the one with most events.
     #[serde(default)]
-    #[schemars(with = "Vec<String>")]
-    pub sequences: Vec<Spanned<String>>,
+    pub sequences: Vec<String>,
     /// strips: rows of panels: `error`, `signal:M`, `forecast:M`, `score:M`, `score:M+M2`, `labels:M+M2` or
     /// `condition:M+M2`.
     #[serde(default)]
-    #[schemars(with = "Vec<Vec<String>>")]
-    pub panels: Vec<Vec<Spanned<String>>>,
+    pub panels: Vec<Vec<String>>,
     /// strips: how many video frames to show above the panels, at most 12.
-    #[schemars(with = "Option<usize>")]
-    pub stills: Option<Spanned<usize>>,
+    pub stills: Option<usize>,
     /// chart: what it shows, as `ANALYSIS.CHART`; radar: as `ANALYSIS.TABLE`.
-    #[schemars(with = "Option<String>")]
-    pub shows: Option<Spanned<String>>,
+    pub shows: Option<String>,
     /// radar: the column of that table.
-    #[schemars(with = "Option<String>")]
-    pub column: Option<Spanned<String>>,
+    pub column: Option<String>,
     /// sweep, curve: metric on the y axis.
-    #[schemars(with = "Option<String>")]
-    pub metric: Option<Spanned<String>>,
+    pub metric: Option<String>,
     /// sweep: grid axis along x; curve: metric along x.
-    #[schemars(with = "Option<String>")]
-    pub x: Option<Spanned<String>>,
+    pub x: Option<String>,
     /// sweep, curve, delay: the methods shown; all if left out.
-    #[schemars(with = "Option<Vec<String>>")]
-    pub methods: Option<Vec<Spanned<String>>>,
+    pub methods: Option<Vec<String>>,
 }
 
 /// One `[[published]]`: printed values of one row of one table.
@@ -296,17 +237,13 @@ pub struct Figure {
 #[serde(deny_unknown_fields)]
 pub struct Published {
     /// Name of the table.
-    #[schemars(with = "String")]
-    pub table: Spanned<String>,
+    pub table: String,
     /// The tracker the paper used.
-    #[schemars(with = "String")]
-    pub tracker: Spanned<String>,
+    pub tracker: String,
     /// Row.
-    #[schemars(with = "String")]
-    pub row: Spanned<String>,
+    pub row: String,
     /// Column -> text as printed.
-    #[schemars(with = "BTreeMap<String, String>")]
-    pub values: BTreeMap<String, Spanned<String>>,
+    pub values: BTreeMap<String, String>,
 }
 
 /// One `[[claim]]`.
@@ -316,8 +253,7 @@ pub struct Claim {
     /// The conclusion in words.
     pub text: String,
     /// The predicate, e.g. `recall[DTEF] >= recall[RAW]`.
-    #[schemars(with = "String")]
-    pub holds: Spanned<String>,
+    pub holds: String,
     /// Whether a run must meet it (exit code 5 otherwise).
     #[serde(default)]
     pub required: bool,
@@ -365,7 +301,7 @@ pub struct TrackerGroup {
     /// Name that stands for all trackers of the group in lists of trackers.
     pub group: Option<String>,
     /// Kinds of trackers, or tables with the keys of a `[[tracker]]`.
-    pub trackers: Vec<serde_json::Value>,
+    pub trackers: Vec<Value>,
 }
 
 /// One `[[method-group]]`; all other keys are shared by the methods.
@@ -374,5 +310,5 @@ pub struct MethodGroup {
     /// Name that stands for all methods of the group in lists of methods.
     pub group: Option<String>,
     /// Names of methods, or tables with the keys of a `[[method]]`.
-    pub methods: Vec<serde_json::Value>,
+    pub methods: Vec<Value>,
 }

@@ -81,9 +81,10 @@ impl Recipe {
         self
     }
 
-    /// The recipe with a plugin: its kind, version and checked parameters.
+    /// The recipe with a plugin: its kind, version and checked parameters. Equal parameters are equal text, because objects
+    /// have their keys in order.
     pub fn with_plugin(self, what: &str, kind: &str, version: u32, params: &serde_json::Value) -> Self {
-        self.with(what, kind).with("version", version).with("parameters", canonical(params))
+        self.with(what, kind).with("version", version).with("parameters", params)
     }
 
     /// The value of an ingredient.
@@ -93,53 +94,22 @@ impl Recipe {
 
     /// Address of the result.
     pub fn address(&self) -> Address {
-        AddressDigest::of(self).finish()
-    }
-}
-
-/// The address of a recipe that is not complete yet. Recipes that begin alike share the digest of their beginning.
-#[derive(Clone)]
-pub struct AddressDigest(Sha256);
-
-impl AddressDigest {
-    /// The digest of all there is of a recipe.
-    pub fn of(begun: &Recipe) -> Self {
-        let mut digest = Self(Sha256::new());
-        digest.text(begun.stage.word());
-        begun.ingredients.iter().for_each(|(name, value)| digest.add(name, value));
-        digest
+        self.address_with(None)
     }
 
-    /// Adds an ingredient.
-    pub fn add(&mut self, name: &str, value: &str) {
-        self.text(name);
-        self.text(value);
-    }
-
-    /// Address of the recipe that has been added up.
-    pub fn finish(self) -> Address {
-        Address(self.0.finalize().into())
-    }
-
-    fn text(&mut self, text: &str) {
-        self.0.update((text.len() as u64).to_le_bytes());
-        self.0.update(text.as_bytes());
-    }
-}
-
-/// JSON with the keys of every object in order, so that equal parameters are equal text.
-pub fn canonical(value: &serde_json::Value) -> String {
-    use serde_json::Value;
-    match value {
-        Value::Object(map) => {
-            let mut entries: Vec<_> = map.iter().collect();
-            entries.sort_by_key(|(key, _)| *key);
-            let entries =
-                entries.iter().map(|(k, v)| format!("{}:{}", Value::from(k.as_str()), canonical(v)));
-            format!("{{{}}}", entries.collect::<Vec<_>>().join(","))
+    /// Address of the recipe with further ingredients behind its own, which is not made for that.
+    pub fn address_with<'i>(&'i self, more: impl IntoIterator<Item = &'i (String, String)>) -> Address {
+        let mut digest = Sha256::new();
+        let mut add = |text: &str| {
+            digest.update((text.len() as u64).to_le_bytes());
+            digest.update(text.as_bytes());
+        };
+        add(self.stage.word());
+        for (name, value) in self.ingredients.iter().chain(more) {
+            add(name);
+            add(value);
         }
-        Value::Array(items) => format!("[{}]", items.iter().map(canonical).collect::<Vec<_>>().join(",")),
-        other => other.to_string(),
+        Address(digest.finalize().into())
     }
 }
 

@@ -17,7 +17,8 @@ use super::address::{Address, Recipe, Stage};
 use super::file;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use trackfail_core::num::hexadecimal;
 
@@ -25,30 +26,6 @@ const MAGIC: &[u8; 16] = b"trackfail-pack/1";
 const TAIL: u64 = 8 + 32 + 16;
 /// Largest index or record in bytes; one that claims to be larger is damaged.
 const MAX_LENGTH: u64 = 1 << 30;
-
-/// A pack that could not be read.
-#[derive(Debug, thiserror::Error)]
-pub enum PackError {
-    /// Its content is not what was written.
-    #[error(transparent)]
-    Damaged(StoreError),
-    /// The operating system refused; the pack may be whole.
-    #[error(transparent)]
-    Unreadable(StoreError),
-}
-
-impl PackError {
-    fn damaged(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Self::Damaged(StoreError::new(path, source))
-    }
-
-    fn io(path: &Path, e: std::io::Error) -> Self {
-        match e.kind() {
-            std::io::ErrorKind::UnexpectedEof => Self::damaged(path, "is truncated"),
-            _ => Self::Unreadable(StoreError::new(path, e)),
-        }
-    }
-}
 
 /// Description of a record, stored with it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -103,27 +80,23 @@ pub fn name_key(stage: Stage, cell: &str) -> u64 {
 /// # Errors
 /// When the folder cannot be written to.
 pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>), StoreError> {
-    let fail = |e: std::io::Error| StoreError::new(folder, e);
     let not_encoded = |e: postcard::Error| StoreError::new(folder, e);
-    let mut temporary = file::temporary_in(folder).map_err(fail)?;
     let mut bytes = MAGIC.to_vec();
     let mut index = Vec::with_capacity(records.len());
-    for record in records {
+    for Record { head, payload } in records {
         let offset = bytes.len();
-        bytes = postcard::to_extend(&record.head, bytes).map_err(not_encoded)?;
-        bytes.extend_from_slice(&record.payload);
-        if (bytes.len() - offset) as u64 > MAX_LENGTH {
+        bytes = postcard::to_extend(head, bytes).map_err(not_encoded)?;
+        bytes.extend_from_slice(payload);
+        let length = (bytes.len() - offset) as u64;
+        if length > MAX_LENGTH {
             return Err(StoreError::new(folder, "a record of more than 1 GiB"));
         }
-        let digest = Sha256::digest(&bytes[offset..]).into();
-        let length = (bytes.len() - offset) as u64;
-        let name = name_key(record.head.recipe.stage, &record.head.name.cell);
         index.push(Place {
-            address: record.head.recipe.address(),
-            name,
+            address: head.recipe.address(),
+            name: name_key(head.recipe.stage, &head.name.cell),
             offset: offset as u64,
             length,
-            digest,
+            digest: Sha256::digest(&bytes[offset..]).into(),
         });
     }
     let listed = postcard::to_stdvec(&index).map_err(not_encoded)?;
@@ -132,76 +105,69 @@ pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>),
     bytes.extend_from_slice(&(listed.len() as u64).to_le_bytes());
     bytes.extend_from_slice(&digest);
     bytes.extend_from_slice(MAGIC);
-    temporary.write_all(&bytes).map_err(fail)?;
     let path = folder.join(format!("{}.pack", hexadecimal(&digest[..20])));
-    file::persist(temporary, &path)?;
+    file::write(&path, &bytes)?;
     Ok((path, index))
 }
 
-/// The index of a pack; `Ok(None)` when the file does not exist.
+/// The index of a pack.
 ///
 /// # Errors
-/// When the file is not a whole pack.
-pub fn read_index(path: &Path) -> Result<Option<Vec<Place>>, PackError> {
-    open(path)?.map(|mut pack| index_of(&mut pack, path)).transpose()
+/// When the file is not a whole pack; its source is an [`std::io::Error`] if the operating system refuses, so that the pack
+/// may be whole.
+pub fn read_index(path: &Path) -> Result<Vec<Place>, StoreError> {
+    index_of(&mut open(path)?, path)
 }
 
-fn open(path: &Path) -> Result<Option<std::fs::File>, PackError> {
-    match std::fs::File::open(path) {
-        Ok(pack) => Ok(Some(pack)),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(PackError::io(path, e)),
-    }
+/// Head and payload of a record.
+///
+/// # Errors
+/// When it is not the record that `place` describes; as [`read_index`].
+pub fn read_record(path: &Path, place: &Place) -> Result<(Head, Vec<u8>), StoreError> {
+    record_of(&mut open(path)?, place, path)
+}
+
+fn open(path: &Path) -> Result<File, StoreError> {
+    File::open(path).map_err(|e| StoreError::new(path, e))
+}
+
+/// Some bytes of a pack, from an offset on.
+fn read<R: Read + Seek>(pack: &mut R, offset: u64, length: u64, path: &Path) -> Result<Vec<u8>, StoreError> {
+    let mut bytes = vec![0; length as usize];
+    let read = pack.seek(SeekFrom::Start(offset)).and_then(|_| pack.read_exact(&mut bytes));
+    read.map(|()| bytes).map_err(|e| match e.kind() {
+        ErrorKind::UnexpectedEof => StoreError::new(path, "is truncated"),
+        _ => StoreError::new(path, e),
+    })
 }
 
 /// The index of a pack from any reader; `path` is for errors.
 ///
 /// # Errors
 /// When it is not a whole pack.
-pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, PackError> {
-    let damaged = |what: &str| PackError::damaged(path, what);
-    let size = pack.seek(SeekFrom::End(0)).map_err(|e| PackError::io(path, e))?;
-    let mut tail = [0; TAIL as usize];
-    let read = |pack: &mut R, from: u64, into: &mut [u8]| {
-        pack.seek(SeekFrom::Start(from))
-            .and_then(|_| pack.read_exact(into))
-            .map_err(|e| PackError::io(path, e))
-    };
+pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, StoreError> {
+    let damaged = |what: &str| StoreError::new(path, what);
+    let size = pack.seek(SeekFrom::End(0)).map_err(|e| StoreError::new(path, e))?;
     let first = MAGIC.len() as u64;
-    let Some(end) = size.checked_sub(TAIL).filter(|end| *end >= first) else {
+    let end = size.checked_sub(TAIL).filter(|end| *end >= first);
+    let end = end.ok_or_else(|| damaged("is truncated"))?;
+    let tail = read(pack, end, TAIL, path)?;
+    let Some((length, rest)) = tail.split_first_chunk::<8>().filter(|_| tail.ends_with(MAGIC)) else {
         return Err(damaged("is truncated"));
     };
-    read(pack, end, &mut tail)?;
-    let (length, rest) = tail.split_at(8);
-    let (digest, magic) = rest.split_at(32);
-    let length = length.iter().rev().fold(0_u64, |n, byte| (n << 8) | u64::from(*byte));
-    if magic != MAGIC {
-        return Err(damaged("is truncated"));
-    }
-    let Some(start) = end.checked_sub(length).filter(|s| *s >= first && length <= MAX_LENGTH) else {
-        return Err(damaged("has an index that cannot be its own"));
-    };
-    let mut index = vec![0; length as usize];
-    read(pack, start, &mut index)?;
-    if Sha256::digest(&index).as_slice() != digest {
+    let length = u64::from_le_bytes(*length);
+    let start = end.checked_sub(length).filter(|start| *start >= first && length <= MAX_LENGTH);
+    let start = start.ok_or_else(|| damaged("has an index that cannot be its own"))?;
+    let listed = read(pack, start, length, path)?;
+    if !rest.starts_with(&Sha256::digest(&listed)) {
         return Err(damaged("has a damaged index"));
     }
-    let index: Vec<Place> = postcard::from_bytes(&index).map_err(|e| PackError::damaged(path, e))?;
-    let mut head = [0; MAGIC.len()];
-    read(pack, 0, &mut head)?;
+    let index: Vec<Place> = postcard::from_bytes(&listed).map_err(|e| StoreError::new(path, e))?;
     let inside = |p: &Place| p.offset >= first && p.offset.checked_add(p.length).is_some_and(|e| e <= start);
-    if &head != MAGIC || !index.iter().all(inside) {
+    if read(pack, 0, first, path)? != MAGIC || !index.iter().all(inside) {
         return Err(damaged("is damaged"));
     }
     Ok(index)
-}
-
-/// Head and payload of a record; `Ok(None)` when the file does not exist.
-///
-/// # Errors
-/// When it is not the record that `place` describes.
-pub fn read_record(path: &Path, place: &Place) -> Result<Option<(Head, Vec<u8>)>, PackError> {
-    open(path)?.map(|mut pack| record_of(&mut pack, place, path)).transpose()
 }
 
 /// Head and payload of a record of a pack from any reader; `path` is for errors.
@@ -212,14 +178,12 @@ pub fn record_of<R: Read + Seek>(
     pack: &mut R,
     place: &Place,
     path: &Path,
-) -> Result<(Head, Vec<u8>), PackError> {
-    let damaged = || PackError::damaged(path, "holds a damaged record");
+) -> Result<(Head, Vec<u8>), StoreError> {
+    let damaged = || StoreError::new(path, "holds a damaged record");
     if place.length > MAX_LENGTH {
         return Err(damaged());
     }
-    let mut bytes = vec![0; place.length as usize];
-    let read = pack.seek(SeekFrom::Start(place.offset)).and_then(|_| pack.read_exact(&mut bytes));
-    read.map_err(|e| PackError::io(path, e))?;
+    let bytes = read(pack, place.offset, place.length, path)?;
     if Sha256::digest(&bytes).as_slice() != place.digest {
         return Err(damaged());
     }
@@ -227,6 +191,5 @@ pub fn record_of<R: Read + Seek>(
     if head.recipe.address() != place.address {
         return Err(damaged());
     }
-    let payload = payload.to_vec();
-    Ok((head, payload))
+    Ok((head, payload.to_vec()))
 }

@@ -82,9 +82,11 @@ pub enum LayerRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BorderRule {
-    /// Uniform distributions; "zero" gives the same values and is read as this.
-    #[serde(alias = "zero")]
+    /// Uniform distributions.
     Uniform,
+    /// Zeros, which give the same values as `uniform` and are read as that.
+    #[serde(skip_serializing)]
+    Zero,
     /// The patch's own border pixels.
     Replicate,
 }
@@ -195,7 +197,10 @@ impl DistributionField {
     ///
     /// # Errors
     /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
+    pub fn new(mut p: Params) -> Result<Self, ParamError> {
+        if p.border == BorderRule::Zero {
+            p.border = BorderRule::Uniform;
+        }
         if !(2..=256).contains(&p.layers) {
             return Err(ParamError::out_of_range("layers", "2 to 256", p.layers));
         }
@@ -224,8 +229,8 @@ impl DistributionField {
         let v = gaussian(p.sigma_v, p.support_v / 2);
         let over_layers = gaussian(p.sigma_layer, p.support_layer / 2);
         let border = match p.border {
-            BorderRule::Uniform => Border::Common,
             BorderRule::Replicate => Border::Replicate,
+            _ => Border::Common,
         };
         let make =
             |across: &[f64], down: &[f64]| Smoothing::new(p.layers, across, down, &over_layers, border);

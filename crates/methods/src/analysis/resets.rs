@@ -190,7 +190,8 @@ impl Analysis for Resets {
         let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
         let robustness = |failures: f64, frames: f64| (-self.0.sensitivity * failures / frames).exp();
         let mut of_robustness = vec![(String::new(), vec![(robustness(failures, frames), accuracy)])];
-        of_robustness.extend(corners(&sequences, robustness).map(|ends| (INTERVAL.to_string(), ends.to_vec())));
+        of_robustness
+            .extend(corners(&sequences, robustness).map(|ends| (INTERVAL.to_string(), ends.to_vec())));
         let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
         let chart = |name: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>| Chart {
             name: name.into(),

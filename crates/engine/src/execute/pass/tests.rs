@@ -1,34 +1,33 @@
-//! Passes with trackers that panic, hang or fail, on one core and on several.
+//! Passes with trackers that panic, take too long or fail, on one thread and on several.
 
 use super::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
-use trackfail_core::image::Frame;
-use trackfail_core::region::{Rect, Region};
-use trackfail_dataset::{Frames, Numbering, Render};
+use trackfail_core::region::Rect;
+use trackfail_dataset::frame_cache::FrameCache;
+use trackfail_dataset::{Frames, Numbering, Render, Sequence};
 use trackfail_methods::signal::SIGNALS;
 use trackfail_methods::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
 /// Gray frames; decoding panics from the frame of its number on.
 struct Gray {
     good: usize,
-    /// Number of the last frame that was decoded, from 1.
-    last: AtomicUsize,
+    /// Number of frames that were decoded.
+    decoded: AtomicUsize,
 }
 
 impl Render for Gray {
     fn render(&self, t: usize) -> Frame {
         assert!(t < self.good, "no frame {t}");
-        self.last.fetch_max(t + 1, Ordering::Relaxed);
+        self.decoded.fetch_add(1, Ordering::Relaxed);
         Frame::from_fn(32, 24, |x, y| [(x * 7) as u8, (y * 9) as u8, t as u8])
     }
 }
 
-fn sequence(good: usize) -> Arc<Sequence> {
-    sequence_of(6, &Arc::new(Gray { good, last: AtomicUsize::new(0) }))
+fn gray(good: usize) -> Arc<Gray> {
+    Arc::new(Gray { good, decoded: AtomicUsize::new(0) })
 }
 
-fn sequence_of(frames: usize, gray: &Arc<Gray>) -> Arc<Sequence> {
+fn sequence(frames: usize, gray: &Arc<Gray>) -> Arc<Sequence> {
     Arc::new(Sequence {
         name: "gray".into(),
         numbering: Numbering { first: 1, official: (1, frames as u32) },
@@ -40,12 +39,15 @@ fn sequence_of(frames: usize, gray: &Arc<Gray>) -> Arc<Sequence> {
     })
 }
 
+/// Longest time of a task, where there is a limit; a slow frame takes longer.
+const LIMIT: Duration = Duration::from_secs(1);
+
 /// A tracker that stays where it is, and fails in frame 3 in its own way.
 #[derive(Clone, Copy, PartialEq)]
 enum Bad {
     Never,
     Panics,
-    Hangs,
+    IsSlow,
     Errs,
 }
 
@@ -67,41 +69,24 @@ impl Tracker for BadTracker {
         self.1 += 1;
         match self.0 {
             Bad::Panics if self.1 == 3 => panic!("out of wits"),
-            Bad::Hangs if self.1 == 3 => loop {
-                std::thread::park();
-            },
-            Bad::Errs if self.1 == 3 => Err(TrackerError::Broken("lost its file".into())),
-            _ => Ok(TrackerState::tracked(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0)))),
+            Bad::Errs if self.1 == 3 => return Err(TrackerError::Broken("lost its file".into())),
+            Bad::IsSlow if self.1 == 3 => std::thread::sleep(LIMIT + Duration::from_millis(200)),
+            _ => {}
         }
+        Ok(TrackerState::tracked(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0))))
     }
 }
 
-fn make(
-    configs: &[Bad],
-    states: Option<&Arc<Vec<TrackerState>>>,
-    limits: &RunLimits,
-) -> Vec<Result<PassOutput, CellError>> {
-    make_on(1, sequence(6), configs, states, limits)
-}
+type Made = Result<(Vec<TrackerState>, Vec<Vec<f64>>), CellError>;
 
-fn make_on(
-    cores: usize,
-    sequence: Arc<Sequence>,
-    configs: &[Bad],
-    states: Option<&Arc<Vec<TrackerState>>>,
-    limits: &RunLimits,
-) -> Vec<Result<PassOutput, CellError>> {
-    make_signal("rgb-histogram", cores, sequence, configs, states, limits)
-}
-
+/// A pass on some threads, with a signal on every track and, if it reads companions, with all other tracks as these.
 fn make_signal(
     kind: &str,
-    cores: usize,
-    sequence: Arc<Sequence>,
+    threads: usize,
+    sequence: &Arc<Sequence>,
     configs: &[Bad],
-    states: Option<&Arc<Vec<TrackerState>>>,
-    limits: &RunLimits,
-) -> Vec<Result<PassOutput, CellError>> {
+    states: Option<&[TrackerState]>,
+) -> Vec<Made> {
     let entry = SIGNALS.iter().find(|e| e.kind == kind).unwrap();
     let signal = SignalChoice {
         kind: entry.kind,
@@ -110,50 +95,64 @@ fn make_signal(
         restarts: Default::default(),
     };
     let frames = Arc::new(FrameCache::new(0));
-    let run = |bad: &Bad| TrackerRun {
+    let run = |bad: Bad| TrackerRun {
         sequence: sequence.clone(),
         frames: frames.clone(),
-        config: Arc::new(*bad),
+        config: Arc::new(bad),
         run: 0,
         seed: 1,
         data_roots: Vec::new(),
     };
-    let companions = Arc::default();
-    let task = |bad: &Bad| Task {
-        run: run(bad),
-        states: states.cloned(),
-        signals: vec![0],
-        companions: Arc::clone(&companions),
+    let others = |k: usize| (0..configs.len()).filter(move |other| *other != k);
+    let tasks = configs.iter().enumerate().map(|(k, bad)| Task {
+        run: run(*bad),
+        states,
+        signals: vec![&signal],
+        companions: others(k).map(|other| ("another", Some(other))).collect(),
+    });
+    let tasks: Vec<Task<'_>> = tasks.collect();
+    let limits = RunLimits { timeout: Some(LIMIT), ..RunLimits::default() };
+    let told = AtomicUsize::new(0);
+    let count = || {
+        told.fetch_add(1, Ordering::Relaxed);
     };
-    let one = Pass {
-        sequence: sequence.clone(),
-        frames: frames.clone(),
-        signals: Arc::new(vec![signal]),
-        tasks: configs.iter().map(task).collect(),
-        on_frame: Arc::new(|| {}),
-        spent: Arc::new(|_, _| {}),
-        cores: Cores::new(cores),
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let made = pool.install(|| pass(&tasks, &limits, &count)).unwrap();
+    if made.iter().any(Result::is_ok) {
+        assert_eq!(told.into_inner(), sequence.len(), "once a frame");
+    }
+    let whole = |made: PassOutput| -> Made {
+        let signals = made.signals.into_iter().collect::<Result<_, CellError>>()?;
+        Ok((made.states, signals))
     };
-    pass(one, limits).unwrap()
+    made.into_iter().map(|made| made.and_then(whole)).collect()
 }
 
-const CORES: [usize; 3] = [1, 2, 5];
+fn make(threads: usize, sequence: &Arc<Sequence>, configs: &[Bad]) -> Vec<Made> {
+    make_signal("rgb-histogram", threads, sequence, configs, None)
+}
+
+/// The track and the signal of a good tracker on six frames.
+fn alone() -> (Vec<TrackerState>, Vec<Vec<f64>>) {
+    make(1, &sequence(6, &gray(6)), &[Bad::Never]).remove(0).unwrap()
+}
+
+const THREADS: [usize; 3] = [1, 2, 5];
 
 #[test]
 fn a_failing_tracker_fails_no_other() {
-    let alone = make(&[Bad::Never], None, &RunLimits::default()).remove(0).unwrap();
-    assert_eq!((alone.states.len(), alone.signals[0].len()), (6, 6));
-    let limits = RunLimits { timeout: Some(Duration::from_secs(2)), ..RunLimits::default() };
-    for cores in CORES {
-        let bad = [Bad::Panics, Bad::Never, Bad::Hangs, Bad::Errs, Bad::Never];
-        let made = make_on(cores, sequence(6), &bad, None, &limits);
+    let alone = alone();
+    assert_eq!((alone.0.len(), alone.1[0].len()), (6, 6));
+    for threads in THREADS {
+        let bad = [Bad::Panics, Bad::Never, Bad::IsSlow, Bad::Errs, Bad::Never];
+        let made = make(threads, &sequence(6, &gray(6)), &bad);
         let reason = |k: usize| made[k].as_ref().unwrap_err().to_string();
         assert!(
             reason(0).starts_with("gray: panicked at crates/engine") && reason(0).ends_with("out of wits"),
             "{}",
             reason(0)
         );
-        assert_eq!(reason(2), "gray: took longer than 2 s (--timeout)");
+        assert_eq!(reason(2), "gray: took longer than 1 s (--timeout)");
         assert_eq!(reason(3), "lost its file");
         assert_eq!((made[1].as_ref(), made[4].as_ref()), (Ok(&alone), Ok(&alone)));
     }
@@ -161,9 +160,8 @@ fn a_failing_tracker_fails_no_other() {
 
 #[test]
 fn frames_that_cannot_be_decoded_fail_the_trackers_that_get_to_them() {
-    for cores in CORES {
-        let bad = [Bad::Never, Bad::Never, Bad::Errs];
-        let mut made = make_on(cores, sequence(4), &bad, None, &RunLimits::default());
+    for threads in THREADS {
+        let mut made = make(threads, &sequence(6, &gray(4)), &[Bad::Never, Bad::Never, Bad::Errs]);
         assert_eq!(made.remove(2).unwrap_err().to_string(), "lost its file");
         for made in made {
             let reason = made.unwrap_err().to_string();
@@ -176,38 +174,73 @@ fn frames_that_cannot_be_decoded_fail_the_trackers_that_get_to_them() {
 }
 
 #[test]
-fn more_cores_change_no_result_and_do_not_decode_far_ahead() {
-    let long = || sequence_of(80, &Arc::new(Gray { good: 80, last: AtomicUsize::new(0) }));
-    let limits = RunLimits::default();
-    let made = CORES.map(|cores| make_on(cores, long(), &[Bad::Never; 4], None, &limits));
-    assert!(made[0].iter().all(|made| made.as_ref().is_ok_and(|made| made.signals[0].len() == 80)));
+fn more_threads_change_no_result_and_do_not_decode_far_ahead() {
+    let made = THREADS.map(|threads| make(threads, &sequence(80, &gray(80)), &[Bad::Never; 4]));
+    assert!(made[0].iter().all(|made| made.as_ref().is_ok_and(|made| made.1[0].len() == 80)));
     assert!(made[1] == made[0] && made[2] == made[0]);
-    // Held up in the frame of index 3.
-    let gray = Arc::new(Gray { good: 80, last: AtomicUsize::new(0) });
-    let limits = RunLimits { timeout: Some(Duration::from_millis(500)), ..RunLimits::default() };
-    assert!(make_on(4, sequence_of(80, &gray), &[Bad::Hangs], None, &limits)[0].is_err());
-    let decoded = gray.last.load(Ordering::Relaxed);
+    // It fails in the frame of index 3.
+    let gray = gray(80);
+    assert!(make(4, &sequence(80, &gray), &[Bad::Errs])[0].is_err());
+    let decoded = gray.decoded.load(Ordering::Relaxed);
     assert!((4..=3 + 16).contains(&decoded), "{decoded} frames");
 }
 
 #[test]
+fn frames_are_decoded_once_for_any_number_of_tracks_and_their_companions() {
+    for (kind, count) in [("rgb-histogram", 70), ("companion-overlap", 3)] {
+        let gray = gray(20);
+        let made = make_signal(kind, 2, &sequence(20, &gray), &vec![Bad::Never; count], None);
+        assert!(made.iter().all(|made| made.as_ref().is_ok_and(|made| made.1[0].len() == 20)));
+        assert_eq!(gray.decoded.load(Ordering::Relaxed), 20, "{kind}");
+        if kind == "companion-overlap" {
+            assert_eq!(made[0].as_ref().unwrap().1[0], [1.0; 20]);
+        }
+    }
+}
+
+#[test]
+fn signals_that_read_a_failed_companion_fail_with_it() {
+    for threads in THREADS {
+        let bad = [Bad::Never, Bad::Errs, Bad::Never];
+        let made = make_signal("companion-overlap", threads, &sequence(6, &gray(6)), &bad, None);
+        let reasons: Vec<String> = made.into_iter().map(|made| made.unwrap_err().to_string()).collect();
+        let lacks = "there is no track of its companion another";
+        assert_eq!(reasons, [lacks, "lost its file", lacks]);
+    }
+}
+
+#[test]
 fn signals_on_a_stored_track_equal_those_of_the_first_run() {
-    let live = make(&[Bad::Never], None, &RunLimits::default()).remove(0).unwrap();
+    let (states, signals) = alone();
     // The tracker itself, which would panic, is not run.
-    let kept = make(&[Bad::Panics], Some(&live.states), &RunLimits::default()).remove(0).unwrap();
-    assert_eq!(kept, live);
+    let kept = make_signal("rgb-histogram", 1, &sequence(6, &gray(6)), &[Bad::Panics], Some(&states));
+    assert_eq!(kept, [Ok((Vec::new(), signals))]);
 }
 
 #[test]
 fn signals_of_regions_need_no_frame() {
-    let live = make(&[Bad::Never], None, &RunLimits::default()).remove(0).unwrap();
-    let limits = RunLimits::default();
-    for cores in CORES {
-        let gray = Arc::new(Gray { good: 0, last: AtomicUsize::new(0) });
-        let stored = Some(&live.states);
-        let mut made =
-            make_signal("box-motion", cores, sequence_of(6, &gray), &[Bad::Panics], stored, &limits);
-        assert_eq!(made.remove(0).unwrap().signals[0], [0.0; 6]);
-        assert_eq!(gray.last.load(Ordering::Relaxed), 0);
+    let (states, _) = alone();
+    for threads in THREADS {
+        let gray = gray(0);
+        let made = make_signal("box-motion", threads, &sequence(6, &gray), &[Bad::Panics], Some(&states));
+        assert_eq!(made, [Ok((Vec::new(), vec![vec![0.0; 6]]))]);
+        assert_eq!(gray.decoded.load(Ordering::Relaxed), 0);
     }
+}
+
+#[test]
+fn an_interrupted_pass_ends() {
+    let sequence = sequence(6, &gray(6));
+    let run = TrackerRun {
+        sequence,
+        frames: Arc::new(FrameCache::new(0)),
+        config: Arc::new(Bad::Never),
+        run: 0,
+        seed: 1,
+        data_roots: Vec::new(),
+    };
+    let limits = RunLimits::default();
+    let task = Task { run, states: None, signals: Vec::new(), companions: Vec::new() };
+    let stop = || limits.stop.set();
+    assert!(matches!(pass(&[task], &limits, &stop), Err(Interrupted)));
 }

@@ -1,8 +1,6 @@
 //! Reverse runs of built-in trackers on a rendered square.
 
 use super::*;
-use std::sync::Arc;
-use trackfail_core::image::Frame;
 use trackfail_core::plugin;
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
@@ -58,9 +56,9 @@ fn reversal(kind: &str) -> Reversal {
 }
 
 fn ask(reversal: &Reversal, from: usize, to: usize) -> (Option<f64>, Option<String>) {
-    let handle = reversal.handle();
+    let handle = Handle::new(reversal);
     let error = handle.error(from, to);
-    (error, handle.failure().map(|e| e.to_string()))
+    (error, handle.failure.into_inner().map(|e| e.to_string()))
 }
 
 const POSTERIOR: [&str; 5] = [
@@ -97,6 +95,29 @@ fn earlier_reverse_runs_change_nothing() {
         asked.iter().rev().map(|(from, to)| ask(&other, *from, *to).0.unwrap()).collect();
     turned.reverse();
     assert_eq!(turned, errors);
+}
+
+// Table 5 counts what a run costs a program that has not made it before.
+#[test]
+fn runs_apart_find_the_same_and_cost_each_the_whole_way() {
+    let shared = reversal("color-particle-filter");
+    let (mut tracker, _) = shared.run.start(&shared.run.frame(0).unwrap()).unwrap();
+    let mut forks = vec![tracker.fork(None).unwrap()];
+    for t in 1..FRAMES {
+        tracker.update(&shared.run.frame(t).unwrap()).unwrap();
+        forks.push(tracker.fork(None).unwrap());
+    }
+    let apart = Reversal::apart(shared.run.clone(), shared.regions.clone(), forks);
+    for (from, to) in [(40, 30), (40, 30), (40, 25), (12, 3)] {
+        assert_eq!(ask(&apart, from, to), ask(&shared, from, to), "{from} {to}");
+    }
+    let frames = |reversal: &Reversal| {
+        let cost = reversal.take_cost();
+        assert!(cost.tracking > Duration::ZERO && cost.tracking < cost.waiting, "{cost:?}");
+        (cost.runs, cost.frames)
+    };
+    assert_eq!((frames(&apart), frames(&shared)), ((4, 10 + 10 + 15 + 9), (3, 10 + 5 + 9)));
+    assert_eq!(apart.take_cost(), ReverseCost::default());
 }
 
 #[test]

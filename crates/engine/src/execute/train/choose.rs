@@ -1,19 +1,15 @@
 //! The choice of a parameter among candidates, and the learning of a model, from tracks.
 
 use super::Chosen;
-use crate::error::{RunError, StepError};
+use crate::error::StepError;
 use crate::execute::judge::detect;
-use crate::execute::reverse::Reversal;
-use crate::execute::supervise::{JobError, Watchdog, run_single, supervised};
+use crate::execute::supervise::run_single;
 use crate::execute::track::Track;
-use crate::execute::tracker_run::TrackingError;
 use crate::limits::RunLimits;
 use crate::plan::SignalSet;
 use crate::spec::method::{Candidates, FixedDetector, Training};
-use rayon::prelude::*;
 use serde_json::Value;
 use std::sync::Arc;
-use trackfail_core::plugin::ParamError;
 use trackfail_dataset::suite::Origin;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::{Counts, Pooled, Protocol};
@@ -36,145 +32,65 @@ pub fn learn(
     Ok(model.to_string())
 }
 
-/// The candidate with the largest pooled measure; the first among equals.
-pub fn train(
-    training: &Training,
-    tracks: Vec<Arc<Track>>,
-    signals: &SignalSet,
-    protocol: &'static Protocol,
-    limits: &RunLimits,
-) -> Result<Chosen, StepError> {
-    let within = |e: StepError| e.within(&format!("training `{}`", training.key));
-    let candidates = candidates(training, &tracks, signals).map_err(|e| within(StepError::failed(e)))?;
-    if candidates.is_empty() {
-        return Err(within(StepError::failed("there is no value to try")));
-    }
-    let values: Vec<f64> = candidates.iter().map(|(value, _)| *value).collect();
-    let candidates: Vec<FixedDetector> = candidates.into_iter().map(|(_, fixed)| fixed).collect();
-    if training.example.detector.needs_reverse() {
-        run_backwards(&tracks, &candidates, signals, limits)?;
-    }
-    let (learned, signals) = (tracks.clone(), signals.clone());
-    let pooled = move |fixed: &FixedDetector| -> Result<Counts, TrackingError> {
-        tracks.iter().map(|track| counts(track, &signals, fixed, protocol)).sum()
-    };
-    let work = move |watch: &Watchdog, left_out: &[Option<JobError>]| {
-        let mut measures = Vec::with_capacity(candidates.len());
-        for candidate in &candidates {
-            watch.check_interrupted()?;
-            if let Some(Some(reason)) = left_out.first() {
-                return Err(StepError::from(reason.clone()));
-            }
-            measures.push(watch.step(0, || pooled(candidate))?);
-        }
-        Ok(measures)
-    };
-    let measures = supervised(1, limits, work);
-    learned.iter().filter_map(|t| t.reversal.as_deref()).for_each(Reversal::free_trackers);
-    Ok(best(training, protocol, values, &measures.map_err(within)?))
-}
-
-/// Counts of a detector on a track.
-fn counts(
-    track: &Track,
-    signals: &SignalSet,
-    fixed: &FixedDetector,
-    protocol: &Protocol,
-) -> Result<Counts, TrackingError> {
-    Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).0.counts)
-}
-
-/// The candidate whose counts have the largest measure; the first among equals.
-fn best(training: &Training, protocol: &Protocol, values: Vec<f64>, counts: &[Counts]) -> Chosen {
-    let measure = |counts: &Counts| {
-        let pooled = Pooled { counts: *counts, chance: Some(protocol.chance), ..Pooled::default() };
-        training.maximise.value(&pooled)
-    };
-    let measures: Vec<Option<f64>> = counts.iter().map(measure).collect();
-    let mut best: Option<(f64, usize)> = None;
-    for (i, reached) in measures.iter().enumerate() {
-        if let Some(reached) = *reached
-            && best.is_none_or(|(most, _)| reached > most)
-        {
-            best = Some((reached, i));
-        }
-    }
-    Chosen { index: best.map_or(0, |(_, i)| i) as u64, reached: best.map(|(r, _)| r), values, measures }
-}
-
-/// Counts of every candidate on one track, for parameters that are chosen on many parts of the same tracks.
+/// Values to try with their detectors, ascending.
 ///
 /// # Errors
-/// When a detector panics, hangs or fails.
-pub fn counts_of_candidates(
-    candidates: &[(f64, FixedDetector)],
-    track: &Arc<Track>,
-    signals: &SignalSet,
-    protocol: &'static Protocol,
-    limits: &RunLimits,
-) -> Result<Vec<Counts>, StepError> {
-    let (candidates, track, signals) = (candidates.to_vec(), track.clone(), signals.clone());
-    let count = move || -> Result<Vec<Counts>, StepError> {
-        let of = |(_, fixed): &(f64, FixedDetector)| counts(&track, &signals, fixed, protocol);
-        Ok(candidates.iter().map(of).collect::<Result<_, TrackingError>>()?)
-    };
-    run_single(limits, count)
-}
-
-/// The choice among listed candidates from their counts on the training tracks, one list for each track.
-pub fn choose(
-    training: &Training,
-    candidates: &[(f64, FixedDetector)],
-    tracks: &[&Vec<Counts>],
-    protocol: &Protocol,
-) -> Chosen {
-    let mut sums = vec![Counts::default(); candidates.len()];
-    for counts in tracks {
-        sums.iter_mut().zip(*counts).for_each(|(sum, counts)| *sum = [*sum, *counts].into_iter().sum());
-    }
-    best(training, protocol, candidates.iter().map(|(value, _)| *value).collect(), &sums)
-}
-
-/// Makes the reverse runs of all candidates on all cores; training, which has one thread, then reuses their errors. A
-/// run that fails here fails again in training, where the failure is reported.
-fn run_backwards(
-    tracks: &[Arc<Track>],
-    candidates: &[FixedDetector],
-    signals: &SignalSet,
-    limits: &RunLimits,
-) -> Result<(), RunError> {
-    let run = |track: &Arc<Track>| {
-        let (track, candidates, signals) = (track.clone(), candidates.to_vec(), signals.clone());
-        let detect_all = move || -> Result<(), StepError> {
-            candidates
-                .iter()
-                .try_for_each(|c| detect(&track, &signals, c, 0).map(|_| ()).map_err(StepError::from))
-        };
-        match run_single(limits, detect_all) {
-            Ok(()) => Ok(()),
-            Err(e) => e.cell().map(|_| ()),
-        }
-    };
-    tracks.par_iter().with_max_len(1).try_for_each(run)
-}
-
-/// Values to try with their detectors, ascending.
-fn candidates(
+/// When there is none, or the detector refuses one.
+pub fn candidates(
     training: &Training,
     tracks: &[Arc<Track>],
     signals: &SignalSet,
-) -> Result<Vec<(f64, FixedDetector)>, ParamError> {
+) -> Result<Vec<(f64, FixedDetector)>, StepError> {
     let (count, build) = match &training.candidates {
         Candidates::Listed(list) => return Ok(list.clone()),
         Candidates::Quantiles { count, build } => (*count, build),
     };
     let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signals.first).into_owned()).collect();
     values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else { return Ok(Vec::new()) };
+    let last = values.len().checked_sub(1).ok_or_else(|| StepError::failed("there is no value to try"))?;
     // Values that were seen, so that nothing depends on how quantiles are interpolated.
     let mut tried: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
     tried.dedup();
-    tried.into_iter().map(|value| Ok((value, build(value)?))).collect()
+    let built = tried.into_iter().map(|value| Ok((value, build(value).map_err(StepError::failed)?)));
+    built.collect()
+}
+
+/// Counts of each candidate on a track.
+///
+/// # Errors
+/// When a detector panics, hangs or fails.
+pub fn counts(
+    candidates: &[(f64, FixedDetector)],
+    track: &Arc<Track>,
+    signals: &SignalSet,
+    protocol: &'static Protocol,
+    limits: &RunLimits,
+) -> Result<Vec<Counts>, StepError> {
+    let (candidates, judged, signals) = (candidates.to_vec(), track.clone(), signals.clone());
+    let count = move || -> Result<Vec<Counts>, StepError> {
+        let of = |(_, fixed): &(f64, FixedDetector)| {
+            Ok(judged.judge(protocol, &detect(&judged, &signals, fixed, 0)?).0.counts)
+        };
+        candidates.iter().map(of).collect()
+    };
+    let counts = run_single(limits, count);
+    if let Some(reversal) = &track.reversal {
+        reversal.free_trackers();
+    }
+    counts
+}
+
+/// The candidate whose counts on all tracks together have the largest measure; the first among equals. `counts` has a list
+/// for each track.
+pub fn best(training: &Training, protocol: &Protocol, values: Vec<f64>, counts: &[Vec<Counts>]) -> Chosen {
+    let measure = |k: usize| {
+        let counts = counts.iter().map(|of_track| of_track[k]).sum();
+        training.maximise.value(&Pooled { counts, chance: Some(protocol.chance), ..Pooled::default() })
+    };
+    let measures: Vec<Option<f64>> = (0..values.len()).map(measure).collect();
+    let reached = measures.iter().enumerate().filter_map(|(k, measure)| Some((k, (*measure)?)));
+    let best = reached.reduce(|best, next| if next.1 > best.1 { next } else { best });
+    Chosen { index: best.map_or(0, |(k, _)| k) as u64, reached: best.map(|(_, most)| most), values, measures }
 }
 
 #[cfg(test)]
@@ -213,8 +129,10 @@ mod tests {
         };
         let protocol = trackfail_methods::score::protocol("khalid2016/1").unwrap();
         let signals = SignalSet { first: Some(0), more: Vec::new() };
-        let train = |tracks| train(&training, tracks, &signals, protocol, &RunLimits::default()).unwrap();
-        let chosen = train(vec![Arc::new(track)]);
+        let tracks = [Arc::new(track)];
+        let list = candidates(&training, &tracks, &signals).unwrap();
+        let counts = counts(&list, &tracks[0], &signals, protocol, &RunLimits::default()).unwrap();
+        let chosen = best(&training, protocol, list.iter().map(|(value, _)| *value).collect(), &[counts]);
         let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
         let values = vec![0.01, 0.2, 0.5, 0.9];
         assert_eq!(

@@ -15,6 +15,7 @@
 //! anywhere: where there are more of them than lie beyond a bound, 2.5 %, a comparison of order has no interval. Outcomes are joined by Kleene's logic: `&&` takes the worse one, `||` the
 //! better one, `!` turns it. The level is that of each comparison by itself; nothing corrects for their number.
 
+use super::parse::LEVELS;
 use super::{Claim, ClaimVerdict, Expr, Op, Reference};
 use trackfail_core::num::pooled::percentiles;
 
@@ -241,20 +242,8 @@ fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
 
 impl Op {
     fn sign(self) -> &'static str {
-        match self {
-            Self::Or => "||",
-            Self::And => "&&",
-            Self::GreaterEqual => ">=",
-            Self::LessEqual => "<=",
-            Self::Greater => ">",
-            Self::Less => "<",
-            Self::Equal => "==",
-            Self::NotEqual => "!=",
-            Self::Add => "+",
-            Self::Subtract => "-",
-            Self::Multiply => "*",
-            Self::Divide => "/",
-        }
+        let mut all = LEVELS.iter().copied().flatten();
+        all.find(|(_, op)| *op == self).map_or("", |(sign, _)| *sign)
     }
 }
 

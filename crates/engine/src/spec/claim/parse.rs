@@ -46,7 +46,7 @@ fn is_truth(e: &Expr) -> bool {
 }
 
 /// Operators, those that bind tighter last; where one spelling begins with another, the longer comes first.
-const LEVELS: [&[(&str, Op)]; 5] = [
+pub(super) const LEVELS: [&[(&str, Op)]; 5] = [
     &[("||", Op::Or)],
     &[("&&", Op::And)],
     &[
@@ -280,7 +280,7 @@ impl<'a> Parser<'a> {
         let subject = parts.next().unwrap_or_default();
         let quantity = match metric {
             None => Quantity::Finding(words.finding(subject, |n| &n.numbers).unwrap_or_else(|e| {
-                self.wrong(subject, e.to_string());
+                self.wrong(subject, e);
                 FindingName { analysis: String::new(), part: String::new() }
             })),
             Some(metric) => {

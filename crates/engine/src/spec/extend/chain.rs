@@ -2,12 +2,11 @@
 
 use super::EXTENDS;
 use crate::spec::builtin;
-use crate::spec::error::{Source, SourceFile, SpecError};
+use crate::spec::error::{SourceFile, SpecError};
 use crate::spec::limits::read_text;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeValue;
 use trackfail_core::plugin::unknown;
 
 /// Most files, one extending the other.
@@ -49,42 +48,40 @@ impl Place {
     }
 }
 
-/// The keys and items of a file.
-pub(super) fn parse(file: &SourceFile) -> Result<Spanned<DeTable<'_>>, SpecError> {
-    file.source().syntax()
-}
-
 /// Reads all files that a text extends; the text itself is the first, and each extends the one behind it.
-pub(super) fn load(name: &str, text: &str, mut place: Place) -> Result<Vec<SourceFile>, SpecError> {
+///
+/// # Errors
+/// A base that cannot be read or leads in a circle.
+pub(in crate::spec) fn load(name: &str, text: &str, mut place: Place) -> Result<Vec<SourceFile>, SpecError> {
     let mut seen = vec![place.identity(name)];
-    let mut files = vec![SourceFile { name: name.to_string(), text: text.to_string(), note: String::new() }];
+    let mut files = Vec::new();
     let mut extended_by = Vec::new();
-    while let Some((target, span)) = files.last().map(extends).transpose()?.flatten() {
-        let last = files.last().map(SourceFile::source).unwrap_or(Source::new(name, text));
-        let wrong = |message: String| last.error(span.clone(), message);
-        let (file, text, next) = open(&place, &target).map_err(|e| match e {
-            Refusal::Target(message) => wrong(message),
-            Refusal::Base(error) => error,
-        })?;
-        if seen.contains(&next.identity(&file)) {
+    let mut last =
+        SourceFile { name: name.to_string(), text: text.to_string(), note: String::new(), start: 0 };
+    while let Some((target, span)) = extended(&last)? {
+        let wrong = |message: String| last.source().error(span.clone(), message);
+        let (name, text, next) = open(&place, &target, &wrong)?;
+        let identity = next.identity(&name);
+        if seen.contains(&identity) {
             return Err(wrong(format!("`{target}` extends itself")));
         }
-        if files.len() == MAX_FILES {
+        if seen.len() == MAX_FILES {
             return Err(wrong(format!("more than {MAX_FILES} files extend one another")));
         }
-        let line = last.line(span.start);
-        extended_by.insert(0, format!("{}:{line}", files.last().map_or(name, |f| f.name.as_str())));
-        seen.push(next.identity(&file));
+        seen.push(identity);
         place = next;
+        extended_by.insert(0, last.source().file_and_line(span.start));
         let note = format!(" (extended by {})", extended_by.join(", "));
-        files.push(SourceFile { name: file, text, note });
+        let start = last.start + last.text.len() + 1;
+        files.push(std::mem::replace(&mut last, SourceFile { name, text, note, start }));
     }
+    files.push(last);
     Ok(files)
 }
 
 /// The value of `extends`, with its place.
-fn extends(file: &SourceFile) -> Result<Option<(String, Range<usize>)>, SpecError> {
-    let document = parse(file)?;
+fn extended(file: &SourceFile) -> Result<Option<(String, Range<usize>)>, SpecError> {
+    let document = file.source().syntax()?;
     let Some(value) = document.get_ref().get(EXTENDS) else { return Ok(None) };
     match value.get_ref() {
         DeValue::String(target) => Ok(Some((target.to_string(), value.span()))),
@@ -92,40 +89,36 @@ fn extends(file: &SourceFile) -> Result<Option<(String, Range<usize>)>, SpecErro
     }
 }
 
-/// Why a base is not read.
-enum Refusal {
-    /// It cannot be meant.
-    Target(String),
-    /// It is there and wrong.
-    Base(SpecError),
-}
-
-/// Name, text and place of a base.
-fn open(from: &Place, target: &str) -> Result<(String, String, Place), Refusal> {
-    let refuse = |message: String| Err(Refusal::Target(message));
+/// Name, text and place of a base; `wrong` makes the error of a base that cannot be meant.
+fn open(
+    from: &Place,
+    target: &str,
+    wrong: &dyn Fn(String) -> SpecError,
+) -> Result<(String, String, Place), SpecError> {
     if !target.ends_with(".toml") {
         let Some((name, text)) = builtin::EXPERIMENTS.iter().find(|(name, _)| *name == target) else {
             let known = builtin::EXPERIMENTS.iter().map(|(name, _)| *name);
             let short = trackfail_dataset::text::shorten_to(target, 64);
-            return refuse(unknown("built-in experiment", &short, known) + " (files end in .toml)");
+            return Err(wrong(unknown("built-in experiment", &short, known) + " (files end in .toml)"));
         };
         return Ok((name.to_string(), text.to_string(), Place::BuiltIn));
     }
     let Place::Folder { folder, root, .. } = from else {
-        return refuse("only an experiment that is read from a file can extend a file".to_string());
+        return Err(wrong("only an experiment that is read from a file can extend a file".to_string()));
     };
-    let outside = || refuse("`extends` must name a file in the folder of the experiment or below it".into());
+    let outside =
+        || wrong("`extends` must name a file in the folder of the experiment or below it".to_string());
     if !Path::new(target).components().all(|part| matches!(part, Component::Normal(_))) {
-        return outside();
+        return Err(outside());
     }
     let path = folder.join(target);
     let shown = path.display().to_string();
-    let file = path.canonicalize().map_err(|e| Refusal::Target(format!("{shown}: {e}")))?;
+    let file = path.canonicalize().map_err(|e| wrong(format!("{shown}: {e}")))?;
     // A link could lead anywhere.
     if !file.starts_with(root) || !file.is_file() {
-        return outside();
+        return Err(outside());
     }
-    let text = read_text(&path).map_err(Refusal::Base)?;
+    let text = read_text(&path)?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
     Ok((shown, text, Place::Folder { folder, root: root.clone(), file }))
 }

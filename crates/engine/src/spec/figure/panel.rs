@@ -1,8 +1,7 @@
 //! Panels of strip figures: `score:DTEF+RAW`.
 
-use crate::spec::error::{Errors, Source, SpecError};
+use crate::spec::error::At;
 use crate::spec::table::Words;
-use toml::Spanned;
 
 /// Content of one panel of a strip figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,45 +21,35 @@ pub enum Panel {
 }
 
 /// Checks a panel of a figure.
-pub(super) fn read_panel(
-    source: Source<'_>,
-    word: &Spanned<String>,
-    words: &Words,
-) -> Result<Panel, SpecError> {
-    let text = word.get_ref().as_str();
+pub(super) fn read_panel(at: At<'_>, text: &str, words: &Words) -> Option<Panel> {
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let is_in = |list: &[String], name: &str| list.iter().any(|known| known == name);
     let method = |name: &str| {
-        if !words.methods.iter().any(|m| m == name) {
-            return Err(source.unknown(
-                word.span(),
-                "method",
-                name,
-                words.methods.iter().map(String::as_str),
-            ));
+        if !is_in(&words.methods, name) {
+            at.tell_unknown("method", name, words.methods.iter().map(String::as_str));
+        } else if !is_in(&words.drawn, name) {
+            at.tell(format!("`{name}` has a grid; only methods without one can be drawn over frames"));
         }
-        if !words.drawn.iter().any(|m| m == name) {
-            let message = format!("`{name}` has a grid; only methods without one can be drawn over frames");
-            return Err(source.error(word.span(), message));
-        }
-        Ok(name.to_string())
+        name.to_string()
     };
     let signal = |name: &str| {
-        let name = method(name)?;
-        if words.with_signal.contains(&name) {
-            return Ok(name);
+        if is_in(&words.drawn, name) && !is_in(&words.with_signal, name) {
+            at.tell(format!("`{name}` reads no signal that could be drawn"));
         }
-        Err(source.error(word.span(), format!("`{name}` reads no signal that could be drawn")))
+        method(name)
     };
-    match kind {
-        "error" if rest.is_empty() => Ok(Panel::Error),
-        "signal" => Ok(Panel::Signal(signal(rest)?)),
-        "forecast" => Ok(Panel::Forecast(signal(rest)?)),
-        "score" => Ok(Panel::Score(Errors::collect(rest.split('+').map(method))?)),
-        "labels" => Ok(Panel::Labels(Errors::collect(rest.split('+').map(method))?)),
-        "condition" => Ok(Panel::Condition(Errors::collect(rest.split('+').map(method))?)),
+    let methods = || rest.split('+').map(method).collect();
+    Some(match kind {
+        "error" if rest.is_empty() => Panel::Error,
+        "signal" => Panel::Signal(signal(rest)),
+        "forecast" => Panel::Forecast(signal(rest)),
+        "score" => Panel::Score(methods()),
+        "labels" => Panel::Labels(methods()),
+        "condition" => Panel::Condition(methods()),
         _ => {
             let known = ["error", "signal", "forecast", "score", "labels", "condition"];
-            Err(source.unknown(word.span(), "panel", kind, known))
+            at.tell_unknown("panel", kind, known);
+            return None;
         }
-    }
+    })
 }

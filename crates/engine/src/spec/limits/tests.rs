@@ -130,8 +130,11 @@ fn long_lists_are_refused() {
         let e = refused(text);
         assert!(e.message.contains(words), "{}", e.message);
     };
-    words(&format!("{HEAD}{}{METHOD}", trackers(60_000)), "60000 trackers");
-    words(&format!("{HEAD}{TRACKER}{}", methods(60_000)), "60000 methods");
+    words(
+        &format!("{HEAD}{}{METHOD}", trackers(60_000)),
+        "`tracker` must be a list of at most 256, not a list of 60000",
+    );
+    words(&format!("{HEAD}{TRACKER}{}", methods(60_000)), "not a list of 60000");
     let repeated = trackers(256).replace("\nlabel", "\nruns = 1000\nlabel");
     words(&format!("{HEAD}{repeated}{}", methods(9)), "2304000 cells a sequence");
     let numbers = many(300_000, |i| format!("{i},"));
@@ -148,22 +151,29 @@ fn long_lists_are_refused() {
     assert!(parse("a", &format!("{HEAD}{TRACKER}{}", many(20, trained))).is_ok());
     words(&format!("{HEAD}{TRACKER}{}", many(200, trained)), "more than 20000 detectors");
     let roles = many(17, |i| format!("suites.r{i} = \"synthetic-vot\"\n"));
-    words(&format!("{HEAD}{roles}{TRACKER}{METHOD}"), "18 suites");
+    words(
+        &format!("{HEAD}{roles}{TRACKER}{METHOD}"),
+        "`suites` must be a table of at most 16, not a table of 18",
+    );
     let list = |item: &str, n: usize| vec![format!("\"{item}\""); n].join(",");
     let table = |i: usize, rows: usize| {
         format!("[[table]]\nname = \"t{i}\"\nrows = [{}]\ncolumns = \"method\"\n", list("recall", rows))
     };
     let whole = |more: &str| format!("{HEAD}{TRACKER}{METHOD}{more}");
-    words(&whole(&many(257, |i| table(i, 1))), "257 tables");
-    words(&whole(&table(0, 65)), "65 rows of a table");
+    words(&whole(&many(257, |i| table(i, 1))), "not a list of 257");
+    words(&whole(&table(0, 65)), "`rows` must be a list of at most 64, not a list of 65");
     let methods = format!("methods = [{}]", list("RAW", 257));
-    words(&whole(&(table(0, 1) + &methods)), "257 methods of a table");
+    words(&whole(&(table(0, 1) + &methods)), "`methods` must be a list of at most 256, not a list of 257");
     let figure = |more: &str| whole(&format!("[[figure]]\nname = \"f\"\nkind = \"strips\"\n{more}"));
-    words(&figure(&format!("panels = [[{}]]", list("error", 65))), "65 panels");
-    words(&figure(&format!("panels = [{}]", "[],".repeat(65))), "65 panels");
-    words(&figure(&format!("panels = [[\"error\"]]\nsequences = [{}]", list("ball", 65))), "65 sequences");
+    words(&figure(&format!("panels = [[{}]]", list("error", 65))), "a list of 65");
+    words(&figure(&format!("panels = [{}]", "[],".repeat(65))), "a list of 65");
+    words(&figure(&format!("panels = [{}]", "[\"error\", \"error\"],".repeat(33))), "`panels`, at most 64");
+    words(
+        &figure(&format!("panels = [[\"error\"]]\nsequences = [{}]", list("ball", 65))),
+        "`sequences` must be a list of at most 64, not a list of 65",
+    );
     let claims = many(1025, |_| "[[claim]]\ntext = \"t\"\nholds = \"1 > 0\"\n".into());
-    words(&whole(&claims), "1025 claims");
+    words(&whole(&claims), "`claim` must be a list of at most 1024, not a list of 1025");
 }
 
 #[test]

@@ -1,15 +1,16 @@
 //! Numbers that a paper prints, beside the table they belong to.
 
-use super::{Published, Side, Table};
+use super::{Published, Side, Table, Words};
 use crate::spec::Tracker;
-use crate::spec::error::{Errors, Source, SpecError};
+use crate::spec::error::At;
 use crate::spec::method::Method;
+use crate::spec::name::check_label;
 use crate::spec::wire;
 
 /// The published numbers, with those that readings and tables take over: a method or tracker that is
 /// [like](crate::spec::method::Method::like) another has that one's, and so has a table that names another one, unless it has
 /// numbers of its own.
-pub fn inherit_published(
+pub(in crate::spec) fn inherit_published(
     published: Vec<Published>,
     tables: &[Table],
     methods: &[Method],
@@ -41,47 +42,38 @@ pub fn inherit_published(
     all
 }
 
-/// Checks a `[[published]]` against the table it belongs to.
-///
-/// # Errors
-/// All that is wrong with it.
-pub fn read_published(
-    source: Source<'_>,
+/// Checks a `[[published]]` against the table it belongs to; nothing where that table is wrong.
+pub(in crate::spec) fn read_published(
+    at: At<'_>,
     wire: &wire::Published,
     tables: &[Table],
-) -> Result<Published, SpecError> {
-    let name = wire.table.get_ref();
-    let Some(table) = tables.iter().find(|t| t.name == *name) else {
-        let known: Vec<&str> = tables.iter().map(|t| t.name.as_str()).collect();
-        return Err(source.unknown(wire.table.span(), "table", name, known));
-    };
-    let mut errors = Errors::default();
-    if table.ranked.is_some() {
-        let message = "a table with a `rank` has no published numbers beside it";
-        errors.push(source.error(wire.table.span(), message));
-    }
-    if table.shows.is_none()
-        && table.ranked.is_none()
-        && let Side::Metrics(metrics) = &table.rows
-        && !metrics.iter().any(|m| m.name() == wire.row.get_ref())
-    {
-        let known: Vec<&str> = metrics.iter().map(|m| m.name()).collect();
-        errors.push(source.unknown(wire.row.span(), "row", wire.row.get_ref(), known));
-    }
-    let mut values = Vec::new();
-    for (column, text) in &wire.values {
-        if table.columns == Side::Method && !table.methods.contains(column) {
-            let known = table.methods.iter().map(String::as_str);
-            errors.push(source.unknown(text.span(), "column", column, known));
+    words: &Words,
+) -> Option<Published> {
+    check_label(at.key("tracker"), &wire.tracker);
+    let Some(table) = tables.iter().find(|t| t.name == wire.table) else {
+        if !words.tables.contains(&wire.table) {
+            at.key("table").tell_unknown("table", &wire.table, words.tables.iter().map(String::as_str));
         }
-        let numbers: Vec<&str> = text.get_ref().split('±').collect();
+        return None;
+    };
+    if table.ranked.is_some() {
+        at.key("table").tell("a table with a `rank` has no published numbers beside it");
+    } else if let (Side::Metrics(metrics), None) = (&table.rows, &table.shows)
+        && !metrics.iter().any(|m| m.name() == wire.row)
+    {
+        at.key("row").tell_unknown("row", &wire.row, metrics.iter().map(|m| m.name()));
+    }
+    for (column, text) in &wire.values {
+        let at = at.key("values").key(column);
+        if table.columns == Side::Method && !table.methods.contains(column) {
+            at.tell_unknown("column", column, table.methods.iter().map(String::as_str));
+        }
+        let numbers: Vec<&str> = text.split('±').collect();
         let is_number = |n: &&str| n.trim().parse::<f64>().is_ok_and(f64::is_finite);
         if numbers.len() > 2 || !numbers.iter().all(is_number) {
-            errors.push(source.error(text.span(), format!("`{}` is not a printed number", text.get_ref())));
+            at.tell(format!("`{text}` is not a printed number"));
         }
-        values.push((column.clone(), text.get_ref().clone()));
     }
-    errors.check()?;
-    let row = wire.row.get_ref().clone();
-    Ok(Published { table: name.clone(), tracker: wire.tracker.get_ref().clone(), row, values })
+    let (table, tracker, row) = (wire.table.clone(), wire.tracker.clone(), wire.row.clone());
+    Some(Published { table, tracker, row, values: wire.values.clone().into_iter().collect() })
 }

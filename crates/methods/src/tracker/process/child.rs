@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
-use trackfail_dataset::guarded::{Guarded, STREAM_GRACE};
+use trackfail_dataset::guarded::{self, Guarded, STREAM_GRACE};
 use trackfail_dataset::text::{shorten_to, visible};
 
 /// Lines of stderr and characters per line that messages quote.
@@ -20,6 +20,8 @@ const MAX_QUEUED: usize = 4;
 /// Time that a process has to end after it was asked to, or after its stdout has ended.
 const GRACE: Duration = Duration::from_secs(2);
 const TICK: Duration = Duration::from_millis(5);
+/// Time between two looks for an interruption.
+const PAUSE: Duration = Duration::from_millis(50);
 const UNASKED: &str = "it answered without being asked; one answer a frame was expected";
 
 /// A child process whose answers are of type `T`.
@@ -83,9 +85,20 @@ impl<T: Send + 'static> Child<T> {
         }
     }
 
-    /// Waits for the next answer; `expected` describes it in messages.
+    /// Waits for the next answer; `expected` describes it in messages. An [interruption](guarded::interrupt) ends the wait.
     pub fn receive(&mut self, expected: &str, within: Duration) -> Result<T, ProgramFault> {
-        let message = match self.answers.recv_timeout(within) {
+        let start = Instant::now();
+        let received = loop {
+            let left = within.saturating_sub(start.elapsed());
+            match self.answers.recv_timeout(left.min(PAUSE)) {
+                Err(RecvTimeoutError::Timeout) if guarded::is_interrupted() => {
+                    return Err(self.fault("interrupted".into()));
+                }
+                Err(RecvTimeoutError::Timeout) if left > PAUSE => {}
+                received => break received,
+            }
+        };
+        let message = match received {
             Ok(Ok(answer)) => return Ok(answer),
             Ok(Err(e)) => format!("{e}; expected {expected}"),
             Err(RecvTimeoutError::Timeout) => {

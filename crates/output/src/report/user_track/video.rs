@@ -1,5 +1,6 @@
 //! Frames as a video file, which `ffmpeg` encodes.
 
+use crate::user_file;
 use std::cell::Cell;
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
@@ -104,7 +105,7 @@ fn write_by<E: std::error::Error + Send + 'static>(
         let mut command = command(program, &size, rate, format);
         command.args(["-c:v", encoder, "-pix_fmt", "yuv420p"]).args(options).args(["-f", format]).arg(&url);
         match encode(command, folder.path(), &shown, source)? {
-            None => return Ok(store::write_output(path, &store::read(&encoded)?)?),
+            None => return Ok(user_file::write(path, &store::read(&encoded)?)?),
             Some(refused) => message = refused,
         }
         // Another encoder helps only where this one is not built in.

@@ -77,13 +77,13 @@ fn every_error_is_told_with_its_line() {
         ("recall[A]", "recall[C]"),
     ]);
     let expected = [
-        (3, "unknown field `tittle`"),
+        (3, "unknown key `tittle`; did you mean `title`?"),
         (4, "did you mean `khalid2016/1`?"),
         (7, "did you mean `synthetic-vot`?"),
-        (11, "`runs` must be a whole number from 1 on, not \"two\""),
+        (11, "`runs` must be a whole number from 1 to 1000, not \"two\""),
         (12, "did you mean `search`?"),
         (16, "did you mean `history`?"),
-        (16, "`layers` must be a whole number from 2 on, not \"many\""),
+        (16, "`layers` must be a whole number, not \"many\" (Layers M of a field, 2 to 256)"),
         (17, "`below` must be a number, not true"),
         (21, "did you mean `rgb-histogram`?"),
         (27, "did you mean `recall`?"),
@@ -134,7 +134,7 @@ fn the_place_is_marked_below_the_line() {
     let text = SPEC.replacen("below = 0.9", "bellow = 0.9", 1);
     let shown = refused(&text).to_string();
     let lines: Vec<&str> = shown.lines().collect();
-    assert!(lines[0].starts_with("try.toml:16: unknown field `bellow`"), "{shown}");
+    assert!(lines[0].starts_with("try.toml:16: unknown key `bellow`"), "{shown}");
     assert_eq!(lines[1], r#"16 | detector = { kind = "level", bellow = 0.9 }"#);
     assert_eq!(lines[2], "   |                              ^^^^^^");
     assert_eq!(lines.len(), 3);
@@ -202,5 +202,50 @@ fn keys_that_shorten_a_file_are_known() {
     let errors = with(&[("title = \"A try\"", "title = \"A try\"\nextend = \"x\"")]);
     assert!(errors[0].1.ends_with("did you mean `extends`?"), "{errors:?}");
     let errors = with(&[("title = \"A try\"", "title = \"A try\"\nzzz = 1")]);
-    assert!(errors[0].1.contains("`without`, `tracker-group`, `method-group`"), "{errors:?}");
+    assert!(errors[0].1.contains("tracker-group, without"), "{errors:?}");
+}
+
+#[test]
+fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
+    let rows = [
+        (
+            "runs = 2",
+            "runs = -3",
+            "`runs` must be a whole number from 1 to 1000, not -3 (Repetitions, at least 1)",
+        ),
+        ("runs = 2", "runs = 0.5", "`runs` must be a whole number from 1 to 1000, not 0.5"),
+        ("runs = 2", "update_rate = true", "`update_rate` must be a number, not true"),
+        ("layers = 32", "layers = -1", "`layers` must be a whole number from 0 on, not -1"),
+        ("layers = 32", "smoothing = \"anisotropc\"", "unknown smoothing `anisotropc`; did you mean"),
+        ("layers = 32", "smoothing = [1]", "`smoothing` must be text in quotes, not a list"),
+        ("[\"recall\"]", "\"recall\"", "`rows` must be a list of at most 64, not \"recall\""),
+        ("{ kind = \"rgb-histogram\" }", "7", "`signal` must be a table, not 7"),
+        (
+            "{ below = [0.5, 0.6] }",
+            "{ below = [] }",
+            "`below` must be a list that is not empty, not an empty list",
+        ),
+        (
+            "[suites]\ntest = \"synthetic-vot\"",
+            "suites = \"x\"",
+            "`suites` must be a table of at most 16, not \"x\"",
+        ),
+        ("holds = ", "hold = ", "unknown key `hold`; did you mean `holds`?"),
+        ("text = \"More\"\n", "", "`text` is missing"),
+        ("[[claim]]", "[claim]", "write [[claim]]"),
+    ];
+    for (from, to, expected) in rows {
+        let found = with(&[(from, to)]);
+        assert!(found.len() == 1 && found[0].1.starts_with(expected), "{found:#?}");
+    }
+    let bounds = "detector = { kind = \"arma-forecast\", order = [1] }";
+    let found = with(&[("detector = { kind = \"level\", below = 0.9 }", bounds)]);
+    assert!(found[0].1.starts_with("`order` must be a list of 2, not a list of 1 ("), "{found:#?}");
+}
+
+#[test]
+fn a_file_in_which_all_is_wrong_is_refused_soon() {
+    let keys: String = (0..5_000).map(|k| format!("key-{k} = 1\n")).collect();
+    let error = refused(&(keys + SPEC));
+    assert_eq!(1 + error.below.others.len(), 1000);
 }

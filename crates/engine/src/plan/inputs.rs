@@ -1,0 +1,181 @@
+//! Inputs of signals and detectors: what can be made from which track, and the reason where something cannot.
+
+use super::Job;
+use super::demand::SignalSet;
+use super::experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
+use super::recipes::{self, Read};
+use crate::error::CellError;
+use crate::spec::Tracker;
+use crate::store::address::{Address, Recipe, Stage};
+use std::collections::BTreeSet;
+use trackfail_dataset::Sequence;
+use trackfail_dataset::suite::Origin;
+use trackfail_methods::signal::Reads;
+
+/// The need of a tracker, or of what reads its track, that a sequence does not meet by itself.
+pub(super) fn unmet_by(
+    tracker: &Tracker,
+    origin: &Origin,
+    sequence: &Sequence,
+    reads: Option<Reads>,
+) -> Option<CellError> {
+    let reads_pixels = tracker.setup.reads_pixels() || reads == Some(Reads::Pixels);
+    if !tracker.runs_on(&origin.source) {
+        Some(CellError::Unmet("runs on videos of other sources"))
+    } else if reads_pixels && !sequence.has_frames() {
+        Some(CellError::Unmet("needs frames, and the suite has boxes only"))
+    } else {
+        None
+    }
+}
+
+/// Trackers that have tracks, none of them with a confidence.
+pub(super) fn trackers_without_confidence(suites: &[PlannedSuite], jobs: &[Job]) -> BTreeSet<usize> {
+    let (mut with_track, mut with_confidence) = (BTreeSet::new(), BTreeSet::new());
+    for planned in suites.iter().flat_map(|suite| &suite.sequences) {
+        for (j, job) in jobs.iter().enumerate().filter(|(j, _)| planned.tracks[*j].is_ok()) {
+            with_track.insert(job.tracker);
+            if planned.gives_confidence.get(j) == Some(&true) {
+                with_confidence.insert(job.tracker);
+            }
+        }
+    }
+    &with_track - &with_confidence
+}
+
+impl ExperimentPlan<'_> {
+    /// Whether a signal is needed, and can be computed, on a job's track.
+    pub fn wants_signal(&self, suite: usize, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
+        self.demands_for(suite, job).any(|demand| demand.signal == Some(signal))
+            && self.unmet(planned, job, Some(signal)).is_none()
+    }
+
+    /// The need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not meet, if there
+    /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
+    pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
+        let place = self.jobs[job].tracker;
+        let tracker = &self.experiment.trackers[place];
+        let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
+        if let Some(need) = unmet_by(tracker, &planned.origin, &planned.sequence, reads) {
+            return Some(need);
+        }
+        let given = match reads {
+            None | Some(Reads::Pixels | Reads::Boxes) => true,
+            Some(Reads::Posterior) => tracker.setup.gives_posterior(),
+            Some(Reads::Response) => tracker.setup.gives_response(),
+            Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
+            Some(Reads::Confidence) if self.without_confidence.contains(&place) => false,
+            Some(Reads::Confidence) => match &planned.tracks[job] {
+                Ok(track) if planned.gives_confidence.get(job) != Some(&true) => {
+                    let mut files =
+                        track.ingredients.iter().filter_map(|(name, _)| name.strip_prefix("file "));
+                    let (file, tracker) = (files.next().unwrap_or(&planned.sequence.name), &tracker.label);
+                    return Some(CellError::Missing(format!(
+                        "there is no confidence in or beside {file}, and other tracks of {tracker} have one"
+                    )));
+                }
+                // A track that cannot be read has a reason of its own.
+                _ => true,
+            },
+        };
+        let unmet = reads.filter(|_| !given).and_then(Reads::need_of_tracker).map(CellError::Unmet);
+        unmet.or_else(|| planned.signal_files.get(signal?)?.as_ref().err().cloned())
+    }
+
+    /// Why a job's track, which was made unless there is an `error`, or a signal that is read from it on a suite is not there
+    /// although it was to be made.
+    pub fn failure(
+        &self,
+        suite: usize,
+        planned: &PlannedSequence,
+        job: usize,
+        error: Option<&CellError>,
+    ) -> Option<CellError> {
+        let mut unmet = self.demands_for(suite, job).map(|demand| self.unmet(planned, job, demand.signal));
+        match error {
+            // A track of which nothing could be read is not missed.
+            Some(e) => {
+                let is_missed = e.is_failure() && unmet.any(|need| need.is_none_or(|need| need.is_failure()));
+                is_missed.then(|| e.clone())
+            }
+            None => unmet.flatten().find(CellError::is_failure),
+        }
+    }
+
+    /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
+    pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
+        let runs_on =
+            |planned: &PlannedSequence| self.experiment.trackers[tracker].runs_on(&planned.origin.source);
+        let mut there = self.suites[suite].sequences.iter().filter(|planned| runs_on(planned));
+        there.find_map(|planned| {
+            let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
+            mine.find_map(|j| self.unmet(planned, j, signal))
+        })
+    }
+
+    /// Jobs of the companions of a job: the first run of each other tracker whose track can be made.
+    pub fn companions<'p>(
+        &'p self,
+        planned: &'p PlannedSequence,
+        job: usize,
+    ) -> impl Iterator<Item = usize> + 'p {
+        let own = self.jobs[job].tracker;
+        let others = self.jobs.iter().enumerate().filter(move |(_, j)| j.tracker != own && j.run == 0);
+        others.map(|(j, _)| j).filter(|j| planned.tracks[*j].is_ok())
+    }
+
+    /// Recipe of a signal on a job's track.
+    ///
+    /// # Errors
+    /// When the track cannot be made, or the signal cannot be computed on it.
+    pub fn signal_recipe(
+        &self,
+        planned: &PlannedSequence,
+        job: usize,
+        signal: usize,
+    ) -> Result<Recipe, CellError> {
+        let track = planned.addresses[job].clone()?;
+        let files = planned.signal_files[signal].as_ref().map_err(Clone::clone)?;
+        let choice = &self.signals[signal];
+        let reads_companions = choice.signal.reads() == Reads::Companions;
+        let companions = self.companions(planned, job).filter(|_| reads_companions);
+        let companions = companions.map(|j| planned.addresses[j].clone());
+        Ok(recipes::signal(track, choice, &companions.collect::<Result<Vec<Address>, _>>()?, files))
+    }
+
+    /// Input of a method with this signal: the signal on a job's track, or the track itself.
+    ///
+    /// # Errors
+    /// When a need is [not met](Self::unmet), or the track cannot be made.
+    pub fn read(
+        &self,
+        planned: &PlannedSequence,
+        job: usize,
+        signal: Option<usize>,
+    ) -> Result<Read, CellError> {
+        if let Some(need) = self.unmet(planned, job, signal) {
+            return Err(need);
+        }
+        Ok(match signal {
+            Some(k) => Read::Signal(self.signal_recipe(planned, job, k)?.address()),
+            None => Read::Track(planned.addresses[job].clone()?),
+        })
+    }
+
+    /// Input of a variant's detector on a job's track.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn input(&self, planned: &PlannedSequence, job: usize, variant: usize) -> Result<Read, CellError> {
+        let SignalSet { first, more } = self.signals_of(variant);
+        let read = self.read(planned, job, *first)?;
+        if more.is_empty() {
+            return Ok(read);
+        }
+        let mut all = read.add_to(Recipe::new(Stage::Signal));
+        for signal in more {
+            all = self.read(planned, job, Some(*signal))?.add_to(all);
+        }
+        Ok(Read::Signal(all.address()))
+    }
+}
