@@ -9,21 +9,13 @@
 //! `z` are suspicious. Frames before `window` score 0, and `s` is at least 1e-12. Source: none, it is an example.
 
 use super::{Detector, DetectorOutput, Input};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "deviation",
-    version: 1,
-    summary: "alarm where the signal leaves the mean of its last frames",
-    example: "{ window = 20, k = 4.0 }",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Deviation::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> =
+    Entry::of::<Deviation>("deviation", 1, "alarm where the signal leaves the mean of its last frames")
+        .example("{ window = 20, k = 4.0 }");
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -33,30 +25,20 @@ pub struct Params {
     pub k: f64,
 }
 
-/// The detector.
 pub struct Deviation(Params);
 
-impl Deviation {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        if params.window < 2 {
-            return Err(ParamError::out_of_range("window", "at least 2", params.window));
-        }
-        if !(params.k.is_finite() && params.k > 0.0) {
-            return Err(ParamError::out_of_range("k", "a number above 0", params.k));
-        }
+impl Plugin for Deviation {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("window").at_least(2.0), Range::of("k").above(0.0)];
+
+    /// The parameters are in their ranges.
+    fn make(params: Params) -> Result<Self, ParamError> {
         Ok(Self(params))
     }
 }
 
 impl Detector for Deviation {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.0.k)
     }

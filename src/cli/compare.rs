@@ -31,24 +31,15 @@ pub struct Args {
     /// Only this measure: `f_score`, `success_auc`, `failures` ...
     #[arg(long, value_name = "NAME")]
     metric: Option<String>,
-    /// Probability that the interval holds the mean difference
-    #[arg(long, value_name = "P", default_value_t = 0.95, value_parser = probability)]
-    level: f64,
-    /// Bootstrap samples
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
-    samples: u32,
-    /// Seed of the bootstrap
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
     /// How to print it
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-fn probability(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|p: &f64| *p > 0.0 && *p < 1.0);
-    number.ok_or_else(|| format!("`{text}` is no number between 0 and 1"))
-}
+/// Bootstrap samples.
+const SAMPLES: usize = 10_000;
+/// Probability that an interval holds the mean difference.
+const LEVEL: f64 = 0.95;
 
 /// Runs the verb.
 ///
@@ -58,18 +49,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let read = |folder: &Path| Results::read(folder).map_err(Failure::from);
     let named = |name: &String| read(&finished::folder(&args.results, name)?);
     let tracker = args.tracker.as_deref();
-    let (mut compared, mut reason) = (Comparison::new(args), String::new());
+    let (mut compared, mut reason) = (Vec::new(), String::new());
     match args.experiments.as_slice() {
         [name, others @ ..] if others.len() <= 1 => {
             let results = named(name)?;
             let other = others.first().map(named).transpose()?;
             let first = pairs::side(&results, &args.first, tracker)?;
             let second = pairs::side(other.as_ref().unwrap_or(&results), &args.second, tracker)?;
-            compared.add_sequences("", &first.values, &second.values);
+            compared.extend(by_sequence("", &first.values, &second.values));
             reason = without_common(&first.values, &second.values);
             if other.is_none() {
                 let sides = [(args.first.as_str(), &first), (args.second.as_str(), &second)];
-                compared.add_pooled(&pairs::apart(&results, sides, tracker)?);
+                compared.extend(pairs::apart(&results, sides, tracker)?.into_iter().map(Compared::Pooled));
             }
         }
         [_, ..] => return Err(Failure::usage("--in is given once, or once for A and once for B")),
@@ -85,24 +76,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
                 let of = |results| pairs::side(results, &name, tracker);
-                compared.add_sequences(&name, &of(&first)?.values, &of(&second)?.values);
+                compared.extend(by_sequence(&name, &of(&first)?.values, &of(&second)?.values));
             }
         }
     }
-    let Comparison { measures, rows, .. } = compared;
-    if let Some(wanted) = args.metric.as_ref().filter(|w| !measures.is_empty() && !measures.contains(w)) {
-        return Err(Failure::usage(unknown("measure", wanted, measures.iter().map(String::as_str))));
+    let measures: BTreeSet<&str> = compared.iter().map(Compared::measure).collect();
+    let wanted = args.metric.as_deref();
+    if let Some(wanted) = wanted.filter(|wanted| !measures.is_empty() && !measures.contains(wanted)) {
+        return Err(Failure::usage(unknown("measure", wanted, measures)));
     }
+    let chosen = compared.iter().filter(|one| wanted.is_none_or(|wanted| one.measure() == wanted));
+    let rows: Vec<Vec<String>> = chosen.filter_map(|one| one.row(args.format)).collect();
     if rows.is_empty() {
-        let what = args.metric.as_deref().map_or("measure".to_string(), |m| format!("measure `{m}`"));
+        let what = wanted.map_or("measure".to_string(), |m| format!("measure `{m}`"));
         let message =
             format!("{} and {} have no {what} on a common sequence{reason}", args.first, args.second);
         return Err(Failure::usage(message));
     }
-    let percent = args.level * 100.0;
-    let (low, high) = (format!("{percent}% from"), format!("{percent}% to"));
+    let [low, high] = ["95% from", "95% to"];
     let headings =
-        ["of", "measure", "sequences", "A", "B", "A - B", &low, &high, "A higher", "equal", "B higher", "p"];
+        ["of", "measure", "sequences", "A", "B", "A - B", low, high, "A higher", "equal", "B higher", "p"];
     output::note(&format!(
         "A is {}, B is {}; means over sequences, interval by bootstrap over sequences, p of Wilcoxon's signed-rank \
          test; `pooled` and measures of frames are over all sequences together, as tables have them",
@@ -120,70 +113,50 @@ impl From<PairsError> for Failure {
     }
 }
 
-/// The measures that both sides have.
-struct Comparison<'a> {
-    args: &'a Args,
-    /// All of them, each once.
-    measures: Vec<String>,
-    /// A row for each that the user wants.
-    rows: Vec<Vec<String>>,
+/// A measure that both sides have.
+enum Compared {
+    /// That of a name on the sequences that both have.
+    Sequences { of: String, measure: String, pairs: Vec<(f64, f64)> },
+    /// Over all sequences together.
+    Pooled(Apart),
 }
 
-impl<'a> Comparison<'a> {
-    fn new(args: &'a Args) -> Self {
-        Self { args, measures: Vec::new(), rows: Vec::new() }
-    }
+/// The measures that both sides have on common sequences.
+fn by_sequence(of: &str, first: &Values, second: &Values) -> Vec<Compared> {
+    let one = |(measure, pairs)| Compared::Sequences { of: of.to_string(), measure, pairs };
+    pairs::common(first, second).into_iter().map(one).collect()
+}
 
-    /// Adds the measures of single sequences.
-    fn add_sequences(&mut self, name: &str, first: &Values, second: &Values) {
-        let Args { level, samples, seed, .. } = *self.args;
-        for (measure, pairs) in pairs::common(first, second) {
-            let compared = || paired::compare(&pairs, level, samples as usize, seed);
-            if let Some(c) = self.wants(&measure).then(compared).flatten() {
-                let means = [c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(Some);
-                let signs = [c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string());
-                self.rows.push(self.row([name, &measure], Some(c.pairs), means, signs, c.p));
-            }
-            if !self.measures.contains(&measure) {
-                self.measures.push(measure);
-            }
+impl Compared {
+    fn measure(&self) -> &str {
+        match self {
+            Self::Sequences { measure, .. } | Self::Pooled(Apart { measure, .. }) => measure,
         }
     }
 
-    /// Adds the measures over all sequences together.
-    fn add_pooled(&mut self, all: &[Apart]) {
-        for Apart { measure, sequences, values: [a, b], bounds } in all {
-            self.measures.push(measure.clone());
-            if self.wants(measure) {
-                // Their intervals are those of the tables.
-                let bounds = bounds.filter(|_| self.args.level == 0.95);
-                let difference = a.zip(*b).map(|(a, b)| a - b);
-                let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
-                self.rows.push(self.row(["", measure], *sequences, numbers, Default::default(), None));
-            }
-        }
-    }
-
-    fn wants(&self, measure: &str) -> bool {
-        self.args.metric.as_ref().is_none_or(|wanted| wanted == measure)
-    }
-
-    fn row(
-        &self,
-        names: [&str; 2],
-        sequences: Option<usize>,
-        numbers: [Option<f64>; 5],
-        signs: [String; 3],
-        p: Option<f64>,
-    ) -> Vec<String> {
-        let number = |value: Option<f64>| match (value, self.args.format) {
+    /// Its row; none without a common sequence.
+    fn row(&self, format: Format) -> Option<Vec<String>> {
+        let number = |value: Option<f64>| match (value, format) {
             (None, _) => String::new(),
             (Some(value), Format::Table) => format!("{value:.4}"),
             (Some(value), _) => value.to_string(),
         };
+        let (of, sequences, numbers, signs, p) = match self {
+            Self::Sequences { of, pairs, .. } => {
+                let c = paired::compare(pairs, LEVEL, SAMPLES, 0)?;
+                let numbers = [c.means.0, c.means.1, c.difference, c.interval.0, c.interval.1].map(Some);
+                let signs = [c.signs.0, c.signs.1, c.signs.2].map(|n| n.to_string());
+                (of.as_str(), Some(c.pairs), numbers, signs, c.p)
+            }
+            Self::Pooled(Apart { sequences, values: [a, b], bounds, .. }) => {
+                let difference = a.zip(*b).map(|(a, b)| a - b);
+                let numbers = [*a, *b, difference, bounds.map(|b| b.0), bounds.map(|b| b.1)];
+                ("", *sequences, numbers, Default::default(), None)
+            }
+        };
         let count = sequences.map_or_else(String::new, |n| n.to_string());
-        let head = names.map(str::to_string).into_iter().chain([count]);
-        head.chain(numbers.map(number)).chain(signs).chain([number(p)]).collect()
+        let head = [of.to_string(), self.measure().to_string(), count].into_iter();
+        Some(head.chain(numbers.map(number)).chain(signs).chain([number(p)]).collect())
     }
 }
 

@@ -232,12 +232,9 @@ fn download(suite: &Suite) -> &'static str {
 }
 
 fn table(suite: &Suite, rows: &[Row]) -> String {
-    let row = |row: &Row| {
-        let cells = row.cells();
-        SHOWN.map(|column| cells[column].clone()).to_vec()
-    };
+    let cells = rows.iter().map(Row::cells).map(|cells| SHOWN.map(|column| cells[column].clone()).to_vec());
     let headings = SHOWN.map(|column| COLUMNS[column]);
-    let shown = output::table(&headings, &rows.iter().map(row).collect::<Vec<_>>(), &[2, 3], None);
+    let shown = output::table(&headings, &cells.collect::<Vec<_>>(), &[2, 3], None);
     let here = rows.iter().filter(|r| r.status == "present" || r.status == "rendered").count();
     let mut text =
         format!("{}: {}\n{here} of {} sequences are here\n", suite.name(), suite.title(), rows.len());
@@ -288,22 +285,22 @@ fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (Str
     let mut checks = Checks::default();
     suites.iter().for_each(|suite| checks.add(suite, data_roots, |_| true));
     let Checks { text, differing, missing } = checks;
-    let outcome = if !differing.is_empty() {
-        Err(Failure::data(format!("not as pinned: {}; fetch them again", differing.join(", "))))
-    } else if !missing.is_empty() && !allow_missing {
-        let count = missing.len();
-        Err(Failure::data(format!("{count} sequences are missing; give --allow-missing to accept that")))
-    } else {
-        Ok(())
+    let wrong = match missing.len() {
+        _ if !differing.is_empty() => format!("not as pinned: {}; fetch them again", differing.join(", ")),
+        count if count > 0 && !allow_missing => {
+            format!("{count} sequences are missing; give --allow-missing to accept that")
+        }
+        _ => return (text, Ok(())),
     };
-    (text, outcome)
+    (text, Err(Failure::data(wrong)))
 }
 
 /// The first data root, which a verb writes to or reads from.
 fn first_root<'r>(verb: &str, data_roots: &'r [PathBuf]) -> Result<&'r PathBuf, Failure> {
-    let message =
-        || format!("`data {verb}` needs a data root, a folder; give --data-root DIR or set TRACKFAIL_DATA");
-    data_roots.first().ok_or_else(|| Failure::usage(message()))
+    data_roots.first().ok_or_else(|| {
+        let how = "give --data-root DIR or set TRACKFAIL_DATA";
+        Failure::usage(format!("`data {verb}` needs a data root, a folder; {how}"))
+    })
 }
 
 fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<String, Failure> {
@@ -346,9 +343,6 @@ fn pin(suites: &[Suite], data_roots: &[PathBuf]) -> Result<String, Failure> {
         lines.iter().for_each(|line| text += &format!("    {line}\n"));
         files.extend(suite.pin_files(data_roots).map_err(Failure::data)?);
     }
-    if !files.is_empty() {
-        text += "\n# datasets.files\n";
-    }
-    files.values().for_each(|section| text += section);
-    Ok(text)
+    let heading = if files.is_empty() { "" } else { "\n# datasets.files\n" };
+    Ok(text + heading + &files.into_values().collect::<String>())
 }

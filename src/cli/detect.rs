@@ -152,7 +152,9 @@ fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     };
     let video = UserVideo { sequence, tracks, facts: facts(args, &methods) };
     let judged: Vec<&JudgedTrack> = video.tracks.iter().map(|track| &track.judged).collect();
-    print::print(args.format.unwrap_or_else(default_format), &judged)?;
+    let is_terminal = std::io::stdout().is_terminal();
+    let usual = if is_terminal { output::Format::Table } else { output::Format::Csv };
+    print::print(args.format.unwrap_or(usual), &judged)?;
     files::write(args, &video, frames.as_ref().and_then(|frames| frames.rate), stop)?;
     let mut all = judged.iter().flat_map(|track| track.methods.iter().map(move |method| (track, method)));
     match all.find(|(_, method)| args.fail_on_loss && !method.losses().is_empty()) {
@@ -186,10 +188,6 @@ fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
         files::check_frames(args, &frames.sequence)?;
     }
     Ok(frames)
-}
-
-fn default_format() -> output::Format {
-    if std::io::stdout().is_terminal() { output::Format::Table } else { output::Format::Csv }
 }
 
 /// Judges the targets by all methods, in one pass over the frames.

@@ -63,8 +63,8 @@ pub fn check(folder: &Path, experiment: &Experiment, data_roots: &[PathBuf]) -> 
 pub fn write(folder: &Path, experiment: &Experiment, outcome: &Outcome<'_>) -> Result<(), Failure> {
     let names: Vec<String> = experiment.trackers.iter().map(|t| folder_name(&t.label)).collect();
     let (mut written, mut left_out) = (0, 0);
-    for (sequence, tracks) in outcome.sequences.iter().zip(&outcome.tracks) {
-        for (job, track) in outcome.jobs.iter().zip(tracks) {
+    for (sequence, tracks) in outcome.sequences().zip(&outcome.tracks) {
+        for (job, track) in outcome.plan.jobs.iter().zip(tracks) {
             let tracker = &experiment.trackers[job.tracker];
             let Some(track) = track.as_ref().ok().filter(|_| tracker.protocol != RunProtocol::OtbTemporal)
             else {

@@ -119,19 +119,18 @@ fn experiments(args: &Args) -> Result<(), Failure> {
         let count = |wanted: CellState| states.iter().filter(|state| **state == wanted).count();
         let (cached, stale) = (count(CellState::Cached), count(CellState::Stale));
         let is_finished = finished.iter().any(|finished| finished == name);
+        let mut row = vec![e.name.clone(), e.title.clone(), suite.clone()];
         if is_table {
             let stale = if stale == 0 { String::new() } else { format!(", {stale} stale") };
             let finished = if is_finished { "finished, " } else { "" };
-            let state = format!("{finished}{cached} of {cells} cells cached{stale}");
-            rows.push(vec![e.name.clone(), e.title.clone(), suite.clone(), state]);
-            continue;
+            row.push(format!("{finished}{cached} of {cells} cells cached{stale}"));
+        } else {
+            row.insert(2, e.object.clone().unwrap_or_default());
+            // Those without data or result files here are missing, too.
+            row.extend([cells, cached, stale, cells - cached - stale].map(|n| n.to_string()));
+            row.push(if is_finished { "finished" } else { "none" }.to_string());
         }
-        let object = e.object.clone().unwrap_or_default();
-        // Those without data or result files here are missing, too.
-        let counts = [cells, cached, stale, cells - cached - stale].map(|n| n.to_string());
-        let texts = [e.name.clone(), e.title.clone(), object, suite.clone()];
-        let state = if is_finished { "finished" } else { "none" };
-        rows.push(texts.into_iter().chain(counts).chain([state.to_string()]).collect());
+        rows.push(row);
     }
     let headings: &[&str] = match is_table {
         true => &["experiment", "title", "suite", "state"],
@@ -174,12 +173,11 @@ fn with_programs<T: ?Sized>(
 }
 
 fn plugins<T: ?Sized>(list: &'static [Entry<T>]) -> Vec<Vec<String>> {
-    list.iter()
-        .map(|e| {
-            let schema = (e.schema)();
-            let keys = schema.get("properties").and_then(serde_json::Value::as_object);
-            let keys: Vec<&str> = keys.map(|k| k.keys().map(String::as_str).collect()).unwrap_or_default();
-            vec![e.kind.to_string(), e.version.to_string(), e.summary.to_string(), keys.join(", ")]
-        })
-        .collect()
+    let row = |e: &Entry<T>| {
+        let schema = (e.schema)();
+        let keys = schema.get("properties").and_then(serde_json::Value::as_object);
+        let keys: Vec<&str> = keys.into_iter().flat_map(|keys| keys.keys()).map(String::as_str).collect();
+        vec![e.kind.to_string(), e.version.to_string(), e.summary.to_string(), keys.join(", ")]
+    };
+    list.iter().map(row).collect()
 }

@@ -1,14 +1,13 @@
 //! Trackers named on the command line, for frames without annotations.
 
 use super::Failure;
-use crate::plugin::{self, Entry};
+use crate::plugin::{self, Configured, Entry};
 use crate::spec::error::Source;
 use crate::tracker::process;
 use crate::tracker::{TRACKERS, TrackerConfig};
-use std::sync::Arc;
 
 /// A tracker's entry in the list, and its configuration.
-pub type NamedTracker = (&'static Entry<dyn TrackerConfig>, Arc<dyn TrackerConfig>);
+pub type NamedTracker = (&'static Entry<dyn TrackerConfig>, Configured<dyn TrackerConfig>);
 
 /// The built-in tracker of a kind; `params` is a TOML table.
 ///
@@ -35,5 +34,5 @@ pub fn live_tracker(kind: &str, params: &str) -> Result<NamedTracker, Failure> {
         let source = Source::new("--params", params);
         Failure::usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
     })?;
-    Ok((entry, Arc::from(config)))
+    Ok((entry, config))
 }

@@ -2,7 +2,6 @@
 //!
 //! Every line that comes in is a frame of the stream, and has its answer before the next one is read.
 
-mod json;
 mod line;
 
 use super::{Exit, Failure, io_at, output};
@@ -43,7 +42,8 @@ pub struct Args {
     budget: Option<f64>,
     /// Inputs that will come beside boxes, for the default method; may be given as a list: frames,confidence,companions
     #[arg(long, value_name = "INPUT", value_delimiter = ',', conflicts_with = "method")]
-    inputs: Vec<Input>,
+    #[arg(value_parser = ["frames", "confidence", "companions"])]
+    inputs: Vec<String>,
     /// Number of the top left pixel in the boxes: 0, or 1 as in OTB (default: that of the state, else 0)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=1))]
     base: Option<u8>,
@@ -54,17 +54,6 @@ pub struct Args {
     /// Lines after which the state is written
     #[arg(long, value_name = "N", default_value_t = 900, value_parser = clap::value_parser!(u64).range(1..), requires = "state")]
     state_every: u64,
-}
-
-/// An input of a stream beside the boxes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Input {
-    /// The frames.
-    Frames,
-    /// The tracker's own confidence.
-    Confidence,
-    /// Boxes of other trackers.
-    Companions,
 }
 
 /// Runs the verb.
@@ -184,9 +173,12 @@ impl Lines {
     /// The answer to the next line, with the end of a line.
     pub fn answer(&mut self, line: &[u8]) -> String {
         let index = self.targets.count();
-        let line = Line::read(line).and_then(|line| Ok((line.id()?, line)));
-        let (id, judged) = match line {
-            Ok((id, line)) => (id.clone(), self.judge(id.as_ref(), line)),
+        let (id, judged) = match Line::read(line) {
+            Ok(mut line) => {
+                let id = line.id.take();
+                let judged = self.judge(id.as_ref(), line);
+                (id, judged)
+            }
             Err(error) => (None, self.skip().and(Err(error))),
         };
         let what = match judged {
@@ -239,13 +231,9 @@ fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, LineError> {
 
 /// The stream of the arguments, or that of the state if there is one.
 fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
-    let has = |input: Input| args.inputs.contains(&input);
-    let inputs = Inputs {
-        frames: has(Input::Frames),
-        companions: has(Input::Companions),
-        confidence: has(Input::Confidence),
-    };
-    let inputs = (!args.inputs.is_empty()).then_some(inputs);
+    let has = |input: &str| args.inputs.iter().any(|given| given == input);
+    let [frames, companions, confidence] = ["frames", "companions", "confidence"].map(has);
+    let inputs = (!args.inputs.is_empty()).then_some(Inputs { frames, companions, confidence });
     let of_tier = args.tier.map(|tier| tier.method().to_string());
     let method = args.method.clone().or(of_tier);
     let options = Options { method, budget: args.budget, inputs, base: args.base };

@@ -34,18 +34,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::usage(message));
     }
     let file = format!("{}.toml", name.rsplit('/').next().unwrap_or(name));
-    let path = Path::new(&file);
-    let schema = schema::text()?;
-    let is_there = |path: &Path| path.symlink_metadata().is_ok();
-    if !args.force {
-        let own_schema = std::fs::read(SCHEMA).is_ok_and(|bytes| bytes == schema.as_bytes());
-        let taken = [(&*file, is_there(path)), (SCHEMA, is_there(Path::new(SCHEMA)) && !own_schema)];
-        if let Some((name, _)) = taken.into_iter().find(|(_, is_taken)| *is_taken) {
-            return Err(Failure::usage(format!("{name} is there already; --force replaces it")));
-        }
+    let files = [(SCHEMA, schema::text()?), (file.as_str(), text(name, &file))];
+    // A schema that is the same is the program's own.
+    let is_own =
+        |path: &str, text: &str| path == SCHEMA && std::fs::read(path).is_ok_and(|b| b == text.as_bytes());
+    let is_taken = |path: &str, text: &str| Path::new(path).symlink_metadata().is_ok() && !is_own(path, text);
+    if let Some((name, _)) = files.iter().rev().find(|(path, text)| !args.force && is_taken(path, text)) {
+        return Err(Failure::usage(format!("{name} is there already; --force replaces it")));
     }
-    user_file::write(Path::new(SCHEMA), schema.as_bytes()).map_err(Failure::io)?;
-    user_file::write(path, text(name, &file).as_bytes()).map_err(Failure::io)?;
+    for (path, text) in &files {
+        user_file::write(Path::new(path), text.as_bytes()).map_err(Failure::io)?;
+    }
     output::write(&format!("experiment: {file}\nschema:     {SCHEMA}\nrun it:     trackfail run {file}\n"))
 }
 

@@ -208,16 +208,27 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
         true => ProgressBar::hidden(),
         false => output::progress_bar(&experiment.name, "{pos}/{len} frames, {per_sec}, {eta} left"),
     };
-    let options = options(args, limits, &bar);
+    let shown = bar.clone();
+    let draw = move |done: u64, total: u64| {
+        shown.set_length(total);
+        shown.set_position(done);
+    };
+    let data_roots = args.data_roots.given.clone();
+    let options = Options { data_roots, force: args.force, limits: limits.clone(), progress: Arc::new(draw) };
+    // Takes the bar off the terminal, too.
+    let tell = || {
+        bar.finish_and_clear();
+        print::store_problems(&store);
+    };
     if let Some(shard) = args.shard {
         let done = engine::run_shard(&plan, &store, &options, shard);
-        clear(&bar, &store);
+        tell();
         let done = done.map_err(|e| run_failure(experiment, e))?;
         store.evict(args.store_limit());
         return print::shard(args, experiment, shard, &done);
     }
     let outcome = engine::run(&plan, &store, &options);
-    clear(&bar, &store);
+    tell();
     let outcome = outcome.map_err(|e| run_failure(experiment, e))?;
     if limits.stop.is_set() {
         return Err(run_failure(experiment, RunError::Interrupted));
@@ -262,26 +273,9 @@ fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
 fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
     let exit = match error {
         RunError::Interrupted => Exit::Interrupted,
-        RunError::Dataset(_) => Exit::Data,
-        _ => Exit::Io,
+        RunError::Store(_) => Exit::Io,
     };
     Failure::new(exit, format!("{}: {error}", experiment.name))
-}
-
-fn options(args: &Args, limits: &RunLimits, bar: &ProgressBar) -> Options {
-    let bar = bar.clone();
-    let draw = move |done: u64, total: u64| {
-        bar.set_length(total);
-        bar.set_position(done);
-    };
-    let data_roots = args.data_roots.given.clone();
-    Options { data_roots, force: args.force, limits: limits.clone(), progress: Arc::new(draw) }
-}
-
-/// Takes the bar off the terminal and prints what is wrong with the store.
-fn clear(bar: &ProgressBar, store: &Store) {
-    bar.finish_and_clear();
-    print::store_problems(store);
 }
 
 /// Writes results and report aside and puts them in their place.
@@ -299,7 +293,7 @@ fn write(
     results::write(aside.path(), experiment, outcome, &record, detail)?;
     let mut results = Results::read(aside.path())?;
     for request in stills::requests(&results)? {
-        let Some(sequence) = outcome.sequences.iter().find(|s| s.name == request.sequence) else { continue };
+        let Some(sequence) = outcome.sequences().find(|s| s.name == request.sequence) else { continue };
         for &t in &request.frames {
             results.write_still(&request.figure, t, &sequence.frame(t)?)?;
         }

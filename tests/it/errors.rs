@@ -54,7 +54,7 @@ fn a_wrong_experiment_names_line_and_nearest_word() {
     refused("\"still\"", "\"stil\"", 10, "did you mean `still`?");
     refused("\"rgb-histogram\"", "\"rgb-histogramm\"", 14, "did you mean `rgb-histogram`?");
     refused("below", "bellow", 15, "did you mean `below`?");
-    refused("0.9", "\"much\"", 15, "`below` must be a number, not \"much\"");
+    refused("0.9", "\"much\"", 15, "`below` must be a number or a table, not \"much\"");
     refused(
         "\"still\"",
         "\"still\"\nruns = \"ten\"",

@@ -28,6 +28,16 @@ fn a_list_is_no_line() {
 }
 
 #[test]
+fn a_wrong_box_is_that_of_its_target() {
+    let input = lines([json!({"id": 7, "box": "none"}), json!({"id": 7, "box": [1, 2, 30, 30]})]);
+    let (code, out, _) = monitor(&["--method", "Displacement"], &input);
+    let answers: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(code == 0 && answers.len() == 2 && answers.iter().all(|answer| answer["id"] == 7), "{out}");
+    assert!(answers[0]["error"].as_str().unwrap().starts_with("box: invalid type"), "{out}");
+    assert_eq!(answers[1]["state"], "tracking");
+}
+
+#[test]
 fn an_error_quotes_no_more_than_a_part_of_a_line() {
     let key = "k".repeat(500_000);
     let input = format!("{{\"{key}\": 1}}\n{{\"confidence\": \"{key}\"}}\n{{\"frame\": \"{key}\"}}\n");
@@ -55,19 +65,20 @@ fn a_long_line_takes_few_times_its_size() {
     let ones = "1,".repeat(BYTES / 2) + "1";
     let raw = r#"{"raw": {"width": 1, "height": 1, "format": "gray", "data": "AA=="}}"#;
     let long = [
-        (format!("{{\"box\": [{ones}]}}"), "the line is longer than 1 MiB"),
-        (format!("{{\"frame\": {raw}, \"box\": [{ones}]}}"), "a list of more than 2048 values"),
-        (format!("{{\"frame\": {raw}, \"companions\": [[{ones}]]}}"), "a list of more than 2048 values"),
-        (format!("{{\"frame\": {raw}, \"companions\": [{ones}]}}"), "invalid type: integer"),
-        (format!("{{\"frame\": \"{ones}\"}}"), "the line is longer than 1 MiB"),
+        format!("{{\"box\": [{ones}]}}"),
+        format!("{{\"frame\": {raw}, \"box\": [{ones}]}}"),
+        format!("{{\"frame\": {raw}, \"companions\": [[{ones}]]}}"),
+        format!("{{\"frame\": {raw}, \"companions\": [{ones}]}}"),
+        format!("{{\"frame\": \"{ones}\"}}"),
     ];
     let mut live = Live::start(&["--method", "Displacement"]);
     assert_eq!(live.ask(&json!({"box": [1, 1, 20, 20]}))["state"], "tracking");
     let before = peak(live.child.id());
-    for (n, (line, words)) in long.iter().enumerate() {
+    for (n, line) in long.iter().enumerate() {
         let answer = live.ask_text(line);
         assert_eq!(answer["index"], n + 1);
-        assert!(answer["error"].as_str().is_some_and(|error| error.contains(words)), "{answer:.300}");
+        let error = answer["error"].as_str().unwrap_or_default();
+        assert!(error.contains("the line is longer than 1 MiB"), "{answer:.300}");
     }
     let grown = peak(live.child.id()) - before;
     assert!(grown < 5 * BYTES / 1024, "{grown} KiB");

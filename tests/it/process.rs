@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use trackfail::dataset::{Frames, Numbering, Sequence};
 use trackfail::image::{Frame, encode_png};
-use trackfail::plugin;
+use trackfail::plugin::{self, Configured};
 use trackfail::region::{Rect, Region};
 use trackfail::spec::programs;
 use trackfail::tracker::process::Bind;
@@ -176,15 +176,15 @@ fn track(setup: &dyn TrackerConfig, sequence: &Sequence, n: usize) -> Vec<Tracke
     std::iter::once(first).chain(rest).collect()
 }
 
-fn built_in(kind: &str) -> Box<dyn TrackerConfig> {
+fn built_in(kind: &str) -> Configured<dyn TrackerConfig> {
     plugin::find(TRACKERS, kind).unwrap().build_from_text("{}").unwrap()
 }
 
 /// A program of a file of programs, bound.
-fn program(file: &Path, name: &str) -> Box<dyn TrackerConfig> {
+fn program(file: &Path, name: &str) -> Configured<dyn TrackerConfig> {
     let text = format!("{{ program = \"{name}\" }}");
     let mut setup = plugin::find(TRACKERS, "process").unwrap().build_from_text(&text).unwrap();
-    setup.bind(&programs::read(file).unwrap()).unwrap();
+    Bind::bind(&mut setup, &programs::read(file).unwrap()).unwrap();
     setup
 }
 

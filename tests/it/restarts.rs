@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 use trackfail::report::explain::explain;
-use trackfail::report::figures::{self, FigureOutcome};
+use trackfail::report::figures;
 use trackfail::report::sequences::Collector;
 use trackfail::results::{Results, TrackSeries};
 use trackfail::sampling::Units;
@@ -146,11 +146,7 @@ fn the_page_marks_what_the_run_counted() {
 /// The figures of the experiment over these tracks.
 fn drawn(results: &Results, tracks: &[TrackSeries]) -> Vec<String> {
     let units = Units::new(&results.experiment, &results.scores().unwrap());
-    let svg = |figure| match figures::draw(results, tracks, &units, figure) {
-        Ok(FigureOutcome::Drawn(figure)) => figure.files.svg,
-        Ok(FigureOutcome::NoData(reason)) => panic!("{reason}"),
-        Err(e) => panic!("{e}"),
-    };
+    let svg = |figure| figures::make(results, tracks, &units, figure).unwrap().draw().unwrap().svg;
     results.experiment.figures.iter().map(svg).collect()
 }
 

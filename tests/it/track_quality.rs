@@ -16,7 +16,7 @@ use trackfail::plugin;
 use trackfail::region::{Rect, Region};
 use trackfail::signal::SIGNALS;
 use trackfail::spec::method::SignalChoice;
-use trackfail::tracker::{TRACKERS, TrackerConfig};
+use trackfail::tracker::TRACKERS;
 
 /// Where something colored like the target is in a frame.
 type Place = fn(usize) -> Option<(f64, f64)>;
@@ -107,12 +107,12 @@ fn judge(
 ) -> DetectorOutput {
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
-    let config: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text("{}").unwrap());
+    let config = entry.build_from_text("{}").unwrap().plugin;
     let signal_entry = plugin::find(SIGNALS, signal.0).unwrap();
     let signal = SignalChoice {
         kind: signal_entry.kind,
         version: signal_entry.version,
-        signal: Arc::from(signal_entry.build_from_text(signal.1).unwrap()),
+        signal: signal_entry.build_from_text(signal.1).unwrap(),
         restarts: Default::default(),
     };
     let cache = Arc::new(FrameCache::new(1 << 26));

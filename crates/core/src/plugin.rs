@@ -3,12 +3,14 @@
 
 use crate::num::readable;
 use serde::de::DeserializeOwned;
-use std::ops::Range;
+use serde_json::Value;
+use std::ops::{self, Bound, RangeBounds};
+use std::sync::Arc;
 
 /// Unchecked parameters.
 pub enum RawParams<'i> {
     /// A JSON value.
-    Json(&'i serde_json::Value),
+    Json(&'i Value),
     /// A TOML value that still knows its place in the file.
     #[cfg(feature = "toml")]
     Toml(toml::de::ValueDeserializer<'i>),
@@ -23,7 +25,7 @@ pub struct ParamError {
     /// The parameter at fault, unless several are.
     pub key: Option<&'static str>,
     /// Byte range in the text that was read, where the reader knows it.
-    pub span: Option<Range<usize>>,
+    pub span: Option<ops::Range<usize>>,
 }
 
 impl ParamError {
@@ -55,24 +57,171 @@ fn of_toml(fault: &toml::de::Error) -> ParamError {
     ParamError { message: fault.message().to_string(), key: None, span: fault.span() }
 }
 
-/// Checks parameters against closed ranges, each given as key, value, minimum and maximum.
-///
-/// # Errors
-/// For the first one outside its range; NaN is outside every range.
-pub fn check_ranges<T: PartialOrd + std::fmt::Display>(
-    ranges: &[(&'static str, T, T, T)],
-) -> Result<(), ParamError> {
-    ranges.iter().try_for_each(|(key, value, low, high)| {
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        Err(ParamError::out_of_range(key, &format!("from {low} to {high}"), value))
-    })
+/// Parameters as JSON, with defaults filled in, as they enter addresses and manifests.
+pub fn show_params<P: serde::Serialize>(params: &P) -> Value {
+    serde_json::to_value(params).unwrap_or(Value::Null)
 }
 
-/// Parameters as JSON, with defaults filled in, as they enter addresses and manifests.
-pub fn show_params<P: serde::Serialize>(params: &P) -> serde_json::Value {
-    serde_json::to_value(params).unwrap_or(serde_json::Value::Null)
+/// The numbers that a parameter may be; of a list, each of its numbers. Only finite numbers are in a range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// The parameter.
+    pub key: &'static str,
+    /// Its lower end.
+    pub low: Bound<f64>,
+    /// Its upper end.
+    pub high: Bound<f64>,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const fn of(key: &'static str) -> Self {
+        Self { key, low: Bound::Unbounded, high: Bound::Unbounded }
+    }
+
+    /// The numbers from `low` to `high`, both included.
+    pub const fn within(key: &'static str, low: f64, high: f64) -> Self {
+        Self { key, low: Bound::Included(low), high: Bound::Included(high) }
+    }
+
+    /// This range without the numbers below `low`.
+    pub const fn at_least(self, low: f64) -> Self {
+        Self { low: Bound::Included(low), ..self }
+    }
+
+    /// This range without `low` and the numbers below it.
+    pub const fn above(self, low: f64) -> Self {
+        Self { low: Bound::Excluded(low), ..self }
+    }
+
+    /// This range without the numbers above `high`.
+    pub const fn at_most(self, high: f64) -> Self {
+        Self { high: Bound::Included(high), ..self }
+    }
+
+    /// This range without `high` and the numbers above it.
+    pub const fn below(self, high: f64) -> Self {
+        Self { high: Bound::Excluded(high), ..self }
+    }
+
+    /// The range in words, which complete "must be ...".
+    pub fn rule(&self) -> String {
+        let in_words = |end: Bound<f64>, included: &str, excluded: &str| match end {
+            Bound::Included(end) => Some(format!("{included} {}", readable(end))),
+            Bound::Excluded(end) => Some(format!("{excluded} {}", readable(end))),
+            Bound::Unbounded => None,
+        };
+        if let (Bound::Included(low), Bound::Included(high)) = (self.low, self.high) {
+            return format!("from {} to {}", readable(low), readable(high));
+        }
+        let ends = [in_words(self.low, "at least", "above"), in_words(self.high, "at most", "below")];
+        let ends: Vec<String> = ends.into_iter().flatten().collect();
+        if ends.is_empty() { "finite".to_string() } else { ends.join(" and ") }
+    }
+
+    /// Checks the parameter among those shown; one that is left out there is in its range.
+    fn check(&self, shown: &Value) -> Result<(), ParamError> {
+        // A key with a dot is one of a table in the table.
+        let mut path = self.key.split('.');
+        let numbers: &[Value] = match path.try_fold(shown, |table, key| table.get(key)) {
+            None => &[],
+            Some(Value::Array(list)) => list.as_slice(),
+            Some(one) => std::slice::from_ref(one),
+        };
+        numbers.iter().try_for_each(|number| match number.as_f64() {
+            Some(number) if (self.low, self.high).contains(&number) => Ok(()),
+            Some(number) => Err(ParamError::out_of_range(self.key, &self.rule(), number)),
+            // JSON has no other numbers than finite ones.
+            None => Err(ParamError::out_of_range(self.key, &self.rule(), "NaN or infinite")),
+        })
+    }
+}
+
+/// What a plugin says of its parameters, and how it is made from them.
+pub trait Plugin: Sized {
+    /// Its parameters.
+    type Params: DeserializeOwned + serde::Serialize + schemars::JsonSchema;
+
+    /// The ranges of its parameters, whose first fault is told.
+    const RANGES: &'static [Range] = &[];
+
+    /// Makes the plugin from parameters that are in their [ranges](Self::RANGES).
+    ///
+    /// # Errors
+    /// For parameters that do not go together, and other faults that no range tells.
+    fn make(params: Self::Params) -> Result<Self, ParamError>;
+
+    /// The parameters as JSON, with defaults filled in.
+    fn shown(params: &Self::Params) -> Value {
+        show_params(params)
+    }
+
+    /// Checks the parameters, and makes the plugin.
+    ///
+    /// # Errors
+    /// As [`make`](Self::make), and for a parameter out of its range.
+    fn new(params: Self::Params) -> Result<Self, ParamError> {
+        let shown = Self::shown(&params);
+        Self::RANGES.iter().try_for_each(|range| range.check(&shown))?;
+        Self::make(params)
+    }
+}
+
+/// Parameters of a plugin that has none.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoParams {}
+
+/// The trait object of a list, such as `dyn Detector`, which a plugin of type `P` becomes.
+pub trait Role<P> {
+    /// Hides the plugin's type.
+    fn hold(plugin: P) -> Arc<Self>;
+}
+
+/// A plugin with its checked parameters. It is used as the plugin itself.
+pub struct Configured<T: ?Sized> {
+    params: Value,
+    /// The plugin.
+    pub plugin: Arc<T>,
+}
+
+impl<T: ?Sized> Configured<T> {
+    /// A plugin with parameters that were checked.
+    pub fn new(params: Value, plugin: Arc<T>) -> Self {
+        Self { params, plugin }
+    }
+
+    /// Checked parameters, defaults filled in, as they enter addresses and manifests.
+    pub fn params(&self) -> Value {
+        self.params.clone()
+    }
+
+    /// Shows a further value among the parameters, such as the version of a program.
+    pub fn show(&mut self, key: &str, value: impl Into<Value>) {
+        if let Some(params) = self.params.as_object_mut() {
+            params.insert(key.to_string(), value.into());
+        }
+    }
+}
+
+impl<T: ?Sized> Clone for Configured<T> {
+    fn clone(&self) -> Self {
+        Self { params: self.params.clone(), plugin: self.plugin.clone() }
+    }
+}
+
+impl<T: ?Sized> ops::Deref for Configured<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.plugin
+    }
+}
+
+impl<T: ?Sized> AsRef<T> for Configured<T> {
+    fn as_ref(&self) -> &T {
+        &self.plugin
+    }
 }
 
 /// One line of a plugin list.
@@ -87,8 +236,10 @@ pub struct Entry<T: ?Sized + 'static> {
     pub example: &'static str,
     /// Further parameters, so that every branch is under the laws that tests check.
     pub more: &'static [&'static str],
+    /// The ranges of its parameters.
+    pub ranges: &'static [Range],
     /// Checks the parameters and builds the plugin.
-    pub build: fn(RawParams<'_>) -> Result<Box<T>, ParamError>,
+    pub build: fn(RawParams<'_>) -> Result<Configured<T>, ParamError>,
     /// JSON Schema of the parameters.
     pub schema: fn() -> schemars::Schema,
 }
@@ -114,15 +265,48 @@ pub const fn joined<T: ?Sized, const N: usize>(list: &[Entry<T>], more: &[Entry<
 }
 
 impl<T: ?Sized> Entry<T> {
+    /// The line of a plugin whose parameters may all be left out.
+    pub const fn of<P: Plugin>(kind: &'static str, version: u32, summary: &'static str) -> Self
+    where
+        T: Role<P>,
+    {
+        Self {
+            kind,
+            version,
+            summary,
+            example: "{}",
+            more: &[],
+            ranges: P::RANGES,
+            build: build::<T, P>,
+            schema: || schemars::schema_for!(P::Params),
+        }
+    }
+
+    /// This line with other parameters as its example.
+    pub const fn example(self, example: &'static str) -> Self {
+        Self { example, ..self }
+    }
+
+    /// This line with further parameters.
+    pub const fn more(self, more: &'static [&'static str]) -> Self {
+        Self { more, ..self }
+    }
+
     /// Builds from an inline TOML table such as `{ below = 0.039 }`.
     ///
     /// # Errors
     /// As `build`, and for text that is not a TOML value.
     #[cfg(feature = "toml")]
-    pub fn build_from_text(&self, text: &str) -> Result<Box<T>, ParamError> {
+    pub fn build_from_text(&self, text: &str) -> Result<Configured<T>, ParamError> {
         let value = toml::de::ValueDeserializer::parse(text).map_err(|e| of_toml(&e))?;
         (self.build)(RawParams::Toml(value))
     }
+}
+
+fn build<T: ?Sized + Role<P>, P: Plugin>(raw: RawParams<'_>) -> Result<Configured<T>, ParamError> {
+    let params = read_params::<P::Params>(raw)?;
+    let shown = P::shown(&params);
+    Ok(Configured { params: shown, plugin: T::hold(P::new(params)?) })
 }
 
 /// The entry of a kind, if the list has one.
@@ -250,15 +434,57 @@ mod tests {
 
     #[test]
     fn the_first_value_outside_its_range_is_refused() {
-        assert_eq!(check_ranges(&[("a", 0.5, 0.5, 1.0), ("b", 1.0, 0.5, 1.0)]), Ok(()));
-        let error =
-            check_ranges(&[("a", 0.7, 0.5, 1.0), ("b", 1.5, 0.5, 1.0), ("c", 9.0, 0.0, 1.0)]).unwrap_err();
-        assert_eq!(error, ParamError::out_of_range("b", "from 0.5 to 1", 1.5));
-        assert_eq!((error.key, error.message.as_str()), (Some("b"), "`b` must be from 0.5 to 1, not 1.5"));
-        for bad in [f64::NAN, f64::NEG_INFINITY, 0.499] {
-            assert!(check_ranges(&[("a", bad, 0.5, 1.0)]).is_err(), "{bad}");
+        #[derive(Debug)]
+        struct Made;
+
+        #[derive(serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
+        struct Params {
+            a: f64,
+            b: Vec<f64>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            c: Option<usize>,
         }
-        assert_eq!(check_ranges(&[("n", 3_usize, 3, 3)]), Ok(()));
-        assert!(check_ranges(&[("n", 4_usize, 1, 3)]).is_err());
+
+        impl Plugin for Made {
+            type Params = Params;
+
+            const RANGES: &'static [Range] = &[
+                Range::within("a", 0.5, 1.0),
+                Range::of("b").above(0.0).at_most(1.0),
+                Range::of("c").at_least(3.0),
+            ];
+
+            fn make(_: Params) -> Result<Self, ParamError> {
+                Ok(Self)
+            }
+        }
+
+        let message =
+            |a: f64, b: &[f64], c| Made::new(Params { a, b: b.to_vec(), c }).err().map(|e| e.message);
+        assert_eq!(message(0.5, &[1e-300, 1.0], Some(3)), None);
+        for (a, b, c, want) in [
+            (1.5, 9.0, 0, "`a` must be from 0.5 to 1, not 1.5"),
+            (f64::NAN, 1.0, 3, "`a` must be from 0.5 to 1, not NaN or infinite"),
+            (1.0, 0.0, 3, "`b` must be above 0 and at most 1, not 0"),
+            (1.0, f64::INFINITY, 3, "`b` must be above 0 and at most 1, not NaN or infinite"),
+            (1.0, 1.0, 2, "`c` must be at least 3, not 2"),
+        ] {
+            assert_eq!(message(a, &[0.5, b], Some(c)).as_deref(), Some(want));
+        }
+        assert_eq!(message(1.0, &[], None), None);
+    }
+
+    #[test]
+    fn a_range_in_a_table_is_found_by_its_path() {
+        let range = Range::of("response.threshold").below(2.0);
+        let check = |value: f64| range.check(&serde_json::json!({ "response": { "threshold": value } }));
+        assert_eq!(check(1.9), Ok(()));
+        let error = check(2.0).unwrap_err();
+        assert_eq!(
+            (error.key, error.message.as_str()),
+            (Some("response.threshold"), "`response.threshold` must be below 2, not 2")
+        );
+        assert_eq!(Range::of("x").rule(), "finite");
+        assert_eq!(range.check(&serde_json::json!({})), Ok(()));
     }
 }

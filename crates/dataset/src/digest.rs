@@ -18,7 +18,6 @@
 
 use super::{DatasetError, Frames, Sequence, text};
 use sha2::{Digest as _, Sha256};
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -97,15 +96,10 @@ impl Sequence {
 /// # Errors
 /// When the file cannot be read.
 pub fn file_digest(path: &Path) -> Result<String, DatasetError> {
-    let fail = |e| DatasetError::io(path, e);
-    // A pipe would be waited for.
-    if !std::fs::metadata(path).map_err(fail)?.is_file() {
-        return Err(DatasetError::content(path, "not a file"));
-    }
-    let mut file = BufReader::with_capacity(1 << 20, File::open(path).map_err(fail)?);
+    let mut file = BufReader::with_capacity(1 << 20, text::open(path)?.0);
     let mut hash = Hash(Sha256::new());
     loop {
-        let bytes = file.fill_buf().map_err(fail)?;
+        let bytes = file.fill_buf().map_err(|e| DatasetError::io(path, e))?;
         if bytes.is_empty() {
             return Ok(hash.hexadecimal());
         }
@@ -148,10 +142,11 @@ const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Files that are read before they are hashed.
 const READ_AHEAD: usize = 32;
 
-struct Hash(Sha256);
+/// A digest that is being made.
+pub(crate) struct Hash(Sha256);
 
 impl Hash {
-    fn new(layout: &str) -> Self {
+    pub fn new(layout: &str) -> Self {
         let mut hash = Self(Sha256::new());
         hash.bytes(layout.as_bytes());
         hash
@@ -161,7 +156,7 @@ impl Hash {
         self.0.update(value.to_le_bytes());
     }
 
-    fn bytes(&mut self, bytes: &[u8]) {
+    pub fn bytes(&mut self, bytes: &[u8]) {
         self.integer(bytes.len() as u64);
         self.0.update(bytes);
     }
@@ -201,7 +196,7 @@ impl Hash {
         }
     }
 
-    fn hexadecimal(self) -> String {
+    pub fn hexadecimal(self) -> String {
         trackfail_core::num::hexadecimal(&self.0.finalize())
     }
 }

@@ -89,10 +89,6 @@ impl Sequence {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
-    if !about.is_file() {
-        return Err(DatasetError::content(path, "not a file; an image file was expected"));
-    }
     text::read_at_most(path, image::MAX_FILE_BYTES)
 }
 
@@ -100,19 +96,22 @@ fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
     DatasetError::Image { path: path.into(), source }
 }
 
+/// The paths of all that is in a folder, in no order.
+pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
+    let list = || -> std::io::Result<Vec<PathBuf>> {
+        std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect()
+    };
+    list().map_err(|e| DatasetError::io(folder, e))
+}
+
 /// The JPEG and PNG files of a folder by frame number, as [`numbered`] reads it from their names.
 ///
 /// # Errors
 /// No images at all, and those of [`numbered`].
 pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
-        let hidden = path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
-        if !hidden && is_image(&path) {
-            paths.push(path);
-        }
-    }
+    let is_hidden = |path: &Path| path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
+    let mut paths = entries(folder)?;
+    paths.retain(|path| !is_hidden(path) && is_image(path));
     if paths.is_empty() {
         return Err(DatasetError::content(folder, "no .jpg or .png file in this folder"));
     }

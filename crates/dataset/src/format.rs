@@ -11,27 +11,13 @@ pub mod otb_boxes;
 mod shared;
 pub mod vot;
 
+use crate::lock::Entry;
 use crate::{DatasetError, Sequence};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use trackfail_core::region::Region;
 
 const GROUND_TRUTH: &str = "groundtruth.txt";
-
-/// How one sequence of a folder is read; the default takes the whole folder.
-#[derive(Debug, Clone, Default)]
-pub struct SequenceOptions {
-    /// Name of the sequence; without one, the folder's name.
-    pub name: Option<String>,
-    /// Which of several targets: OTB counts from 1, CVML uses the object's id.
-    pub target: Option<u32>,
-    /// First and last frame used, in the dataset's numbers; without it, all frames that the format knows.
-    pub range: Option<(u32, u32)>,
-    /// First and last frame of the dataset's own range; without it, the frames that the ground truth covers.
-    pub official: Option<(u32, u32)>,
-    /// Folder that the frames of videos are decoded into.
-    pub decoded: PathBuf,
-}
 
 /// The region of each frame, 0-based; `None` where the target is absent.
 type Truth = Vec<Option<Region>>;
@@ -47,16 +33,18 @@ pub struct FormatEntry {
     pub summary: &'static str,
     /// Name of the ground-truth file of a folder with one target.
     pub truth_file: &'static str,
-    /// Loads one sequence of a folder. Reads lists of files and text, no image and no video.
-    pub load: fn(&Path, &SequenceOptions) -> Result<Sequence, DatasetError>,
+    /// Loads the sequence of an entry under a data root; that of the default entry is the root as a whole. Reads lists
+    /// of files and text, no image and no video.
+    pub load: fn(&Path, &Entry) -> Result<Sequence, DatasetError>,
     /// Reads the bytes of a ground-truth file, one entry a frame, 0-based; the path names it in messages.
     pub parse_truth: fn(&Path, &[u8]) -> Result<Truth, DatasetError>,
-    /// The folder of the images, given the sequence's folder.
-    pub image_folder: fn(&Path) -> PathBuf,
+    /// Names that the folder of images may have in that of the sequence; without one of them, the images are beside the
+    /// ground truth.
+    pub image_folders: &'static [&'static str],
     /// Whether a file of this name beside the images is read.
     pub reads: fn(&str) -> bool,
-    /// Whether a file is part of one sequence of a folder: its name, and its number if it is an image.
-    pub belongs: fn(&SequenceOptions, &str, Option<u32>) -> bool,
+    /// Whether a file of its folder is part of an entry's sequence: its name, and its number if it is an image.
+    pub belongs: fn(&Entry, &str, Option<u32>) -> bool,
     /// Whether the file of this name is a label file, which the files digest of a sequence does not cover.
     pub is_label: fn(&str) -> bool,
     /// Whether a range of the folder's images can be a sequence, so that images after it may be absent.
@@ -77,7 +65,7 @@ impl FormatEntry {
         truth_file: GROUND_TRUTH,
         load: |folder, _| Err(DatasetError::content(folder, "this format has no reader")),
         parse_truth: |path, _| Err(DatasetError::content(path, "this format has no reader")),
-        image_folder: Path::to_path_buf,
+        image_folders: &[],
         reads: |name| name == GROUND_TRUTH,
         belongs: |_, _, _| true,
         is_label: |_| false,

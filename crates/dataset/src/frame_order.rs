@@ -52,6 +52,11 @@ impl Name {
         }
     }
 
+    /// The digits of a run; none behind the last one.
+    fn digits(&self, run: usize) -> &str {
+        self.runs.get(run).map_or("", String::as_str)
+    }
+
     fn value(&self, run: usize) -> Option<Value<'_>> {
         let digits = self.runs.get(run)?.trim_start_matches('0');
         Some((digits.len(), digits))
@@ -112,7 +117,7 @@ fn named(paths: Vec<PathBuf>) -> Vec<Name> {
 /// Texts and numbers compared one after the other; a name that ends comes first.
 fn natural(a: &Name, b: &Name) -> Ordering {
     let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| a.value(k).cmp(&b.value(k)));
-    (0..a.texts.len().max(b.texts.len())).map(part).fold(Ordering::Equal, Ordering::then)
+    (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
 /// As [`natural`], of names that differ in numbers alone, with fractions compared as such.
@@ -240,12 +245,14 @@ fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     Ok(first.is_fraction(run + 1) || (0..=run).any(covers))
 }
 
+/// Whether digits are so many, and a number of a range.
+fn is_number(digits: &str, count: RangeInclusive<usize>, range: RangeInclusive<u32>) -> bool {
+    count.contains(&digits.len()) && digits.parse().is_ok_and(|value: u32| range.contains(&value))
+}
+
 /// Whether the runs from `start` on are hours, minutes and seconds.
 fn is_time_of_day(name: &Name, start: usize) -> bool {
-    let is = |k: usize, last: u32| {
-        let digits = name.runs.get(start + k).map_or("", String::as_str);
-        (1..=2).contains(&digits.len()) && digits.parse().is_ok_and(|value: u32| value <= last)
-    };
+    let is = |k: usize, last: u32| is_number(name.digits(start + k), 1..=2, 0..=last);
     let separator = |k: usize| name.texts.get(start + k).filter(|text| text.chars().count() == 1);
     is(0, 23) && is(1, 59) && is(2, 60) && separator(1).is_some() && separator(1) == separator(2)
 }
@@ -263,12 +270,11 @@ fn night(names: &[Name], run: usize) -> Option<usize> {
 
 /// How many runs from `start` on are a date, a time of day, or seconds since 1970 with their fraction; 0 for others.
 fn stamp_length(name: &Name, start: usize) -> usize {
-    let digits = |k: usize| name.runs.get(start + k).map_or("", String::as_str);
-    let is = |text: &str, length: RangeInclusive<usize>, range: RangeInclusive<u32>| {
-        length.contains(&text.len()) && text.parse().is_ok_and(|value: u32| range.contains(&value))
-    };
+    let digits = |k: usize| name.digits(start + k);
     let is_date = |year: &str, month: &str, day: &str| {
-        is(year, 4..=4, 1900..=2099) && is(month, 1..=2, 1..=12) && is(day, 1..=2, 1..=31)
+        is_number(year, 4..=4, 1900..=2099)
+            && is_number(month, 1..=2, 1..=12)
+            && is_number(day, 1..=2, 1..=31)
     };
     let time_after = |date: usize| date + usize::from(digits(date).len() == 6);
     let first = digits(0);

@@ -157,17 +157,16 @@ impl Suite {
     /// # Errors
     /// When a file cannot be read.
     pub fn pin_files(&self, data_roots: &[PathBuf]) -> Result<Vec<(String, String)>, DatasetError> {
-        let formats = |pinned: &PinnedSuite| {
-            pinned.sequence.iter().map(|e| (e.folder.clone(), pinned.format(e))).collect::<BTreeMap<_, _>>()
-        };
-        let root = |folder: &str| data_roots.iter().find(|root| below(root, folder).is_dir());
-        let folders = self.pinned().map(formats).unwrap_or_default().into_iter();
-        let here = folders.filter_map(|(folder, format)| Some((root(&folder)?, folder, format)));
-        here.map(|(root, folder, format)| {
-            let section = listing::section(&folder, root, format)?;
-            Ok((folder, section))
-        })
-        .collect()
+        let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
+        let formats: BTreeMap<&str, _> =
+            pinned.sequence.iter().map(|entry| (entry.folder.as_str(), pinned.format(entry))).collect();
+        let mut sections = Vec::new();
+        for (folder, format) in formats {
+            if let Some(root) = data_roots.iter().find(|root| below(root, folder).is_dir()) {
+                sections.push((folder.to_owned(), listing::section(folder, root, format)?));
+            }
+        }
+        Ok(sections)
     }
 }
 

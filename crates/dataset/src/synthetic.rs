@@ -55,10 +55,10 @@ mod surveillance_tests;
 mod tests;
 
 use super::Sequence;
+use super::digest::Hash;
 pub use scene::FRAME_ATTRIBUTES;
 use scenes::SceneFile;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -103,12 +103,11 @@ impl RenderedSuite {
         let mut sequences = self.scenes().sequences(self.name);
         for sequence in &mut sequences {
             let bits = scene::bits(self.name, &sequence.name).to_string();
-            let mut hash = Sha256::new();
-            for part in ["trackfail synthetic", &VERSION.to_string(), self.name, &sequence.name, &bits] {
-                hash.update((part.len() as u64).to_le_bytes());
-                hash.update(part.as_bytes());
+            let mut hash = Hash::new("trackfail synthetic");
+            for part in [&*VERSION.to_string(), self.name, &sequence.name, &bits] {
+                hash.bytes(part.as_bytes());
             }
-            sequence.digest = trackfail_core::num::hexadecimal(&hash.finalize()).into();
+            sequence.digest = hash.hexadecimal().into();
         }
         sequences
     }

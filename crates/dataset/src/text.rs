@@ -23,13 +23,20 @@ pub const MAX_LINE_BYTES: usize = 16 << 10;
 /// # Errors
 /// I/O errors and larger files.
 pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
+    let (file, length) = open(path)?;
+    if length > limit { Err(too_large(path, limit)) } else { read_stream(path, file, limit) }
+}
+
+/// A file, opened to be read, and its length.
+///
+/// # Errors
+/// I/O errors, and what is no file: a pipe would be waited for.
+pub(crate) fn open(path: &Path) -> Result<(File, u64), DatasetError> {
     let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
-    // A pipe would be waited for.
     if !about.is_file() {
         return Err(DatasetError::content(path, "not a file"));
     }
-    let file = File::open(path).map_err(|e| DatasetError::io(path, e))?;
-    if about.len() > limit { Err(too_large(path, limit)) } else { read_stream(path, file, limit) }
+    Ok((File::open(path).map_err(|e| DatasetError::io(path, e))?, about.len()))
 }
 
 /// The bytes of a stream, whose length nobody knows.
@@ -83,9 +90,14 @@ pub fn without_mark(bytes: &[u8]) -> &[u8] {
 pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError> {
     let bytes = without_mark(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
-        let line = 1 + bytes.iter().take(e.valid_up_to()).filter(|&&b| b == b'\n').count();
+        let line = line_of(bytes, e.valid_up_to());
         DatasetError::line(path, line, "bytes that are not UTF-8 text; save the file as plain text")
     })
+}
+
+/// The line, from 1, of a place in a text.
+pub(crate) fn line_of(text: &[u8], place: usize) -> usize {
+    1 + text.iter().take(place).filter(|&&byte| byte == b'\n').count()
 }
 
 /// One value a line.

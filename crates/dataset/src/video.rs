@@ -60,7 +60,7 @@ pub struct VideoLimits {
     pub damage_ends_it: bool,
 }
 
-/// VideoLimits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB). The bytes of a suite's video are
+/// Limits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB). The bytes of a suite's video are
 /// pinned, so that its flaws are part of the data.
 pub const DEFAULT_LIMITS: VideoLimits =
     VideoLimits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30, damage_ends_it: false };

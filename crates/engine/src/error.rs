@@ -1,8 +1,6 @@
 //! Errors of the engine: why one cell has no result, and why a whole run did not finish.
 
-use crate::limits::Interrupted;
 use crate::store::StoreError;
-use trackfail_dataset::DatasetError;
 use trackfail_methods::tracker::TrackerError;
 
 /// Why a cell has no result.
@@ -39,11 +37,14 @@ impl From<&TrackerError> for CellError {
 }
 
 /// Why a step of a run has no result: it failed alone, or the whole run ends.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum StepError {
+#[derive(Debug, Clone, thiserror::Error)]
+pub enum StepError {
     /// Only the results that need the step are lost.
     #[error(transparent)]
     Cell(#[from] CellError),
+    /// As [`Cell`](Self::Cell); the reason does not tell the sequence.
+    #[error("{0}")]
+    Here(String),
     /// The run ends.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -51,15 +52,23 @@ pub(crate) enum StepError {
 
 impl StepError {
     /// A failed step.
-    pub fn failed(reason: impl std::fmt::Display) -> Self {
+    pub(crate) fn failed(reason: impl std::fmt::Display) -> Self {
         Self::Cell(CellError::Failed(reason.to_string()))
     }
 
     /// The error with `context` before the reason of a failure.
-    pub fn within(self, context: &str) -> Self {
+    pub(crate) fn within(self, context: &str) -> Self {
         match self {
-            Self::Cell(e) => Self::failed(format!("{context}: {e}")),
             Self::Run(e) => Self::Run(e),
+            lost => Self::failed(format!("{context}: {lost}")),
+        }
+    }
+
+    /// The error of a result on the sequence of this name.
+    pub(crate) fn on(self, sequence: &str) -> CellError {
+        match self {
+            Self::Cell(e) => e,
+            other => CellError::Failed(format!("{sequence}: {other}")),
         }
     }
 
@@ -67,18 +76,19 @@ impl StepError {
     ///
     /// # Errors
     /// The error that ends the run.
-    pub fn settled<T>(step: Result<T, Self>) -> Result<Result<T, CellError>, RunError> {
+    pub(crate) fn settled<T>(step: Result<T, Self>) -> Result<Result<T, CellError>, RunError> {
         match step {
             Ok(done) => Ok(Ok(done)),
             Err(Self::Cell(e)) => Ok(Err(e)),
+            Err(Self::Here(reason)) => Ok(Err(CellError::Failed(reason))),
             Err(Self::Run(e)) => Err(e),
         }
     }
 }
 
-impl From<Interrupted> for StepError {
-    fn from(e: Interrupted) -> Self {
-        Self::Run(e.into())
+impl From<TrackerError> for StepError {
+    fn from(e: TrackerError) -> Self {
+        Self::Cell((&e).into())
     }
 }
 
@@ -89,21 +99,12 @@ impl From<StoreError> for StepError {
 }
 
 /// Why a run did not finish.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, thiserror::Error)]
 pub enum RunError {
-    /// A suite cannot be read.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
     /// The store cannot be written to.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The user interrupted it; finished results are in the store.
     #[error("interrupted; run the same command to go on from what is done")]
     Interrupted,
-}
-
-impl From<Interrupted> for RunError {
-    fn from(_: Interrupted) -> Self {
-        Self::Interrupted
-    }
 }

@@ -9,13 +9,13 @@
 //! | [`reverse`] | trackers run backwards in time |
 //! | [`track`] | a track with its signals |
 //! | [`detector_outputs`] | outputs of detectors, in memory or in the store |
+//! | `units` | the sequences with their jobs, and the threads that take them |
 //! | [`context`] | what the parts of a run share, with its options |
 //! | [`tracking`] | tracks and signals, from the store or computed |
 //! | [`judge`](mod@judge) | the cells of a sequence: outputs of detectors, from the store or computed, and their scores |
 //! | [`train`] | trained parameters and learned models |
 //! | [`analyse`](mod@analyse) | analyses of signals and tracks |
 //! | [`timing`] | processing times |
-//! | `units` | the sequences with their jobs, and the threads that take them |
 //! | [`estimate`] | what is left to be done, and how long it may take |
 //! | [`run`](mod@run) | a whole experiment, or a shard of it |
 

@@ -14,10 +14,10 @@ mod training;
 mod why;
 
 pub use cells::{CellState, PlannedCell};
-pub use demand::{SignalSet, distinct_signals, needed_roles, signal_index, variants};
+pub use demand::{distinct_signals, needed_roles, signal_index, variants};
 pub use experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
 pub use shard::Shard;
-pub use training::Place;
+pub use training::{Key, Place, TrainingNeed};
 pub use why::why;
 
 /// A tracker and a repetition, which are run on every sequence.

@@ -49,8 +49,8 @@ use method::Method;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use table::{Published, Table};
+use trackfail_core::plugin::Configured;
 use trackfail_dataset::suite::Catalog;
 use trackfail_methods::score::Protocol;
 use trackfail_methods::score::chance::Chance;
@@ -173,7 +173,7 @@ pub struct Tracker {
     /// Run protocol: one pass, resets or shifted starts.
     pub protocol: RunProtocol,
     /// The checked tracker, under its protocol.
-    pub setup: Arc<dyn TrackerConfig>,
+    pub setup: Configured<dyn TrackerConfig>,
 }
 
 impl Tracker {

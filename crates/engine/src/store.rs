@@ -40,7 +40,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::SystemTime;
 
 /// Prefix of temporary files and folders.
@@ -52,18 +52,19 @@ const FORMAT: &str = "trackfail-store 1\n";
 const MAX_BATCH: usize = 64 << 20;
 
 /// A file that could not be written or read.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct StoreError {
     /// The file or folder.
     pub path: PathBuf,
     /// Cause of the failure.
-    pub source: Box<dyn std::error::Error + Send + Sync>,
+    pub source: Arc<dyn std::error::Error + Send + Sync>,
 }
 
 impl StoreError {
     /// An error about `path`; its source is an error, or a text.
     pub fn new(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        let source: Box<dyn std::error::Error + Send + Sync> = source.into();
         Self { path: path.to_path_buf(), source: source.into() }
     }
 }
@@ -180,7 +181,8 @@ impl Store {
             }
         }
         let packs = packs(&folder.join("packs"))?;
-        let read = |(_, path, _): (_, PathBuf, _)| (pack::read_index(&path), path);
+        let index_of = |path: &Path| pack::index_of(&mut pack::open(path)?, path);
+        let read = |(_, path, _): (_, PathBuf, _)| (index_of(&path), path);
         let mut index = Index::default();
         for (places, path) in packs.into_par_iter().map(read).collect::<Vec<_>>() {
             match places {
@@ -259,7 +261,7 @@ impl Store {
             is_used.store(true, Ordering::Relaxed);
             (*pack, path.clone(), place.clone())
         };
-        let read = pack::read_record(&path, &place);
+        let read = pack::open(&path).and_then(|mut pack| pack::record_of(&mut pack, &place, &path));
         let decoded =
             read.and_then(|(head, payload)| decode(head, payload).map_err(|why| StoreError::new(&path, why)));
         match decoded {

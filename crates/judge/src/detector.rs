@@ -1,38 +1,34 @@
 //! Detectors: from a signal to a label for each frame.
 //!
-//! A plugin is one file with parameters, a [`Detector`] and an `ENTRY` in [`DETECTORS`].
+//! A plugin is one file with parameters, a [`Detector`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
+//! [`DETECTORS`].
 
-pub mod accumulated_validation;
-pub mod agreement;
-pub mod always;
+mod accumulated_validation;
+mod agreement;
+mod anchors;
 pub mod arma_forecast;
-pub mod arte;
-pub mod arte_star;
-pub mod conformal_forecast;
+mod arte;
+mod arte_star;
+mod conformal_forecast;
 pub mod consistency;
-pub mod control_chart;
-pub mod cusum;
-pub mod example;
-pub mod forecasting;
+mod control_chart;
+mod cusum;
+mod example;
+mod forecasting;
 pub mod fused;
-pub mod hysteresis;
-pub mod joint_drop;
+mod joint_drop;
 pub mod labels;
-pub mod learning;
+mod learning;
 pub mod level;
-pub mod matched_kalman_bank;
-pub mod naive_forecast;
-pub mod never;
-pub mod oracle;
-pub mod page_hinkley;
-pub mod periodic;
-pub mod random;
-pub mod relative_drop;
-pub mod sequential_test;
-pub mod standard_score;
-pub mod stream;
+mod matched_kalman_bank;
+mod naive_forecast;
+mod page_hinkley;
+mod relative_drop;
+mod sequential_test;
+mod standard_score;
+mod stream;
 pub mod track_quality;
-pub mod two_model_chi_square;
+mod two_model_chi_square;
 
 #[cfg(test)]
 mod conformance;
@@ -48,9 +44,10 @@ pub use stream::{Judgement, Reason, Stream};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::direction::Direction;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, Role};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
+use std::sync::Arc;
 
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.
 pub trait Reverse {
@@ -114,9 +111,6 @@ impl DetectorOutput {
 
 /// A checked configuration of a detector.
 pub trait Detector: Any + Send + Sync {
-    /// Checked parameters, defaults filled in.
-    fn params(&self) -> serde_json::Value;
-
     /// Whether it reads the signal; anchors do not.
     fn needs_signal(&self) -> bool {
         true
@@ -182,6 +176,12 @@ pub trait Detector: Any + Send + Sync {
     fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }
 
+impl<P: Detector> Role<P> for dyn Detector {
+    fn hold(plugin: P) -> Arc<Self> {
+        Arc::new(plugin)
+    }
+}
+
 /// The threshold of the largest budget that is within `budget`, of budgets in rising order with their thresholds; of those
 /// that are all larger, the smallest.
 fn threshold_within(thresholds: &[(f64, f64)], budget: f64) -> Option<f64> {
@@ -195,7 +195,6 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     naive_forecast::ENTRY,
     level::ENTRY,
     standard_score::ENTRY,
-    hysteresis::ENTRY,
     relative_drop::ENTRY,
     joint_drop::ENTRY,
     fused::ENTRY,
@@ -208,10 +207,10 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     matched_kalman_bank::ENTRY,
     arte::ENTRY,
     arte_star::ENTRY,
-    never::ENTRY,
-    always::ENTRY,
-    periodic::ENTRY,
-    random::ENTRY,
-    oracle::ENTRY,
+    anchors::NEVER,
+    anchors::ALWAYS,
+    anchors::PERIODIC,
+    anchors::RANDOM,
+    anchors::ORACLE,
     agreement::ENTRY,
 ];

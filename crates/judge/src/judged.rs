@@ -127,14 +127,43 @@ fn raised(detector: &dyn Detector, output: &DetectorOutput, has_box: impl Fn(usi
 mod tests {
     use super::*;
 
+    /// A detector whose alarm begins where the signal is below 0.3 and goes on until another rule ends it.
+    struct Holding;
+
+    impl Detector for Holding {
+        fn threshold(&self) -> Option<f64> {
+            Some(0.3)
+        }
+
+        fn score_direction(&self) -> Direction {
+            Direction::HigherIsBetter
+        }
+
+        fn scores_signal(&self) -> bool {
+            true
+        }
+
+        fn frames_to_recover(&self) -> usize {
+            1
+        }
+
+        fn detect(&self, _: &crate::detector::Input<'_>) -> DetectorOutput {
+            DetectorOutput::default()
+        }
+    }
+
+    /// The judgement of a detector of the list.
+    fn judged(text: &str, kind: &str, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
+        let entry = crate::plugin::find(crate::detector::DETECTORS, kind).unwrap();
+        judged_by(&*entry.build_from_text(text).unwrap(), score, alarm, boxes)
+    }
+
     /// The judgement of an output on a track that has a box where `boxes` has a `b`, in states of one letter, with its labels.
-    fn judged(text: &str, detector: &str, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
-        let entry = crate::plugin::find(crate::detector::DETECTORS, detector).unwrap();
-        let detector = entry.build_from_text(text).unwrap();
+    fn judged_by(detector: &dyn Detector, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
         let alarm = alarm.chars().map(|c| c == '!').collect();
         let output = DetectorOutput { score: score.to_vec(), alarm, ..DetectorOutput::default() };
         let present: Vec<bool> = boxes.chars().map(|c| c == 'b').collect();
-        let method = JudgedMethod::new("M", &*detector, &output, 0, &present);
+        let method = JudgedMethod::new("M", detector, &output, 0, &present);
         let mut sum = 0;
         for (change, label) in method.changes.iter().zip(&method.label) {
             sum += change;
@@ -148,10 +177,9 @@ mod tests {
     #[test]
     fn an_alarm_from_an_absence_ends_with_it() {
         let own = |states: &str, labels: &str| (states.to_string(), labels.to_string());
-        // Between its levels hysteresis only holds the alarm; below the lower one it raises it again.
-        let text = "{ below = 0.3, found = 0.7 }";
+        // Above its threshold it only holds the alarm; below it raises it again.
         let held = [0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9];
-        let of = |score: &[f64], alarm: &str| judged(text, "hysteresis", score, alarm, "bb--bbbb");
+        let of = |score: &[f64], alarm: &str| judged_by(&Holding, score, alarm, "bb--bbbb");
         assert_eq!(of(&held, "..!!!!.."), own("ttaatttt", "..!!...."));
         let again = [0.9, 0.9, 0.1, 0.1, 0.5, 0.2, 0.5, 0.9];
         assert_eq!(of(&again, "..!!!!!."), own("ttaatllt", "..!!.!!."));

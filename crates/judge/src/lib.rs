@@ -21,6 +21,8 @@ pub mod judged;
 pub mod method;
 pub mod monitor;
 mod network;
+#[cfg(test)]
+mod range_tests;
 pub mod reader;
 mod saved;
 pub mod score;

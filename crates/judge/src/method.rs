@@ -1,12 +1,12 @@
 //! Methods: signals and a detector under a name; those that have a name, and the one that is recommended.
 
 use crate::detector::{DETECTORS, Detector};
-use crate::plugin::{self, Entry, ParamError, RawParams};
+use crate::plugin::{self, Configured, Entry, ParamError, RawParams};
 use crate::score::Restarts;
 use crate::signal::{Reads, SIGNALS, Signal};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::sync::{Arc, LazyLock};
+use std::sync::LazyLock;
 
 /// The methods that have a name, as JSON: `name`, `about`, `signal` (one or a list) and `detector`, with parameters as an
 /// experiment file has them.
@@ -23,7 +23,7 @@ pub struct SignalChoice {
     /// Plugin version.
     pub version: u32,
     /// The checked signal.
-    pub signal: Arc<dyn Signal>,
+    pub signal: Configured<dyn Signal>,
     /// Whether it begins again where the tracker is started again.
     pub restarts: Restarts,
 }
@@ -36,7 +36,7 @@ pub struct FixedDetector {
     /// Plugin version.
     pub version: u32,
     /// The checked detector.
-    pub detector: Arc<dyn Detector>,
+    pub detector: Configured<dyn Detector>,
     /// Whether it begins again where the tracker is started again.
     pub restarts: Restarts,
 }
@@ -156,7 +156,7 @@ impl Method {
         let signal = |value: &Value| {
             let (entry, signal) = build(SIGNALS, "signal", value)?;
             let (kind, version) = (entry.kind, entry.version);
-            Ok(SignalChoice { kind, version, signal: Arc::from(signal), restarts: Restarts::default() })
+            Ok(SignalChoice { kind, version, signal, restarts: Restarts::default() })
         };
         let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
         let (entry, detector) = build(DETECTORS, "detector", detector)?;
@@ -166,8 +166,7 @@ impl Method {
             return Err(MethodError::Signals { kind: entry.kind, reads, given });
         }
         let (kind, version) = (entry.kind, entry.version);
-        let detector =
-            FixedDetector { kind, version, detector: Arc::from(detector), restarts: Restarts::default() };
+        let detector = FixedDetector { kind, version, detector, restarts: Restarts::default() };
         Ok(Self { name: name.to_string(), signals, detector })
     }
 
@@ -182,7 +181,7 @@ impl Method {
         };
         let learner = self.detector.detector.learner().ok_or_else(|| refuse("it does not learn".into()))?;
         let detector = learner.with_model(model).map_err(|e| refuse(e.to_string()))?;
-        self.detector.detector = Arc::from(detector);
+        self.detector.detector.plugin = detector;
         Ok(self)
     }
 
@@ -209,7 +208,7 @@ fn build<T: ?Sized>(
     list: &'static [Entry<T>],
     what: &str,
     value: &Value,
-) -> Result<(&'static Entry<T>, Box<T>), MethodError> {
+) -> Result<(&'static Entry<T>, Configured<T>), MethodError> {
     let refuse = |part: &str, message: String| MethodError::Params {
         part: part.to_string(),
         source: ParamError { message, key: None, span: None },

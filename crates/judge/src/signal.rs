@@ -1,42 +1,43 @@
 //! Signals: one real number for each frame, or a few of one kind, computed from the frame and the tracker's state.
 //!
-//! A plugin is one file with parameters, a [`Signal`] and an `ENTRY` in [`SIGNALS`]. Signals are
-//! online: the value of frame `t` uses frames up to `t` only.
+//! A plugin is one file with parameters, a [`Signal`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
+//! [`SIGNALS`]. Signals are online: the value of frame `t` uses frames up to `t` only.
 
-pub mod box_motion;
-pub mod companion_overlap;
+mod box_motion;
+mod companion_overlap;
 pub mod confidence;
 #[cfg(test)]
 mod conformance;
-pub mod deep_verification;
+mod deep_verification;
 pub mod distribution_field;
-pub mod effective_particles;
-pub mod forward_backward;
+mod effective_particles;
+mod forward_backward;
 mod histogram;
-pub mod object_color;
+mod object_color;
 #[cfg(test)]
 mod oracles;
-pub mod particle_entropy;
-pub mod region_covariance;
-pub mod response_apce;
-pub mod response_peak;
-pub mod response_psr;
-pub mod rgb_histogram;
-pub mod rgb_lbp_histogram;
+mod particle_entropy;
+mod region_covariance;
+mod response_apce;
+mod response_peak;
+mod response_psr;
+mod rgb_histogram;
+mod rgb_lbp_histogram;
 mod state_value;
-pub mod template_correlation;
+mod template_correlation;
 #[cfg(test)]
 mod testing;
-pub mod uncertainty;
-pub mod uncertainty_change;
-pub mod watchdog_agreement;
+pub(crate) mod uncertainty;
+pub(crate) mod uncertainty_change;
+mod watchdog_agreement;
 
 pub use crate::direction::Direction;
 use crate::image::Frame;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, Role};
 use crate::region::Region;
 use crate::tracker::{RunContext, TrackerError, TrackerState};
 use std::any::Any;
+use std::sync::Arc;
 
 /// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,9 +113,6 @@ impl<'a> Observation<'a> {
 
 /// A checked configuration of a signal.
 pub trait Signal: Any + Send + Sync {
-    /// Checked parameters, defaults filled in.
-    fn params(&self) -> serde_json::Value;
-
     /// Which values are good; the others speak for a failure.
     fn direction(&self) -> Direction;
 
@@ -154,6 +152,12 @@ pub trait Signal: Any + Send + Sync {
     /// # Errors
     /// When a file that it reads is absent or broken.
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError>;
+}
+
+impl<P: Signal> Role<P> for dyn Signal {
+    fn hold(plugin: P) -> Arc<Self> {
+        Arc::new(plugin)
+    }
 }
 
 /// A signal being computed; `push` is called once a frame, in order, from the first frame on.

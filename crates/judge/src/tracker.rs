@@ -1,8 +1,8 @@
 //! Trackers: from the frames of a sequence to a region a frame.
 //!
-//! A plugin is one file with parameters, a [`TrackerConfig`] and an `ENTRY` in [`TRACKERS`]. A configuration is
-//! shared by all sequences; [`TrackerConfig::start`] starts a [`Tracker`] on one target. A restart is a new start
-//! with the same context, so that it draws the same stream of random numbers.
+//! A plugin is one file with parameters, a [`TrackerConfig`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
+//! [`TRACKERS`]. A configuration is shared by all sequences; [`TrackerConfig::start`] starts a [`Tracker`] on one target. A
+//! restart is a new start with the same context, so that it draws the same stream of random numbers.
 
 pub mod adaptive_local_sparse;
 mod affine_candidates;
@@ -27,11 +27,12 @@ mod conformance;
 pub(crate) mod testing;
 
 use crate::image::Frame;
-use crate::plugin::Entry;
+use crate::plugin::{Entry, Role};
 use crate::region::Region;
 use crate::sequence::SequenceInfo;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
+use std::sync::Arc;
 
 /// Event of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -210,9 +211,6 @@ pub type StartResult = Result<StartedTracker, TrackerError>;
 
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Any + Send + Sync {
-    /// Checked parameters, defaults filled in.
-    fn params(&self) -> serde_json::Value;
-
     /// Whether its tracks depend on the seed; if not, another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         true
@@ -267,6 +265,12 @@ pub trait TrackerConfig: Any + Send + Sync {
     /// A tracker as it was when [`Tracker::save`] was called; `None` if the bytes are not those of this configuration.
     fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Tracker>> {
         None
+    }
+}
+
+impl<P: TrackerConfig> Role<P> for dyn TrackerConfig {
+    fn hold(plugin: P) -> Arc<Self> {
+        Arc::new(plugin)
     }
 }
 

@@ -1,28 +1,30 @@
 //! Analyses: from the tracks of one or more suites to numbers for claims, tables and charts. They describe a signal
 //! itself, before any detector reads it, or the trackers themselves.
 //!
-//! A plugin is one file with parameters, an [`Analysis`] and an `ENTRY` in [`ANALYSES`].
+//! A plugin is one file with parameters, an [`Analysis`] that is a [`Plugin`](trackfail_core::plugin::Plugin), and an `ENTRY`
+//! in [`ANALYSES`].
 
-pub mod average_overlap;
-pub mod collapsed_boxes;
+mod average_overlap;
+mod collapsed_boxes;
 mod confident;
 #[cfg(test)]
 mod conformance;
-pub mod cut_values;
-pub mod longterm;
-pub mod oxuva;
+mod cut_values;
+mod longterm;
+mod oxuva;
 pub mod processing_time;
-pub mod resets;
-pub mod success;
-pub mod uncertainty_model;
-pub mod window_lengths;
+mod resets;
+mod success;
+mod uncertainty_model;
+mod window_lengths;
 
 use crate::detector::Example;
 use crate::detector::consistency::ConsistencyError;
 use crate::score::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use trackfail_core::num::accumulation::AccumulationError;
-use trackfail_core::plugin::Entry;
+use trackfail_core::plugin::{Entry, Role};
 
 /// The tracks of one suite.
 pub struct Population<'a> {
@@ -114,9 +116,6 @@ pub struct Names {
 
 /// A checked configuration of an analysis.
 pub trait Analysis: Send + Sync {
-    /// Checked parameters, defaults filled in.
-    fn params(&self) -> serde_json::Value;
-
     /// Its input.
     fn reads(&self) -> Reads {
         Reads::Signal
@@ -144,6 +143,12 @@ pub trait Analysis: Send + Sync {
     /// # Errors
     /// When the tracks do not allow it.
     fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError>;
+}
+
+impl<P: Analysis + 'static> Role<P> for dyn Analysis {
+    fn hold(plugin: P) -> Arc<Self> {
+        Arc::new(plugin)
+    }
 }
 
 /// Why an analysis has no findings.

@@ -13,6 +13,9 @@ pub mod analysis;
 pub mod detector;
 #[cfg(test)]
 mod outside_tests;
+#[cfg(test)]
+#[path = "../../judge/src/range_tests.rs"]
+mod range_tests;
 pub mod readings;
 pub mod signal;
 pub mod tracker;

@@ -53,7 +53,7 @@ pub mod verdict;
 pub mod write;
 
 pub use claims::{ClaimOutcome, Finding};
-pub use page::{FailedCell, FigureView, Page, ReportError, markdown, render};
+pub use page::{FigureView, Page, ReportError, markdown, render};
 pub use write::{INDEX, OWNED, StagedReport, WriteError, WrittenReport, write};
 
 #[cfg(test)]

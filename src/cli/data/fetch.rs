@@ -58,22 +58,17 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, F
     let names = if names.is_empty() { &all } else { names };
     let mut chosen: Vec<WantedSequences> = Vec::new();
     for name in names {
-        let (suite, sequence) = match name.split_once('/') {
-            Some((suite, sequence)) => (suite, Some(sequence)),
-            None => (name.as_str(), None),
-        };
+        let (suite, sequence) = name.split_once('/').map_or((name.as_str(), None), |(a, b)| (a, Some(b)));
         let suite = catalog.suite(suite).map_err(Failure::usage)?;
-        let known = suite.sequence_names();
-        if let Some(sequence) = sequence
-            && !known.iter().any(|n| n == sequence)
-        {
-            let what = format!("sequence of {}", suite.name());
-            return Err(Failure::usage(unknown(&what, sequence, known.iter().map(String::as_str))));
+        let mut sequences: BTreeSet<String> = suite.sequence_names().into_iter().collect();
+        if let Some(sequence) = sequence {
+            if !sequences.contains(sequence) {
+                let what = format!("sequence of {}", suite.name());
+                let known = sequences.iter().map(String::as_str);
+                return Err(Failure::usage(unknown(&what, sequence, known)));
+            }
+            sequences.retain(|name| name == sequence);
         }
-        let sequences: BTreeSet<String> = match sequence {
-            Some(sequence) => [sequence.to_owned()].into(),
-            None => known.into_iter().collect(),
-        };
         match chosen.iter_mut().find(|w| w.suite.name() == suite.name()) {
             Some(wanted) => wanted.sequences.extend(sequences),
             None => chosen.push(WantedSequences { suite, sequences }),
@@ -178,22 +173,22 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
 fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     let pinned = if job.archive.sha256.is_some() { "as pinned" } else { "not pinned yet" };
     let (Fetched { size, sha256, placed }, name) = (fetched, &job.archive.name);
-    let new = placed.new.iter().map(|folder| format!("new: {folder}"));
-    let replaced = placed.replaced.iter().map(|folder| format!("replaced: {folder}"));
-    let moved = placed.moved.iter().map(|(folder, aside)| {
+    let mut text = format!("{name}: {size} bytes, sha256 = \"{sha256}\", {pinned}\n");
+    let mut add = |line: String| text += &format!("  {line}\n");
+    placed.new.iter().for_each(|folder| add(format!("new: {folder}")));
+    placed.replaced.iter().for_each(|folder| add(format!("replaced: {folder}")));
+    for (folder, aside) in &placed.moved {
         let aside = aside.display();
-        format!("{folder} had files that are not in the archive: all of the old one is in {aside}")
-    });
-    let refused = placed.refused.iter().map(|(folder, why)| {
-        format!(
+        add(format!("{folder} had files that are not in the archive: all of the old one is in {aside}"));
+    }
+    for (folder, why) in &placed.refused {
+        add(format!(
             "not placed: {folder}, which is not what is pinned ({why}); the download is dropped: fetch again, and if \
              it stays so, use a --mirror that has the pinned one"
-        )
-    });
-    let kept = placed.kept.iter().map(|folder| format!("was here, left as it is: {folder}"));
-    let lines: Vec<String> = new.chain(replaced).chain(moved).chain(refused).chain(kept).collect();
-    let head = format!("{name}: {size} bytes, sha256 = \"{sha256}\", {pinned}\n");
-    lines.iter().fold(head, |text, line| format!("{text}  {line}\n"))
+        ));
+    }
+    placed.kept.iter().for_each(|folder| add(format!("was here, left as it is: {folder}")));
+    text
 }
 
 /// Compares what has been fetched with what is pinned.

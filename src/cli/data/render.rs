@@ -81,10 +81,10 @@ fn find_suite(name: &str) -> Result<(String, Cow<'static, SceneFile>), Failure> 
         let scenes = scenes::read(path).map_err(Failure::usage)?;
         return Ok((path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), Cow::Owned(scenes)));
     }
-    let suite = SUITES.iter().find(|s| s.name == name);
-    let suite = suite
-        .ok_or_else(|| Failure::usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name))))?;
-    Ok((name.to_owned(), Cow::Borrowed(suite.scenes())))
+    match SUITES.iter().find(|s| s.name == name) {
+        Some(suite) => Ok((name.to_owned(), Cow::Borrowed(suite.scenes()))),
+        None => Err(Failure::usage(unknown("synthetic suite", name, SUITES.iter().map(|s| s.name)))),
+    }
 }
 
 fn chosen(suite: &str, scenes: &SceneFile, wanted: &[String]) -> Result<Vec<Sequence>, Failure> {
@@ -99,12 +99,11 @@ fn chosen(suite: &str, scenes: &SceneFile, wanted: &[String]) -> Result<Vec<Sequ
 }
 
 fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(), Failure> {
-    let images = match layout {
-        RenderLayout::Otb => folder.join("img"),
-        RenderLayout::Vot => folder.to_path_buf(),
+    let (images, digits) = match layout {
+        RenderLayout::Otb => (folder.join("img"), 4),
+        RenderLayout::Vot => (folder.to_path_buf(), 8),
     };
     fs::create_dir_all(&images).map_err(io_at(&images))?;
-    let digits = if layout == RenderLayout::Otb { 4 } else { 8 };
     (0..q.len()).into_par_iter().try_for_each(|t| {
         let path = images.join(format!("{:0digits$}.png", q.number(t)));
         let frame = q.frame(t).map_err(Failure::io)?;
@@ -182,7 +181,7 @@ mod tests {
             let folder = dir.join(&q.name);
             let read = match layout {
                 RenderLayout::Otb => otb::load(&folder, &Default::default()).unwrap(),
-                RenderLayout::Vot => vot::load(&folder, None).unwrap(),
+                RenderLayout::Vot => vot::load(&folder, &Default::default()).unwrap(),
             };
             assert_eq!(content_digest(&read).unwrap(), content_digest(&q).unwrap(), "{suite}");
         }

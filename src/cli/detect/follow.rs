@@ -67,7 +67,14 @@ pub fn track(
     let broke = |e: &dyn Display| Failure::data(format!("{}: {e}", entry.kind));
     let model = model(args, config.params() == built_in_params())?;
     let frames = Arc::new(FrameCache::new(FRAMES_IN_MEMORY));
-    let run = TrackerRun { sequence: sequence.clone(), frames, config, run: 0, seed, data_roots: Vec::new() };
+    let run = TrackerRun {
+        sequence: sequence.clone(),
+        frames,
+        config: config.plugin,
+        run: 0,
+        seed,
+        data_roots: Vec::new(),
+    };
     let frame = run.frame(0).map_err(|e| Failure::data(e.to_string()))?;
     let started = run.start(&frame).map_err(|e| broke(&e))?;
     let methods = ready(args, wanted, &started.1, model.as_ref())?;

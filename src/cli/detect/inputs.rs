@@ -6,7 +6,7 @@ use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{Sequence, text};
 use crate::engine::Stop;
 use crate::judge::reader::SignalFault;
-use crate::region::{Rect, Region};
+use crate::region::Region;
 use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
 use crate::tracker::results::{Base, confidence};
 use std::path::{Path, PathBuf};
@@ -27,12 +27,9 @@ pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
 /// The frames in the words of the user.
 pub fn shown_frames(args: &Args) -> String {
     match args.frames.as_slice() {
+        [] => String::new(),
         [one] => one.display().to_string(),
-        many => format!(
-            "{} and {} more files",
-            many.first().map(|p| p.display().to_string()).unwrap_or_default(),
-            many.len().saturating_sub(1)
-        ),
+        [first, more @ ..] => format!("{} and {} more files", first.display(), more.len()),
     }
 }
 
@@ -66,7 +63,7 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
         size,
     };
     let boxes = read(args, &boxes_path, &options)?;
-    tell(args, &boxes, size);
+    boxes.notes(&name(&boxes_path), &options).iter().for_each(|note| output::note(note));
     let whole = match frames {
         Some(frames) => frames.sequence.clone(),
         None => user_frames::without_frames("boxes", boxes.frames),
@@ -114,11 +111,8 @@ fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failur
     })?;
     match options.frames {
         Some(frames) if frames != boxes.frames => {
-            let other = if args.frames.is_empty() {
-                args.boxes.as_deref().map(name).unwrap_or_default()
-            } else {
-                shown_frames(args)
-            };
+            let boxes_path = args.boxes.as_deref().filter(|_| args.frames.is_empty());
+            let other = boxes_path.map_or_else(|| shown_frames(args), name);
             Err(Failure::data(format!(
                 "{} has {} boxes, but {other} has {frames} frames; there must be one box for each frame",
                 name(path),
@@ -139,47 +133,6 @@ fn commands(candidates: &[Candidate]) -> String {
     let command = words.map(quoted).collect::<Vec<_>>().join(" ");
     let one = |c: &Candidate| format!("\n  trackfail {command} --boxes-format {}", c.format.option());
     candidates.iter().map(one).collect()
-}
-
-/// Tells what the boxes are read as, unless the user says all of it, and what speaks against that.
-fn tell(args: &Args, boxes: &UserBoxes, size: Option<(usize, usize)>) {
-    let path = args.boxes.as_deref().map(name).unwrap_or_default();
-    let is_said = args.boxes_format.is_some() && (args.base.is_some() || boxes.base.is_none());
-    if !is_said || boxes.first == Some(0) {
-        let frames = boxes.first.map_or_else(String::new, |first| format!(", frames counted from {first}"));
-        let (pixels, option) = match boxes.base.map(u8::from) {
-            Some(base) => (format!(", pixels counted from {base}"), format!(" --base {base}")),
-            None => (", in shares of the frame's sides".to_string(), String::new()),
-        };
-        let unread = match boxes.format.unread().join(", ") {
-            words if words.is_empty() => words,
-            words => format!("; not used: {words}"),
-        };
-        let (words, format) = (boxes.format.words(), boxes.format.option());
-        output::note(&format!(
-            "note: {path} is read as {words}{frames}{pixels} (--boxes-format {format}{option}){unread}"
-        ));
-    }
-    let bounds: Vec<Rect> =
-        boxes.targets.iter().flat_map(|t| t.regions.iter().flatten()).map(Region::bounds).collect();
-    // A left or top edge at 0 lies one pixel before the first one.
-    let before: Vec<f64> = bounds.iter().flat_map(|r| [r.x, r.y]).filter(|place| *place < 0.0).collect();
-    let is_from_zero = !before.is_empty() && before.iter().all(|place| *place == -1.0);
-    if args.base.is_none() && boxes.base == Some(Base::One) && is_from_zero {
-        output::note(&format!(
-            "warning: a left or top edge in {path} is 0, but the first pixel 1; if pixels count from 0 there, give --base 0"
-        ));
-    }
-    if let Some((width, height)) = size.filter(|_| args.boxes_format.is_none()) {
-        let beyond = |r: &&Rect| r.x + r.w > 1.1 * width as f64 || r.y + r.h > 1.1 * height as f64;
-        let (count, all) = (bounds.iter().filter(beyond).count(), bounds.len());
-        if 2 * count > all {
-            output::note(&format!(
-                "warning: {count} of {all} boxes of {path} reach far beyond the frame of {width}x{height} pixels; if the \
-                 numbers mean something else, name the columns, as in --boxes-format x1,y1,x2,y2"
-            ));
-        }
-    }
 }
 
 /// The boxes of a companion, one for each frame.

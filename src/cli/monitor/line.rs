@@ -1,21 +1,24 @@
 //! A line of the input: what is known of one frame.
+//!
+//! The values of a line are read once it is known how long they are, so that a line takes no more memory than a few times its
+//! length.
 
-use super::json::{List, Object};
 use crate::dataset::DatasetError;
 use crate::dataset::text::read_at_most;
 use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
 use crate::monitor::{Id, MAX_TARGETS, MonitorError};
 use crate::region::{Region, RegionError};
-use serde::de::{Error, MapAccess, Visitor, value::MapAccessDeserializer};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, Error, Unexpected};
+use serde_json::value::RawValue;
 use std::path::PathBuf;
 
 /// Longest line in bytes: the largest frame in base64, and some boxes.
 pub(super) const MAX_LINE: usize = (MAX_PIXELS as usize) * 4 + (1 << 20);
 
-/// Longest line in bytes without the pixels of a frame.
+/// Longest line in bytes without a raw frame.
 const MAX_WITHOUT_DATA: usize = 1 << 20;
-/// Most numbers of a box, and most companions, which take far more memory than as text.
+/// Most numbers of a box, and most companions.
 const MAX_NUMBERS: usize = 2048;
 const MAX_COMPANIONS: usize = 256;
 /// Most bytes of the id of a target.
@@ -33,14 +36,20 @@ pub(super) enum LineError {
     /// It is no JSON, or has other keys or types.
     #[error("not a line of this protocol: {0}")]
     Json(#[from] serde_json::Error),
+    /// The value of a key has another type.
+    #[error("{0}: {1}")]
+    Value(&'static str, #[source] serde_json::Error),
+    /// A list is longer than any.
+    #[error("{0}: a list of more than {1} values")]
+    LongList(&'static str, usize),
     /// The numbers of a box are no region.
-    #[error("{key}: {source}; for a tracker that has no box, give null")]
-    Region {
-        /// Key of the box.
-        key: &'static str,
-        /// The fault.
-        source: RegionError,
-    },
+    #[error("{0}: {1}; for a tracker that has no box, give null")]
+    Region(&'static str, #[source] RegionError),
+    /// The frame is neither text nor an object.
+    #[error(
+        "frame: want the path of an image, or {{\"raw\": {{\"width\", \"height\", \"format\", \"data\"}}}}"
+    )]
+    NoFrame,
     /// The file of a frame cannot be read.
     #[error("frame: {0}")]
     File(#[from] DatasetError),
@@ -72,41 +81,36 @@ pub(super) enum LineError {
 }
 
 /// Numbers of a box: `x, y, w, h` or the corners of a polygon.
-type Numbers = List<Option<f64>, MAX_NUMBERS>;
+type Numbers = Vec<Option<f64>>;
 
-/// A line as it is written.
+/// A line as it is written, with the values in it that may be long.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object, {\"key\": value, ...}")]
 pub(super) struct Line {
-    frame: Option<FrameSource>,
+    frame: Option<Box<RawValue>>,
     #[serde(rename = "box")]
-    numbers: Option<Numbers>,
+    numbers: Option<Box<RawValue>>,
     /// The tracker's confidence.
     pub confidence: Option<f64>,
-    companions: Option<List<Option<Numbers>, MAX_COMPANIONS>>,
+    companions: Option<Box<RawValue>>,
     /// Whether the tracker was started again with this box.
     pub restart: Option<bool>,
-    id: Option<Id>,
+    /// The target that it is about, where it names one.
+    pub id: Option<Id>,
     /// Whether the target is followed no more.
     pub end: Option<bool>,
 }
 
-/// Where a frame is: the text of a path, or `{"raw": ...}`.
-#[derive(Debug)]
-enum FrameSource {
-    Path(PathBuf),
-    Raw(Raw),
-}
-
-#[derive(Debug, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawFrame {
-    raw: Object<Raw>,
+struct RawFrame<'a> {
+    #[serde(borrow)]
+    raw: &'a RawValue,
 }
 
 /// A frame without a header.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "an object, {\"key\": value, ...}")]
 struct Raw {
     width: u32,
     height: u32,
@@ -117,113 +121,105 @@ struct Raw {
     path: Option<PathBuf>,
 }
 
-impl<'de> Deserialize<'de> for FrameSource {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Source;
-        impl<'de> Visitor<'de> for Source {
-            type Value = FrameSource;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(
-                    "the path of an image, or {\"raw\": {\"width\", \"height\", \"format\", \"data\"}}",
-                )
-            }
-
-            fn visit_str<E: Error>(self, path: &str) -> Result<FrameSource, E> {
-                Ok(FrameSource::Path(path.into()))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FrameSource, A::Error> {
-                let frame = RawFrame::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(FrameSource::Raw(frame.raw.0))
-            }
-        }
-        deserializer.deserialize_any(Source)
+/// Reads an object. A list of its values in their order, which would be read too otherwise, is none.
+fn object<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
+    match text.trim_ascii_start().first() {
+        Some(b'[') => Err(Error::invalid_type(Unexpected::Seq, &"an object, {\"key\": value, ...}")),
+        _ => serde_json::from_slice(text),
     }
+}
+
+/// Reads the list of a key.
+fn list<T: DeserializeOwned>(key: &'static str, value: &RawValue, most: usize) -> Result<Vec<T>, LineError> {
+    let values: Vec<T> = serde_json::from_str(value.get()).map_err(|e| LineError::Value(key, e))?;
+    if values.len() > most { Err(LineError::LongList(key, most)) } else { Ok(values) }
 }
 
 impl Line {
     /// Reads a line.
     pub fn read(line: &[u8]) -> Result<Self, LineError> {
-        let has_data = || line.windows(6).any(|word| word == b"\"data\"");
-        if line.len() > MAX_LINE || line.len() > MAX_WITHOUT_DATA && !has_data() {
+        if line.len() > MAX_LINE {
             return Err(LineError::TooLong);
         }
         if line.trim_ascii().is_empty() {
             return Err(LineError::Empty);
         }
-        let read = |line: &[u8]| serde_json::from_slice::<Object<Self>>(line).map(|Object(line)| line);
-        match read(line) {
+        let read: Self = match object(line) {
             Err(error) => match without_nan(line) {
-                Some(line) => Ok(read(&line)?),
-                None => Err(error.into()),
+                Some(line) => object(&line)?,
+                None => return Err(error.into()),
             },
-            line => Ok(line?),
+            Ok(read) => read,
+        };
+        let raw = read.frame.as_deref().map(RawValue::get).filter(|frame| frame.starts_with('{'));
+        if line.len().saturating_sub(raw.map_or(0, str::len)) > MAX_WITHOUT_DATA {
+            return Err(LineError::TooLong);
+        }
+        match &read.id {
+            Some(Id::Text(text)) if text.len() > MAX_ID => Err(LineError::LongId),
+            _ => Ok(read),
         }
     }
 
     /// The tracker's box, whose top left pixel is `base`; `None` where it has none.
     pub fn region(&self, base: f64) -> Result<Option<Region>, LineError> {
-        let read = |numbers: &Numbers| region(numbers, base);
-        let found = self.numbers.as_ref().map_or(Ok(None), read);
-        found.map_err(|source| LineError::Region { key: "box", source })
+        let read = |value: &RawValue| region("box", list("box", value, MAX_NUMBERS)?, base);
+        self.numbers.as_deref().map_or(Ok(None), read)
     }
 
     /// The boxes of companions; one that has none is nowhere.
     pub fn companions(&self, base: f64) -> Result<Vec<Region>, LineError> {
-        let read = |numbers: &Option<Numbers>| -> Result<Region, RegionError> {
-            let found = numbers.as_ref().map_or(Ok(None), |numbers| region(numbers, base));
+        const KEY: &str = "companions";
+        let Some(value) = &self.companions else { return Ok(Vec::new()) };
+        let boxes: Vec<Option<Numbers>> = list(KEY, value, MAX_COMPANIONS)?;
+        let read = |numbers: Option<Numbers>| {
+            let found = numbers.map_or(Ok(None), |numbers| region(KEY, numbers, base));
             Ok(found?.unwrap_or_else(Region::nowhere))
         };
-        let all = self.companions.iter().flat_map(|List(all)| all).map(read);
-        all.collect::<Result<_, _>>().map_err(|source| LineError::Region { key: "companions", source })
-    }
-
-    /// The target that it is about, where it names one.
-    pub fn id(&self) -> Result<Option<Id>, LineError> {
-        match &self.id {
-            Some(Id::Text(text)) if text.len() > MAX_ID => Err(LineError::LongId),
-            id => Ok(id.clone()),
-        }
+        boxes.into_iter().map(read).collect()
     }
 
     /// The frame.
     pub fn frame(self) -> Result<Option<Frame>, LineError> {
-        match self.frame {
-            None => Ok(None),
-            Some(FrameSource::Path(path)) => {
-                let bytes = read_at_most(&path, MAX_FILE_BYTES)?;
-                let frame = image::decode(&bytes);
-                frame.map(Some).map_err(|source| LineError::Image { name: Some(path), source })
-            }
-            Some(FrameSource::Raw(raw)) => raw.frame().map(Some),
+        let Some(value) = self.frame else { return Ok(None) };
+        let text = value.get();
+        let wrong = |e| LineError::Value("frame", e);
+        if text.starts_with('{') {
+            let RawFrame { raw } = serde_json::from_str(text).map_err(wrong)?;
+            let raw: Raw = object(raw.get().as_bytes()).map_err(wrong)?;
+            return raw.frame().map(Some);
         }
+        if !text.starts_with('"') {
+            return Err(LineError::NoFrame);
+        }
+        let path: PathBuf = serde_json::from_str(text).map_err(wrong)?;
+        let frame = image::decode(&read_at_most(&path, MAX_FILE_BYTES)?);
+        frame.map(Some).map_err(|source| LineError::Image { name: Some(path), source })
     }
 }
 
 impl Raw {
     fn frame(self) -> Result<Frame, LineError> {
         let Self { width, height, format, data, path } = self;
-        match (data, path) {
-            (Some(text), None) => Frame::from_base64(width, height, format, &text)
-                .map_err(|source| LineError::Image { name: None, source }),
-            (None, Some(path)) => {
-                let bytes = read_at_most(&path, 3 * MAX_PIXELS)?;
-                Frame::from_raw(width, height, format, bytes)
-                    .map_err(|source| LineError::Image { name: Some(path), source })
-            }
-            _ => Err(LineError::RawSource),
-        }
+        let frame = match (data, &path) {
+            (Some(text), None) => Frame::from_base64(width, height, format, &text),
+            (None, Some(path)) => Frame::from_raw(width, height, format, read_at_most(path, 3 * MAX_PIXELS)?),
+            _ => return Err(LineError::RawSource),
+        };
+        frame.map_err(|source| LineError::Image { name: path, source })
     }
 }
 
 /// The region of a box; `None` if one of its numbers is none.
-fn region(numbers: &Numbers, base: f64) -> Result<Option<Region>, RegionError> {
-    let Some(mut numbers) = numbers.0.iter().copied().collect::<Option<Vec<f64>>>() else { return Ok(None) };
+fn region(key: &'static str, numbers: Numbers, base: f64) -> Result<Option<Region>, LineError> {
+    if numbers.len() > MAX_NUMBERS {
+        return Err(LineError::LongList(key, MAX_NUMBERS));
+    }
+    let Some(mut numbers) = numbers.into_iter().collect::<Option<Vec<f64>>>() else { return Ok(None) };
     // The sides of a box do not depend on where pixels begin to count.
     let places = if numbers.len() == 4 { 2 } else { numbers.len() };
     numbers.iter_mut().take(places).for_each(|place| *place -= base);
-    Region::from_numbers(&numbers).map(Some)
+    Region::from_numbers(&numbers).map(Some).map_err(|source| LineError::Region(key, source))
 }
 
 /// The line with `null` for the word `NaN` and a number that is out of range for `Infinity`, which Python writes and JSON does
@@ -253,10 +249,22 @@ mod tests {
     use super::*;
     use crate::region::Rect;
     use proptest::prelude::*;
-    use std::path::Path;
 
     fn read(text: &str) -> Result<Line, LineError> {
         Line::read(text.as_bytes())
+    }
+
+    /// The error of a line, in whatever part of it.
+    fn told(text: &str) -> String {
+        let parts = |line: Line| {
+            line.region(0.0)?;
+            line.companions(0.0)?;
+            line.frame()
+        };
+        match read(text).and_then(parts) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("{text}"),
+        }
     }
 
     #[test]
@@ -293,7 +301,7 @@ mod tests {
                 format!(r#"{{"box": null, "confidence": {number}}}"#),
                 format!(r#"{{"companions": [[1, 2, 3, {number}]]}}"#),
             ] {
-                let told = read(&line).unwrap_err().to_string();
+                let told = told(&line);
                 assert!(told.contains("number out of range"), "{line}: {told}");
             }
         }
@@ -302,7 +310,7 @@ mod tests {
     #[test]
     fn words_inside_texts_are_left_alone() {
         let line = read(r#"{"frame": "NaN\\", "confidence": NaN, "box": null}"#).unwrap();
-        assert!(matches!(line.frame, Some(FrameSource::Path(path)) if path == Path::new("NaN\\")));
+        assert_eq!(line.frame.unwrap().get(), r#""NaN\\""#);
         assert_eq!(without_nan(br#"{"frame": "a\"NaN"}"#), None);
     }
 
@@ -311,42 +319,44 @@ mod tests {
         for list in
             ["[]", "[null, [1, 2, 3, 4], 0.5, null]", "[\"a.png\", [1, 2, 3, 4], null, [[1, 2, 3, 4]]]"]
         {
-            let told = read(list).unwrap_err().to_string();
+            let told = told(list);
             assert!(told.contains("invalid type: sequence, expected an object"), "{list}: {told}");
         }
-        let raw = |raw: &str| read(&format!("{{\"frame\": {{\"raw\": {raw}}}}}"));
-        assert!(raw(r#"{"width": 1, "height": 1, "format": "bgr", "data": "AAAA"}"#).is_ok());
-        let told = raw(r#"[1, 1, "bgr", "AAAA", null]"#).unwrap_err().to_string();
-        assert!(told.contains("invalid type: sequence, expected an object"), "{told}");
+        let raw = |raw: &str| format!("{{\"frame\": {{\"raw\": {raw}}}}}");
+        assert!(
+            read(&raw(r#"{"width": 1, "height": 1, "format": "bgr", "data": "AAAA"}"#))
+                .unwrap()
+                .frame()
+                .is_ok()
+        );
+        let list = told(&raw(r#"[1, 1, "bgr", "AAAA", null]"#));
+        assert!(list.contains("invalid type: sequence, expected an object"), "{list}");
         for other in ["7", "null", "\"a.png\"", "true"] {
-            assert!(read(other).unwrap_err().to_string().contains("expected an object"), "{other}");
+            assert!(told(other).contains("expected an object"), "{other}");
         }
     }
 
     #[test]
     fn lists_and_lines_have_a_limit() {
         let list = |value: &str, count: usize| format!("[{}]", vec![value; count].join(","));
-        let boxed = |count| read(&format!("{{\"box\": {}}}", list("1", count)));
-        assert_eq!(boxed(MAX_NUMBERS).unwrap().numbers.unwrap().0.len(), MAX_NUMBERS);
-        let told = boxed(MAX_NUMBERS + 1).unwrap_err().to_string();
-        assert!(told.contains("a list of more than 2048 values"), "{told}");
-        let beside = |count| read(&format!("{{\"companions\": {}}}", list("null", count)));
-        assert_eq!(beside(MAX_COMPANIONS).unwrap().companions(0.0).unwrap().len(), MAX_COMPANIONS);
-        let told = beside(MAX_COMPANIONS + 1).unwrap_err().to_string();
-        assert!(told.contains("a list of more than 256 values"), "{told}");
+        let boxed = |count| format!("{{\"box\": {}}}", list("1", count));
+        assert!(told(&boxed(MAX_NUMBERS)).ends_with("give null"));
+        assert!(told(&boxed(MAX_NUMBERS + 1)).contains("box: a list of more than 2048 values"));
+        let beside = |count, value: &str| format!("{{\"companions\": {}}}", list(value, count));
+        let all = read(&beside(MAX_COMPANIONS, "null")).unwrap().companions(0.0).unwrap();
+        assert_eq!(all.len(), MAX_COMPANIONS);
+        assert!(told(&beside(MAX_COMPANIONS + 1, "null")).contains("a list of more than 256 values"));
+        let long = told(&beside(1, &list("1", MAX_NUMBERS + 1)));
+        assert!(long.contains("companions: a list of more than 2048 values"), "{long}");
         let blanks = " ".repeat(MAX_WITHOUT_DATA);
         assert!(matches!(read(&format!("{{{blanks}}}")), Err(LineError::TooLong)));
         assert!(read(&format!("{{{}}}", &blanks[2..])).is_ok());
         let raw = r#"{"frame": {"raw": {"width": 1, "height": 1, "format": "gray", "data": "AA=="}}}"#;
-        assert!(read(&(raw.to_string() + &blanks)).is_ok());
+        assert!(read(&(raw.to_string() + &blanks[20..])).is_ok());
     }
 
     #[test]
     fn mistakes_are_named() {
-        let told = |text: &str| match read(text).and_then(Line::frame) {
-            Err(error) => error.to_string(),
-            Ok(_) => panic!("{text}"),
-        };
         assert!(told("").contains("empty") && told(" \r").contains("empty"));
         assert!(told(r#"{"bbox": [1, 2, 3, 4]}"#).contains("unknown field `bbox`, expected one of"));
         assert!(told(r#"{"frame": 7}"#).contains("the path of an image"));

@@ -101,7 +101,7 @@ fn cells(
     let mut headings = vec!["sequence", "tracker", "run", "method", "params", "state"];
     headings.extend(reasons.as_ref().map(|_| "because"));
     let mut reasons = reasons.into_iter().flatten();
-    let rows = plan.cells().zip(&standing.states).map(|(cell, state)| {
+    let rows = plan.cells().zip(standing.states.iter().flatten()).map(|(cell, state)| {
         let (job, (method, params)) = (plan.jobs[cell.job], &variants[cell.variant]);
         let sequence = &plan.test().sequences[cell.sequence].sequence.name;
         let (tracker, run) = (&plan.experiment.trackers[job.tracker].label, job.run.to_string());

@@ -55,11 +55,6 @@ pub fn lab(rgb: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The ten values of a color that is not quantized.
-pub fn names(rgb: [f64; 3]) -> [f64; NAMES] {
-    assign(lab(rgb), &TERMS.map(lab))
-}
-
 fn assign(color: [f64; 3], terms: &[[f64; 3]; NAMES + 1]) -> [f64; NAMES] {
     let weights = terms.map(|term| {
         let square: f64 = term.iter().zip(color).map(|(a, b)| (a - b).powi(2)).sum();
@@ -96,6 +91,11 @@ impl ColorNames {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The ten values of a color that is not quantized.
+    fn names(rgb: [f64; 3]) -> [f64; NAMES] {
+        assign(lab(rgb), &TERMS.map(lab))
+    }
 
     #[test]
     fn lab_of_known_colors() {

@@ -42,11 +42,6 @@ pub struct Gray {
 }
 
 impl Gray {
-    /// The luma of every pixel of a frame.
-    pub fn of(frame: &Frame) -> Self {
-        Self::of_part(frame, &Window { x: 0, y: 0, w: frame.width(), h: frame.height() })
-    }
-
     /// The luma of the pixels in a window, of one pixel at least.
     pub fn of_part(frame: &Frame, window: &Window) -> Self {
         let part = window.clipped(frame).unwrap_or(Window { x: 0, y: 0, w: 1, h: 1 });
@@ -79,7 +74,7 @@ mod tests {
         let pixels: [[u8; 3]; 6] =
             [[0, 0, 0], [255, 255, 255], [255, 0, 0], [0, 255, 0], [0, 0, 255], [12, 200, 99]];
         let frame = Frame::from_fn(3, 2, |x, y| pixels[3 * y + x]);
-        let gray = Gray::of(&frame);
+        let gray = Gray::of_part(&frame, &Window { x: 0, y: 0, w: 3, h: 2 });
         assert_eq!((gray.width, gray.height), (3, 2));
         let corners = |gray: &Gray| gray.corners.iter().map(|c| c.to_le_bytes()).collect::<Vec<_>>();
         let repeated = [[150, 29, 150, 29], [29, 132, 29, 132], [132; 4]];

@@ -19,8 +19,8 @@
 //!   law of `S` is shifted by `L (E c - E center)`, which is of order `L h^2` for a smooth density and at most
 //!   `L m_0 h / 2` more from a density with a pole at 0;
 //! * tails: one value is cut where `L (1 - F) <= tail`, its grid being doubled until that holds. Sums up to
-//!   that value are not touched by it, larger ones by at most [`Accumulated::lost`]. A distribution with so
-//!   heavy a tail that [`MAX_CELLS`] are not enough has a larger `lost`, nothing worse;
+//!   that value are not touched by it, larger ones by at most the mass that was cut. A distribution with so
+//!   heavy a tail that [`MAX_CELLS`] are not enough loses more, nothing worse;
 //! * period: the transform is as long as Chernoff's bound says that the sum needs, `P(S > period) <= tail`;
 //!   what exceeds it comes back at the low end, as it would not with full padding to `L` times the cells of
 //!   one value, which is used where it is shorter;
@@ -93,33 +93,14 @@ pub struct Accumulated {
     masses: Vec<f64>,
     /// Sum of the masses up to and with each.
     cumulative: Vec<f64>,
-    lost: f64,
 }
 
 impl Accumulated {
-    /// The sum of `length` independent values with distribution function `cdf`, which is 0 below 0.
+    /// The sum of `length` independent values of a mixture. Its masses are those of the mixture's distribution function up
+    /// to 1e-13.
     ///
     /// # Errors
-    /// Parameters out of range, a `cdf` that is not a distribution function, sums that need too many cells.
-    pub fn new(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
-        check(length, grid)?;
-        let survival = |v| 1.0 - cdf(v);
-        let cells = cells(survival, length, grid);
-        let mut below = 0.0;
-        let mut masses = Vec::with_capacity(cells);
-        for k in 1..=cells {
-            let next = cdf(k as f64 * grid.step);
-            masses.push(next - below);
-            below = next;
-        }
-        Self::of_masses(masses, length, grid)
-    }
-
-    /// The sum of `length` independent values of a mixture: as [`Accumulated::new`] with its distribution
-    /// function, faster, and with the same masses up to 1e-13.
-    ///
-    /// # Errors
-    /// As [`Accumulated::new`].
+    /// Parameters out of range, sums that need too many cells.
     pub fn of_mixture(mixture: &Mixture, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         check(length, grid)?;
         let cells = cells(|v| mixture.survival(v), length, grid);
@@ -130,7 +111,7 @@ impl Accumulated {
     /// they are random draws of a mixture ([`Mixture::sample`]).
     ///
     /// # Errors
-    /// As [`Accumulated::new`]; also no samples, samples that are negative, not finite, or beyond the cells.
+    /// As [`Accumulated::of_mixture`]; also no samples, samples that are negative, not finite, or beyond the cells.
     pub fn from_samples(samples: &[f64], length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         check(length, grid)?;
         if samples.is_empty() || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
@@ -168,18 +149,7 @@ impl Accumulated {
             Some(sum.min(1.0))
         };
         let cumulative = masses.iter().scan(0.0, running).collect();
-        let lost = (length as f64 * (1.0 - kept)).clamp(0.0, 1.0);
-        Ok(Self { step: grid.step, length, masses, cumulative, lost })
-    }
-
-    /// `L`.
-    pub fn length(&self) -> usize {
-        self.length
-    }
-
-    /// Bound of the probability that the cut of one value's tail takes from a sum.
-    pub fn lost(&self) -> f64 {
-        self.lost
+        Ok(Self { step: grid.step, length, masses, cumulative })
     }
 
     /// Grid points `v_j` and their masses `M_j`: divided by the step, the density `p_2`.
@@ -208,23 +178,12 @@ impl Accumulated {
     }
 
     /// `beta`: the smallest grid point at which the masses up to and with its own are `1 - alpha` or more. It
-    /// is within `h / 2` of [`Accumulated::interpolated_upper_quantile`].
+    /// is within `h / 2` of the value at which [`Accumulated::cdf`] is `1 - alpha`.
     ///
     /// # Errors
     /// An `alpha` outside (0, 1), or below what was cut off.
     pub fn upper_quantile(&self, alpha: f64) -> Result<f64, AccumulationError> {
         Ok(self.point(self.reaches(alpha)? as f64))
-    }
-
-    /// The value at which [`Accumulated::cdf`] is `1 - alpha`.
-    ///
-    /// # Errors
-    /// As [`Accumulated::upper_quantile`].
-    pub fn interpolated_upper_quantile(&self, alpha: f64) -> Result<f64, AccumulationError> {
-        let j = self.reaches(alpha)?;
-        let below = if j == 0 { 0.0 } else { self.cumulative[j - 1] };
-        let part = (1.0 - alpha - below) / (self.cumulative[j] - below);
-        Ok(self.point(j as f64 - 0.5 + part.clamp(0.0, 1.0)))
     }
 
     fn reaches(&self, alpha: f64) -> Result<usize, AccumulationError> {

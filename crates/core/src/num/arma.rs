@@ -136,26 +136,6 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Result<Fit, ArmaEr
     })
 }
 
-/// The model with given parameters, and the innovations it infers from a window.
-///
-/// # Errors
-/// As [`fit`]; the coefficients may be any finite numbers.
-pub fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
-    check(y, [ar.len(), ma.len()])?;
-    if !ar.iter().chain(ma).all(|v| v.is_finite()) || !constant.is_finite() {
-        return Err(ArmaError::NotFinite);
-    }
-    let innovations = recursion::innovations(y, constant, ar, ma, start);
-    Ok(Fit {
-        constant,
-        ar: ar.to_vec(),
-        ma: ma.to_vec(),
-        sse: innovations.iter().map(|e| e * e).sum(),
-        innovations,
-        recent: newest(y, ar.len()),
-    })
-}
-
 impl Fit {
     /// Forecasts of the `length` values that follow the window.
     pub fn forecast(&self, length: usize) -> Vec<f64> {

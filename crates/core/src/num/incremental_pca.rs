@@ -52,11 +52,6 @@ impl IncrementalPca {
         &self.basis
     }
 
-    /// Singular values of the centered vectors, descending.
-    pub fn singular_values(&self) -> &[f64] {
-        &self.singular_values
-    }
-
     /// Takes in a batch of vectors, keeping at most `most` components; `forgetting` is above 0 and at most 1.
     ///
     /// A batch that is empty, overflows or has a number that is not finite changes nothing.
@@ -186,8 +181,8 @@ mod tests {
     fn batches_agree_with_numpy() {
         for sizes in [&[20][..], &[5, 5, 5, 5], &[1, 13, 6]] {
             let pca = batches(sizes, 1.0, 99);
-            assert_eq!(pca.singular_values().len(), SINGULAR.len());
-            for (ours, theirs) in pca.singular_values().iter().zip(SINGULAR) {
+            assert_eq!(pca.singular_values.len(), SINGULAR.len());
+            for (ours, theirs) in pca.singular_values.iter().zip(SINGULAR) {
                 assert!((ours - theirs).abs() < 1e-12 * SINGULAR[0], "{sizes:?}: {ours} {theirs}");
             }
             let first = &pca.basis()[0];
@@ -244,7 +239,7 @@ mod tests {
     #[test]
     fn forgetting_shrinks_the_older_part() {
         let pca = batches(&[8, 12], 0.9, 99);
-        for (ours, theirs) in pca.singular_values()[..4].iter().chain(&pca.mean()[..2]).zip(FORGOTTEN) {
+        for (ours, theirs) in pca.singular_values[..4].iter().chain(&pca.mean()[..2]).zip(FORGOTTEN) {
             assert!((ours - theirs).abs() < 1e-12, "{ours} {theirs}");
         }
     }
@@ -285,7 +280,7 @@ mod tests {
             let mut rows = numbers.chunks_exact(6).map(<[f64]>::to_vec);
             for size in sizes {
                 pca.update(&rows.by_ref().take(size).collect::<Vec<_>>(), forgetting, most);
-                prop_assert!(pca.basis().len() <= most && pca.singular_values().is_sorted_by(|a, b| a >= b));
+                prop_assert!(pca.basis().len() <= most && pca.singular_values.is_sorted_by(|a, b| a >= b));
                 for (i, u) in pca.basis().iter().enumerate() {
                     for (j, v) in pca.basis().iter().enumerate() {
                         let one = if i == j { 1.0 } else { 0.0 };

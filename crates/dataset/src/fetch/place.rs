@@ -135,14 +135,19 @@ pub(super) fn folders(
         if replaces {
             let is_kept = has_more(&target, &source)?;
             // What is not kept goes with the folder of what was unpacked.
-            let aside = if is_kept { free_name(&target) } else { source.with_extension("trackfail-old") };
+            let aside = if is_kept { free_name(&target) } else { beside(&source, ".trackfail-old") };
             rename(&target, &aside)?;
+            if let Err(e) = rename(&source, &target) {
+                // What was there before is better than nothing.
+                let _ = fs::rename(&aside, &target);
+                return Err(e);
+            }
             placed.moved.extend(is_kept.then(|| (name.clone(), aside)));
             placed.replaced.push(name.clone());
         } else {
+            rename(&source, &target)?;
             placed.new.push(name.clone());
         }
-        rename(&source, &target)?;
     }
     Ok(placed)
 }
@@ -159,18 +164,23 @@ fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
     Ok(false)
 }
 
+/// The place beside a folder whose name has a further end.
+fn beside(folder: &Path, end: &str) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or_default().to_os_string();
+    name.push(end);
+    folder.with_file_name(name)
+}
+
 /// The first name of `NAME.replaced-1`, `NAME.replaced-2` and so on that is free beside a folder.
 fn free_name(folder: &Path) -> PathBuf {
-    let name = |n: u32| {
-        let mut name = folder.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".replaced-{n}"));
-        folder.with_file_name(name)
-    };
     let mut n = 1;
-    while fs::symlink_metadata(name(n)).is_ok() {
+    loop {
+        let name = beside(folder, &format!(".replaced-{n}"));
+        if fs::symlink_metadata(&name).is_err() {
+            return name;
+        }
         n += 1;
     }
-    name(n)
 }
 
 /// Moves one file to where it belongs.
@@ -205,4 +215,27 @@ fn rename(source: &Path, target: &Path) -> Result<(), FetchError> {
     // It is only durable once the folder is; not every file system can do that.
     let _ = File::open(parent).and_then(|parent| parent.sync_all());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // The old folders are put aside under names of their own, whatever dots are in them.
+    #[test]
+    fn folders_that_differ_behind_a_dot_are_all_replaced() {
+        let root = tempfile::tempdir().unwrap();
+        let (from, to) = (root.path().join("from"), root.path().join("to"));
+        let names = ["otb/a.1", "otb/a.2"].map(String::from);
+        for (place, text) in [(&from, "new"), (&to, "old")] {
+            for folder in names.iter().map(|name| below(place, name)) {
+                fs::create_dir_all(&folder).unwrap();
+                fs::write(folder.join("1.jpg"), text).unwrap();
+            }
+        }
+        names.iter().for_each(|name| fs::write(below(&to, name).join(MARKER), "").unwrap());
+        let placed = folders(&from, &to, &names.each_ref(), &names, "").unwrap();
+        assert_eq!((placed.replaced, placed.moved), (names.to_vec(), Vec::new()));
+        assert!(names.iter().all(|name| fs::read(below(&to, name).join("1.jpg")).unwrap() == b"new"));
+    }
 }

@@ -61,7 +61,7 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
         for (entry, checked) in entries.zip(wanted.suite.verify_some(data_roots, |name| wanted.has(name))) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let archives: Vec<&Archive> = entry.archives().collect();
-            let folder = below(root, &entry.folder);
+            let folder = entry.path(root);
             let is_packed = archives.iter().any(|a| a.packing != Packing::File);
             let wrong = match checked.finding {
                 Finding::Same | Finding::NoDigestPinned => {

@@ -19,9 +19,11 @@ mod parse;
 
 pub use parse::{Annotation, parse};
 
-use super::{FormatEntry, SequenceOptions};
-use crate::files::{folder_name, image_folder, is_image, numbered_images, take_range};
-use crate::video::Video;
+use super::FormatEntry;
+use super::shared::name_of;
+use crate::files::{entries, image_folder, is_image, numbered_images, take_range};
+use crate::lock::Entry;
+use crate::video::{self, Video};
 use crate::{DatasetError, Frames, Numbering, Sequence, text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,9 +36,9 @@ pub const FORMAT: FormatEntry = FormatEntry {
     truth_file: "annotation.xml",
     load,
     parse_truth,
-    image_folder: |folder| image_folder(folder, &IMAGE_FOLDERS),
+    image_folders: &["img1", "img"],
     reads: |name| is_xml(name) || is_video_name(name),
-    belongs: |options, _, image| match (image, options.range) {
+    belongs: |entry, _, image| match (image, entry.range) {
         (Some(n), Some((first, last))) => first <= n && n <= last,
         _ => true,
     },
@@ -46,42 +48,39 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
-/// Names that the folder of images may have; without one, the images are in the sequence's own folder.
-const IMAGE_FOLDERS: [&str; 2] = ["img1", "img"];
-
 const ANNOTATION: &str = "annotation (.xml)";
 
 /// Loads one sequence. Reads lists of files and the XML file; no image, no video.
 ///
 /// # Errors
 /// No or several XML files or videos, a broken annotation, an object that is not in it, a missing frame.
-pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
-    let names = names(folder)?;
-    let xml = only(folder, &names, ANNOTATION, is_xml)?;
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let folder = entry.path(root);
+    let names = names(&folder)?;
+    let xml = only(&folder, &names, ANNOTATION, is_xml)?;
     let annotation = parse(&xml, &text::read(&xml)?)?;
     let content = |message: String| DatasetError::content(&xml, message);
-    let target = options.target.or_else(|| annotation.longest()).ok_or_else(|| content(NOBODY.into()))?;
+    let target = entry.target.or_else(|| annotation.longest()).ok_or_else(|| content(NOBODY.into()))?;
     let presence = annotation.presence(target).ok_or_else(|| {
         let known: Vec<String> = annotation.objects().map(|id| id.to_string()).collect();
         content(format!("no object {target}; annotated are {}", text::shorten(&known.join(", "))))
     })?;
-    let (first, last) = options.range.unwrap_or(presence);
+    let (first, last) = entry.range.unwrap_or(presence);
     if first < 1 || first > last || last > annotation.last() {
         let end = annotation.last();
         return Err(content(format!(
             "frames {first} to {last} are not all in it; its last is {end}, as image numbers"
         )));
     }
-    let frames = if is_video(folder, &names) {
-        let video = only(folder, &names, "video", is_video_name)?;
-        Frames::Video(Arc::new(Video::new(video, options.decoded.clone(), (first, last))))
+    let frames = if is_video(&folder, &names) {
+        let video = only(&folder, &names, "video", is_video_name)?;
+        Frames::Video(Arc::new(Video::new(video, video::cache(root), (first, last))))
     } else {
-        let images = image_folder(folder, &IMAGE_FOLDERS);
+        let images = image_folder(&folder, FORMAT.image_folders);
         Frames::Files(take_range(&images, &numbered_images(&images)?, (first, last))?.into())
     };
-    let name = options.name.clone().unwrap_or_else(|| folder_name(folder));
-    let numbering = Numbering { first, official: options.official.unwrap_or(presence) };
-    Ok(Sequence::new(name, numbering, annotation.regions(target, (first, last)), frames))
+    let numbering = Numbering { first, official: entry.official.unwrap_or(presence) };
+    Ok(Sequence::new(name_of(&folder, entry), numbering, annotation.regions(target, (first, last)), frames))
 }
 
 const NOBODY: &str = "no object is annotated";
@@ -98,7 +97,7 @@ fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, Dataset
 
 /// Whether the frames are in a video: there is one, and no folder of images.
 fn is_video(folder: &Path, names: &[String]) -> bool {
-    image_folder(folder, &IMAGE_FOLDERS) == folder && names.iter().any(|name| is_video_name(name))
+    image_folder(folder, FORMAT.image_folders) == folder && names.iter().any(|name| is_video_name(name))
 }
 
 /// The part of a sequence, annotation or frames, that its folder lacks; the two are downloaded apart.
@@ -107,7 +106,7 @@ fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
     if !names.iter().any(|name| is_xml(name)) {
         return Ok(Some(ANNOTATION));
     }
-    let has_frames = image_folder(folder, &IMAGE_FOLDERS) != folder
+    let has_frames = image_folder(folder, FORMAT.image_folders) != folder
         || names.iter().any(|name| is_video_name(name) || is_image(Path::new(name)));
     Ok((!has_frames).then_some("images or video"))
 }
@@ -128,9 +127,8 @@ fn ending(name: &str, endings: &[&str]) -> bool {
 
 /// The names of a folder's files, sorted; names that are not UTF-8 are left out.
 fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
-    let io = |e| DatasetError::io(folder, e);
-    let entries = std::fs::read_dir(folder).map_err(io)?.collect::<Result<Vec<_>, _>>().map_err(io)?;
-    let mut names: Vec<String> = entries.iter().filter_map(|e| e.file_name().into_string().ok()).collect();
+    let name = |path: PathBuf| Some(path.file_name()?.to_str()?.to_owned());
+    let mut names: Vec<String> = entries(folder)?.into_iter().filter_map(name).collect();
     names.sort();
     Ok(names)
 }

@@ -26,6 +26,7 @@
 use super::shared::{boxes, flags, labels, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
 use crate::files::numbered_images;
+use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 
@@ -33,7 +34,7 @@ use std::path::Path;
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "got10k",
     summary: "`00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence",
-    load: |folder, options| load(folder, options.name.as_deref()),
+    load,
     parse_truth: |path, bytes| boxes(path, bytes, one_based),
     reads: |name| FILES.contains(&name),
     ..FormatEntry::BASE
@@ -46,12 +47,13 @@ const FILES: [&str; 5] =
 /// Level of cover of a target that is wholly visible.
 const WHOLE: u8 = 8;
 
-/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads no image, only the list of files and the text.
 ///
 /// # Errors
 /// Missing frames, a broken or absent ground truth, and files of another length than it.
-pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
-    let (path, rows) = read_rows(folder)?;
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let folder = entry.path(root);
+    let (path, rows) = read_rows(&folder)?;
     let absence = flags(&folder.join("absence.label"), rows.len())?;
     let cut = flags(&folder.join("cut_by_image.label"), rows.len())?;
     let cover = labels(&folder.join("cover.label"), rows.len(), WHOLE)?;
@@ -71,7 +73,7 @@ pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError>
     ];
     let attributes = attributes.into_iter().filter_map(|(name, flags)| Some((name.to_owned(), flags?)));
     let meta = meta(&folder.join("meta_info.ini"))?;
-    sequence(folder, &numbered_images(folder)?, name_of(folder, name), truth, attributes.collect(), meta)
+    sequence(&folder, &numbered_images(&folder)?, name_of(&folder, entry), truth, attributes.collect(), meta)
 }
 
 /// The attributes of the target in `meta_info.ini`; none without the file.

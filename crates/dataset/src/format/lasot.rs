@@ -21,6 +21,7 @@
 use super::shared::{boxes, flags, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
 use crate::files::{image_folder, numbered_images};
+use crate::lock::Entry;
 use crate::{DatasetError, Sequence};
 use std::path::Path;
 use trackfail_core::region::Region;
@@ -29,9 +30,9 @@ use trackfail_core::region::Region;
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "lasot",
     summary: "`img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion",
-    load: |folder, options| load(folder, options.name.as_deref()),
+    load,
     parse_truth: |path, bytes| boxes(path, bytes, with_area),
-    image_folder: |folder| image_folder(folder, &["img"]),
+    image_folders: &["img"],
     reads: |name| {
         name == GROUND_TRUTH || name.strip_suffix(".txt").is_some_and(|label| LABELS.contains(&label))
     },
@@ -41,12 +42,13 @@ pub const FORMAT: FormatEntry = FormatEntry {
 /// The label files, without `.txt`.
 const LABELS: [&str; 2] = ["full_occlusion", "out_of_view"];
 
-/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads no image, only the list of files and the text.
 ///
 /// # Errors
 /// Missing frames, a broken or absent ground truth, and files of another length than it.
-pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
-    let (path, rows) = read_rows(folder)?;
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let folder = entry.path(root);
+    let (path, rows) = read_rows(&folder)?;
     let mut attributes: Vec<(String, Vec<bool>)> = Vec::new();
     for label in LABELS {
         let found = flags(&folder.join(format!("{label}.txt")), rows.len())?;
@@ -54,9 +56,9 @@ pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError>
     }
     let is_absent = |t: usize| attributes.iter().any(|(_, flags)| flags[t]);
     let truth = regions(&path, rows, is_absent, with_area)?;
-    let images = image_folder(folder, &["img"]);
+    let images = image_folder(&folder, FORMAT.image_folders);
     let files = numbered_images(&images)?;
-    sequence(&images, &files, name_of(folder, name), truth, attributes, Vec::new())
+    sequence(&images, &files, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
 /// A box that counts pixels from 1; none where it has no area.
@@ -92,20 +94,20 @@ mod tests {
     ];
 
     fn four(changes: &[(&str, &str)]) -> Result<Sequence, DatasetError> {
-        load(folder(4, &[&FOUR[..], changes].concat()).path(), Some("airplane-1"))
+        load(folder(4, &[&FOUR[..], changes].concat()).path(), &Entry::default())
     }
 
     #[test]
     fn truth_and_labels() {
         let dir = folder(4, &FOUR);
-        let s = load(dir.path(), Some("airplane-1")).unwrap();
+        let s = load(dir.path(), &Entry::default()).unwrap();
         let rect = |x, y, w, h| Some(Region::Rect(Rect::new(x, y, w, h)));
         assert_eq!(s.truth, [rect(366.0, 100.0, 41.0, 16.0), rect(365.0, 102.0, 45.0, 16.0), None, None]);
         assert_eq!(s.frame_attributes[0], ("full_occlusion".into(), vec![false, false, true, false]));
         assert_eq!(s.frame_attributes[1], ("out_of_view".into(), vec![false, false, false, true]));
         assert_eq!(s.attributes, ["full_occlusion", "out_of_view"]);
         assert_eq!((s.numbering.official, s.size().unwrap()), ((1, 4), (8, 6)));
-        let plain = load(folder(1, &[("groundtruth.txt", "0,0,3,3")]).path(), None).unwrap();
+        let plain = load(folder(1, &[("groundtruth.txt", "0,0,3,3")]).path(), &Entry::default()).unwrap();
         assert_eq!((plain.truth, plain.frame_attributes.len()), (vec![rect(-1.0, -1.0, 3.0, 3.0)], 0));
     }
 
@@ -135,7 +137,7 @@ mod tests {
             assert!(words.iter().all(|w| error.contains(w)), "{file}, {text:?}: {error}");
         }
         let dir = folder(3, &FOUR);
-        let error = load(dir.path(), None).unwrap_err().to_string();
+        let error = load(dir.path(), &Entry::default()).unwrap_err().to_string();
         assert!(error.contains("3 images, but 4 lines"), "{error}");
     }
 
@@ -144,7 +146,7 @@ mod tests {
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..3_usize) {
             let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);
             std::fs::write(dir.path().join(FOUR[file].0), &bytes).unwrap();
-            let _ = load(dir.path(), None);
+            let _ = load(dir.path(), &Entry::default());
         }
     }
 }

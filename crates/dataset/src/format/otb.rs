@@ -16,18 +16,16 @@
 //!
 //! Without an `img` folder the images beside the text files are taken.
 
+use super::FormatEntry;
 use super::shared::{attribute, boxes, name_of, one_based};
-use super::{FormatEntry, SequenceOptions};
-use crate::files::{image_folder, numbered_images, take_range};
+use crate::files::{entries, image_folder, numbered_images, take_range};
+use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
 use trackfail_core::region::Region;
 
 /// Files of several targets have a number before `.txt`.
 const TRUTH_PREFIX: &str = "groundtruth_rect";
-
-/// Image folder of a sequence, if it has one.
-const IMAGE_FOLDERS: [&str; 1] = ["img"];
 
 /// The entry in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
@@ -36,7 +34,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
     truth_file: "groundtruth_rect.txt",
     load,
     parse_truth,
-    image_folder: |folder| image_folder(folder, &IMAGE_FOLDERS),
+    image_folders: &["img"],
     reads: |name| {
         name.starts_with(TRUTH_PREFIX) && Path::new(name).extension().is_some_and(|e| e == "txt")
             || name == "attributes.txt"
@@ -49,11 +47,11 @@ pub const FORMAT: FormatEntry = FormatEntry {
 
 /// Whether a file of a folder is part of a sequence. Text other than the ground truth need not be there, and gives
 /// attributes only.
-fn belongs(options: &SequenceOptions, name: &str, image: Option<u32>) -> bool {
-    match (image, options.range) {
+fn belongs(entry: &Entry, name: &str, image: Option<u32>) -> bool {
+    match (image, entry.range) {
         (Some(n), Some((first, last))) => first <= n && n <= last,
         (Some(_), None) => true,
-        (None, _) => name == truth_name(options.target),
+        (None, _) => name == truth_name(entry.target),
     }
 }
 
@@ -61,8 +59,7 @@ fn belongs(options: &SequenceOptions, name: &str, image: Option<u32>) -> bool {
 /// that is empty.
 fn find_targets(folder: &Path) -> Result<Vec<Option<u32>>, DatasetError> {
     let mut numbers: Vec<u32> = Vec::new();
-    for file in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-        let path = file.map_err(|e| DatasetError::io(folder, e))?.path();
+    for path in entries(folder)? {
         let name = path.file_name().and_then(|n| n.to_str());
         let number = name.and_then(|n| n.strip_prefix(TRUTH_PREFIX)?.strip_prefix('.')?.strip_suffix(".txt"));
         let content = path.metadata().is_ok_and(|m| m.is_file() && m.len() > 0);
@@ -84,19 +81,19 @@ fn truth_name(target: Option<u32>) -> String {
 ///
 /// # Errors
 /// A folder without images, a missing frame, a ground truth that is absent, broken or too short.
-pub fn load(folder: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
-    let name = name_of(folder, options.name.as_deref());
-    let without_truth = load_frames(folder, name, options.range)?;
-    let path = folder.join(truth_name(options.target));
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let folder = entry.path(root);
+    let without_truth = load_frames(&folder, name_of(&folder, entry), entry.range)?;
+    let path = folder.join(truth_name(entry.target));
     let rows = parse_truth(&path, &text::read_capped(&path)?)?;
     let first_image = without_truth.numbering.official.0;
     let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
     let official =
-        options.official.unwrap_or((first_image, first_image.saturating_add(lines).saturating_sub(1)));
+        entry.official.unwrap_or((first_image, first_image.saturating_add(lines).saturating_sub(1)));
     let first = without_truth.numbering.first;
     let truth = cut(rows, &path, official, (first, first + (without_truth.len() as u32 - 1)))?;
     let numbering = Numbering { first, official };
-    Ok(Sequence { numbering, truth, attributes: read_attributes(folder)?, ..without_truth })
+    Ok(Sequence { numbering, truth, attributes: read_attributes(&folder)?, ..without_truth })
 }
 
 /// The frames of a folder as a sequence without annotation, whatever files lie beside them; the official range is that of all
@@ -109,7 +106,7 @@ pub(crate) fn load_frames(
     name: String,
     range: Option<(u32, u32)>,
 ) -> Result<Sequence, DatasetError> {
-    let folder = image_folder(folder, &IMAGE_FOLDERS);
+    let folder = image_folder(folder, FORMAT.image_folders);
     let images = numbered_images(&folder)?;
     let official = images.keys().next().copied().zip(images.keys().next_back().copied()).unwrap_or((1, 0));
     let range = not_empty(&folder, range.unwrap_or(official))?;

@@ -6,8 +6,9 @@
 //!
 //! A sequence of it serves methods that look at boxes only. What reads pixels is not run on it.
 
-use super::{FormatEntry, SequenceOptions, otb};
-use crate::files::folder_name;
+use super::shared::name_of;
+use super::{FormatEntry, otb};
+use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, text};
 use std::path::Path;
 
@@ -27,12 +28,13 @@ pub const FORMAT: FormatEntry = FormatEntry {
 ///
 /// # Errors
 /// A file that is absent, broken or does not cover the range.
-pub fn load(file: &Path, options: &SequenceOptions) -> Result<Sequence, DatasetError> {
-    let rows = otb::parse_truth(file, &text::read_capped(file)?)?;
-    let official = options.official.unwrap_or((1, u32::try_from(rows.len()).unwrap_or(u32::MAX)));
-    let range = otb::not_empty(file, options.range.unwrap_or(official))?;
-    let truth = otb::cut(rows, file, official, range)?;
-    let name = options.name.clone().unwrap_or_else(|| folder_name(&file.with_extension("")));
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let file = entry.path(root);
+    let rows = otb::parse_truth(&file, &text::read_capped(&file)?)?;
+    let official = entry.official.unwrap_or((1, u32::try_from(rows.len()).unwrap_or(u32::MAX)));
+    let range = otb::not_empty(&file, entry.range.unwrap_or(official))?;
+    let truth = otb::cut(rows, &file, official, range)?;
+    let name = name_of(&file.with_extension(""), entry);
     Ok(Sequence::new(name, Numbering { first: range.0, official }, truth, Frames::Absent))
 }
 
@@ -47,16 +49,15 @@ mod tests {
         let file = dir.path().join("Tiger1.txt");
         // Six lines for the official frames 3 to 6: the file starts at frame 1.
         std::fs::write(&file, "1,1,5,5\n2,1,5,5\n3,1,5,5\n4,1,5,5\n0,0,0,0\n6,1,5,5\n").unwrap();
-        let options =
-            SequenceOptions { official: Some((3, 6)), range: Some((4, 6)), ..SequenceOptions::default() };
-        let sequence = load(&file, &options).unwrap();
+        let part = Entry { official: Some((3, 6)), range: Some((4, 6)), ..Entry::default() };
+        let sequence = load(&file, &part).unwrap();
         let at = |x: f64| Some(Region::Rect(Rect::new(x, 0.0, 5.0, 5.0)));
         assert_eq!((sequence.name.as_str(), sequence.numbering.first), ("Tiger1", 4));
         assert_eq!(sequence.truth, [at(3.0), None, at(5.0)]);
         assert!(!sequence.has_frames());
         assert!(sequence.frame(0).unwrap_err().to_string().contains("has no frames"));
         assert_eq!(sequence.digest().unwrap(), sequence.digest_anew().unwrap());
-        let short = SequenceOptions { official: Some((1, 7)), ..SequenceOptions::default() };
+        let short = Entry { official: Some((1, 7)), ..Entry::default() };
         assert!(load(&file, &short).unwrap_err().to_string().contains("do not cover"));
     }
 }

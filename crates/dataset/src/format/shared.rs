@@ -5,14 +5,15 @@
 
 use super::GROUND_TRUTH;
 use crate::files::{folder_name, take_range};
+use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
 
-/// The name of a sequence: the one given, or its folder's.
-pub(super) fn name_of(folder: &Path, name: Option<&str>) -> String {
-    name.map_or_else(|| folder_name(folder), String::from)
+/// The name of an entry's sequence: the one given, or its folder's.
+pub(super) fn name_of(folder: &Path, entry: &Entry) -> String {
+    if entry.name.is_empty() { folder_name(folder) } else { entry.name.clone() }
 }
 
 /// A word that may be an attribute.

@@ -16,7 +16,8 @@
 
 use super::shared::{flags, name_of, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
-use crate::files::numbered_images;
+use crate::files::{entries, numbered_images};
+use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 use trackfail_core::region::Region;
@@ -25,7 +26,7 @@ use trackfail_core::region::Region;
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "vot",
     summary: "`00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on",
-    load: |folder, options| load(folder, options.name.as_deref()),
+    load,
     parse_truth,
     reads: |name| name == GROUND_TRUTH || is_label(name),
     // Frame 0 is an extra file and not part of a sequence.
@@ -38,27 +39,24 @@ fn is_label(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e == "label")
 }
 
-/// Loads one sequence under `name`, or its folder's name. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads no image, only the list of files and the text.
 ///
 /// # Errors
 /// Missing frames, and text files that are absent, broken or of another length than the frames.
-pub fn load(folder: &Path, name: Option<&str>) -> Result<Sequence, DatasetError> {
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+    let folder = entry.path(root);
     let path = folder.join(GROUND_TRUTH);
     let truth = parse_truth(&path, &text::read_capped(&path)?)?;
     let mut attributes = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(|e| DatasetError::io(folder, e))? {
-        let path = entry.map_err(|e| DatasetError::io(folder, e))?.path();
-        if path.extension().is_none_or(|e| e != "label") {
-            continue;
-        }
+    for path in entries(&folder)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "label")) {
         let Some(label) = path.file_stem().and_then(|stem| stem.to_str()) else {
             return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
         };
         attributes.extend(flags(&path, truth.len())?.map(|flags| (label.to_owned(), flags)));
     }
-    let mut images = numbered_images(folder)?;
+    let mut images = numbered_images(&folder)?;
     images.remove(&0);
-    sequence(folder, &images, name_of(folder, name), truth, attributes, Vec::new())
+    sequence(&folder, &images, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
 /// The rows of a ground-truth file, one a line; `path` names it in messages.
@@ -112,7 +110,7 @@ mod tests {
         let dir = folder(0..=3, b"1,2,3,4\r\n0,0,0,5,6,5,6,0\r\nnan,nan,nan,nan");
         std::fs::write(dir.path().join("occlusion.label"), "0\n1\n0").unwrap();
         std::fs::write(dir.path().join("blur.label"), "0\r\n0\r\n0\r\n").unwrap();
-        let s = load(dir.path(), Some("x")).unwrap();
+        let s = load(dir.path(), &Entry { name: "x".into(), ..Entry::default() }).unwrap();
         assert_eq!(s.truth[0], Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.0))));
         assert_eq!(s.truth[1], Some(Region::Polygon(vec![(0.0, 0.0), (0.0, 5.0), (6.0, 5.0), (6.0, 0.0)])));
         assert_eq!(s.truth[2], None);
@@ -144,12 +142,15 @@ mod tests {
 
     #[test]
     fn counts_must_agree() {
-        assert!(load(folder(1..=3, b"1,2,3,4\n1,2,3,4").path(), None).is_err());
-        assert!(load(folder(1..=1, b"1,2,3,4\n1,2,3,4").path(), None).is_err());
+        assert!(load(folder(1..=3, b"1,2,3,4\n1,2,3,4").path(), &Entry::default()).is_err());
+        assert!(load(folder(1..=1, b"1,2,3,4\n1,2,3,4").path(), &Entry::default()).is_err());
         let dir = folder(1..=1, b"1,2,3,4");
         for bad in ["0\n1", "2", "", "0 1"] {
             std::fs::write(dir.path().join("occlusion.label"), bad).unwrap();
-            assert!(load(dir.path(), None).unwrap_err().to_string().contains("occlusion.label"), "{bad}");
+            assert!(
+                load(dir.path(), &Entry::default()).unwrap_err().to_string().contains("occlusion.label"),
+                "{bad}"
+            );
         }
     }
 
@@ -166,7 +167,7 @@ mod tests {
             "1",
         ] {
             let text = format!("1,2,3,4\n{bad}\n");
-            let error = load(folder(1..=2, text.as_bytes()).path(), None).unwrap_err();
+            let error = load(folder(1..=2, text.as_bytes()).path(), &Entry::default()).unwrap_err();
             assert!(matches!(error, DatasetError::Line { line: 2, .. }), "{bad}: {error}");
         }
     }
@@ -181,13 +182,13 @@ mod tests {
         for name in &names {
             let folder = root.join("vot2014").join(name);
             if folder.is_dir() {
-                let s = load(&folder, None).unwrap();
+                let s = load(&folder, &Entry::default()).unwrap();
                 assert_eq!((&s.name, s.frame_attributes.len()), (name, 5));
                 found += 1;
             }
         }
         assert!(found > 0);
-        let diving = load(&root.join("vot2014/diving"), None).unwrap();
+        let diving = load(&root.join("vot2014/diving"), &Entry::default()).unwrap();
         // grep -c 1 *.label: camera_motion 219, motion_change 54, size_change 74, others 0.
         assert_eq!(diving.attributes, ["camera_motion", "motion_change", "size_change"]);
         let ones = |k: usize| diving.frame_attributes[k].1.iter().filter(|&&f| f).count();
@@ -198,15 +199,15 @@ mod tests {
         #[test]
         fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
             let dir = folder(1..=1, &bytes);
-            let _ = load(dir.path(), None);
+            let _ = load(dir.path(), &Entry::default());
             std::fs::write(dir.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
             std::fs::write(dir.path().join("a.label"), &bytes).unwrap();
-            let _ = load(dir.path(), None);
+            let _ = load(dir.path(), &Entry::default());
         }
 
         #[test]
         fn any_numbers_are_read_or_refused(text in "[0-9.,\r\n-]{0,80}") {
-            if let Ok(s) = load(folder(1..=1, text.as_bytes()).path(), None) {
+            if let Ok(s) = load(folder(1..=1, text.as_bytes()).path(), &Entry::default()) {
                 prop_assert!(s.truth.iter().flatten().all(|r| r.area() > 0.0));
             }
         }

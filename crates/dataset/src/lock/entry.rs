@@ -1,8 +1,7 @@
 //! One sequence of a suite: a line of its file.
 
 use crate::archive::Archive;
-use crate::format::{FormatEntry, SequenceOptions};
-use crate::video;
+use crate::format::FormatEntry;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -20,13 +19,13 @@ pub enum TargetType {
     Other,
 }
 
-/// One line of a suite: a sequence and what a local copy must be.
+/// One line of a suite: a sequence and what a local copy must be. The default one is all that is in a folder.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Name, unique in the suite.
+    /// Name, unique in the suite; if it is empty, that of the folder.
     pub name: String,
-    /// Folder or file under the data root, parts separated by `/`.
+    /// Folder or file under the data root, parts separated by `/`; if it is empty, the root itself.
     pub folder: String,
     /// Format of the folder where it is not the suite's.
     pub format: Option<&'static FormatEntry>,
@@ -77,17 +76,6 @@ impl Entry {
         below(root, &self.folder)
     }
 
-    /// How its sequence is read from a copy under `root`.
-    pub(crate) fn options(&self, root: &Path) -> SequenceOptions {
-        SequenceOptions {
-            name: Some(self.name.clone()),
-            target: self.target,
-            range: self.range,
-            official: self.official,
-            decoded: video::cache(root),
-        }
-    }
-
     /// The entry's line in the file of its suite.
     pub fn line(&self) -> String {
         let mut line = String::new();
@@ -107,7 +95,7 @@ pub(crate) fn attribute_words(
 
 /// A folder whose parts are separated by `/`, under `root`.
 pub(crate) fn below(root: &Path, folder: &str) -> PathBuf {
-    folder.split('/').fold(root.to_path_buf(), |path, part| path.join(part))
+    folder.split('/').filter(|part| !part.is_empty()).fold(root.to_path_buf(), |path, part| path.join(part))
 }
 
 /// An OTB attribute spelled out (Wu et al., PAMI 2015, Table 2); other words stay as they are.

@@ -11,7 +11,7 @@
 
 use crate::DatasetError;
 use crate::digest::file_digest;
-use crate::files::{is_image, number};
+use crate::files::{image_folder, is_image, number};
 use crate::format::FormatEntry;
 use crate::lock::{Entry, below};
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
     };
     let mut text: Vec<String> = names(folder).into_iter().filter(|n| (format.reads)(n)).collect();
     text.sort();
-    let images = (format.image_folder)(folder);
+    let images = image_folder(folder, format.image_folders);
     let mut frames: Vec<String> = names(&images).into_iter().filter(|n| is_image(Path::new(n))).collect();
     frames.sort_by_cached_key(|name| (number(Path::new(name)), name.clone()));
     let inside = images.strip_prefix(folder).unwrap_or(Path::new(""));
@@ -60,9 +60,9 @@ fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
 }
 
 /// Whether a file of the entry's folder is part of its sequence.
-fn belongs(entry: &Entry, format: &FormatEntry, root: &Path, name: &str) -> bool {
+fn belongs(entry: &Entry, format: &FormatEntry, name: &str) -> bool {
     let path = Path::new(name);
-    (format.belongs)(&entry.options(root), name, number(path).filter(|_| is_image(path)))
+    (format.belongs)(entry, name, number(path).filter(|_| is_image(path)))
 }
 
 /// The first file of the entry under `root` that `wanted` accepts and that is absent, other than listed, or not listed;
@@ -87,7 +87,7 @@ fn compare(
 ) -> Option<String> {
     listed.first()?;
     let folder = entry.path(root);
-    let matters = |name: &str| wanted(name) && belongs(entry, format, root, name);
+    let matters = |name: &str| wanted(name) && belongs(entry, format, name);
     let listed: Vec<_> = listed.iter().filter(|(name, _)| matters(name)).collect();
     let changed = listed.par_iter().find_map_first(|(name, pinned)| {
         let path = below(&folder, name);

@@ -1,6 +1,6 @@
 //! Loads the sequence of an entry from a data root.
 
-use crate::files::numbered_images;
+use crate::files::{image_folder, numbered_images};
 use crate::lock::{Entry, PinnedSuite, attribute_words};
 use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ impl PinnedSuite {
             let hint = format!("frames {first} to {last} are not in {}; ", entry.folder);
             return Err(self.missing(entry, &hint));
         }
-        let mut sequence = (format.load)(&folder, &entry.options(root))?;
+        let mut sequence = (format.load)(root, entry)?;
         let words = attribute_words(&entry.attributes, entry.target_type);
         sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
         let frames = sequence.len();
@@ -132,7 +132,7 @@ impl PinnedSuite {
         if !(format.takes_ranges)(folder)? {
             return Ok(None);
         }
-        let images = numbered_images(&(format.image_folder)(folder))?;
+        let images = numbered_images(&image_folder(folder, format.image_folders))?;
         let absent = (first..=last).find(|n| !images.contains_key(n));
         Ok(absent.filter(|&n| images.range(n..=last).next().is_none()).map(|n| (n, last)))
     }

@@ -37,9 +37,8 @@ pub fn with_sections(before: &str, sections: &str) -> String {
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, DatasetError> {
     let source = text::decode(path, bytes)?;
     let file: UserFile = toml::from_str(source).map_err(|e| {
-        let before = e.span().and_then(|span| source.get(..span.start)).unwrap_or_default();
-        let message = text::shorten_to(&text::visible(e.message()), 200);
-        DatasetError::line(path, 1 + before.matches('\n').count(), message)
+        let line = text::line_of(source.as_bytes(), e.span().map_or(0, |span| span.start));
+        DatasetError::line(path, line, text::shorten_to(&text::visible(e.message()), 200))
     })?;
     if file.schema != 2 {
         return Err(DatasetError::content(path, format!("schema = {}; 2 is read", file.schema)));

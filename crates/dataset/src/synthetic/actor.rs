@@ -250,20 +250,10 @@ fn rear(look: u32, u: f64, v: f64) -> Option<Color> {
             let glass = mix([36.0, 44.0, 54.0], [150.0, 168.0, 184.0], glare);
             if rest { [34.0, 32.0, 32.0] } else { glass }
         }
-        _ if lamp => {
-            if v < 0.54 {
-                [206.0, 36.0, 30.0]
-            } else {
-                [236.0, 150.0, 60.0]
-            }
-        }
-        _ if plate => {
-            if letter {
-                [40.0, 40.0, 46.0]
-            } else {
-                [232.0, 230.0, 216.0]
-            }
-        }
+        _ if lamp && v < 0.54 => [206.0, 36.0, 30.0],
+        _ if lamp => [236.0, 150.0, 60.0],
+        _ if plate && letter => [40.0, 40.0, 46.0],
+        _ if plate => [232.0, 230.0, 216.0],
         _ if v > 0.74 => shade([60.0, 60.0, 64.0], gloss),
         _ => shade(paint, if (v - 0.46).abs() < 0.012 { 0.55 } else { gloss }),
     })

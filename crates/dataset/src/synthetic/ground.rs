@@ -68,8 +68,8 @@ impl Picture {
         Self { left, top, width, height, rgb }
     }
 
-    /// Adds the view from `(x, y)` (the world's place of the frame's left top corner, to 1/256 pixel)
-    /// to `out`, `width` pixels a row. Outside the picture its border is repeated.
+    /// Writes the view from `(x, y)` (the world's place of the frame's left top corner, to 1/256 pixel)
+    /// into `out`, `width` pixels a row. Outside the picture its border is repeated.
     pub fn view(&self, x: f64, y: f64, width: usize, out: &mut [u8]) {
         let fixed = |v: f64| (v * 256.0).round() as i64;
         let room = |len: usize, need: usize| len.saturating_sub(need + 1) as i64 * 256;

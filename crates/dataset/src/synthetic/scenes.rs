@@ -63,7 +63,7 @@ pub fn read(path: &Path) -> Result<SceneFile, DatasetError> {
 
 /// The scenes of a file's text; `path` names it in messages.
 pub(super) fn parse(path: &Path, source: &str) -> Result<SceneFile, DatasetError> {
-    let line = |at: usize| 1 + source.get(..at).unwrap_or_default().matches('\n').count();
+    let line = |place: usize| text::line_of(source.as_bytes(), place);
     let wire: Wire = toml::from_str(source).map_err(|e| {
         let line = line(e.span().map_or(0, |span| span.start));
         let key = source.lines().nth(line - 1).and_then(|line| line.split_once('='));
@@ -115,61 +115,52 @@ fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// A number in a range.
-fn one<'de, T, D>(from: D, range: RangeInclusive<T>, words: &str) -> Result<T, D::Error>
-where
-    T: Deserialize<'de> + PartialOrd,
-    D: Deserializer<'de>,
-{
+/// A value that `fits`, or the rule in words that it breaks.
+fn fitting<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+    from: D,
+    words: &str,
+    fits: impl Fn(&T) -> bool,
+) -> Result<T, D::Error> {
     let value = T::deserialize(from)?;
-    if range.contains(&value) { Ok(value) } else { Err(D::Error::custom(words)) }
+    if fits(&value) { Ok(value) } else { Err(D::Error::custom(words)) }
 }
 
-/// Two numbers in a range.
-fn two<'de, T, D>(from: D, range: RangeInclusive<T>, words: &str) -> Result<(T, T), D::Error>
-where
-    T: Deserialize<'de> + PartialOrd,
-    D: Deserializer<'de>,
-{
-    let (a, b) = <(T, T)>::deserialize(from)?;
-    if range.contains(&a) && range.contains(&b) { Ok((a, b)) } else { Err(D::Error::custom(words)) }
+/// Whether both numbers are in a range.
+fn both<T: PartialOrd>(range: &RangeInclusive<T>, (a, b): &(T, T)) -> bool {
+    range.contains(a) && range.contains(b)
 }
 
 /// A number that is neither infinite nor huge.
 pub(super) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
-    one(from, NUMBERS, NUMBERS_WORDS)
+    fitting(from, NUMBERS_WORDS, |number| NUMBERS.contains(number))
 }
 
 /// Frame and velocity of somebody who crosses.
 pub(super) fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
-    two(from, NUMBERS, NUMBERS_WORDS)
+    fitting(from, NUMBERS_WORDS, |pair| both(&NUMBERS, pair))
 }
 
 /// A number of frames.
 pub(super) fn frames<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
-    one(from, 1..=100_000, "a sequence has 1 to 100000 frames")
+    fitting(from, "a sequence has 1 to 100000 frames", |frames| (1..=100_000).contains(frames))
 }
 
 /// Width and height of frames.
 pub(super) fn frame_size<'de, D: Deserializer<'de>>(from: D) -> Result<(usize, usize), D::Error> {
-    two(from, 16..=4096, "frames are 16 to 4096 pixels wide and high")
+    fitting(from, "frames are 16 to 4096 pixels wide and high", |size| both(&(16..=4096), size))
 }
 
 /// Width and height of an actor.
 pub(super) fn actor_size<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
-    two(from, 1.0..=4096.0, "it is 1 to 4096 pixels wide and high")
+    fitting(from, "it is 1 to 4096 pixels wide and high", |size| both(&(1.0..=4096.0), size))
 }
 
 /// A list of `[frame, value]` in which frames rise.
 pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
-    let points = Curve::deserialize(from)?;
-    if !points.iter().all(|p| NUMBERS.contains(&p.0) && NUMBERS.contains(&p.1)) {
-        return Err(D::Error::custom(NUMBERS_WORDS));
-    }
-    if points.windows(2).any(|pair| pair[0].0 >= pair[1].0) {
-        return Err(D::Error::custom("the frames of a list of `[frame, value]` rise"));
-    }
-    Ok(points)
+    let points: Curve =
+        fitting(from, NUMBERS_WORDS, |points: &Curve| points.iter().all(|p| both(&NUMBERS, p)))?;
+    let rises = points.is_sorted_by(|a, b| a.0 < b.0);
+    if rises { Ok(points) } else { Err(D::Error::custom("the frames of a list of `[frame, value]` rise")) }
 }
 
 /// A curve of magnifications.

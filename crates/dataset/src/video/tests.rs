@@ -1,6 +1,7 @@
 use super::stream::read_picture;
 use super::*;
-use crate::format::{SequenceOptions, cvml};
+use crate::format::cvml;
+use crate::lock::Entry;
 use crate::user_frames::without_frames;
 use crate::{Frames, Sequence};
 use std::sync::Arc;
@@ -169,8 +170,8 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     let short = folder.join("Walk2.mpg");
     mpeg(&root.path().join("short.mpg"), 10);
     std::fs::rename(root.path().join("short.mpg"), short).unwrap();
-    let options = SequenceOptions { decoded: cache(root.path()), ..Default::default() };
-    let error = cvml::load(&folder, &options).unwrap().frame(0).unwrap_err().to_string();
+    let entry = Entry { folder: "caviar/Walk2".into(), ..Entry::default() };
+    let error = cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err().to_string();
     assert!(error.contains("frame 11 is not in it, frames 6 to 20 are needed"), "{error}");
 }
 

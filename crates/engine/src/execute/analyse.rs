@@ -5,12 +5,11 @@ use super::supervise::run_single;
 use super::track::{self, Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::recipes::Read;
-use crate::plan::{PlannedSuite, signal_index};
+use crate::plan::{ExperimentPlan, PlannedSuite, signal_index};
 use crate::spec::Experiment;
 use crate::spec::analysis::Analysis;
+use crate::store;
 use crate::store::address::{Recipe, Stage};
-use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -53,19 +52,8 @@ pub struct NotAnalysed {
     pub error: CellError,
 }
 
-/// Numbers of sequences of one suite of an analysis.
-pub(super) struct Used {
-    pub suite: String,
-    /// Those that it was made on.
-    pub made_on: usize,
-    /// Those that the tracker has tracks of.
-    pub own: usize,
-    /// Those that are there.
-    pub there: usize,
-}
-
-/// Findings of an analysis on one tracker, with the suites that it was made on.
-pub(super) type Made = (Vec<Used>, Findings);
+/// Findings of an analysis on one tracker, with the [suites](Analysed::suites) and [shares](Analysed::shares) of all.
+pub(super) type Made = (Vec<(String, usize)>, Vec<(usize, usize)>, Findings);
 
 /// Analyses and their trackers, in the order of the experiment: those of the clock, or all others.
 pub(super) fn pairs(experiment: &Experiment, of_clock: bool) -> Vec<(usize, usize)> {
@@ -89,50 +77,40 @@ pub(super) fn analysed(
         (experiment.analyses[a].name.clone(), tracker.training_runs, tracker.label.clone());
     Ok(match StepError::settled(made)? {
         Err(error) => Err(NotAnalysed { analysis, tracker, error }),
-        Ok((used, findings)) => {
-            let is_whole = used.iter().all(|suite| suite.made_on == suite.there);
-            let shares = used.iter().filter(|_| !is_whole).map(|suite| (suite.own, suite.there)).collect();
-            let suites = used.into_iter().map(|suite| (suite.suite, suite.made_on)).collect();
+        Ok((suites, mut shares, findings)) => {
+            if suites.iter().zip(&shares).all(|((_, made_on), (_, there))| made_on == there) {
+                shares.clear();
+            }
             Ok(Analysed { analysis, tracker, runs, suites, shares, findings })
         }
     })
 }
 
-/// A track with its sequence.
-struct TrackView {
-    track: Arc<Track>,
-    /// Input of the analysis: a signal on the track, or the track itself.
-    read: Read,
-    sequence: Arc<Sequence>,
-    run: u32,
+/// A track of a run as tracking protocols read it, with the tracker's confidence where that is what the analysis takes.
+///
+/// # Errors
+/// When the size of the frames cannot be read.
+fn trajectory<'t>(
+    (track, sequence, run): &'t (Arc<Track>, &Sequence, u32),
+    over_confidence: bool,
+) -> Result<Trajectory<'t>, DatasetError> {
+    Ok(Trajectory {
+        sequence: &sequence.name,
+        run: *run,
+        regions: &track.regions,
+        status: &track.status,
+        truth: &sequence.truth,
+        confidence: if over_confidence { track.confidence.as_slice() } else { &[] },
+        frame: sequence.has_frames().then(|| sequence.size()).transpose()?,
+        attributes: &sequence.attributes,
+        frame_attributes: &sequence.frame_attributes,
+    })
 }
 
-impl TrackView {
-    /// The track as tracking protocols read it, with the tracker's confidence where that is what the analysis takes.
-    ///
-    /// # Errors
-    /// When the size of the frames cannot be read.
-    fn trajectory(&self, over_confidence: bool) -> Result<Trajectory<'_>, DatasetError> {
-        let Sequence { name, truth, attributes, frame_attributes, .. } = &*self.sequence;
-        Ok(Trajectory {
-            sequence: name,
-            run: self.run,
-            regions: &self.track.regions,
-            status: &self.track.status,
-            truth,
-            confidence: if over_confidence { self.track.confidence.as_slice() } else { &[] },
-            frame: self.sequence.has_frames().then(|| self.sequence.size()).transpose()?,
-            attributes,
-            frame_attributes,
-        })
-    }
-
-    /// Digest of the attributes, which are not part of the track's address.
-    fn attributes(&self) -> String {
-        let Sequence { attributes, frame_attributes, .. } = &*self.sequence;
-        let text = serde_json::to_vec(&(attributes, frame_attributes)).unwrap_or_default();
-        hexadecimal(&Sha256::digest(text)[..8])
-    }
+/// Digest of the attributes of a sequence, which are not part of the addresses of its tracks.
+fn attributes_digest(sequence: &Sequence) -> String {
+    let text = serde_json::to_vec(&(&sequence.attributes, &sequence.frame_attributes)).unwrap_or_default();
+    hexadecimal(&Sha256::digest(text)[..8])
 }
 
 /// Sequences of a suite of which a tracker has the tracks of all runs that an analysis takes.
@@ -145,23 +123,18 @@ struct Usable {
 
 impl Usable {
     fn new(
-        context: &Context<'_>,
+        plan: &ExperimentPlan<'_>,
         tracks: &[Tracks],
         suite: usize,
         (tracker, runs): (usize, u32),
         signal: Option<usize>,
     ) -> Self {
-        let plan = context.plan;
-        let jobs = plan.jobs.iter().enumerate();
-        let jobs: Vec<usize> =
-            jobs.filter(|(_, job)| job.tracker == tracker && job.run < runs).map(|(j, _)| j).collect();
-        let mut usable = Self::default();
-        let mut lacks = Vec::new();
+        let (mut usable, mut lacks) = (Self::default(), Vec::new());
         for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
             let lack =
-                |j: &usize| tracks[s][*j].as_ref().err().cloned().or_else(|| plan.unmet(planned, *j, signal));
+                |j: usize| tracks[s][j].as_ref().err().cloned().or_else(|| plan.unmet(planned, j, signal));
             let before = lacks.len();
-            lacks.extend(jobs.iter().filter_map(lack));
+            lacks.extend(plan.jobs_of(tracker, runs).filter_map(lack));
             if lacks.len() == before {
                 usable.sequences.insert(s);
             }
@@ -185,14 +158,14 @@ pub fn analyse(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
 ) -> Result<Vec<Result<Analysed, NotAnalysed>>, RunError> {
-    let experiment = context.plan.experiment;
+    let (plan, experiment) = (context.plan, context.plan.experiment);
     let usable = |analysis: &Analysis| -> Vec<Vec<Usable>> {
-        let signal = analysis.signal.as_ref().and_then(|s| signal_index(&context.plan.signals, s));
+        let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
         let of = |t: usize, (place, role): (usize, &String)| {
             let tracker = &experiment.trackers[t];
-            let suite = context.plan.suite(role).filter(|_| analysis.runs_on(&tracker.label));
+            let suite = plan.suite(role).filter(|_| analysis.runs_on(&tracker.label));
             let mine = (t, analysis.runs(place, tracker));
-            suite.map_or_else(Usable::default, |k| Usable::new(context, &tracks[k], k, mine, signal))
+            suite.map_or_else(Usable::default, |k| Usable::new(plan, &tracks[k], k, mine, signal))
         };
         let of_tracker = |t: usize| analysis.roles.iter().enumerate().map(|role| of(t, role)).collect();
         (0..experiment.trackers.len()).map(of_tracker).collect()
@@ -218,12 +191,12 @@ fn make(
     let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
     let over_confidence = analysis.signal.as_ref().is_some_and(|s| s.kind == confidence::ENTRY.kind);
     let reads_regions = analysis.plugin.reads().has_regions();
-    let plugin = analysis.plugin.clone();
+    let plugin = &analysis.plugin;
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &plugin.params());
     let has_all = |own: &&Vec<Usable>| own.iter().all(|usable| !usable.sequences.is_empty());
     let is_compared = has_all(&&usable[tracker]);
-    let (mut used, mut populations) = (Vec::new(), Vec::new());
+    let (mut suites, mut shares, mut populations) = (Vec::new(), Vec::new(), Vec::new());
     for (place, role) in analysis.roles.iter().enumerate() {
         let Some(suite) = plan.suite(role) else {
             return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
@@ -241,38 +214,34 @@ fn make(
             return Err(CellError::Missing(message).into());
         }
         let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
+        recipe = recipe.with("suite", name);
         let mut mine = Vec::new();
-        for (track, s, j) in track::of_runs(plan, tracks, suite, tracker, runs, signal) {
-            if common.contains(&s) {
-                let read = plan.read(&sequences[s], j, signal)?;
-                mine.push(TrackView {
-                    track,
-                    read,
-                    sequence: sequences[s].sequence.clone(),
-                    run: plan.jobs[j].run,
-                });
+        let all = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
+        for (track, s, j) in all.filter(|(_, s, _)| common.contains(s)) {
+            let (read, address) = plan.read(&sequences[s], j, signal)?;
+            let sequence = &*sequences[s].sequence;
+            recipe = recipe.with(read, address);
+            if reads_regions {
+                recipe = recipe.with("attributes", attributes_digest(sequence));
             }
+            mine.push((track, sequence, plan.jobs[j].run));
         }
-        recipe = mine.iter().fold(recipe.with("suite", name), |recipe, view| {
-            let recipe = view.read.add_to(recipe);
-            if reads_regions { recipe.with("attributes", view.attributes()) } else { recipe }
-        });
-        let (made_on, own, there) = (common.len(), own.len(), sequences.len());
-        used.push(Used { suite: name.clone(), made_on, own, there });
-        populations.push((name.clone(), mine));
+        suites.push((name.clone(), common.len()));
+        shares.push((own.len(), sequences.len()));
+        populations.push((name, mine));
     }
     if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
         context.tally.add(Work::Models, true);
-        return Ok((used, findings));
+        return Ok((suites, shares, findings));
     }
-    let compute = move || -> Result<Findings, StepError> {
+    let compute = || -> Result<Findings, StepError> {
         let mut views = Vec::new();
         for (suite, tracks) in &populations {
             let with_regions = tracks.iter().filter(|_| reads_regions);
-            let trajectories: Result<_, DatasetError> =
-                with_regions.map(|view| view.trajectory(over_confidence)).collect();
+            let trajectories = with_regions.map(|one| trajectory(one, over_confidence));
+            let trajectories = trajectories.collect::<Result<Vec<_>, DatasetError>>();
             let trajectories = trajectories.map_err(StepError::failed)?;
-            let tracks = tracks.iter().map(|view| view.track.example(signal)).collect();
+            let tracks = tracks.iter().map(|(track, ..)| track.example(signal)).collect();
             views.push(Population { suite, tracks, trajectories, timings: Vec::new() });
         }
         plugin.analyze(&views).map_err(StepError::failed)
@@ -280,7 +249,6 @@ fn make(
     let findings = run_single(&context.options.limits, compute)?;
     context.tally.add(Work::Models, false);
     let cell = format!("{}/{}", analysis.name, plan.experiment.trackers[tracker].label);
-    let name = Name { experiment: plan.experiment.name.clone(), cell };
-    context.put(vec![store::record(name, recipe, 1, &findings)?])?;
-    Ok((used, findings))
+    context.store.put(&[store::record(plan.name(cell), recipe, 1, &findings)?])?;
+    Ok((suites, shares, findings))
 }

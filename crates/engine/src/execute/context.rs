@@ -3,13 +3,13 @@
 use super::detector_outputs::DetectorOutputCache;
 use super::reverse::FRAMES_IN_MEMORY;
 use super::tracker_run::TrackerRun;
-use crate::error::RunError;
+use super::units::{Unit, frames_to_do};
 use crate::limits::RunLimits;
 use crate::observe::costs::CostTally;
 use crate::observe::tally::Tally;
 use crate::plan::{ExperimentPlan, Job, recipes};
+use crate::store::Store;
 use crate::store::address::Address;
-use crate::store::{Record, Store};
 use serde::de::DeserializeOwned;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -59,23 +59,18 @@ pub struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// A context in which passes have `frames_to_do` frames before them.
-    pub fn new(
-        plan: &'a ExperimentPlan<'a>,
-        store: &'a Store,
-        options: &'a Options,
-        frames_to_do: u64,
-    ) -> Self {
+    /// A context for work on these units.
+    pub fn new(plan: &'a ExperimentPlan<'a>, store: &'a Store, options: &'a Options, units: &[Unit]) -> Self {
         Self {
             plan,
             store,
             options,
             tally: Tally::default(),
             frames_done: AtomicU64::new(0),
-            frames_to_do,
+            frames_to_do: frames_to_do(plan, store, options.force, units),
             frames: Arc::new(FrameCache::new(if plan.needs_reverse() { FRAMES_IN_MEMORY } else { 0 })),
             outputs: DetectorOutputCache::default(),
-            costs: CostTally::new(plan),
+            costs: CostTally::default(),
         }
     }
 
@@ -91,7 +86,7 @@ impl<'a> Context<'a> {
         TrackerRun {
             sequence: sequence.clone(),
             frames: self.frames.clone(),
-            config: tracker.setup.clone(),
+            config: tracker.setup.plugin.clone(),
             run: job.run,
             seed: recipes::track_seed(self.plan.experiment, sequence, tracker, job.run),
             data_roots: self.options.data_roots.clone(),
@@ -102,13 +97,5 @@ impl<'a> Context<'a> {
     /// number of rows it must have.
     pub fn cached<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
         if self.options.force { None } else { self.store.get(address, rows) }
-    }
-
-    /// Writes records; they take the place of those that the store has.
-    ///
-    /// # Errors
-    /// When the store cannot be written to.
-    pub fn put(&self, records: Vec<Record>) -> Result<(), RunError> {
-        Ok(self.store.put(&records)?)
     }
 }

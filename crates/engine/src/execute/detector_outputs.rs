@@ -1,6 +1,5 @@
 //! Outputs of detectors, in memory or in the store.
 
-use crate::store::address::{Address, Recipe};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,25 +13,13 @@ const MAX_BYTES_IN_MEMORY: usize = 128 << 20;
 pub struct DetectorOutputCache(AtomicUsize);
 
 impl DetectorOutputCache {
-    /// The output itself while there is room, else its address. `recipe` is that of its record in the store.
-    pub fn insert(&self, recipe: &Recipe, output: Arc<DetectorOutput>) -> CachedDetectorOutput {
+    /// The output while there is room.
+    pub fn keep(&self, output: DetectorOutput) -> Option<Arc<DetectorOutput>> {
         let more = [output.forecast.is_some(), output.quality.is_some(), output.alarm_score.is_some()];
         let bytes = output.score.len() * (9 + 8 * more.into_iter().filter(|has| *has).count());
-        if self.0.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY {
-            CachedDetectorOutput::Here(output)
-        } else {
-            CachedDetectorOutput::Stored(recipe.address())
-        }
+        let has_room = self.0.fetch_add(bytes, Ordering::Relaxed) + bytes <= MAX_BYTES_IN_MEMORY;
+        has_room.then(|| Arc::new(output))
     }
-}
-
-/// An output in memory, or its address in the store.
-#[derive(Debug, Clone)]
-pub enum CachedDetectorOutput {
-    /// In memory.
-    Here(Arc<DetectorOutput>),
-    /// In the store.
-    Stored(Address),
 }
 
 /// An output as it is stored: without the score where that is the signal itself.

@@ -5,10 +5,9 @@
 
 use super::units::units;
 use crate::observe::costs::Costs;
-use crate::plan::{CellState, ExperimentPlan, PlannedSequence, PlannedSuite, Shard, variants};
+use crate::plan::{CellState, ExperimentPlan, Shard, variants};
 use crate::spec::method::{DetectorChoice, Variant};
 use crate::store::Store;
-use rayon::prelude::*;
 
 /// Work of a run, or of a share of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,33 +40,16 @@ impl Remaining {
 /// A plan beside what a store has of it.
 pub struct Standing<'p> {
     plan: &'p ExperimentPlan<'p>,
-    /// State of each cell, in the order of [`ExperimentPlan::cells`].
-    pub states: Vec<CellState>,
-    /// Place of the first cell of each sequence among them.
-    starts: Vec<usize>,
-    /// Whether each track is at hand, suites x sequences x jobs.
-    at_hand: Vec<Vec<Vec<bool>>>,
+    store: &'p Store,
+    /// State of each cell, by sequence of the test suite, in the order of [`ExperimentPlan::cells`].
+    pub states: Vec<Vec<CellState>>,
     costs: Costs,
 }
 
 impl<'p> Standing<'p> {
-    /// Counts the parts of a plan that a store has; `costs` are for the estimates.
-    pub fn new(plan: &'p ExperimentPlan<'p>, store: &Store, costs: Costs) -> Self {
-        let of_suite = |(k, suite): (usize, &PlannedSuite)| -> Vec<Vec<bool>> {
-            let of = |s: &PlannedSequence| -> Vec<bool> {
-                (0..plan.jobs.len()).map(|job| plan.is_cached(store, k, s, job)).collect()
-            };
-            suite.sequences.par_iter().map(of).collect()
-        };
-        let at_hand = plan.suites.iter().enumerate().map(of_suite).collect();
-        let mut cells = 0;
-        let start = |planned: &PlannedSequence| {
-            let start = cells;
-            cells += plan.cells_on(&planned.origin.source).len();
-            start
-        };
-        let starts = plan.test().sequences.iter().map(start).collect();
-        Self { plan, states: plan.states(store), starts, at_hand, costs }
+    /// Looks for the cells of a plan in a store; `costs` are for the estimates.
+    pub fn new(plan: &'p ExperimentPlan<'p>, store: &'p Store, costs: Costs) -> Self {
+        Self { plan, store, states: plan.map_cells(store, |state, _, _| state), costs }
     }
 
     /// The work of a run, or of a share. What a method trains is left to the run behind the shares.
@@ -81,7 +63,7 @@ impl<'p> Standing<'p> {
             let planned = &plan.suites[suite].sequences[s];
             for &job in jobs.iter().filter(|job| planned.tracks[**job].is_ok()) {
                 left.tracks += 1;
-                if self.at_hand[suite][s][job] {
+                if plan.is_cached(self.store, suite, planned, job) {
                     left.tracks_at_hand += 1;
                     continue;
                 }
@@ -91,8 +73,7 @@ impl<'p> Standing<'p> {
                 left.seconds = left.seconds.zip(cost).map(|(sum, cost)| sum + cost * frames as f64);
             }
             if suite == 0 {
-                let cells = plan.cells_on(&planned.origin.source);
-                let states = cells.iter().zip(&self.states[self.starts[s]..]);
+                let states = plan.cells_on(&planned.origin.source).into_iter().zip(&self.states[s]);
                 for (_, state) in states.filter(|((job, v), _)| jobs.contains(job) && is_mine[*v]) {
                     left.cells[*state as usize] += 1;
                 }

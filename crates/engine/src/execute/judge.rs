@@ -1,32 +1,32 @@
 //! Cells: outputs of detectors on the tracks of a sequence, and their scores.
 
 use super::context::Context;
-use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
+use super::detector_outputs::StoredDetectorOutput;
 use super::outcome::Cell;
-use super::reverse::{self, Reversal};
+use super::reverse;
 use super::supervise::Job;
 use super::track::{Track, Tracks};
-use super::tracker_run::TrackingError;
-use crate::error::{CellError, RunError};
-use crate::limits::{Interrupted, RunLimits};
+use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
 use crate::plan::recipes::{self, DetectorKey};
-use crate::plan::{SignalSet, variants};
+use crate::plan::{Key, variants};
 use crate::spec::method::FixedDetector;
-use crate::store::address::Recipe;
-use crate::store::{self, Name};
+use crate::store;
+use crate::store::address::Address;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use trackfail_methods::detector::track_quality::Effort;
 use trackfail_methods::detector::{DetectorOutput, Input, Quality};
-use trackfail_methods::score::{Protocol, TrackScore};
+use trackfail_methods::score::TrackScore;
 
 /// One method on one track, judged.
 #[derive(Debug, Clone)]
 pub struct Judged {
-    /// Output of the detector.
-    pub output: CachedDetectorOutput,
+    /// Output of the detector, where it is in memory.
+    pub output: Option<Arc<DetectorOutput>>,
+    /// Its address in the store.
+    pub address: Address,
     /// Its score by the protocol.
     pub score: TrackScore,
     /// Its use of reverse runs.
@@ -45,39 +45,9 @@ pub struct ReadyDetector {
     pub key: DetectorKey,
 }
 
-/// Detectors by variant, tracker and [part](crate::plan::ExperimentPlan::parts); an error where training was impossible.
-/// Those without a place here have no cells.
-pub type ReadyDetectors = BTreeMap<(usize, usize, usize), Result<Arc<ReadyDetector>, CellError>>;
-
-/// A detector on a track.
-struct Task {
-    name: Name,
-    track: Arc<Track>,
-    signals: SignalSet,
-    detector: Arc<ReadyDetector>,
-    seed: u64,
-    protocol: &'static Protocol,
-    recipe: Recipe,
-    /// The output that the store has.
-    cached: Option<Arc<DetectorOutput>>,
-}
-
-type Output = Result<Arc<DetectorOutput>, CellError>;
-
-impl Task {
-    /// The output of the detector.
-    fn output(&self, limits: &RunLimits) -> Result<Output, Interrupted> {
-        if let Some(output) = &self.cached {
-            return Ok(Ok(output.clone()));
-        }
-        let detect = || detect(&self.track, &self.signals, &self.detector.fixed, self.seed);
-        match Job::new(limits).step(detect) {
-            Err(TrackingError::Interrupted(e)) => Err(e),
-            Err(e) => Ok(Err(CellError::Failed(format!("{}: {e}", self.name.cell)))),
-            Ok(output) => Ok(Ok(Arc::new(output))),
-        }
-    }
-}
+/// Detectors by variant, tracker and part; an error where training was impossible. Those without a place here have no
+/// cells.
+pub type ReadyDetectors = BTreeMap<Key, Result<Arc<ReadyDetector>, CellError>>;
 
 /// The cells of `jobs`, in ascending order, on a sequence of the test suite, which have their `tracks` and `ready`
 /// detectors. Outputs that the store has are not computed again.
@@ -94,75 +64,54 @@ pub fn cells(
     let plan = context.plan;
     let planned = &plan.test().sequences[sequence];
     let variants: Vec<_> = variants(plan.experiment).collect();
-    let (mut cells, mut tasks) = (Vec::new(), Vec::new());
-    for (j, v) in
-        plan.cells_on(&planned.origin.source).into_iter().filter(|(j, _)| jobs.binary_search(j).is_ok())
-    {
+    let (mut cells, mut records) = (Vec::new(), Vec::new());
+    let is_mine = |(j, _): &(usize, usize)| jobs.binary_search(j).is_ok();
+    for (j, v) in plan.cells_on(&planned.origin.source).into_iter().filter(is_mine) {
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let Some(detector) = ready.get(&(v, job.tracker, plan.part(variant, sequence))) else { continue };
-        let params = variant.params();
-        let task = || -> Result<Task, CellError> {
+        let (params, signals) = (variant.params(), plan.signals_of(v));
+        let mut judge = || -> Result<Judged, StepError> {
             let read = plan.input(planned, j, v)?;
-            let (track, detector) = (tracks[j].clone()?, detector.clone()?);
+            let track = tracks[j].as_ref().map_err(CellError::clone)?;
+            let ReadyDetector { fixed, key } = &**detector.as_ref().map_err(CellError::clone)?;
             let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-            let cell = plan.cell_name(&planned.sequence.name, job, &method.name, &params);
-            let (signals, recipe) = (plan.signals_of(v).clone(), recipes::labels(read, &detector.key, seed));
-            let stored = context.cached::<StoredDetectorOutput>(&recipe.address(), track.error.len());
-            let cached = stored.and_then(|stored| stored.on(&track.signal(signals.first))).map(Arc::new);
+            let (recipe, signal) = (recipes::labels(read, key, seed), track.signal(signals.first().copied()));
+            let address = recipe.address();
+            let stored = context.cached::<StoredDetectorOutput>(&address, signal.len());
+            let cached = stored.and_then(|stored| stored.on(&signal));
             context.tally.add(Work::Labels, cached.is_some());
-            let name = Name { experiment: plan.experiment.name.clone(), cell: plan.stored_name(&cell) };
-            Ok(Task { name, track, signals, detector, seed, protocol: method.protocol, recipe, cached })
+            let detect = || -> Result<DetectorOutput, StepError> {
+                let name = plan.name(plan.cell_name(&planned.sequence.name, job, &method.name, &params));
+                let output = Job::new(&context.options.limits).step(|| detect(track, signals, fixed, seed));
+                let output = output.map_err(|e| e.within(&name.cell))?;
+                let content = StoredDetectorOutput::new(&output, &signal);
+                records.push(store::record(name, recipe, signal.len(), &content)?);
+                Ok(output)
+            };
+            let output = cached.map_or_else(detect, Ok)?;
+            let (score, pieces) = track.judge(method.protocol, &output);
+            let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
+            let follows = output.quality.is_some();
+            let output = context.outputs.keep(output);
+            Ok(Judged { output, address, score, effort, follows, pieces })
         };
-        tasks.push(task());
-        cells.push(move |result| Cell {
+        let result = StepError::settled(judge())?;
+        cells.push(Cell {
             sequence,
             tracker: plan.experiment.trackers[job.tracker].label.clone(),
             run: job.run,
             method: method.name.clone(),
             params,
             job: j,
-            signal: plan.signal(v),
+            signal: signals.first().copied(),
             threshold: detector.as_ref().ok().and_then(|ready| ready.fixed.detector.threshold()),
             result,
         });
     }
-    let judged = judge(context, tasks)?;
-    Ok(cells.into_iter().zip(judged).map(|(cell, judged)| cell(judged)).collect())
-}
-
-/// A result for each task, in order.
-fn judge(
-    context: &Context<'_>,
-    tasks: Vec<Result<Task, CellError>>,
-) -> Result<Vec<Result<Judged, CellError>>, RunError> {
-    let output = |task: &Result<Task, CellError>| match task {
-        Ok(task) => task.output(&context.options.limits),
-        Err(e) => Ok(Err(e.clone())),
-    };
-    let outputs = tasks.iter().map(output).collect::<Result<Vec<Output>, Interrupted>>()?;
-    let mut records = Vec::new();
-    for (task, output) in tasks.iter().zip(&outputs) {
-        if let (Ok(task @ Task { cached: None, .. }), Ok(output)) = (task, output) {
-            let signal = task.track.signal(task.signals.first);
-            let content = StoredDetectorOutput::new(output, &signal);
-            records.push(store::record(task.name.clone(), task.recipe.clone(), signal.len(), &content)?);
-        }
-    }
-    context.put(records)?;
-    tasks
-        .iter()
-        .flatten()
-        .filter_map(|task| task.track.reversal.as_deref())
-        .for_each(Reversal::free_trackers);
-    let judged = |(task, output): (&Result<Task, CellError>, Output)| {
-        let task = task.as_ref().map_err(Clone::clone)?;
-        let output = output?;
-        let (score, pieces) = task.track.judge(task.protocol, &output);
-        let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
-        let follows = output.quality.is_some();
-        Ok(Judged { output: context.outputs.insert(&task.recipe, output), score, effort, follows, pieces })
-    };
-    Ok(tasks.iter().zip(outputs).map(judged).collect())
+    context.store.put(&records)?;
+    let reversals = jobs.iter().filter_map(|j| tracks[*j].as_ref().ok()?.reversal.as_ref());
+    reversals.for_each(|reversal| reversal.free_trackers());
+    Ok(cells)
 }
 
 /// Output of a detector on a track. `seed` is for detectors that draw random numbers.
@@ -174,11 +123,11 @@ fn judge(
 /// When a reverse run failed.
 pub fn detect(
     track: &Track,
-    signals: &SignalSet,
+    signals: &[usize],
     fixed: &FixedDetector,
     seed: u64,
-) -> Result<DetectorOutput, TrackingError> {
-    let (signal, more) = (track.signal(signals.first), track.more(signals));
+) -> Result<DetectorOutput, StepError> {
+    let (signal, more) = (track.signal(signals.first().copied()), track.more(signals));
     let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
     let pieces = fixed.restarts.pieces(&track.status);
     if pieces.len() < 2 {

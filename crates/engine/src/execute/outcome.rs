@@ -1,7 +1,7 @@
 //! Outcome of a run.
 
 use super::analyse::{Analysed, NotAnalysed};
-use super::detector_outputs::{CachedDetectorOutput, StoredDetectorOutput};
+use super::detector_outputs::StoredDetectorOutput;
 use super::judge::Judged;
 use super::track::Tracks;
 use super::train::Model;
@@ -12,12 +12,11 @@ use crate::store::{Store, StoreError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use trackfail_dataset::Sequence;
-use trackfail_dataset::suite::Missing;
 use trackfail_methods::detector::DetectorOutput;
 
 /// One cell: a method's variant on a tracker's run over a sequence.
 pub struct Cell {
-    /// Index into [`Outcome::sequences`].
+    /// Place among [`Outcome::sequences`].
     pub sequence: usize,
     /// Label of the tracker.
     pub tracker: String,
@@ -82,20 +81,10 @@ impl CellName {
 
 /// Outcome of a run: what it found on the test suite, and what it trained.
 pub struct Outcome<'a> {
-    /// Name of the suite.
-    pub suite: String,
-    /// Present sequences, in suite order.
-    pub sequences: Vec<Arc<Sequence>>,
-    /// Source of videos of each of them.
-    pub sources: Vec<String>,
-    /// Missing sequences.
-    pub missing: Vec<Missing>,
-    /// Number of sequences of the whole suite.
-    pub wanted: usize,
-    /// Tracks, sequences x jobs.
+    /// The plan.
+    pub plan: &'a ExperimentPlan<'a>,
+    /// Tracks of the test suite, sequences x jobs.
     pub tracks: Vec<Tracks>,
-    /// The jobs.
-    pub jobs: Vec<Job>,
     /// Cells, sequence by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
     /// Tracks that could not be made, or lack a signal that is read from them, with the reason, where no cell says so.
@@ -106,8 +95,6 @@ pub struct Outcome<'a> {
     pub analyses: Vec<Analysed>,
     /// Analyses that could not be made, by name, with the reason.
     pub not_analysed: Vec<NotAnalysed>,
-    /// Digests of all sequences used, by suite.
-    pub digests: BTreeMap<String, Vec<(String, String)>>,
     /// Rules that filled in missing values, with the number of their uses.
     pub rules: BTreeMap<String, u64>,
     /// Sequences whose digest differs from the pinned one, as `suite/name`.
@@ -118,20 +105,36 @@ pub struct Outcome<'a> {
 }
 
 impl Outcome<'_> {
+    /// The test suite.
+    pub fn test(&self) -> &PlannedSuite {
+        self.plan.test()
+    }
+
+    /// Name of the test suite.
+    pub fn suite(&self) -> &str {
+        &self.test().name
+    }
+
+    /// Present sequences of the test suite, in its order.
+    pub fn sequences(&self) -> impl Iterator<Item = &Sequence> {
+        self.test().sequences.iter().map(|planned| &*planned.sequence)
+    }
+
+    /// The sequence in a place of [`sequences`](Self::sequences).
+    pub fn sequence(&self, place: usize) -> &Sequence {
+        &self.test().sequences[place].sequence
+    }
+
     /// Output of a cell's detector.
     ///
     /// # Errors
     /// When it must be read from the store and is no longer there.
     pub fn detector_output(&self, cell: &Cell, judged: &Judged) -> Result<Arc<DetectorOutput>, StoreError> {
-        let address = match &judged.output {
-            CachedDetectorOutput::Here(output) => return Ok(output.clone()),
-            CachedDetectorOutput::Stored(address) => address,
-        };
         let stored = || {
             let signal = self.tracks[cell.sequence][cell.job].as_ref().ok()?.signal(cell.signal);
-            self.store.get::<StoredDetectorOutput>(address, signal.len())?.on(&signal)
+            self.store.get::<StoredDetectorOutput>(&judged.address, signal.len())?.on(&signal).map(Arc::new)
         };
         let gone = "a record has gone while it was needed; run again";
-        stored().map(Arc::new).ok_or_else(|| StoreError::new(self.store.folder(), gone))
+        judged.output.clone().or_else(stored).ok_or_else(|| StoreError::new(self.store.folder(), gone))
     }
 }

@@ -9,9 +9,9 @@
 
 use super::supervise::Job;
 use super::track_signal::TrackSignal;
-use super::tracker_run::{TrackerRun, TrackingError};
-use crate::error::CellError;
-use crate::limits::{Interrupted, RunLimits};
+use super::tracker_run::TrackerRun;
+use crate::error::{CellError, RunError, StepError};
+use crate::limits::RunLimits;
 use crate::spec::method::SignalChoice;
 use rayon::ScopeFifo;
 use std::borrow::Cow;
@@ -52,7 +52,7 @@ pub struct PassOutput {
     pub spent: Duration,
 }
 
-type Decoded = Result<Arc<Frame>, TrackingError>;
+type Decoded = Result<Arc<Frame>, StepError>;
 
 /// Successive frames of the sequence.
 #[derive(Default)]
@@ -67,22 +67,22 @@ struct Progress<'a> {
     /// The states of all frames, or those of the steps before.
     states: Cow<'a, [TrackerState]>,
     /// The first frame that failed, and why; not of signals that read companions.
-    failure: Option<(usize, TrackingError)>,
+    failure: Option<(usize, StepError)>,
 }
 
 /// A tracker or a signal, which takes one frame after the other.
-struct Strand {
+struct Strand<'a> {
     task: usize,
     reads: Reads,
-    work: Work,
-    failure: Option<(usize, TrackingError)>,
+    work: Work<'a>,
+    failure: Option<(usize, StepError)>,
 }
 
-enum Work {
+enum Work<'a> {
     /// Once it has started; and the states of this step.
     Tracker(Option<Box<dyn Tracker>>, Vec<TrackerState>),
     /// With its values in all frames.
-    Signal(TrackSignal, Vec<f64>),
+    Signal(TrackSignal<'a>, Vec<f64>),
 }
 
 /// What strands see of the others in a step.
@@ -96,9 +96,9 @@ struct Step<'s> {
     now: &'s Batch,
 }
 
-impl Strand {
+impl<'a> Strand<'a> {
     /// The strands of a task.
-    fn all_of(task: usize, Task { run, states, signals, .. }: &Task<'_>) -> Result<Vec<Self>, TrackingError> {
+    fn all_of(task: usize, Task { run, states, signals, .. }: &'a Task<'_>) -> Result<Vec<Self>, StepError> {
         let strand = |reads, work| Self { task, reads, work, failure: None };
         let mut strands = Vec::new();
         if states.is_none() {
@@ -130,8 +130,8 @@ impl Strand {
     }
 
     /// Takes frame `t`; `false` where a track that it reads has ended before.
-    fn work_in(&mut self, t: usize, frame: &Decoded, step: Step<'_>) -> Result<bool, TrackingError> {
-        let frame = || frame.as_ref().map_err(TrackingError::clone);
+    fn work_in(&mut self, t: usize, frame: &Decoded, step: Step<'_>) -> Result<bool, StepError> {
+        let frame = || frame.as_ref().map_err(StepError::clone);
         let Task { run, companions, .. } = &step.tasks[self.task];
         match &mut self.work {
             Work::Tracker(Some(tracker), states) => states.push(tracker.update(frame()?)?),
@@ -159,14 +159,14 @@ impl Strand {
 /// its time fails alone. `on_frame` is called after each frame.
 ///
 /// # Errors
-/// [`Interrupted`].
+/// [`RunError::Interrupted`].
 pub fn pass(
     tasks: &[Task<'_>],
     limits: &RunLimits,
     on_frame: &dyn Fn(),
-) -> Result<Vec<Result<PassOutput, CellError>>, Interrupted> {
+) -> Result<Vec<Result<PassOutput, CellError>>, RunError> {
     let Some(run) = tasks.first().map(|task| &task.run) else { return Ok(Vec::new()) };
-    let (mut progress, mut strands): (Vec<Progress<'_>>, Vec<Strand>) = (Vec::new(), Vec::new());
+    let (mut progress, mut strands): (Vec<Progress<'_>>, Vec<Strand<'_>>) = (Vec::new(), Vec::new());
     for (k, task) in tasks.iter().enumerate() {
         let states = task.states.map_or_else(Cow::default, Cow::Borrowed);
         let mut one = Progress { job: Job::new(limits), states, failure: None };
@@ -181,7 +181,7 @@ pub fn pass(
     let (mut before, mut now, mut length) = (Batch::default(), Batch::default(), 1);
     loop {
         if limits.stop.is_set() {
-            return Err(Interrupted);
+            return Err(RunError::Interrupted);
         }
         let needed = strands.iter().filter(|strand| strand.is_needed(before.first, &progress));
         let reads: Vec<Reads> = needed.map(|strand| strand.reads).collect();
@@ -228,14 +228,14 @@ pub fn pass(
 fn outputs(
     tasks: &[Task<'_>],
     progress: Vec<Progress<'_>>,
-    strands: Vec<Strand>,
+    strands: Vec<Strand<'_>>,
     decoding: Duration,
 ) -> Vec<Result<PassOutput, CellError>> {
-    let failed = |task: usize, e: TrackingError| e.in_sequence(&tasks[task].run.sequence.name);
+    let failed = |task: usize, e: StepError| e.on(&tasks[task].run.sequence.name);
     let lacks = |task: usize| {
         let has_failed = |companion: &Option<usize>| companion.is_none_or(|c| progress[c].failure.is_some());
         let first = tasks[task].companions.iter().find(|(_, companion)| has_failed(companion));
-        first.map(|(label, _)| TrackingError::NoCompanion(label.to_string()))
+        first.map(|(label, _)| StepError::failed(format!("there is no track of its companion {label}")))
     };
     let mut signals: Vec<Vec<Result<Vec<f64>, CellError>>> = tasks.iter().map(|_| Vec::new()).collect();
     for Strand { task, reads, work, failure } in strands {

@@ -5,8 +5,8 @@
 //! with random numbers of its own from the track's seed and `from`. All methods on a track share these runs, so neither
 //! their number nor their order changes a result. A clock runs along; what it shows is no part of a result.
 
-use super::tracker_run::{TrackerRun, TrackingError};
-use crate::limits::Interrupted;
+use super::tracker_run::TrackerRun;
+use crate::error::{RunError, StepError};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -78,13 +78,15 @@ pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T 
 ///
 /// # Errors
 /// When it cannot be copied.
-pub(super) fn fork(tracker: &dyn Tracker, seed: Option<u64>) -> Result<Fork, TrackingError> {
-    tracker.fork(seed).ok_or(TrackingError::NoFork)
+pub(super) fn fork(tracker: &dyn Tracker, seed: Option<u64>) -> Result<Fork, StepError> {
+    let no_copy = "this tracker has no copy that could start again from its posterior, so it cannot run \
+                   backwards";
+    tracker.fork(seed).ok_or_else(|| StepError::Here(no_copy.to_string()))
 }
 
 /// Frame `t` of a run, unless everything was interrupted.
-pub(super) fn frame(run: &TrackerRun, t: usize) -> Result<Arc<Frame>, TrackingError> {
-    if guarded::is_interrupted() { Err(Interrupted.into()) } else { run.frame(t) }
+pub(super) fn frame(run: &TrackerRun, t: usize) -> Result<Arc<Frame>, StepError> {
+    if guarded::is_interrupted() { Err(RunError::Interrupted.into()) } else { run.frame(t) }
 }
 
 impl Reversal {
@@ -116,20 +118,21 @@ impl Reversal {
     }
 
     /// The tracker after frame `t` of the forward run.
-    fn forward(&self, memory: &mut Memory, t: usize) -> Result<Fork, TrackingError> {
+    fn forward(&self, memory: &mut Memory, t: usize) -> Result<Fork, StepError> {
         let forks = &mut memory.forward;
         if forks.is_empty() {
             let (tracker, _) = self.run.start(&*frame(&self.run, 0)?)?;
             forks.insert(0, tracker);
         }
-        let Some((at, nearest)) = forks.range(..=t).next_back() else {
-            return Err(TrackingError::NoFork);
-        };
+        let none = || StepError::Here(format!("there is no tracker before frame {t} (from 0)"));
+        let (at, nearest) = forks.range(..=t).next_back().ok_or_else(none)?;
         let (at, mut tracker) = (*at, fork(&**nearest, None)?);
         for t in at + 1..=t {
             let state = tracker.update(&*frame(&self.run, t)?)?;
             if Some(&state.region) != self.regions.get(t) {
-                return Err(TrackingError::NotRepeatable(t));
+                return Err(StepError::Here(format!(
+                    "the tracker is not deterministic: a second run gave another region in frame {t} (from 0)"
+                )));
             }
             if t.is_multiple_of(STRIDE) {
                 forks.insert(t, fork(&*tracker, None)?);
@@ -139,10 +142,11 @@ impl Reversal {
     }
 
     /// Error of frame `to` in the reverse run from the later frame `from`.
-    fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<f64, TrackingError> {
-        let no_way = TrackingError::NoWayBack { from, to };
+    fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<f64, StepError> {
+        let no_way =
+            || StepError::Here(format!("there is no way back from frame {from} to frame {to} (from 0)"));
         if to >= from || from >= self.regions.len() {
-            return Err(no_way);
+            return Err(no_way());
         }
         if !self.shares_runs {
             memory.backward.clear();
@@ -174,7 +178,7 @@ impl Reversal {
         memory.cost.tracking += tracking.get();
         memory.cost.runs += 1;
         memory.cost.frames += at.saturating_sub(to) as u64;
-        known(memory).ok_or(no_way)
+        known(memory).ok_or_else(no_way)
     }
 }
 
@@ -182,7 +186,7 @@ impl Reversal {
 struct Handle<'a> {
     reversal: &'a Reversal,
     /// Why a reverse run failed: the first reason.
-    failure: RefCell<Option<TrackingError>>,
+    failure: RefCell<Option<StepError>>,
 }
 
 impl<'a> Handle<'a> {
@@ -209,7 +213,7 @@ pub fn detect(
     detector: &dyn Detector,
     input: Input<'_>,
     reversal: Option<&Reversal>,
-) -> Result<DetectorOutput, TrackingError> {
+) -> Result<DetectorOutput, StepError> {
     let handle = reversal.filter(|_| detector.needs_reverse()).map(Handle::new);
     let reverse = handle.as_ref().map(|handle| handle as &dyn Reverse);
     let mut output = detector.detect(&Input { reverse, ..input });

@@ -5,17 +5,17 @@ use super::context::{Context, Options};
 use super::judge::ReadyDetectors;
 use super::outcome::{Cell, CellName, Outcome};
 use super::track::Tracks;
-use super::units::{Unit, for_units, frames_to_do, units};
+use super::units::{Unit, for_units, units};
 use super::{analyse, judge, timing, tracking, train};
 use crate::error::{CellError, RunError};
 use crate::observe::tally::Tally;
-use crate::plan::{self, ExperimentPlan, Shard};
+use crate::plan::{self, ExperimentPlan, PlannedSuite, Shard};
 use crate::spec::Experiment;
 use crate::store::Store;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_dataset::DatasetError;
-use trackfail_dataset::suite::{Catalog, Loaded};
+use trackfail_dataset::suite::Loaded;
 
 /// Loads the suites of an experiment, by role.
 ///
@@ -38,43 +38,41 @@ pub fn load(
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
 pub fn run<'s>(
-    plan: &ExperimentPlan<'_>,
+    plan: &'s ExperimentPlan<'s>,
     store: &'s Store,
     options: &Options,
 ) -> Result<Outcome<'s>, RunError> {
-    let units = units(plan, None);
-    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let mut tracks = tracks(&context, &units)?;
+    let mut units = units(plan, None);
+    let context = Context::new(plan, store, options, &units);
+    let none: Tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
+    let mut tracks: Vec<Vec<Tracks>> =
+        plan.suites.iter().map(|suite| vec![none.clone(); suite.sequences.len()]).collect();
+    let done = for_units(&units, |unit| tracking::tracks(&context, unit))?;
+    for ((suite, sequence, _), of_unit) in units.iter().zip(done) {
+        tracks[*suite][*sequence] = of_unit;
+    }
     let (ready, models) = train::make_ready(&context, &tracks)?;
     let mut found = analyse::analyse(&context, &tracks)?;
-    let (cells, failed_tracks) = judge(&context, units, &tracks, &ready)?;
+    units.sort();
+    let of_unit = |unit: &Unit| judge(&context, unit, &tracks[unit.0][unit.1], &ready);
+    let judged = units.par_iter().map(of_unit).collect::<Result<Vec<_>, RunError>>()?;
+    let (cells, failed_tracks): (Vec<Vec<Cell>>, Vec<Failed>) = judged.into_iter().unzip();
     found.extend(timing::measure(&context, &tracks, &ready)?);
     let mut analyses = Vec::new();
     let not_analysed =
         found.into_iter().filter_map(|one| one.map(|made| analyses.push(made)).err()).collect();
     context.costs.keep(plan, store);
-    let mut digests = BTreeMap::new();
-    for suite in &plan.suites {
-        let names = suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone()));
-        digests.insert(suite.name.clone(), names.collect());
-    }
-    let (test, tracks) = (plan.test(), tracks.swap_remove(0));
+    let tracks = tracks.swap_remove(0);
     Ok(Outcome {
-        suite: test.name.clone(),
+        plan,
         rules: count_rules(plan, &tracks),
-        differing: differing(&plan.experiment.catalog, &digests)?,
-        sequences: test.sequences.iter().map(|s| s.sequence.clone()).collect(),
-        sources: test.sequences.iter().map(|s| s.origin.source.clone()).collect(),
-        missing: test.missing.clone(),
-        wanted: test.wanted,
+        differing: differing(plan),
         tracks,
-        jobs: plan.jobs.clone(),
-        cells,
-        failed_tracks,
+        cells: cells.into_iter().flatten().collect(),
+        failed_tracks: failed_tracks.concat(),
         models,
         analyses,
         not_analysed,
-        digests,
         tally: context.tally,
         store,
     })
@@ -102,80 +100,63 @@ pub fn run_shard(
     options: &Options,
     shard: Shard,
 ) -> Result<ShardOutcome, RunError> {
-    let units = units(plan, Some(shard));
-    let context = Context::new(plan, store, options, frames_to_do(plan, store, options, &units));
-    let tracks = tracks(&context, &units)?;
-    let (cells, mut failed) = judge(&context, units, &tracks, &train::given(plan))?;
-    context.costs.keep(plan, store);
-    let done = cells.iter().filter(|cell| cell.result.is_ok()).count();
-    let errors = cells.iter().filter_map(|cell| Some((cell, cell.result.as_ref().err()?)));
-    let errors = errors.filter(|(_, e)| e.is_failure());
-    failed.extend(errors.map(|(cell, e)| (CellName::of_cell(plan, cell), e.clone())));
-    failed.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(ShardOutcome { done, failed, tally: context.tally })
-}
-
-/// The tracks of all suites, suites x sequences x jobs; those of no unit are errors.
-fn tracks(context: &Context<'_>, units: &[Unit]) -> Result<Vec<Vec<Tracks>>, RunError> {
-    let plan = context.plan;
-    let of_unit = |(suite, sequence, jobs): &Unit| {
-        tracking::tracks(context, *suite, &plan.suites[*suite].sequences[*sequence], jobs)
+    let (units, ready) = (units(plan, Some(shard)), train::given(plan));
+    let context = Context::new(plan, store, options, &units);
+    let of_unit = |unit: &Unit| -> Result<(usize, Failed), RunError> {
+        let tracks = tracking::tracks(&context, unit)?;
+        let (cells, mut failed) = judge(&context, unit, &tracks, &ready)?;
+        let errors = cells.iter().filter_map(|cell| Some((cell, cell.result.as_ref().err()?)));
+        let errors = errors.filter(|(_, e)| e.is_failure());
+        failed.extend(errors.map(|(cell, e)| (CellName::of_cell(plan, cell), e.clone())));
+        Ok((cells.iter().filter(|cell| cell.result.is_ok()).count(), failed))
     };
-    let done: Vec<Tracks> = for_units(units, of_unit)?;
-    let none: Tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
-    let mut all: Vec<Vec<Tracks>> =
-        plan.suites.iter().map(|suite| vec![none.clone(); suite.sequences.len()]).collect();
-    for ((suite, sequence, jobs), of_unit) in units.iter().zip(done) {
-        for (job, track) in jobs.iter().zip(of_unit) {
-            all[*suite][*sequence][*job] = track;
-        }
-    }
-    Ok(all)
+    let done: Vec<(usize, Failed)> = for_units(&units, of_unit)?;
+    context.costs.keep(plan, store);
+    let (done, failed): (Vec<usize>, Vec<Failed>) = done.into_iter().unzip();
+    let mut failed = failed.concat();
+    failed.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(ShardOutcome { done: done.iter().sum(), failed, tally: context.tally })
 }
 
 type Failed = Vec<(CellName, CellError)>;
 
-/// The cells of the units that have detectors, sequence by sequence, in the plan's order; and the tracks that failed, or lack
-/// a signal that is read from them, unless a cell says so.
+/// The cells of a unit in the plan's order, and its tracks that failed, or lack a signal that is read from them, unless
+/// a cell says so.
 fn judge(
     context: &Context<'_>,
-    mut units: Vec<Unit>,
-    tracks: &[Vec<Tracks>],
+    (suite, sequence, jobs): &Unit,
+    tracks: &Tracks,
     ready: &ReadyDetectors,
 ) -> Result<(Vec<Cell>, Failed), RunError> {
-    let plan = context.plan;
-    units.sort();
-    let of_unit = |(_, s, jobs): &Unit| judge::cells(context, *s, jobs, &tracks[0][*s], ready);
-    let cells = units.par_iter().filter(|(suite, ..)| *suite == 0).map(of_unit);
-    let cells: Vec<Vec<Cell>> = cells.collect::<Result<_, RunError>>()?;
-    let cells: Vec<Cell> = cells.into_iter().flatten().collect();
-    let told: BTreeSet<(usize, usize)> =
-        cells.iter().filter(|cell| cell.has_failed()).map(|cell| (cell.sequence, cell.job)).collect();
+    let (plan, suite, s) = (context.plan, *suite, *sequence);
+    let cells = if suite == 0 { judge::cells(context, s, jobs, tracks, ready)? } else { Vec::new() };
+    let told: BTreeSet<usize> = cells.iter().filter(|cell| cell.has_failed()).map(|cell| cell.job).collect();
+    let planned = &plan.suites[suite].sequences[s];
     let mut failed = Failed::new();
-    for (suite, s, jobs) in units {
-        let planned = &plan.suites[suite].sequences[s];
-        for j in jobs.into_iter().filter(|j| suite != 0 || !told.contains(&(s, *j))) {
-            let error = plan.failure(suite, planned, j, tracks[suite][s][j].as_ref().err());
-            failed.extend(error.map(|error| (CellName::of_track(plan, (suite, s, j)), error)));
-        }
+    for &j in jobs.iter().filter(|j| !told.contains(j)) {
+        let error = plan.failure(suite, planned, j, tracks[j].as_ref().err());
+        failed.extend(error.map(|error| (CellName::of_track(plan, (suite, s, j)), error)));
     }
     Ok((cells, failed))
 }
 
-/// Sequences whose digests differ from those in datasets.lock.
-fn differing(
-    catalog: &Catalog,
-    digests: &BTreeMap<String, Vec<(String, String)>>,
-) -> Result<Vec<String>, DatasetError> {
+/// Sequences whose digests differ from those in datasets.lock, by suite.
+fn differing(plan: &ExperimentPlan<'_>) -> Vec<String> {
+    let suites: BTreeMap<&str, &PlannedSuite> =
+        plan.suites.iter().map(|suite| (suite.name.as_str(), suite)).collect();
     let mut all = Vec::new();
-    for (suite, sequences) in digests {
-        let known = catalog.suite(suite)?;
-        let entries = known.entries();
-        let pinned = |name: &str| entries.iter().find(|e| e.name == name).and_then(|e| e.digest.as_deref());
-        let differs = |(name, digest): &&(String, String)| pinned(name).is_some_and(|p| p != digest);
-        all.extend(sequences.iter().filter(differs).map(|(name, _)| format!("{suite}/{name}")));
+    for (suite, planned) in suites {
+        let Ok(known) = plan.experiment.catalog.suite(suite) else { continue };
+        for planned in &planned.sequences {
+            let name = &planned.sequence.name;
+            let entry = known.entries().iter().find(|entry| entry.name == *name);
+            let pinned = entry.and_then(|entry| entry.digest.as_deref());
+            if pinned.is_some_and(|pinned| pinned != planned.digest) {
+                all.push(format!("{suite}/{name}"));
+            }
+        }
     }
-    Ok(all)
+    all
 }
 
 fn count_rules(plan: &ExperimentPlan<'_>, tracks: &[Tracks]) -> BTreeMap<String, u64> {

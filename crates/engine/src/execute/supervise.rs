@@ -1,30 +1,13 @@
 //! Work that may panic, take too long or be interrupted.
 
-use crate::error::StepError;
-use crate::limits::{Interrupted, RunLimits};
+use crate::error::{RunError, StepError};
+use crate::limits::RunLimits;
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-
-/// Why a job has no result.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum JobError {
-    /// It panicked.
-    #[error(transparent)]
-    Panicked(#[from] Panic),
-    /// It used more than this time.
-    #[error("took longer than {} s (--timeout)", .0.as_secs_f64())]
-    TimedOut(Duration),
-}
-
-impl From<JobError> for StepError {
-    fn from(e: JobError) -> Self {
-        Self::failed(e)
-    }
-}
 
 /// A panic: its place, if that is in this program's own source, and its message.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -52,23 +35,21 @@ impl<'a> Job<'a> {
     /// Does one step.
     ///
     /// # Errors
-    /// That of the step; [`Interrupted`]; a [`JobError`] when it panics or the job has used up its time.
-    pub fn step<T, E: From<Interrupted> + From<JobError>>(
-        &self,
-        step: impl FnOnce() -> Result<T, E>,
-    ) -> Result<T, E> {
+    /// That of the step; also when it panics, the job has used up its time, or everything was interrupted.
+    pub fn step<T>(&self, step: impl FnOnce() -> Result<T, StepError>) -> Result<T, StepError> {
         if self.limits.stop.is_set() {
-            return Err(Interrupted.into());
+            return Err(RunError::Interrupted.into());
         }
         let start = Instant::now();
-        let outcome = catch(step);
+        let outcome = catch(step).unwrap_or_else(|panic| Err(StepError::Here(panic.to_string())));
         let nanoseconds = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.spent.fetch_add(nanoseconds, Ordering::Relaxed);
-        let outcome = outcome.unwrap_or_else(|panic| Err(JobError::Panicked(panic).into()));
         match self.limits.timeout.filter(|timeout| self.spent() > *timeout) {
             // An interruption ends programs, too.
-            _ if outcome.is_err() && self.limits.stop.is_set() => Err(Interrupted.into()),
-            Some(timeout) => Err(JobError::TimedOut(timeout).into()),
+            _ if outcome.is_err() && self.limits.stop.is_set() => Err(RunError::Interrupted.into()),
+            Some(timeout) => {
+                Err(StepError::Here(format!("took longer than {} s (--timeout)", timeout.as_secs_f64())))
+            }
             None => outcome,
         }
     }
@@ -79,10 +60,10 @@ impl<'a> Job<'a> {
 ///
 /// # Errors
 /// Those of [`Job::step`].
-pub fn run_single<T: Send, E: From<Interrupted> + From<JobError> + Send>(
+pub fn run_single<T: Send>(
     limits: &RunLimits,
-    step: impl FnOnce() -> Result<T, E> + Send,
-) -> Result<T, E> {
+    step: impl FnOnce() -> Result<T, StepError> + Send,
+) -> Result<T, StepError> {
     let done = std::thread::scope(move |scope| scope.spawn(move || Job::new(limits).step(step)).join());
     done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
@@ -122,7 +103,6 @@ pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::RunError;
 
     type Done = Result<u32, StepError>;
 

@@ -1,15 +1,15 @@
 //! Processing times of methods on the tracks of a suite, on one thread, one track after the other. For what is timed,
 //! see [`processing_time`](trackfail_methods::analysis::processing_time).
 
-use super::analyse::{self, Analysed, Made, NotAnalysed, Used};
+use super::analyse::{self, Analysed, Made, NotAnalysed};
 use super::context::Context;
 use super::judge::ReadyDetectors;
 use super::reverse::{self, Reversal, clocked};
 use super::supervise::run_single;
 use super::track::{self, Tracks};
-use super::tracker_run::{TrackerRun, TrackingError};
+use super::tracker_run::TrackerRun;
 use crate::error::{CellError, RunError, StepError};
-use crate::plan::{SignalSet, variants};
+use crate::plan::variants;
 use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
 use std::cell::Cell;
@@ -44,8 +44,7 @@ pub fn measure(
 
 /// A method to be timed.
 struct TimedMethod {
-    /// Its signals; `None` for one without.
-    signals: Vec<Option<SignalChoice>>,
+    signals: Vec<SignalChoice>,
     detector: Arc<dyn Detector>,
 }
 
@@ -67,15 +66,14 @@ fn make(
         let Some(v) = found else {
             return Err(StepError::failed(format!("there is no method `{name}` to be timed")));
         };
-        if let Some(need) = plan.unmet_on(suite, tracker, plan.signal(v)) {
+        let mine = plan.signals_of(v);
+        if let Some(need) = plan.unmet_on(suite, tracker, mine.first().copied()) {
             return Err(need.into());
         }
         let not_run = || CellError::Missing("not run on this tracker".to_string());
         let detector = ready.get(&(v, tracker, 0)).ok_or_else(not_run)?.clone()?;
-        let SignalSet { first, more } = plan.signals_of(v);
-        let all = std::iter::once(*first).chain(more.iter().copied().map(Some));
-        let signals = all.map(|k| plan.signals.get(k?).cloned()).collect();
-        methods.push(TimedMethod { signals, detector: detector.fixed.detector.clone() });
+        let signals = mine.iter().map(|k| plan.signals[*k].clone()).collect();
+        methods.push(TimedMethod { signals, detector: detector.fixed.detector.plugin.clone() });
     }
     let planned = &plan.suites[suite];
     let run =
@@ -98,12 +96,12 @@ fn make(
     };
     let findings = run_single(&context.options.limits, work)?;
     let there = planned.sequences.len();
-    Ok((vec![Used { suite: planned.name.clone(), made_on, own: made_on, there }], findings))
+    Ok((vec![(planned.name.clone(), made_on)], vec![(made_on, there)], findings))
 }
 
-/// A signal on one track; none for a method without.
+/// A signal on one track.
 struct TimedSignal {
-    reader: Option<SignalReader>,
+    reader: SignalReader,
     values: Vec<f64>,
     spent: Cell<Duration>,
 }
@@ -115,9 +113,8 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> 
     let goes_back = methods.iter().any(|method| method.detector.needs_reverse());
     let (mut signals, mut reads_pixels) = (Vec::new(), run.config.reads_pixels());
     for choice in methods.iter().flat_map(|method| &method.signals) {
-        reads_pixels |= choice.as_ref().is_some_and(|choice| choice.signal.reads() == Reads::Pixels);
-        let reader = choice.as_ref().map(|choice| SignalReader::start(choice, &run.context()));
-        let reader = reader.transpose().map_err(TrackingError::from)?;
+        reads_pixels |= choice.signal.reads() == Reads::Pixels;
+        let reader = SignalReader::start(choice, &run.context())?;
         signals.push(TimedSignal { reader, values: Vec::new(), spent: Cell::default() });
     }
     let (mut regions, mut forks, tracking) = (Vec::new(), Vec::new(), Cell::default());
@@ -132,39 +129,34 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> 
                 started = Some(tracker);
                 state
             }
-            Some(tracker) => clocked(&tracking, || tracker.update(&alone)).map_err(TrackingError::from)?,
+            Some(tracker) => clocked(&tracking, || tracker.update(&alone))?,
         };
         if let Some(tracker) = started.as_deref().filter(|_| goes_back) {
             forks.push(reverse::fork(tracker, None)?);
         }
         for TimedSignal { reader, values, spent } in &mut signals {
             let alone = Frame::clone(&frame);
-            match reader {
-                Some(reader) => {
-                    let read = clocked(spent, || reader.push(Some(&alone), &state, &[]));
-                    values.extend(read.map_err(StepError::failed)?);
-                }
-                None => values.push(0.0),
-            }
+            let read = clocked(spent, || reader.push(Some(&alone), &state, &[]));
+            values.extend(read.map_err(StepError::failed)?);
         }
         regions.push(state.region);
     }
     let reversal = Reversal::apart(run.clone(), regions, forks);
-    let error = vec![f64::NAN; frames];
+    let (error, zeros) = (vec![f64::NAN; frames], vec![0.0; frames]);
     let mut spent = Vec::new();
     let mut signals = signals.iter();
     for method in methods {
         let mine: Vec<&TimedSignal> = signals.by_ref().take(method.signals.len()).collect();
-        let width = |signal: &TimedSignal| signal.reader.as_ref().map_or(1, SignalReader::width);
-        let columns = columns(mine.iter().map(|signal| (signal.values.as_slice(), width(signal))));
+        let columns = columns(mine.iter().map(|signal| (signal.values.as_slice(), signal.reader.width())));
         let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        let Some((signal, more)) = columns.split_first() else { continue };
+        let (signal, more) =
+            columns.split_first().map_or((&zeros[..], &[][..]), |(first, more)| (*first, more));
         let input = Input { signal, more, error: &error, seed: 0, reverse: None };
         let detecting = Cell::default();
         clocked(&detecting, || reverse::detect(&*method.detector, input, Some(&reversal)))?;
         let back = reversal.take_cost();
         spent.push(Spent {
-            signal: mine.iter().map(|signal| signal.spent.get().as_secs_f64()).sum(),
+            signal: mine.iter().map(|signal| signal.spent.get()).sum::<Duration>().as_secs_f64(),
             detection: detecting.get().saturating_sub(back.waiting).as_secs_f64(),
             reverse: back.tracking.as_secs_f64(),
             runs: back.runs,

@@ -2,7 +2,7 @@
 
 use super::reverse::Reversal;
 use crate::error::CellError;
-use crate::plan::{ExperimentPlan, SignalSet};
+use crate::plan::ExperimentPlan;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -42,11 +42,10 @@ impl Track {
         }
     }
 
-    /// The further signals that a method reads.
-    pub fn more(&self, signals: &SignalSet) -> Vec<&[f64]> {
-        let of = |k: &usize| self.signals.get(*k).into_iter().flat_map(|series| self.values(series));
-        let first = signals.first.iter().flat_map(of).skip(1);
-        first.chain(signals.more.iter().flat_map(of)).collect()
+    /// The further series of the signals that a method reads, behind the first of all.
+    pub fn more(&self, signals: &[usize]) -> Vec<&[f64]> {
+        let series = signals.iter().filter_map(|k| self.signals.get(*k));
+        series.flat_map(|series| self.values(series)).skip(1).collect()
     }
 
     /// The series of each value of a signal.
@@ -69,9 +68,9 @@ impl Track {
     }
 
     /// The track with the signals of a method, as training data.
-    pub fn example_of(&self, signals: &SignalSet, origin: &Origin) -> Example<'_> {
+    pub fn example_of(&self, signals: &[usize], origin: &Origin) -> Example<'_> {
         let Origin { video, source } = origin.clone();
-        Example { more: self.more(signals), video, source, ..self.example(signals.first) }
+        Example { more: self.more(signals), video, source, ..self.example(signals.first().copied()) }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A signal on the track of a run, with restarts.
 
-use super::tracker_run::{TrackerRun, TrackingError};
+use super::tracker_run::TrackerRun;
+use crate::error::StepError;
 use crate::spec::method::SignalChoice;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -9,35 +10,22 @@ use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
 
-/// A signal on a track, given one frame after the other.
-pub struct TrackSignal {
+/// A signal on a track, given one frame after the other. It may begin again with each restart of the tracker.
+pub struct TrackSignal<'a> {
+    choice: &'a SignalChoice,
+    run: &'a TrackerRun,
     reader: SignalReader,
-    /// For a signal that begins again with each restart of the tracker.
-    restarts: Option<Box<RestartedSignal>>,
+    /// The last values since the tracker was started, which skipped frames repeat where restarts are new tracks.
+    last: Option<Vec<f64>>,
 }
 
-/// A signal that begins again with each restart of its tracker.
-struct RestartedSignal {
-    choice: SignalChoice,
-    run: TrackerRun,
-    /// Whether the tracker was started.
-    started: bool,
-    /// The last values, which skipped frames repeat.
-    last: Vec<f64>,
-}
-
-impl TrackSignal {
+impl<'a> TrackSignal<'a> {
     /// A signal on the track of a run.
     ///
     /// # Errors
     /// When it cannot start, e.g. a file that it reads is absent.
-    pub fn start(choice: &SignalChoice, run: &TrackerRun) -> Result<Self, TrackingError> {
-        let reader = SignalReader::start(choice, &run.context())?;
-        let restarted = || {
-            let (choice, run) = (choice.clone(), run.clone());
-            Box::new(RestartedSignal { choice, run, started: false, last: Vec::new() })
-        };
-        Ok(Self { reader, restarts: (choice.restarts == Restarts::NewTrack).then(restarted) })
+    pub fn start(choice: &'a SignalChoice, run: &'a TrackerRun) -> Result<Self, StepError> {
+        Ok(Self { choice, run, reader: SignalReader::start(choice, &run.context())?, last: None })
     }
 
     /// Its input.
@@ -56,25 +44,21 @@ impl TrackSignal {
         state: &TrackerState,
         companions: &[&Region],
         number: u32,
-    ) -> Result<Vec<f64>, TrackingError> {
-        if let Some(restarts) = &mut self.restarts {
-            match state.status {
-                Status::Skipped if restarts.started => return Ok(restarts.last.clone()),
-                Status::Initialized if restarts.started => {
-                    self.reader = SignalReader::start(&restarts.choice, &restarts.run.context())?;
-                }
-                Status::Initialized => restarts.started = true,
-                _ => {}
-            }
+    ) -> Result<Vec<f64>, StepError> {
+        match (state.status, &self.last) {
+            (Status::Skipped, Some(last)) => return Ok(last.clone()),
+            (Status::Initialized, Some(_)) => *self = Self::start(self.choice, self.run)?,
+            _ => {}
         }
         let values = self.reader.push(Some(frame), state, companions).map_err(|fault| match fault {
             SignalFault::Broke(fault) => fault.into(),
-            SignalFault::NotFinite { kind, value } => TrackingError::NotFinite { kind, value, number },
-            SignalFault::Lacks { kind, need } => TrackingError::Lacks { kind, need },
-            SignalFault::NoFrame(kind) => TrackingError::Lacks { kind, need: "needs frames" },
+            SignalFault::NotFinite { .. } => StepError::Here(format!("{fault} in frame {number}")),
+            other => StepError::Here(other.to_string()),
         })?;
-        if let Some(restarts) = &mut self.restarts {
-            restarts.last.clone_from(&values);
+        if self.choice.restarts == Restarts::NewTrack
+            && (self.last.is_some() || state.status == Status::Initialized)
+        {
+            self.last = Some(values.clone());
         }
         Ok(values)
     }

@@ -1,20 +1,25 @@
-//! Tracks and signals of one sequence: from the store, or computed in one pass.
+//! Tracks and signals of one sequence: from the store, or computed in one pass, or in several where there are many.
 
 use super::context::Context;
 use super::pass::{PassOutput, Task, pass};
 use super::reverse::Reversal;
 use super::track::{Track, Tracks};
+use super::units::Unit;
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
 use crate::plan::{PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
-use crate::store::{self, Name, Record};
+use crate::store::{self, Record};
 use std::sync::Arc;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::columns;
 use trackfail_methods::score::overlap;
+use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
+
+/// Most tracks of a sequence that are computed at once: a tracker may be a program, with memory and files of its own.
+const MAX_AT_ONCE: usize = 64;
 
 /// Parts of a track that are known already.
 struct CachedTrack {
@@ -24,39 +29,31 @@ struct CachedTrack {
     signals: Vec<Option<Vec<f64>>>,
 }
 
-impl CachedTrack {
-    /// Indices of the signals that are to be computed.
-    fn missing(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.signals.len()).filter(|k| self.signals[*k].is_none())
-    }
-
-    fn is_complete(&self) -> bool {
-        self.states.is_some() && self.missing().next().is_none()
-    }
-}
-
-/// Tracks of `jobs` on a sequence of a suite, in their order. A track that cannot be made is an error in its place.
+/// Tracks of a unit, in a place for each job of the plan. A track that cannot be made is an error in its place.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
-pub fn tracks(
-    context: &Context<'_>,
-    suite: usize,
-    planned: &PlannedSequence,
-    jobs: &[usize],
-) -> Result<Tracks, RunError> {
+pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<Tracks, RunError> {
+    let (plan, suite) = (context.plan, *suite);
+    let planned = &plan.suites[suite].sequences[*sequence];
     let mut found: Vec<_> = jobs.iter().map(|job| look(context, suite, planned, *job)).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
-        let wanted =
-            |(k, _): &(usize, &Option<Vec<f64>>)| context.plan.wants_signal(suite, planned, found.job, *k);
+        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
-    if found.iter().flatten().any(|found| !found.is_complete()) {
-        compute(context, suite, planned, &mut found)?;
+    if found.iter().flatten().filter(|found| found.states.is_none()).count() > MAX_AT_ONCE {
+        for part in found.chunks_mut(MAX_AT_ONCE) {
+            compute(context, suite, planned, part, false)?;
+        }
     }
-    Ok(found.into_iter().map(|found| Ok(Arc::new(track(context, planned, found?)))).collect())
+    compute(context, suite, planned, &mut found, true)?;
+    let mut tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
+    for (job, found) in jobs.iter().zip(found) {
+        tracks[*job] = found.map(|found| Arc::new(track(context, planned, found)));
+    }
+    Ok(tracks)
 }
 
 /// The parts of a job's track that are in the store.
@@ -84,70 +81,80 @@ fn look(
     Ok(CachedTrack { job, recipe, states, signals })
 }
 
-/// Completes the tracks in one pass.
+/// Completes tracks in one pass; without `all`, signals that read companions are left to a later one.
 fn compute(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
     found: &mut [Result<CachedTrack, CellError>],
+    all: bool,
 ) -> Result<(), RunError> {
     let plan = context.plan;
     // Complete tracks take part as companions.
     let there: Vec<&CachedTrack> = found.iter().flatten().collect();
+    let is_due = |k: usize| all || plan.signals[k].signal.reads() != Reads::Companions;
+    let of = |one: &&CachedTrack| -> Vec<usize> {
+        (0..one.signals.len()).filter(|k| one.signals[*k].is_none() && is_due(*k)).collect()
+    };
+    let due: Vec<Vec<usize>> = there.iter().map(of).collect();
+    let is_open = |one: &CachedTrack, due: &[usize]| one.states.is_none() || !due.is_empty();
+    let open: Vec<&CachedTrack> =
+        there.iter().zip(&due).filter(|(one, due)| is_open(one, due)).map(|(one, _)| *one).collect();
+    if open.is_empty() {
+        return Ok(());
+    }
     let companion = |job: usize| {
         let label = plan.experiment.trackers[plan.jobs[job].tracker].label.as_str();
         (label, there.iter().position(|other| other.job == job))
     };
-    let tasks = there.iter().map(|one| Task {
+    let tasks = there.iter().zip(&due).map(|(one, due)| Task {
         run: context.tracker_run(&planned.sequence, plan.jobs[one.job]),
         states: one.states.as_deref(),
-        signals: one.missing().map(|k| &plan.signals[k]).collect(),
+        signals: due.iter().map(|k| &plan.signals[*k]).collect(),
         companions: plan.companions(planned, one.job).map(companion).collect(),
     });
     let tasks: Vec<Task<'_>> = tasks.collect();
     let outputs = pass(&tasks, &context.options.limits, &|| context.frame_done())?;
-    let unchanged = unchanged(context, planned, &there);
+    let unchanged = unchanged(context, planned, &open);
     let mut records = Vec::new();
-    for (slot, output) in found.iter_mut().filter(|found| found.is_ok()).zip(outputs) {
+    let slots = found.iter_mut().filter(|found| found.is_ok());
+    for ((slot, due), output) in slots.zip(due).zip(outputs) {
         if let Ok(one) = slot
-            && !one.is_complete()
+            && is_open(one, &due)
         {
             let output = unchanged.clone().and(output).map_err(StepError::from);
-            let done = output.and_then(|output| complete(context, suite, planned, one, output, &mut records));
+            let done =
+                output.and_then(|output| complete(context, suite, planned, one, &due, output, &mut records));
             if let Err(e) = StepError::settled(done)? {
                 *slot = Err(e);
             }
         }
     }
-    context.put(records)
+    Ok(context.store.put(&records)?)
 }
 
-/// Completes a track with the output of the pass, and adds new records for the store.
+/// Completes a track with the output of the pass, whose signals were due, and adds new records for the store.
 fn complete(
     context: &Context<'_>,
     suite: usize,
     planned: &PlannedSequence,
     found: &mut CachedTrack,
+    due: &[usize],
     output: PassOutput,
     records: &mut Vec<Record>,
 ) -> Result<(), StepError> {
     let plan = context.plan;
     let job = plan.jobs[found.job];
     let rows = planned.sequence.len();
-    let name = Name {
-        experiment: plan.experiment.name.clone(),
-        cell: plan.track_name(suite, &planned.sequence.name, job),
-    };
+    let track = plan.track_name(suite, &planned.sequence.name, job);
     if found.states.is_none() {
-        context.costs.add_time(suite, job.tracker, output.spent);
-        context.costs.add_frames(suite, job.tracker, rows);
-        records.push(store::record(name.clone(), found.recipe.clone(), rows, &output.states)?);
+        context.costs.add(suite, job.tracker, output.spent, rows);
+        records.push(store::record(plan.name(track.clone()), found.recipe.clone(), rows, &output.states)?);
         found.states = Some(output.states);
     }
-    let missing: Vec<usize> = found.missing().collect();
     let mut failure = None;
-    for (k, series) in missing.into_iter().zip(output.signals) {
-        let name = Name { cell: format!("{}/{}", name.cell, plan.signals[k].kind), ..name.clone() };
+    for (&k, series) in due.iter().zip(output.signals) {
+        let name = plan.name(format!("{track}/{}", plan.signals[k].kind));
         match series {
             Err(e) => failure = failure.or(Some(e)),
             Ok(series) => {
@@ -161,7 +168,7 @@ fn complete(
     failure.map_or(Ok(()), |e| Err(e.into()))
 }
 
-/// Checks that the files which the pass has read still have the digests in the addresses.
+/// Checks that the files which the pass has read for these tracks still have the digests in the addresses.
 fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
@@ -175,7 +182,7 @@ fn unchanged(
         return Err(changed());
     }
     let common = recipes::sequence(&planned.sequence, &digest)?;
-    for found in found.iter().filter(|found| !found.is_complete()) {
+    for found in found {
         let roots = &context.options.data_roots;
         let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], roots)?;
         if now != found.recipe {
@@ -209,5 +216,56 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
         signals: signals.collect(),
         repeated,
         reversal,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::execute::{Options, load};
+    use crate::limits::Stop;
+    use crate::plan::ExperimentPlan;
+    use crate::spec;
+    use crate::store::Store;
+
+    const SPEC: &str = r#"schema = 1
+name = "mine/many"
+title = "A try"
+protocol = "khalid2016/1"
+
+[suites]
+test = "synthetic-d1"
+
+[[tracker]]
+name = "still"
+runs = RUNS
+
+[[tracker]]
+name = "ncc"
+
+[[method]]
+name = "given"
+signal = { kind = "companion-overlap" }
+detector = { kind = "level", below = 0.1 }
+"#;
+
+    /// The first run of `still` and the only one of `ncc` on a sequence, where `still` has this number of runs.
+    fn first_and_last(runs: usize) -> [(Vec<Region>, Vec<Vec<f64>>); 2] {
+        let experiment = spec::parse("many.toml", &SPEC.replace("RUNS", &runs.to_string())).unwrap();
+        let suites = load(&experiment, &[]).unwrap();
+        let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let (store, options) = (Store::open(folder.path()).unwrap(), Options::default());
+        let unit: Unit = (0, 0, (0..plan.jobs.len()).collect());
+        let context = Context::new(&plan, &store, &options, std::slice::from_ref(&unit));
+        let made: Vec<Arc<Track>> =
+            tracks(&context, &unit).unwrap().into_iter().map(Result::unwrap).collect();
+        assert_eq!(made.len(), runs + 1);
+        [&made[0], &made[runs]].map(|track| (track.regions.clone(), track.signals.clone()))
+    }
+
+    #[test]
+    fn tracks_that_are_too_many_for_one_pass_have_the_same_companions() {
+        assert_eq!(first_and_last(MAX_AT_ONCE + 6), first_and_last(2));
     }
 }

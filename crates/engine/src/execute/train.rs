@@ -7,17 +7,18 @@ use super::judge::{ReadyDetector, ReadyDetectors};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::recipes::{self, DetectorKey};
-use crate::plan::{ExperimentPlan, Place, SignalSet, variants};
+use crate::plan::recipes::DetectorKey;
+use crate::plan::{ExperimentPlan, Key, Place, TrainingNeed};
 use crate::spec::TEST;
-use crate::spec::method::{Candidates, DetectorChoice, FixedDetector, Method, Training, Variant};
-use crate::store::address::{Address, Recipe};
+use crate::spec::method::{Candidates, DetectorChoice, Training};
+use crate::store::address::Address;
 use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use trackfail_methods::detector::Example;
 use trackfail_methods::score::Counts;
 
 /// A trained parameter or a learned model of one method on one tracker.
@@ -102,32 +103,13 @@ enum StoredModel {
     Learned(String),
 }
 
-/// Index of a variant, of a tracker, and of a part of the test suite.
-type Key = (usize, usize, usize);
-
-/// Training that a variant needs on a tracker, for one part of the test suite.
-struct TrainingNeed<'a> {
-    key: Key,
-    method: &'a Method,
-    variant: &'a Variant,
-    signals: &'a SignalSet,
-    /// The tracks that it learns from.
-    tracks: Vec<Place>,
-    address: Address,
-    recipe: Recipe,
-}
-
 /// The detectors of the variants that need no training.
 pub fn given(plan: &ExperimentPlan<'_>) -> ReadyDetectors {
-    let mut ready = ReadyDetectors::new();
-    for (v, (_, variant)) in variants(plan.experiment).enumerate() {
-        if let DetectorChoice::Given(fixed) = &variant.detector {
-            let detector = Arc::new(ReadyDetector { fixed: fixed.clone(), key: DetectorKey::given(fixed) });
-            let trackers = 0..plan.experiment.trackers.len();
-            ready.extend(trackers.map(|tracker| ((v, tracker, 0), Ok(detector.clone()))));
-        }
-    }
-    ready
+    let ready = |(key, detector): (Key, &DetectorChoice)| {
+        let fixed = detector.example().clone();
+        (key, Ok(Arc::new(ReadyDetector { fixed, key: DetectorKey::new(detector, None) })))
+    };
+    plan.given().map(ready).collect()
 }
 
 /// The detectors of all variants, after training and learning where they need that; `tracks` has the tracks of every
@@ -139,7 +121,7 @@ pub fn make_ready(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
 ) -> Result<(ReadyDetectors, Vec<Model>), RunError> {
-    let needs = needs(context, tracks);
+    let needs = context.plan.needs(|place| track_at(tracks, place).is_ok());
     let made = make_all(context, tracks, &needs)?;
     let (mut ready, mut models) = (given(context.plan), Vec::new());
     for parts in needs.chunk_by(|(a, _), (b, _)| (a.0, a.1) == (b.0, b.1)) {
@@ -159,35 +141,6 @@ pub fn make_ready(
     Ok((ready, models))
 }
 
-type Needs<'a> = Vec<(Key, Result<TrainingNeed<'a>, CellError>)>;
-
-/// All needs for training, by variant, tracker and part.
-fn needs<'a>(context: &'a Context<'_>, tracks: &[Vec<Tracks>]) -> Needs<'a> {
-    let plan = context.plan;
-    let mut needs = Needs::new();
-    for (v, (method, variant)) in variants(plan.experiment).enumerate() {
-        let Some(role) = variant.detector.role() else { continue };
-        let reads = plan.training_reads(v, variant);
-        let trackers = plan.experiment.trackers.iter().enumerate();
-        for (t, _) in trackers.filter(|(_, tracker)| method.runs_on(&tracker.label)) {
-            for part in 0..plan.parts(variant) {
-                let mut mine = plan.training_tracks((v, method, variant), t, part);
-                mine.retain(|place| track_at(tracks, place).is_ok() && reads.contains_key(place));
-                let of: Vec<_> = mine.iter().map(|place| reads[place]).collect();
-                let recipe = recipes::of_model(method, variant, &of).filter(|_| !of.is_empty());
-                let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
-                let (key, tracks, signals) = ((v, t, part), mine, plan.signals_of(v));
-                let need = recipe.ok_or_else(missing).map(|recipe| {
-                    let address = recipe.address();
-                    TrainingNeed { key, method, variant, signals, tracks, address, recipe }
-                });
-                needs.push((key, need));
-            }
-        }
-    }
-    needs
-}
-
 fn track_at<'t>(tracks: &'t [Vec<Tracks>], place: &Place) -> &'t Result<Arc<Track>, CellError> {
     &tracks[place.0][place.1][place.2]
 }
@@ -198,7 +151,7 @@ type StoredModels = BTreeMap<Address, Result<StoredModel, CellError>>;
 fn make_all(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
-    needs: &Needs<'_>,
+    needs: &[(Key, Result<TrainingNeed<'_>, CellError>)],
 ) -> Result<StoredModels, RunError> {
     let distinct: BTreeMap<Address, &TrainingNeed<'_>> =
         needs.iter().rev().flat_map(|(_, need)| need).map(|need| (need.address, need)).collect();
@@ -213,7 +166,7 @@ fn make_all(
             None => pending.push(need),
         }
     }
-    let counted = counts_of_listed(context, tracks, &pending)?;
+    let counted = counts_of_listed(context, tracks, &pending);
     let make = |need: &&TrainingNeed<'_>| StepError::settled(make(context, tracks, need, &counted));
     let new: Vec<_> = pending.par_iter().with_max_len(1).map(make).collect::<Result<_, RunError>>()?;
     let mut records = Vec::new();
@@ -223,7 +176,7 @@ fn make_all(
         }
         made.insert(need.address, model);
     }
-    context.put(records)?;
+    context.store.put(&records)?;
     Ok(made)
 }
 
@@ -234,43 +187,30 @@ fn stored_name(context: &Context<'_>, need: &TrainingNeed<'_>) -> Name {
     let cell = format!("{suite}/{tracker}/{}[{}]", need.method.name, need.variant.params());
     let is_of_fold = need.variant.detector.trains_on_others();
     let cell = if is_of_fold { format!("{cell} fold {}", need.key.2) } else { cell };
-    Name { experiment: plan.experiment.name.clone(), cell }
+    plan.name(cell)
 }
 
-/// Counts of each candidate on a track.
-type Counted = Result<Vec<Counts>, CellError>;
+/// Counts of each listed candidate, by variant and track.
+type Counted = BTreeMap<(usize, Place), Result<Vec<Counts>, StepError>>;
 
-/// Counts of listed candidates, by variant and track: a track is training data of many parts, and is judged once.
-fn counts_of_listed(
-    context: &Context<'_>,
-    tracks: &[Vec<Tracks>],
-    pending: &[&TrainingNeed<'_>],
-) -> Result<BTreeMap<(usize, Place), Counted>, RunError> {
+/// The counts of listed candidates: a track is training data of many parts, and is judged once.
+fn counts_of_listed(context: &Context<'_>, tracks: &[Vec<Tracks>], pending: &[&TrainingNeed<'_>]) -> Counted {
     let mut asked = BTreeMap::new();
     for need in pending {
         if let DetectorChoice::Trained(Training { candidates: Candidates::Listed(list), .. }) =
             &need.variant.detector
         {
-            asked.extend(need.tracks.iter().map(|place| ((need.key.0, *place), (*need, list))));
+            asked.extend(need.tracks.iter().map(|place| ((need.key.0, *place), (need.method, list))));
         }
     }
     let asked: Vec<_> = asked.into_iter().collect();
-    let count = |((v, place), (need, list)): &((usize, Place), (&TrainingNeed<'_>, &Vec<_>))| {
-        Ok(((*v, *place), StepError::settled(count(context, tracks, need, list, place))?))
-    };
-    asked.par_iter().with_max_len(1).map(count).collect()
-}
-
-/// Counts of each candidate on the track in a place.
-fn count(
-    context: &Context<'_>,
-    tracks: &[Vec<Tracks>],
-    need: &TrainingNeed<'_>,
-    candidates: &[(f64, FixedDetector)],
-    place: &Place,
-) -> Result<Vec<Counts>, StepError> {
-    let track = track_at(tracks, place).clone()?;
-    choose::counts(candidates, &track, need.signals, need.method.protocol, &context.options.limits)
+    let counts = asked.into_par_iter().with_max_len(1).map(|((v, place), (method, list))| {
+        let (signals, limits) = (context.plan.signals_of(v), &context.options.limits);
+        let track = track_at(tracks, &place).as_ref().map_err(|e| e.clone().into());
+        let counts = track.and_then(|track| choose::counts(list, track, signals, method.protocol, limits));
+        ((v, place), counts)
+    });
+    counts.collect()
 }
 
 /// Makes a trained parameter or learned model.
@@ -278,31 +218,35 @@ fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     need: &TrainingNeed<'_>,
-    counted: &BTreeMap<(usize, Place), Counted>,
+    counted: &Counted,
 ) -> Result<StoredModel, StepError> {
+    let (plan, limits, v) = (context.plan, &context.options.limits, need.key.0);
+    let (protocol, signals) = (need.method.protocol, plan.signals_of(v));
     let mine = need.tracks.iter().map(|place| track_at(tracks, place).clone());
     let mine: Vec<Arc<Track>> = mine.collect::<Result<_, CellError>>()?;
     match &need.variant.detector {
         DetectorChoice::Given(_) => Err(StepError::failed("nothing to learn")),
         DetectorChoice::Trained(training) => {
             let chosen = || -> Result<Chosen, StepError> {
-                let candidates = choose::candidates(training, &mine, need.signals)?;
-                let count = |place: &Place| match counted.get(&(need.key.0, *place)) {
-                    Some(counts) => counts.clone().map_err(StepError::from),
-                    None => count(context, tracks, need, &candidates, place),
+                let candidates = choose::candidates(training, &mine, signals)?;
+                let count = |(place, track): (&Place, &Arc<Track>)| match counted.get(&(v, *place)) {
+                    Some(counts) => counts.clone(),
+                    None => choose::counts(&candidates, track, signals, protocol, limits),
                 };
-                let counts = need.tracks.par_iter().with_max_len(1).map(count);
+                let counts = need.tracks.par_iter().zip(&mine).with_max_len(1).map(count);
                 let counts: Vec<Vec<Counts>> = counts.collect::<Result<_, StepError>>()?;
                 let values = candidates.iter().map(|(value, _)| *value).collect();
-                Ok(choose::best(training, need.method.protocol, values, &counts))
+                Ok(choose::best(training, protocol, values, &counts))
             };
             let within = |e: StepError| e.within(&format!("training `{}`", training.key));
             chosen().map(StoredModel::Chosen).map_err(within)
         }
         DetectorChoice::Learned(fixed) => {
-            let origin = |(suite, s, _): &Place| context.plan.suites[*suite].sequences[*s].origin.clone();
-            let tracks = need.tracks.iter().map(origin).zip(mine).collect();
-            choose::learn(fixed, tracks, need.signals, &context.options.limits).map(StoredModel::Learned)
+            let mut examples: Vec<Example<'_>> = Vec::new();
+            for ((suite, s, _), track) in need.tracks.iter().zip(&mine) {
+                examples.push(track.example_of(signals, &plan.suites[*suite].sequences[*s].origin));
+            }
+            choose::learn(fixed, &examples, limits).map(StoredModel::Learned)
         }
     }
 }
@@ -310,6 +254,7 @@ fn make(
 /// The detector with its trained parameter or learned model.
 fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
+    let key = DetectorKey::new(&need.variant.detector, Some(need.address));
     match (&need.variant.detector, model) {
         (DetectorChoice::Trained(training), StoredModel::Chosen(chosen)) => {
             let damaged = || failed("a record of its training is damaged".to_string());
@@ -326,15 +271,16 @@ fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDet
                 reached: chosen.reached,
                 candidates: chosen.values.iter().copied().zip(chosen.measures.iter().copied()).collect(),
             };
-            Ok((ReadyDetector { key: DetectorKey::model(need.address, &fixed), fixed }, content))
+            Ok((ReadyDetector { fixed, key }, content))
         }
         (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
             let model: Value = serde_json::from_str(text).map_err(|e| failed(e.to_string()))?;
             let learner = fixed.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
-            let detector = Arc::from(learner.with_model(&model).map_err(|e| failed(e.to_string()))?);
-            let fixed = FixedDetector { detector, ..fixed.clone() };
+            let detector = learner.with_model(&model).map_err(|e| failed(e.to_string()))?;
+            let mut fixed = fixed.clone();
+            fixed.detector.plugin = detector;
             let content = Content::Learned { model, threshold: fixed.detector.threshold() };
-            Ok((ReadyDetector { key: DetectorKey::learned(need.address, &fixed), fixed }, content))
+            Ok((ReadyDetector { fixed, key }, content))
         }
         _ => Err(failed("a record of its training is of another kind".to_string())),
     }
@@ -364,7 +310,7 @@ fn describe(context: &Context<'_>, mut contents: Vec<(&TrainingNeed<'_>, Content
         runs: tracker.training_runs,
         suite: suite.name.clone(),
         tuned_on_test: !on_others && plan.experiment.suites.get(TEST) == Some(&suite.name),
-        sequences: suite.sequences.iter().map(|s| (s.sequence.name.clone(), s.digest.clone())).collect(),
+        sequences: suite.digests(),
         content,
     })
 }

@@ -5,7 +5,7 @@ use crate::plan::ExperimentPlan;
 use crate::store::{Store, write_derived};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 use trackfail_core::num::hexadecimal;
 use trackfail_dataset::text;
@@ -15,42 +15,26 @@ const FILE: &str = "costs.json";
 /// Size of the largest file that is read, in bytes; a larger one is begun anew.
 const MAX_FILE: u64 = 4 << 20;
 
-/// Counts the time of a run, by suite and tracker.
-#[derive(Debug)]
-pub struct CostTally {
-    trackers: usize,
-    /// Nanoseconds and frames.
-    spent: Vec<[AtomicU64; 2]>,
-}
+/// Seconds and frames of a run, by suite and tracker.
+#[derive(Debug, Default)]
+pub struct CostTally(Mutex<BTreeMap<(usize, usize), (f64, usize)>>);
 
 impl CostTally {
-    /// A tally for a plan.
-    pub fn new(plan: &ExperimentPlan<'_>) -> Self {
-        let trackers = plan.experiment.trackers.len();
-        let spent = (0..trackers * plan.suites.len()).map(|_| Default::default()).collect();
-        Self { trackers, spent }
-    }
-
-    /// Adds time that a tracker or one of its signals took on a suite.
-    pub fn add_time(&self, suite: usize, tracker: usize, time: Duration) {
-        let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        self.spent[suite * self.trackers + tracker][0].fetch_add(nanoseconds, Ordering::Relaxed);
-    }
-
-    /// Adds frames that a tracker and its signals are done with.
-    pub fn add_frames(&self, suite: usize, tracker: usize, frames: usize) {
-        self.spent[suite * self.trackers + tracker][1].fetch_add(frames as u64, Ordering::Relaxed);
+    /// Adds a track with its signals.
+    pub fn add(&self, suite: usize, tracker: usize, time: Duration, frames: usize) {
+        let mut spent = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let (seconds, all) = spent.entry((suite, tracker)).or_default();
+        *seconds += time.as_secs_f64();
+        *all += frames;
     }
 
     /// Keeps what was found for later estimates. What cannot be written is forgotten.
     pub fn keep(&self, plan: &ExperimentPlan<'_>, store: &Store) {
         let mut costs = Costs::read(store);
-        for (k, spent) in self.spent.iter().enumerate() {
-            let [nanoseconds, frames] = [0, 1].map(|of| spent[of].load(Ordering::Relaxed) as f64);
-            if frames > 0.0 {
-                let key = key(plan, k / self.trackers, k % self.trackers);
-                costs.0.insert(key, nanoseconds * 1e-9 / frames);
-            }
+        for (&(suite, tracker), &(seconds, frames)) in
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).iter()
+        {
+            costs.0.insert(key(plan, suite, tracker), seconds / frames.max(1) as f64);
         }
         if let Ok(bytes) = serde_json::to_vec(&costs.0) {
             let _ = write_derived(&store.folder().join(FILE), &bytes);

@@ -1,14 +1,15 @@
 //! The cells of a plan: which jobs have which methods on which sequences, and what a store has of them.
 
-use super::Job;
 use super::demand::variants;
 use super::experiment::{ExperimentPlan, PlannedSequence};
 use super::recipes::{self, DetectorKey};
+use super::training::Key;
 use crate::error::CellError;
-use crate::spec::method::{Method, Variant};
+use crate::spec::method::Method;
 use crate::store::Store;
 use crate::store::address::{Recipe, Stage};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// A cell of the test suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,20 +52,18 @@ impl CellState {
 
 /// What the recipe of a cell's labels is made of: its beginning, what the detector adds to it, and the seed; or the reason
 /// why there is none. Recipes are made only where they are shown: those of a million cells would need more than a gigabyte.
-pub(super) type LabelsFrom<'p> = Result<(&'p Recipe, &'p DetectorKey, u64), &'p CellError>;
+pub(crate) type LabelsFrom<'p> = Result<(&'p Recipe, &'p DetectorKey, u64), &'p CellError>;
 
 impl ExperimentPlan<'_> {
-    /// Whether a job has cells of a method on the videos of a source.
-    pub fn has_cells(&self, job: Job, method: &Method, source: &str) -> bool {
-        let tracker = &self.experiment.trackers[job.tracker];
-        job.run < tracker.runs && method.runs_on(&tracker.label) && tracker.runs_on(source)
-    }
-
     /// Jobs and variants of the cells of a sequence from a source of videos, in the experiment's order.
     pub fn cells_on(&self, source: &str) -> Vec<(usize, usize)> {
         let methods: Vec<&Method> = variants(self.experiment).map(|(method, _)| method).collect();
         let pairs = (0..self.jobs.len()).flat_map(|j| (0..methods.len()).map(move |v| (j, v)));
-        pairs.filter(|(j, v)| self.has_cells(self.jobs[*j], methods[*v], source)).collect()
+        let has_cell = |(j, v): &(usize, usize)| {
+            let tracker = &self.experiment.trackers[self.jobs[*j].tracker];
+            self.jobs[*j].run < tracker.runs && methods[*v].runs_on(&tracker.label) && tracker.runs_on(source)
+        };
+        pairs.filter(has_cell).collect()
     }
 
     /// Every cell of the test suite, sequence by sequence, in the experiment's order.
@@ -84,16 +83,16 @@ impl ExperimentPlan<'_> {
 
     /// State of every cell, in the order of [`ExperimentPlan::cells`].
     pub fn states(&self, store: &Store) -> Vec<CellState> {
-        self.map_cells(store, |state, _, _| state)
+        self.map_cells(store, |state, _, _| state).into_iter().flatten().collect()
     }
 
-    /// Maps the state of every cell, its name in the store and the origin of its labels, in the order of
+    /// Maps the state of every cell, its name in the store and the origin of its labels, by sequence, in the order of
     /// [`ExperimentPlan::cells`].
-    pub(super) fn map_cells<T: Send>(
+    pub(crate) fn map_cells<T: Send>(
         &self,
         store: &Store,
         of: impl Fn(CellState, &dyn Fn() -> String, LabelsFrom<'_>) -> T + Sync,
-    ) -> Vec<T> {
+    ) -> Vec<Vec<T>> {
         let variants: Vec<_> = variants(self.experiment).collect();
         let params: Vec<String> = variants.iter().map(|(_, v)| v.params()).collect();
         let keys = self.detector_keys();
@@ -110,9 +109,9 @@ impl ExperimentPlan<'_> {
                 let on = self.input(planned, cells[0].0, cells[0].1).map(recipes::labels_on);
                 for &(j, v) in cells {
                     let (job, (method, variant), params) = (self.jobs[j], variants[v], &params[v]);
-                    let name = || self.stored_name(&self.cell_name(sequence, job, &method.name, params));
+                    let name = || self.cell_name(sequence, job, &method.name, params);
                     let seed = || self.seed(&method.name, params, sequence, job);
-                    let from = match (&on, &keys[v][job.tracker][self.part(variant, s)]) {
+                    let from = match (&on, &keys[&(v, job.tracker, self.part(variant, s))]) {
                         (Err(e), _) | (Ok(_), Err(e)) => Err(e),
                         (Ok(on), Ok(key)) => Ok((on, key, if key.uses_seed() { seed() } else { 0 })),
                     };
@@ -121,19 +120,17 @@ impl ExperimentPlan<'_> {
             }
             all
         };
-        self.test().sequences.par_iter().enumerate().flat_map_iter(of_sequence).collect()
+        self.test().sequences.par_iter().enumerate().map(of_sequence).collect()
     }
 
-    /// What the detectors of every variant add to recipes, by variant, tracker and part.
-    fn detector_keys(&self) -> Vec<Vec<Vec<Result<DetectorKey, CellError>>>> {
-        let of_parts = |variant: &Variant, parts: &[Option<Recipe>]| -> Vec<_> {
-            parts.iter().map(|model| DetectorKey::of(&variant.detector, model.as_ref())).collect()
-        };
-        let models = self.models();
-        let of_variants = models.iter().zip(variants(self.experiment));
-        of_variants
-            .map(|(trackers, (_, v))| trackers.iter().map(|parts| of_parts(v, parts)).collect())
-            .collect()
+    /// What every detector adds to recipes.
+    fn detector_keys(&self) -> BTreeMap<Key, Result<DetectorKey, CellError>> {
+        let given =
+            self.given().map(|(key, detector)| (key, Ok::<_, CellError>(DetectorKey::new(detector, None))));
+        let trained = self.needs(|_| true).into_iter().map(|(key, need)| {
+            (key, need.map(|need| DetectorKey::new(&need.variant.detector, Some(need.address))))
+        });
+        given.chain(trained).collect()
     }
 }
 

@@ -3,8 +3,6 @@
 use super::Job;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, OTHERS, TEST};
-use trackfail_core::plugin;
-use trackfail_methods::signal::SIGNALS;
 
 /// Tracks of a tracker that are needed on a suite, and the signal that is read from them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,21 +19,12 @@ impl Demand<'_> {
     }
 }
 
-/// The signals of a variant, as indices into the distinct ones.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct SignalSet {
-    /// The signal, if the variant reads one; figures and files show it.
-    pub first: Option<usize>,
-    /// Further signals.
-    pub more: Vec<usize>,
-}
-
 /// All demands of an experiment, each once: the test suite for every tracker, and the suites that methods learn from or
 /// analyses read. `of_variants` has the signals of each variant.
 pub(super) fn demands<'a>(
     experiment: &'a Experiment,
     signals: &[SignalChoice],
-    of_variants: &[SignalSet],
+    of_variants: &[Vec<usize>],
 ) -> Vec<Demand<'a>> {
     let test = experiment.suites[TEST].as_str();
     let mut all: Vec<Demand<'a>> = Vec::new();
@@ -47,9 +36,10 @@ pub(super) fn demands<'a>(
             }
         };
         add(test, t.runs, None);
-        for ((method, variant), set) in variants(experiment).zip(of_variants) {
+        for ((method, variant), signals) in variants(experiment).zip(of_variants) {
             let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
-            let signals = std::iter::once(set.first).chain(set.more.iter().copied().map(Some));
+            let none = signals.is_empty().then_some(None);
+            let signals = signals.iter().copied().map(Some).chain(none);
             for signal in signals.filter(|_| method.runs_on(&t.label)) {
                 add(test, t.runs, signal);
                 if let Some(suite) = suite {
@@ -83,7 +73,6 @@ pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
 
 /// Index of a signal among the distinct ones.
 pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<usize> {
-    debug_assert!(plugin::find(SIGNALS, choice.kind).is_some());
     let is_it = |d: &SignalChoice| {
         d.kind == choice.kind && d.restarts == choice.restarts && d.signal.params() == choice.signal.params()
     };

@@ -1,12 +1,13 @@
 //! The plan of an experiment: sequences with their digests and the recipes of their tracks.
 
-use super::demand::{Demand, SignalSet, demands, distinct_signals, signal_index, variants};
+use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::recipes::{self, Ingredient};
 use super::{Job, folds, inputs};
 use crate::error::{CellError, RunError};
 use crate::limits::Stop;
 use crate::spec::method::{Method, SignalChoice, Variant};
 use crate::spec::{Experiment, TEST};
+use crate::store::Name;
 use crate::store::address::{Address, Recipe};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -48,12 +49,20 @@ pub struct PlannedSuite {
     pub wanted: usize,
 }
 
+impl PlannedSuite {
+    /// Names and digests of its present sequences.
+    pub fn digests(&self) -> Vec<(String, String)> {
+        let digest = |s: &PlannedSequence| (s.sequence.name.clone(), s.digest.clone());
+        self.sequences.iter().map(digest).collect()
+    }
+}
+
 /// Plan of an experiment: its suites, jobs and signals, and the recipes of its results.
 pub struct ExperimentPlan<'a> {
     /// The experiment.
     pub experiment: &'a Experiment,
     /// Its distinct signals.
-    pub signals: Arc<Vec<SignalChoice>>,
+    pub signals: Vec<SignalChoice>,
     /// Its trackers and repetitions; not all of them are needed on every suite.
     pub jobs: Vec<Job>,
     /// Its distinct suites; the test suite is the first.
@@ -62,7 +71,7 @@ pub struct ExperimentPlan<'a> {
     pub(super) folds: Vec<usize>,
     pub(super) demands: Vec<Demand<'a>>,
     /// The signals of each variant.
-    variant_signals: Vec<SignalSet>,
+    variant_signals: Vec<Vec<usize>>,
     /// Trackers whose tracks have no confidence, none of them.
     pub(super) without_confidence: BTreeSet<usize>,
 }
@@ -80,11 +89,10 @@ impl<'a> ExperimentPlan<'a> {
         stop: &Stop,
     ) -> Result<Self, RunError> {
         let signals = distinct_signals(experiment);
-        let set = |(_, v): (&Method, &Variant)| SignalSet {
-            first: v.signal.as_ref().and_then(|s| signal_index(&signals, s)),
-            more: v.more_signals.iter().filter_map(|s| signal_index(&signals, s)).collect(),
+        let set = |(_, v): (&Method, &Variant)| -> Vec<usize> {
+            v.signals().filter_map(|choice| signal_index(&signals, choice)).collect()
         };
-        let variant_signals: Vec<SignalSet> = variants(experiment).map(set).collect();
+        let variant_signals: Vec<Vec<usize>> = variants(experiment).map(set).collect();
         let demands = demands(experiment, &signals, &variant_signals);
         let runs = |tracker: usize| {
             let mine = demands.iter().filter(|demand| demand.tracker == tracker);
@@ -117,7 +125,6 @@ impl<'a> ExperimentPlan<'a> {
         let origins: Vec<&Origin> = suites[0].sequences.iter().map(|s| &s.origin).collect();
         let folds = folds::folds(experiment.folds, &origins, experiment.seed);
         let without_confidence = inputs::trackers_without_confidence(&suites, &jobs);
-        let signals = Arc::new(signals);
         Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals, without_confidence })
     }
 
@@ -132,13 +139,8 @@ impl<'a> ExperimentPlan<'a> {
         self.suites.iter().position(|s| s.name == *name)
     }
 
-    /// Index of the distinct signal that a variant reads, if it reads one.
-    pub fn signal(&self, variant: usize) -> Option<usize> {
-        self.variant_signals.get(variant)?.first
-    }
-
-    /// All signals that a variant reads.
-    pub fn signals_of(&self, variant: usize) -> &SignalSet {
+    /// Indices of the distinct signals that a variant reads; figures and files show the first.
+    pub fn signals_of(&self, variant: usize) -> &[usize] {
         &self.variant_signals[variant]
     }
 
@@ -176,16 +178,15 @@ impl<'a> ExperimentPlan<'a> {
         seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
     }
 
-    /// Name of a cell: `sequence/tracker/run/method[params]`.
+    /// Name of a cell in the store: `suite/sequence/tracker/run/method[params]`.
     pub fn cell_name(&self, sequence: &str, job: Job, method: &str, params: &str) -> String {
-        let tracker = &self.experiment.trackers[job.tracker].label;
         let params = if params.is_empty() { String::new() } else { format!("[{params}]") };
-        format!("{sequence}/{tracker}/{}/{method}{params}", job.run)
+        format!("{}/{method}{params}", self.track_name(0, sequence, job))
     }
 
-    /// Name of a cell in the store.
-    pub fn stored_name(&self, cell: &str) -> String {
-        format!("{}/{cell}", self.test().name)
+    /// Name of a result of the experiment in the store.
+    pub fn name(&self, cell: String) -> Name {
+        Name { experiment: self.experiment.name.clone(), cell }
     }
 
     /// Name of a track: `suite/sequence/tracker/run`.

@@ -1,7 +1,6 @@
 //! Inputs of signals and detectors: what can be made from which track, and the reason where something cannot.
 
 use super::Job;
-use super::demand::SignalSet;
 use super::experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
 use super::recipes::{self, Read};
 use crate::error::CellError;
@@ -107,10 +106,7 @@ impl ExperimentPlan<'_> {
         let runs_on =
             |planned: &PlannedSequence| self.experiment.trackers[tracker].runs_on(&planned.origin.source);
         let mut there = self.suites[suite].sequences.iter().filter(|planned| runs_on(planned));
-        there.find_map(|planned| {
-            let mut mine = (0..self.jobs.len()).filter(|j| self.jobs[*j].tracker == tracker);
-            mine.find_map(|j| self.unmet(planned, j, signal))
-        })
+        there.find_map(|planned| self.jobs_of(tracker, u32::MAX).find_map(|j| self.unmet(planned, j, signal)))
     }
 
     /// Jobs of the companions of a job: the first run of each other tracker whose track can be made.
@@ -157,8 +153,8 @@ impl ExperimentPlan<'_> {
             return Err(need);
         }
         Ok(match signal {
-            Some(k) => Read::Signal(self.signal_recipe(planned, job, k)?.address()),
-            None => Read::Track(planned.addresses[job].clone()?),
+            Some(k) => ("signal", self.signal_recipe(planned, job, k)?.address()),
+            None => ("track", planned.addresses[job].clone()?),
         })
     }
 
@@ -167,15 +163,16 @@ impl ExperimentPlan<'_> {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn input(&self, planned: &PlannedSequence, job: usize, variant: usize) -> Result<Read, CellError> {
-        let SignalSet { first, more } = self.signals_of(variant);
-        let read = self.read(planned, job, *first)?;
-        if more.is_empty() {
-            return Ok(read);
+        let signals = self.signals_of(variant);
+        let first = self.read(planned, job, signals.first().copied())?;
+        if signals.len() < 2 {
+            return Ok(first);
         }
-        let mut all = read.add_to(Recipe::new(Stage::Signal));
-        for signal in more {
-            all = self.read(planned, job, Some(*signal))?.add_to(all);
+        let mut all = Recipe::new(Stage::Signal).with(first.0, first.1);
+        for signal in &signals[1..] {
+            let (name, address) = self.read(planned, job, Some(*signal))?;
+            all = all.with(name, address);
         }
-        Ok(Read::Signal(all.address()))
+        Ok(("signal", all.address()))
     }
 }

@@ -140,24 +140,8 @@ pub const TRAINING: u32 = 2;
 /// - 1: first version.
 pub const REVERSAL: u32 = 1;
 
-/// Input of a detector: a signal, or the track itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Read {
-    /// A signal.
-    Signal(Address),
-    /// The track's errors only.
-    Track(Address),
-}
-
-impl Read {
-    /// Adds the address to a recipe.
-    pub fn add_to(self, recipe: Recipe) -> Recipe {
-        match self {
-            Self::Signal(address) => recipe.with("signal", address),
-            Self::Track(address) => recipe.with("track", address),
-        }
-    }
-}
+/// Input of a detector as an ingredient: `signal` or, for the track's errors only, `track`, with the address.
+pub type Read = (&'static str, Address);
 
 /// Recipe of a trained parameter without its training data.
 fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
@@ -196,7 +180,7 @@ pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<R
             recipe.with_plugin("learner", fixed.kind, fixed.version, &fixed.detector.learner()?.params())
         }
     };
-    let with_tracks = |recipe: Recipe| tracks.iter().fold(recipe, |recipe, read| read.add_to(recipe));
+    let with_tracks = |recipe: Recipe| tracks.iter().fold(recipe, |recipe, read| recipe.with(read.0, read.1));
     Some(if variant.detector.trains_on_others() {
         // They are many: one digest stands for them all.
         recipe.with("training data of others", with_tracks(Recipe::new(Stage::Model)).address())
@@ -217,42 +201,20 @@ pub struct DetectorKey {
 }
 
 impl DetectorKey {
-    /// A detector with given parameters.
-    pub fn given(fixed: &FixedDetector) -> Self {
-        let recipe = Recipe::new(Stage::Labels);
-        let recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
-        let recipe = with_restarts(with_reverse(recipe, fixed), fixed.restarts);
+    /// The detector of a variant, with the address of its model if it has one.
+    pub fn new(detector: &DetectorChoice, model: Option<Address>) -> Self {
+        let fixed = detector.example();
+        let mut recipe = Recipe::new(Stage::Labels);
+        if matches!(detector, DetectorChoice::Trained(_)) {
+            // The chosen parameter stands for the detector.
+            recipe =
+                with_reverse(model.iter().fold(recipe, |recipe, model| recipe.with("model", model)), fixed);
+        } else {
+            recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
+            recipe = with_restarts(with_reverse(recipe, fixed), fixed.restarts);
+            recipe = model.iter().fold(recipe, |recipe, model| recipe.with("model", model));
+        }
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
-    }
-
-    /// A detector with a learned model.
-    pub fn learned(address: Address, fixed: &FixedDetector) -> Self {
-        let mut key = Self::given(fixed);
-        key.ingredients.push(("model".to_string(), address.to_string()));
-        key
-    }
-
-    /// A detector with trained parameters; any candidate stands for the others.
-    pub fn model(address: Address, candidate: &FixedDetector) -> Self {
-        let recipe = with_reverse(Recipe::new(Stage::Labels).with("model", address), candidate);
-        Self { ingredients: recipe.ingredients, uses_seed: candidate.detector.uses_seed() }
-    }
-
-    /// The detector of a variant, with the recipe of its model if it is trained.
-    ///
-    /// # Errors
-    /// When it is trained and there is no model.
-    pub fn of(detector: &DetectorChoice, model: Option<&Recipe>) -> Result<Self, CellError> {
-        let address = || {
-            let role = detector.role().unwrap_or_default();
-            let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
-            model.map(Recipe::address).ok_or_else(missing)
-        };
-        Ok(match detector {
-            DetectorChoice::Given(fixed) => Self::given(fixed),
-            DetectorChoice::Trained(training) => Self::model(address()?, &training.example),
-            DetectorChoice::Learned(fixed) => Self::learned(address()?, fixed),
-        })
     }
 
     /// Whether the seed of a cell is part of its recipe.
@@ -280,7 +242,7 @@ const OUTPUT_FORM: u32 = 3;
 
 /// The beginning that the recipes of all labels on one input share.
 pub fn labels_on(read: Read) -> Recipe {
-    read.add_to(Recipe::new(Stage::Labels)).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
+    Recipe::new(Stage::Labels).with(read.0, read.1).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
 }
 
 /// Recipe of a cell's labels; the seed counts for detectors that use it.
@@ -291,21 +253,29 @@ pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
     use trackfail_methods::detector::DETECTORS;
+    use trackfail_methods::score::Metric;
 
     fn fixed(kind: &str) -> FixedDetector {
         let entry = trackfail_core::plugin::find(DETECTORS, kind).unwrap();
-        let detector = Arc::from(entry.build_from_text(entry.example).unwrap());
+        let detector = entry.build_from_text(entry.example).unwrap();
         FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
     }
 
     #[test]
     fn the_seed_is_part_of_the_address_for_detectors_that_use_it() {
-        let read = Read::Track(Address([7; 32]));
+        let read = ("track", Address([7; 32]));
         for (kind, counts) in [("random", true), ("level", false)] {
-            let fixed = fixed(kind);
-            for key in [DetectorKey::given(&fixed), DetectorKey::model(Address([9; 32]), &fixed)] {
+            let example = fixed(kind);
+            let trained = DetectorChoice::Trained(Training {
+                key: "below".to_string(),
+                role: "train".to_string(),
+                maximise: Metric::F_SCORE,
+                candidates: Candidates::Listed(Vec::new()),
+                example: example.clone(),
+            });
+            let given = DetectorChoice::Given(example);
+            for key in [DetectorKey::new(&given, None), DetectorKey::new(&trained, Some(Address([9; 32])))] {
                 let differ = labels(read, &key, 1).address() != labels(read, &key, 2).address();
                 assert_eq!(differ, counts, "{kind}");
                 assert_eq!(key.address(&labels_on(read), 1), labels(read, &key, 1).address(), "{kind}");

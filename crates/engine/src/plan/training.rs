@@ -3,16 +3,42 @@
 use super::demand::variants;
 use super::experiment::ExperimentPlan;
 use super::recipes::{self, Read};
+use crate::error::CellError;
 use crate::spec::FoldsBy;
-use crate::spec::method::{Method, Variant};
-use crate::store::address::Recipe;
+use crate::spec::method::{DetectorChoice, Method, Variant};
+use crate::store::address::{Address, Recipe};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Place of a track: indices of its suite, sequence and job.
 pub type Place = (usize, usize, usize);
 
-impl ExperimentPlan<'_> {
+/// Indices of a variant, of a tracker, and of a [part](ExperimentPlan::parts) of the test suite.
+pub type Key = (usize, usize, usize);
+
+/// A parameter or a model that a variant needs on a tracker, for one part of the test suite.
+pub struct TrainingNeed<'a> {
+    /// What it is for.
+    pub key: Key,
+    /// The method.
+    pub method: &'a Method,
+    /// Its variant.
+    pub variant: &'a Variant,
+    /// The tracks that it is made from.
+    pub tracks: Vec<Place>,
+    /// Its recipe.
+    pub recipe: Recipe,
+    /// Address of the recipe.
+    pub address: Address,
+}
+
+impl<'a> ExperimentPlan<'a> {
+    /// The jobs of a tracker's first runs.
+    pub fn jobs_of(&self, tracker: usize, runs: u32) -> impl Iterator<Item = usize> {
+        let jobs = self.jobs.iter().enumerate();
+        jobs.filter(move |(_, job)| job.tracker == tracker && job.run < runs).map(|(j, _)| j)
+    }
+
     /// Sequences and jobs of a suite that are among a tracker's first runs and have a signal.
     pub fn of_runs(
         &self,
@@ -21,12 +47,10 @@ impl ExperimentPlan<'_> {
         runs: u32,
         signal: Option<usize>,
     ) -> Vec<(usize, usize)> {
-        let mine = |j: &usize| self.jobs[*j].tracker == tracker && self.jobs[*j].run < runs;
-        let jobs: Vec<usize> = (0..self.jobs.len()).filter(mine).collect();
         let sequences = self.suites[suite].sequences.iter().enumerate();
         let of = |(s, planned)| {
-            let met = jobs.iter().filter(move |j| self.unmet(planned, **j, signal).is_none());
-            met.map(move |j| (s, *j))
+            let met = self.jobs_of(tracker, runs).filter(move |j| self.unmet(planned, *j, signal).is_none());
+            met.map(move |j| (s, j))
         };
         sequences.flat_map(of).collect()
     }
@@ -57,18 +81,16 @@ impl ExperimentPlan<'_> {
             true => t != tracker || self.experiment.folds == FoldsBy::Source,
             false => t == tracker || variant.detector.pools_trackers(),
         };
+        let signal = self.signals_of(v).first().copied();
         let trackers = self.experiment.trackers.iter().enumerate();
         let trackers = trackers.filter(|(t, of)| method.runs_on(&of.label) && is_used(*t));
-        let tracks = trackers.flat_map(|(t, of)| self.of_runs(suite, t, of.training_runs, self.signal(v)));
+        let tracks = trackers.flat_map(|(t, of)| self.of_runs(suite, t, of.training_runs, signal));
         let tracks = tracks.filter(|(s, _)| !on_others || self.folds[*s] != part);
         tracks.map(|(s, j)| (suite, s, j)).collect()
     }
 
-    /// Inputs of a variant's detector on every track that it may learn from.
-    pub fn training_reads(&self, v: usize, variant: &Variant) -> BTreeMap<Place, Read> {
-        let Some(suite) = variant.detector.role().and_then(|role| self.suite(role)) else {
-            return BTreeMap::new();
-        };
+    /// Inputs of a variant's detector on every track of a suite.
+    fn reads(&self, v: usize, suite: usize) -> BTreeMap<Place, Read> {
         let sequences = self.suites[suite].sequences.iter().enumerate();
         let of = |(s, planned)| {
             let read = move |j: usize| Some(((suite, s, j), self.input(planned, j, v).ok()?));
@@ -77,21 +99,45 @@ impl ExperimentPlan<'_> {
         sequences.flat_map(of).collect()
     }
 
-    /// Recipe of the model of each variant, tracker and [part](Self::parts), where the variant is trained and has training
-    /// data. A model gets this recipe if every track of its training data can be made.
-    pub fn models(&self) -> Vec<Vec<Vec<Option<Recipe>>>> {
-        let of_variant = |(v, (method, variant)): (usize, (&Method, &Variant))| -> Vec<Vec<Option<Recipe>>> {
-            let reads = self.training_reads(v, variant);
-            let of = |t: usize, part: usize| {
-                let tracks = self.training_tracks((v, method, variant), t, part);
-                let mine: Vec<Read> = tracks.iter().filter_map(|track| reads.get(track).copied()).collect();
-                let is_trained = !mine.is_empty() && method.runs_on(&self.experiment.trackers[t].label);
-                is_trained.then(|| recipes::of_model(method, variant, &mine)).flatten()
-            };
-            let of_tracker = |t: usize| (0..self.parts(variant)).map(|part| of(t, part)).collect();
-            (0..self.experiment.trackers.len()).map(of_tracker).collect()
+    /// What is to be trained or learned, by variant, tracker and part, from the tracks that are there; an error where there
+    /// is none of them.
+    pub fn needs(
+        &self,
+        is_there: impl Fn(&Place) -> bool + Sync,
+    ) -> Vec<(Key, Result<TrainingNeed<'a>, CellError>)> {
+        let of_variant = |(v, (method, variant)): (usize, (&'a Method, &'a Variant))| {
+            let mut needs = Vec::new();
+            if matches!(variant.detector, DetectorChoice::Given(_)) {
+                return needs;
+            }
+            let role = variant.detector.role().unwrap_or_default();
+            let reads = self.suite(role).map(|suite| self.reads(v, suite)).unwrap_or_default();
+            let trackers = self.experiment.trackers.iter().enumerate();
+            let trackers = trackers.filter(|(_, tracker)| method.runs_on(&tracker.label));
+            for (t, part) in trackers.flat_map(|(t, _)| (0..self.parts(variant)).map(move |part| (t, part))) {
+                let mut tracks = self.training_tracks((v, method, variant), t, part);
+                tracks.retain(|place| is_there(place) && reads.contains_key(place));
+                let mine: Vec<Read> = tracks.iter().map(|place| reads[place]).collect();
+                let recipe = recipes::of_model(method, variant, &mine).filter(|_| !mine.is_empty());
+                let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
+                let key = (v, t, part);
+                let need = recipe.ok_or_else(missing).map(|recipe| {
+                    let address = recipe.address();
+                    TrainingNeed { key, method, variant, tracks, recipe, address }
+                });
+                needs.push((key, need));
+            }
+            needs
         };
         let variants: Vec<_> = variants(self.experiment).collect();
-        variants.into_par_iter().enumerate().map(of_variant).collect()
+        variants.into_par_iter().enumerate().flat_map_iter(of_variant).collect()
+    }
+
+    /// The detectors that need no training.
+    pub fn given(&self) -> impl Iterator<Item = (Key, &'a DetectorChoice)> {
+        let all = variants(self.experiment).map(|(_, variant)| &variant.detector).enumerate();
+        let given = all.filter(|(_, detector)| matches!(detector, DetectorChoice::Given(_)));
+        let trackers = 0..self.experiment.trackers.len();
+        given.flat_map(move |(v, detector)| trackers.clone().map(move |t| ((v, t, 0), detector)))
     }
 }

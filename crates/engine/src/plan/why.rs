@@ -14,7 +14,7 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
         let address = parse(text)?;
         now.get(&address).cloned().or_else(|| store.head(&address).map(|head| head.recipe))
     };
-    plan.map_cells(store, |state, name, from| {
+    let because = plan.map_cells(store, |state, name, from| {
         if state == CellState::Cached {
             return String::new();
         }
@@ -34,12 +34,14 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
             || "it was never computed here".to_string(),
             |before| difference(&before, &recipe, &recipe_at),
         )
-    })
+    });
+    because.into_iter().flatten().collect()
 }
 
 /// Every recipe of the plan except those of labels, by address.
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
-    let mut all: Vec<Recipe> = plan.models().into_iter().flatten().flatten().flatten().collect();
+    let needs = plan.needs(|_| true).into_iter();
+    let mut all: Vec<Recipe> = needs.filter_map(|(_, need)| Some(need.ok()?.recipe)).collect();
     for planned in plan.suites.iter().flat_map(|suite| &suite.sequences) {
         all.extend(planned.tracks.iter().flatten().cloned());
         let pairs = (0..plan.jobs.len()).flat_map(|j| (0..plan.signals.len()).map(move |k| (j, k)));

@@ -6,7 +6,7 @@ use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
 use super::wire;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use trackfail_core::plugin::Configured;
 use trackfail_methods::analysis::{ANALYSES, Names};
 use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::SIGNALS;
@@ -21,7 +21,7 @@ pub struct Analysis {
     /// Plugin version.
     pub version: u32,
     /// The checked analysis.
-    pub plugin: Arc<dyn trackfail_methods::analysis::Analysis>,
+    pub plugin: Configured<dyn trackfail_methods::analysis::Analysis>,
     /// The signal; none for an analysis of regions.
     pub signal: Option<SignalChoice>,
     /// Roles of the suites, in order.
@@ -56,7 +56,7 @@ pub(super) fn read(
 ) -> Option<Analysis> {
     let compute = RawPlugin::read(at.key("compute"), programs, &wire.compute, "analysis", ANALYSES)?;
     let (kind, version) = (compute.entry.kind, compute.entry.version);
-    let plugin: Arc<dyn trackfail_methods::analysis::Analysis> = Arc::from(compute.build(&[], at)?);
+    let plugin: Configured<dyn trackfail_methods::analysis::Analysis> = compute.build(&[], at)?;
     let signal = match (plugin.reads().has_signal(), &wire.signal) {
         (false, None) => None,
         (true, Some(signal)) => {
@@ -64,7 +64,7 @@ pub(super) fn read(
             Some(SignalChoice {
                 kind: signal.entry.kind,
                 version: signal.entry.version,
-                signal: Arc::from(signal.build(&[], at)?),
+                signal: signal.build(&[], at)?,
                 restarts: Restarts::default(),
             })
         }

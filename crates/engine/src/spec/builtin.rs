@@ -4,7 +4,6 @@ use super::error::{At, Errors, Source};
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
 use super::{SpecError, wire};
-use std::cell::RefCell;
 use std::sync::LazyLock;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -61,11 +60,11 @@ pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] 
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     let table = Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()));
-    let errors = RefCell::new(Errors::default());
+    let errors = Errors::default();
     let at = At::new(Source::new("methods.json", METHODS), &table, &errors);
     let wire = at.read::<wire::Method>();
     let method = wire.and_then(|wire| method::read(at, None, &wire, &PROTOCOLS[0], MAX_DETECTORS));
-    Some(errors.take().or(method))
+    Some(errors.or(method))
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ pub(super) fn check<'i>(
     source: Source<'_>,
     schema: &Value,
     file: Spanned<DeTable<'i>>,
-    errors: &mut Errors,
+    errors: &Errors,
 ) -> Spanned<DeValue<'i>> {
     let mut check = Check { source, schema, errors, found: 0 };
     let place = file.span();
@@ -53,7 +53,7 @@ struct Check<'c> {
     source: Source<'c>,
     /// The schema of the file, in which references are looked up.
     schema: &'c Value,
-    errors: &'c mut Errors,
+    errors: &'c Errors,
     /// Number of errors found.
     found: usize,
 }
@@ -199,8 +199,14 @@ impl<'c> Check<'c> {
     /// What a schema takes, in words.
     fn wanted(&self, schema: &'c Value, given: &DeValue<'_>) -> String {
         let schema = self.resolved(schema);
-        if let Some(first) = choices(schema).first() {
-            return self.wanted(first, given);
+        if let [first, others @ ..] = choices(schema) {
+            let mut all = vec![self.wanted(first, given)];
+            for choice in others.iter().map(|choice| self.wanted(choice, given)) {
+                if !all.contains(&choice) {
+                    all.push(choice);
+                }
+            }
+            return all.join(" or ");
         }
         let limit = |key: &str| schema.get(key).filter(|limit| limit.is_number());
         let is_negative = matches!(given, DeValue::Integer(number) if number.as_str().starts_with('-'));

@@ -70,31 +70,33 @@ impl std::fmt::Display for SpecError {
 
 /// Errors of a reading that goes on after them, so that all are told at once.
 #[derive(Default)]
-pub(super) struct Errors(Vec<SpecError>);
+pub(super) struct Errors(RefCell<Vec<SpecError>>);
 
 impl Errors {
     /// Keeps an error, each once.
-    pub fn push(&mut self, error: SpecError) {
-        if self.0.len() < MAX_KEPT && !self.0.contains(&error) {
-            self.0.push(error);
+    pub fn push(&self, error: SpecError) {
+        let mut all = self.0.borrow_mut();
+        if all.len() < MAX_KEPT && !all.contains(&error) {
+            all.push(error);
         }
     }
 
     /// Whether nothing is wrong so far.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.0.borrow().is_empty()
     }
 
     /// The value, if nothing is wrong; what is wrong has been told where there is none.
     ///
     /// # Errors
     /// The first of the errors in the order of the files, with the others behind it.
-    pub fn or<T>(mut self, value: Option<T>) -> Result<T, SpecError> {
-        if let (Some(value), true) = (value, self.is_empty()) {
+    pub fn or<T>(self, value: Option<T>) -> Result<T, SpecError> {
+        let mut all = self.0.into_inner();
+        if let (Some(value), true) = (value, all.is_empty()) {
             return Ok(value);
         }
-        self.0.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
-        let mut all = self.0.into_iter();
+        all.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
+        let mut all = all.into_iter();
         let first = all.next();
         let mut first =
             first.unwrap_or_else(|| SpecError::of_file(String::new(), "cannot be read".to_string()));
@@ -108,12 +110,12 @@ impl Errors {
 pub(super) struct At<'a> {
     source: Source<'a>,
     value: &'a Spanned<DeValue<'a>>,
-    errors: &'a RefCell<Errors>,
+    errors: &'a Errors,
 }
 
 impl<'a> At<'a> {
     /// A value of a source.
-    pub fn new(source: Source<'a>, value: &'a Spanned<DeValue<'a>>, errors: &'a RefCell<Errors>) -> Self {
+    pub fn new(source: Source<'a>, value: &'a Spanned<DeValue<'a>>, errors: &'a Errors) -> Self {
         Self { source, value, errors }
     }
 
@@ -136,12 +138,12 @@ impl<'a> At<'a> {
 
     /// Whether nothing is wrong with the file so far.
     pub fn is_fine(self) -> bool {
-        self.errors.borrow().is_empty()
+        self.errors.is_empty()
     }
 
     /// Tells what is wrong here.
     pub fn tell(self, message: impl Into<String>) {
-        self.errors.borrow_mut().push(self.source.error(self.value.span(), message));
+        self.errors.push(self.source.error(self.value.span(), message));
     }
 
     /// Tells that a word is not among the known ones.
@@ -158,13 +160,13 @@ impl<'a> At<'a> {
             (Some(start), Some(part)) => start + part.start..start + part.end,
             _ => span,
         };
-        self.errors.borrow_mut().push(self.source.error(place, message));
+        self.errors.push(self.source.error(place, message));
     }
 
     /// Reads the value, of which the shape has been checked.
     pub fn read<T: Deserialize<'a>>(self) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(self.value.clone()));
-        read.map_err(|e| self.errors.borrow_mut().push(self.source.toml(&e, self.value.span()))).ok()
+        read.map_err(|e| self.errors.push(self.source.toml(&e, self.value.span()))).ok()
     }
 }
 
@@ -175,8 +177,8 @@ const MAX_MESSAGE: usize = 2000;
 
 /// A text that is being read, with what turns byte ranges of it into lines of files.
 ///
-/// The text of an experiment and those of the files that it extends share one space of places, so that a value of any of
-/// them says itself where it comes from.
+/// An experiment and the files that it extends share one space of places, so that a value of any of them says itself
+/// where it comes from: the text of each begins behind all of the file that extends it, and is blank before.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     file: &'a str,
@@ -211,37 +213,37 @@ impl<'a> Source<'a> {
 
     /// An error at a byte range.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
-        let Self { file, text, note, start, .. } = self.at(span.start);
-        let inside = |place: usize| place.saturating_sub(start).min(text.len());
-        let span = inside(span.start)..inside(span.end).max(inside(span.start));
-        let line = line(text, span.start);
-        let excerpt = excerpt::excerpt(text, line, &span);
+        let at = self.at(span.start);
+        let start = span.start.clamp(at.start, at.text.len());
+        let line = at.line(start);
+        let excerpt = excerpt::excerpt(at.text, line, &(start..span.end.clamp(start, at.text.len())));
         SpecError {
-            file: file.to_string(),
+            file: at.file.to_string(),
             line,
-            message: shorten_to(&message.into(), MAX_MESSAGE) + note,
+            message: shorten_to(&message.into(), MAX_MESSAGE) + at.note,
             below: Box::new(BelowMessage { excerpt, others: Vec::new() }),
         }
     }
 
-    /// `FILE:LINE` of a place.
+    /// Line of a place in this file, from 1.
+    fn line(&self, place: usize) -> usize {
+        let before = self.text.as_bytes().get(self.start..place).unwrap_or_default();
+        1 + before.iter().filter(|b| **b == b'\n').count()
+    }
+
+    /// `FILE:LINE` of a place in this file.
     pub(super) fn file_and_line(&self, place: usize) -> String {
-        let at = self.at(place);
-        format!("{}:{}", at.file, line(at.text, place.saturating_sub(at.start)))
+        format!("{}:{}", self.file, self.line(place))
     }
 
     /// A piece of the text, empty where there is none.
     pub(super) fn slice(&self, span: Range<usize>) -> &'a str {
-        let at = self.at(span.start);
-        let inside = |place: usize| place.checked_sub(at.start);
-        let piece = || at.text.get(inside(span.start)?..inside(span.end)?);
-        piece().unwrap_or_default()
+        self.at(span.start).text.get(span).unwrap_or_default()
     }
 
     /// The text of the file of a place, up to the place.
     pub(super) fn before(&self, place: usize) -> &'a str {
-        let at = self.at(place);
-        at.text.get(..place - at.start).unwrap_or_default()
+        self.at(place).text.get(..place).unwrap_or_default()
     }
 
     /// An error of the TOML reader.
@@ -255,21 +257,16 @@ impl<'a> Source<'a> {
     /// Everything that the TOML reader does not understand.
     pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'a>>, SpecError> {
         let (document, wrong) = DeTable::parse_recoverable(self.text);
-        let mut errors = Errors::default();
+        let errors = Errors::default();
         let mut last = 0;
         for fault in wrong.iter().take(MAX_ERRORS) {
-            let error = self.error(moved(fault.span().unwrap_or(0..0), self.start), fault.message());
+            let error = self.toml(fault, 0..0);
             // What is told of the rest of a line follows from its first error.
             if error.line != std::mem::replace(&mut last, error.line) {
                 errors.push(error);
             }
         }
-        let document = errors.or(Some(document))?;
-        if self.start == 0 {
-            return Ok(document);
-        }
-        let span = moved(document.span(), self.start);
-        Ok(Spanned::new(span, table_moved(document.into_inner(), self.start)))
+        errors.or(Some(document))
     }
 
     /// An unknown word among known ones.
@@ -284,48 +281,27 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Line of a byte, from 1.
-fn line(text: &str, position: usize) -> usize {
-    1 + text.as_bytes()[..position.min(text.len())].iter().filter(|b| **b == b'\n').count()
-}
-
-fn moved(span: Range<usize>, by: usize) -> Range<usize> {
-    span.start + by..span.end + by
-}
-
-/// A table whose places all lie further behind.
-fn table_moved(table: DeTable<'_>, by: usize) -> DeTable<'_> {
-    let entries = table.into_iter().map(|(key, value)| {
-        let key = Spanned::new(moved(key.span(), by), key.into_inner());
-        (key, value_moved(value, by))
-    });
-    entries.collect()
-}
-
-fn value_moved(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
-    let span = moved(value.span(), by);
-    let value = match value.into_inner() {
-        DeValue::Table(table) => DeValue::Table(table_moved(table, by)),
-        DeValue::Array(list) => DeValue::Array(list.into_iter().map(|item| value_moved(item, by)).collect()),
-        plain => plain,
-    };
-    Spanned::new(span, value)
-}
-
 /// A file of a chain in which each extends the next.
 #[derive(Debug)]
 pub(super) struct SourceFile {
     /// Name in messages.
     pub name: String,
-    /// The whole text.
-    pub text: String,
+    /// The whole text, behind blanks up to its place.
+    text: String,
     /// Text that messages about the file end with: the files that extend it.
-    pub note: String,
-    /// Place of its first byte, behind all of the file that extends it.
-    pub start: usize,
+    note: String,
+    /// Place of its first byte.
+    start: usize,
 }
 
 impl SourceFile {
+    /// A file behind the one that extends it, if there is one.
+    pub fn new(name: String, text: &str, note: String, behind: Option<&Self>) -> Self {
+        let blanks = behind.map_or(String::new(), |file| " ".repeat(file.text.len()) + "\n");
+        let start = blanks.len();
+        Self { name, text: blanks + text.trim_start_matches('\u{feff}'), note, start }
+    }
+
     /// The text for reading it.
     pub fn source(&self) -> Source<'_> {
         Source { file: &self.name, text: &self.text, note: &self.note, start: self.start, bases: &[] }

@@ -15,8 +15,8 @@ use super::table::{FindingName, Words, all_known, grid_axis, read_methods, read_
 use super::width::Width;
 use super::wire;
 use panel::read_panel;
+use std::collections::BTreeSet;
 use trackfail_dataset::text::shorten_to;
-use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
 
 /// A kind of figure: its word in experiment files and the keys it reads.
@@ -182,32 +182,20 @@ impl FigureKind {
         FIGURE_KINDS.iter().find(|kind| kind.word == word)
     }
 
-    fn reads(&self, key: FigureKey) -> bool {
-        self.required.contains(&key) || self.optional.contains(&key)
+    fn keys(&self) -> impl Iterator<Item = &FigureKey> {
+        self.required.iter().chain(self.optional)
     }
 
-    /// Whether it reads a key of the file, with whichever meaning.
-    pub(super) fn reads_word(&self, word: &str) -> bool {
-        FigureKey::ALL.iter().any(|key| key.word() == word && self.reads(*key))
+    /// Keys of the file that other kinds read and it does not.
+    pub(super) fn unread(&self) -> impl Iterator<Item = &'static str> {
+        let words = |kind: &Self| kind.keys().map(|key| key.word()).collect::<BTreeSet<_>>();
+        let (mine, mut all) = (words(self), BTreeSet::new());
+        FIGURE_KINDS.iter().for_each(|kind| all.extend(words(kind)));
+        all.into_iter().filter(move |word| !mine.contains(word))
     }
 }
 
 impl FigureKey {
-    pub(super) const ALL: [Self; 12] = [
-        Self::Metric,
-        Self::XAxis,
-        Self::XMetric,
-        Self::Methods,
-        Self::MethodsWithoutGrid,
-        Self::Tracker,
-        Self::Sequences,
-        Self::Panels,
-        Self::Stills,
-        Self::Shows,
-        Self::ShowsTable,
-        Self::Column,
-    ];
-
     /// The key in the experiment file.
     pub fn word(self) -> &'static str {
         match self {
@@ -278,34 +266,24 @@ impl FigureKey {
                     given.tell(format!("`stills` must be 0 to {MAX_STILLS}, not {}", params.stills));
                 }
             }
-            Self::Shows => params.shows = shows(at, wire, words, |names| &names.charts),
-            Self::ShowsTable => params.shows = shows(at, wire, words, |names| &names.tables),
+            Self::Shows => params.shows = read_shows(at, wire.shows.as_ref(), words, |names| &names.charts),
+            Self::ShowsTable => {
+                params.shows = read_shows(at, wire.shows.as_ref(), words, |names| &names.tables)
+            }
             Self::Column => params.column = wire.column.clone(),
         }
     }
-}
-
-/// The finding that is shown, one of those that `parts` picks out.
-fn shows(
-    at: At<'_>,
-    wire: &wire::Figure,
-    words: &Words,
-    parts: fn(&Names) -> &[String],
-) -> Option<FindingName> {
-    wire.shows.as_deref().and_then(|shows| read_shows(at, shows, words, parts))
 }
 
 impl Figure {
     /// Checks a `[[figure]]`: keys that its kind does not read, those that it needs and that are left out, and values.
     pub(super) fn read(at: At<'_>, wire: &wire::Figure, words: &Words) -> Option<Self> {
         check_file_name(at.key("name"), &wire.name);
-        let width = Width::read(at, wire.width.as_deref()).unwrap_or_default();
+        let width = wire.width.as_deref().and_then(Width::from_word).unwrap_or_default();
         let kind = FigureKind::from_word(&wire.kind)?;
         // A key that the kind does not read would have no effect.
-        for key in FigureKey::ALL.into_iter().map(FigureKey::word).filter(|key| !kind.reads_word(key)) {
-            if at.has(key) {
-                at.key(key).tell(format!("a `{}` figure has no `{key}`", kind.word));
-            }
+        for key in kind.unread().filter(|key| at.has(key)) {
+            at.key(key).tell(format!("a `{}` figure has no `{key}`", kind.word));
         }
         let is_empty = |key: &FigureKey| *key == FigureKey::Panels && wire.panels.is_empty();
         if kind.required.iter().any(|key| !at.has(key.word()) || is_empty(key)) {
@@ -313,7 +291,7 @@ impl Figure {
             at.key("name").tell(format!("a `{}` figure needs {}", kind.word, keys.join(" and ")));
         }
         let mut params = FigureParams::default();
-        for key in FigureKey::ALL.into_iter().filter(|key| kind.reads(*key)) {
+        for key in kind.keys() {
             key.read(at, wire, words, &mut params);
         }
         Some(Self { name: wire.name.clone(), caption: wire.caption.clone(), width, kind, params })

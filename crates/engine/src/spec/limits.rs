@@ -8,10 +8,11 @@ use trackfail_dataset::text;
 
 /// Largest experiment file, in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Largest number of trackers, of methods, of analyses, of tables and of figures.
-const MAX_ITEMS: usize = 256;
+/// Largest number of trackers, of methods, of analyses, of tables and of figures. Like other lengths of lists it stands in
+/// the schema, so that nothing is built from what is too long.
+pub(super) const MAX_ITEMS: usize = 256;
 /// Largest number of suites.
-const MAX_ROLES: usize = 16;
+pub(super) const MAX_ROLES: usize = 16;
 /// Largest number of rows of a table, and of sequences and panels of a figure.
 pub(super) const MAX_PARTS: usize = 64;
 /// Largest number of detectors of an experiment, including the candidates of training.
@@ -24,10 +25,15 @@ const MAX_CELLS: u64 = 1_000_000;
 /// # Errors
 /// The file cannot be read, is larger, or is not UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String, SpecError> {
+    read_at_most(path, MAX_BYTES, "an experiment file")
+}
+
+/// Reads a text of at most so many bytes; `what` names its kind.
+pub(super) fn read_at_most(path: &Path, most: usize, what: &str) -> Result<String, SpecError> {
     let whole = |message: String| SpecError::of_file(path.display().to_string(), message);
-    let bytes = text::read_at_most(path, MAX_BYTES as u64).map_err(|e| match e {
+    let bytes = text::read_at_most(path, most as u64).map_err(|e| match e {
         trackfail_dataset::DatasetError::Io { source, .. } => whole(source.to_string()),
-        _ => whole(format!("an experiment file has at most {MAX_BYTES} bytes")),
+        _ => whole(format!("{what} has at most {most} bytes")),
     })?;
     String::from_utf8(bytes).map_err(|e| {
         let good = e.as_bytes().iter().take(e.utf8_error().valid_up_to());
@@ -35,26 +41,6 @@ pub fn read_text(path: &Path) -> Result<String, SpecError> {
         SpecError { line, ..whole("bytes that are not UTF-8 text".into()) }
     })
 }
-
-/// How many entries lists and tables of an experiment may have: the part of the file, empty for the file itself, the key, and
-/// the largest number. The schema says it, so that nothing is built from what is too long.
-pub(super) const LISTS: [(&str, &str, usize); 15] = [
-    ("", "suites", MAX_ROLES),
-    ("", "tracker", MAX_ITEMS),
-    ("", "method", MAX_ITEMS),
-    ("", "analysis", MAX_ITEMS),
-    ("", "table", MAX_ITEMS),
-    ("", "figure", MAX_ITEMS),
-    ("", "published", 4096),
-    ("", "claim", 1024),
-    ("Analysis", "suites", MAX_ROLES),
-    ("Table", "rows", MAX_PARTS),
-    ("Table", "methods", MAX_ITEMS),
-    ("Figure", "methods", MAX_ITEMS),
-    ("Figure", "panels", MAX_PARTS),
-    ("Figure", "sequences", MAX_PARTS),
-    ("Published", "values", MAX_DETECTORS),
-];
 
 /// Refuses more cells than can be planned; `runs` is the number of trackers, each counted once a repetition.
 pub(super) fn check_cells(at: At<'_>, runs: u64, methods: &[Method]) {

@@ -8,32 +8,18 @@ const MAX_WORD: usize = 64;
 /// Most characters of an experiment's name.
 const MAX_EXPERIMENT_NAME: usize = 128;
 
-/// A name that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NameError {
-    /// Name of an experiment.
-    #[error("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")]
-    Experiment,
-    /// Name of a table, figure or analysis.
-    #[error("`{0}` must be made of a-z, 0-9, `-` and `_`")]
-    File(String),
-    /// Name of a tracker or method.
-    #[error(
-        "the name {0:?} must have 1 to 64 characters, none of [ ] = , ; \", for a method no + either, no outer spaces, no \
-         control characters, and not begin with - + or @"
-    )]
-    Label(String),
-}
+/// A name that no experiment can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")]
+pub struct NameError;
 
 /// Whether a text can be the name of an experiment, and with it the path of its folders.
 ///
 /// # Errors
-/// [`NameError::Experiment`].
+/// [`NameError`].
 pub fn check_experiment_name(name: &str) -> Result<(), NameError> {
-    if name.len() > MAX_EXPERIMENT_NAME || !name.split('/').all(is_word) {
-        return Err(NameError::Experiment);
-    }
-    Ok(())
+    let is_right = name.len() <= MAX_EXPERIMENT_NAME && name.split('/').all(is_word);
+    is_right.then_some(()).ok_or(NameError)
 }
 
 /// Whether a name is safe as a file name everywhere: `a-z`, `0-9`, `-`, `_`, at most 64 characters.
@@ -45,7 +31,7 @@ pub fn is_word(name: &str) -> bool {
 /// Refuses a name that is not safe as a file name everywhere.
 pub(super) fn check_file_name(at: At<'_>, name: &str) {
     if !is_word(name) {
-        at.tell(NameError::File(name.to_string()).to_string());
+        at.tell(format!("`{name}` must be made of a-z, 0-9, `-` and `_`"));
     }
 }
 
@@ -63,7 +49,11 @@ fn check(at: At<'_>, label: &str, signs: &str) {
     let is_short = label.chars().count() <= MAX_WORD;
     let is_forbidden = label.contains(|c: char| signs.contains(c));
     if label.trim() != label || !text::is_name(label) || !is_short || is_forbidden {
-        at.tell(NameError::Label(text::shorten_to(label, MAX_WORD)).to_string());
+        at.tell(format!(
+            "the name {:?} must have 1 to 64 characters, none of [ ] = , ; \", for a method no + either, no outer spaces, \
+             no control characters, and not begin with - + or @",
+            text::shorten_to(label, MAX_WORD)
+        ));
     }
 }
 

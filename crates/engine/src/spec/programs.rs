@@ -3,20 +3,20 @@
 
 use super::check;
 use super::error::{At, Errors, Source, SpecError};
+use super::limits::read_at_most;
 use super::name::is_word;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 use toml::de::DeTable;
-use trackfail_dataset::{DatasetError, text};
+use trackfail_dataset::text;
 use trackfail_methods::tracker::process::{Program, Programs, Protocol, Regions, Role};
 
 /// Largest file, in bytes.
-const MAX_BYTES: u64 = 1 << 20;
+const MAX_BYTES: usize = 1 << 20;
 /// Longest time limit, in seconds.
 const MAX_WAIT: f64 = 86_400.0;
 /// Environment variables that are set for the programs.
@@ -26,26 +26,25 @@ const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 /// cannot depend on one.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     let words = |words: [&str; 2]| json!({ "oneOf": words.map(|word| json!({ "const": word })) });
-    let common = json!({
-        "command": { "type": "array", "items": { "type": "string" } },
-        "version": { "type": "string" },
-        "start_timeout": { "type": "number", "description": "seconds" },
-        "answer_timeout": { "type": "number", "description": "seconds" },
-        "environment": { "type": "object", "additionalProperties": { "type": "string" } },
-        "digest": { "type": "array", "items": { "type": "string" } },
-        "deterministic": { "type": "boolean" },
-        "protocol": words(["trax", "lines"]),
-        "regions": words(["rectangle", "polygon"]),
-        "confidence": { "type": "string" },
-    });
+    let text = || json!({ "type": "string" });
+    let seconds = || json!({ "type": "number", "description": "seconds" });
+    let all = [
+        ("command", json!({ "type": "array", "items": text() })),
+        ("version", text()),
+        ("start_timeout", seconds()),
+        ("answer_timeout", seconds()),
+        ("environment", json!({ "type": "object", "additionalProperties": text() })),
+        ("digest", json!({ "type": "array", "items": text() })),
+        ("deterministic", json!({ "type": "boolean" })),
+        ("protocol", words(["trax", "lines"])),
+        ("regions", words(["rectangle", "polygon"])),
+        ("confidence", text()),
+    ];
     let programs = |without: &[&str]| {
-        let mut properties = common.clone();
-        if let Some(properties) = properties.as_object_mut() {
-            properties.retain(|key, _| !without.contains(&key.as_str()));
-        }
+        let properties = all.iter().filter(|(key, _)| !without.contains(key)).cloned();
         let program = json!({
             "type": "object",
-            "properties": properties,
+            "properties": BTreeMap::from_iter(properties),
             "required": ["command", "version"],
             "additionalProperties": false,
         });
@@ -84,14 +83,8 @@ struct Wired {
 /// A file that cannot be read, and the first thing that is wrong with it.
 pub fn read(path: &Path) -> Result<Programs, SpecError> {
     let file = path.display().to_string();
-    let whole = |message: String| SpecError::of_file(file.clone(), message);
-    let bytes = text::read_at_most(path, MAX_BYTES).map_err(|e| match e {
-        DatasetError::Io { source, .. } => whole(source.to_string()),
-        DatasetError::Content { message, .. } => whole(message),
-        e => whole(e.to_string()),
-    })?;
-    let text = String::from_utf8(bytes).map_err(|_| whole("bytes that are not UTF-8 text".into()))?;
-    let absolute = std::path::absolute(path).map_err(|e| whole(e.to_string()))?;
+    let text = read_at_most(path, MAX_BYTES, "a file of programs")?;
+    let absolute = std::path::absolute(path).map_err(|e| SpecError::of_file(file.clone(), e.to_string()))?;
     parse(&file, &text, absolute.parent().unwrap_or(&absolute))
 }
 
@@ -101,10 +94,9 @@ pub fn read(path: &Path) -> Result<Programs, SpecError> {
 /// Everything that is wrong.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
     let source = Source::new(file, text);
+    let errors = Errors::default();
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
-    let mut errors = Errors::default();
-    let document = check::check(source, &SCHEMA, document, &mut errors);
-    let errors = RefCell::new(errors);
+    let document = check::check(source, &SCHEMA, document, &errors);
     let at = At::new(source, &document, &errors);
     let mut list = Vec::new();
     let mut roles: BTreeMap<String, BTreeMap<String, Wired>> = at.read().unwrap_or_default();
@@ -114,7 +106,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecErro
             list.push(Arc::new(program(at, role, name, wired, folder)));
         }
     }
-    errors.take().or(Some(Programs { file: file.to_string(), list }))
+    errors.or(Some(Programs { file: file.to_string(), list }))
 }
 
 /// Checks a program.

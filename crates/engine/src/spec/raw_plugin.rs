@@ -2,7 +2,7 @@
 
 use super::error::At;
 use serde_json::{Map, Value};
-use trackfail_core::plugin::{self, Entry, ParamError, RawParams};
+use trackfail_core::plugin::{self, Configured, Entry, ParamError, RawParams};
 use trackfail_methods::tracker::process::{Bind, Programs};
 
 /// A plugin whose kind is known and whose parameters are not yet read.
@@ -48,7 +48,7 @@ impl<'a, T: ?Sized + Bind> RawPlugin<'a, T> {
     }
 
     /// Builds it, with values set that stand in a `grid`.
-    pub fn build(&self, set: &[(String, Value)], grid: At<'_>) -> Option<Box<T>> {
+    pub fn build(&self, set: &[(String, Value)], grid: At<'_>) -> Option<Configured<T>> {
         let built = build(self.entry, self.with(set), self.programs);
         let is_set = |e: &ParamError| set.iter().any(|(key, _)| parameter(e) == Some(key.as_str()));
         built.map_err(|e| tell(if is_set(&e) { grid } else { self.at }, &e)).ok()
@@ -63,9 +63,9 @@ pub(super) fn build<T: ?Sized + Bind>(
     entry: &Entry<T>,
     params: Map<String, Value>,
     programs: Option<&Programs>,
-) -> Result<Box<T>, ParamError> {
+) -> Result<Configured<T>, ParamError> {
     let mut built = (entry.build)(RawParams::Json(&Value::Object(params)))?;
-    programs.map_or(Ok(()), |programs| built.bind(programs))?;
+    programs.map_or(Ok(()), |programs| T::bind(&mut built, programs))?;
     Ok(built)
 }
 

@@ -6,7 +6,7 @@ mod trackers;
 use super::analysis::{self, Analysis};
 use super::check;
 use super::error::{At, Errors, Source, SpecError};
-use super::extend::{self, Place};
+use super::extend::{self, Folder};
 use super::figure::Figure;
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
@@ -14,7 +14,6 @@ use super::name::{self, check_file_name, check_method_name, check_unique};
 use super::schema::OF_WHOLE_FILES;
 use super::table::{self, Published, Table, Words, all_known};
 use super::{Experiment, OTHERS, TEST, builtin, claim, wire, written_out};
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
@@ -48,7 +47,7 @@ pub fn parse_with(
     catalog: &Catalog,
     programs: Option<&Programs>,
 ) -> Result<Experiment, SpecError> {
-    Reader { catalog, programs }.read(file, text, Place::BuiltIn)
+    Reader { catalog, programs }.read(file, text, None)
 }
 
 /// Reads and checks an experiment file as [`parse_with`] does; it may extend files of its folder, too.
@@ -62,8 +61,8 @@ pub fn read_file(
 ) -> Result<Experiment, SpecError> {
     let text = limits::read_text(path)?;
     let file = path.display().to_string();
-    let place = Place::of(path).map_err(|e| Source::new(&file, &text).error(0..0, e.to_string()))?;
-    Reader { catalog, programs }.read(&file, &text, place)
+    let folder = Folder::of(path).map_err(|e| SpecError::of_file(file.clone(), e.to_string()))?;
+    Reader { catalog, programs }.read(&file, &text, Some(folder))
 }
 
 /// Names that an experiment may use.
@@ -73,7 +72,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn read(&self, file: &str, text: &str, place: Place) -> Result<Experiment, SpecError> {
+    fn read(&self, file: &str, text: &str, folder: Option<Folder>) -> Result<Experiment, SpecError> {
         let source = Source::new(file, text);
         if text.len() > MAX_BYTES {
             return Err(source.error(0..0, format!("an experiment file has at most {MAX_BYTES} bytes")));
@@ -82,7 +81,7 @@ impl Reader<'_> {
         if extend::is_complete(document.get_ref()) {
             return self.check(source, without_directive(text), document);
         }
-        let files = extend::load(file, text, place)?;
+        let files = extend::load(file, text, folder)?;
         let (text, document) = extend::complete(&files)?;
         self.check(Source::first_of(&files), &text, document)
     }
@@ -94,17 +93,16 @@ impl Reader<'_> {
         text: &str,
         mut document: Spanned<DeTable<'_>>,
     ) -> Result<Experiment, SpecError> {
-        let mut errors = Errors::default();
+        let errors = Errors::default();
         written_out::complete_methods(document.get_mut());
         let mut words = Words::of(document.get_ref());
         let has_protocol = document.get_ref().contains_key("protocol");
-        let document = check::check(source, &OF_WHOLE_FILES, document, &mut errors);
+        let document = check::check(source, &OF_WHOLE_FILES, document, &errors);
         let document = with_stand_ins(document);
-        let errors = RefCell::new(errors);
         let at = At::new(source, &document, &errors);
         let wire = at.read::<wire::Experiment>();
         let experiment = wire.map(|wire| self.build(at, wire, &mut words, has_protocol, text));
-        errors.take().or(experiment)
+        errors.or(experiment)
     }
 
     /// Builds an experiment and tells what is wrong with it: names that refer to nothing, plugins that refuse their

@@ -1,65 +1,99 @@
 //! The JSON Schema of experiment files, generated from the types that read them.
 
-use super::figure::{FIGURE_KINDS, FigureKey};
-use super::limits::{LISTS, MAX_PARTS};
-use super::method::can_be_maximised;
-use super::read::{MAX_RUNS, SCHEMA};
+use super::extend::{KINDS, SHORTCUTS};
+use super::figure::{FIGURE_KINDS, FigureKind};
 use super::wire;
+use schemars::SchemaGenerator;
 use serde_json::{Map, Value, json};
 use std::sync::LazyLock;
 use trackfail_core::plugin::Entry;
-use trackfail_methods::score::{Metric, PROTOCOLS};
-use trackfail_methods::tracker::protocol::RunProtocol;
+use trackfail_methods::analysis::ANALYSES;
+use trackfail_methods::detector::DETECTORS;
+use trackfail_methods::signal::SIGNALS;
+use trackfail_methods::tracker::TRACKERS;
 
 /// Named parts of the schema, which others refer to as `#/$defs/NAME`.
 type Definitions = Map<String, Value>;
 
 /// The schema of experiments that need no other file, which have all that an experiment must have.
-pub(super) static OF_WHOLE_FILES: LazyLock<Value> = LazyLock::new(|| describe(true));
+pub(super) static OF_WHOLE_FILES: LazyLock<Value> = LazyLock::new(of_whole_files);
+
+/// The schema of the keys that only shorten a file; others are let through.
+pub(super) static OF_SHORTCUTS: LazyLock<Value> = LazyLock::new(|| {
+    let mut schema = OF_WHOLE_FILES.clone();
+    remove(&mut schema, &["required", "additionalProperties"]);
+    if let Some(keys) = schema["properties"].as_object_mut() {
+        keys.retain(|key, _| SHORTCUTS.contains(&key.as_str()));
+    }
+    schema
+});
 
 /// The schema, with the parameters of every tracker, signal, detector and analysis.
 pub fn schema() -> Value {
-    describe(false)
+    let mut schema = OF_WHOLE_FILES.clone();
+    // A file that extends another gives only what tells its items from others, and what differs.
+    for (_, definition, names) in KINDS {
+        schema["$defs"][definition]["required"] = json!(names);
+    }
+    let trackers = json!([{ "required": ["tracker"] }, { "required": ["tracker-group"] }]);
+    schema["required"] = json!(["schema", "name"]);
+    schema["anyOf"] =
+        json!([{ "required": ["extends"] }, { "required": ["title", "suites"], "anyOf": trackers }]);
+    schema
 }
 
-/// The schema of all files, or of those alone that need no other.
-fn describe(whole: bool) -> Value {
-    let mut root = schemars::schema_for!(wire::Experiment).to_value();
+fn of_whole_files() -> Value {
+    let mut generator = SchemaGenerator::default();
+    let _ = generator.subschema_for::<wire::Train>();
+    let _ = generator.subschema_for::<wire::Shortcuts>();
+    let mut root = generator.into_root_schema_for::<wire::Experiment>().to_value();
     let mut definitions = take_definitions(&mut root);
-    add_shortcuts(&mut root, &mut definitions);
-    if !whole {
-        require_what_differs(&mut root, &mut definitions);
+    let shortcuts = definitions.remove("Shortcuts").unwrap_or_default()["properties"].take();
+    merge(&mut root["properties"], shortcuts);
+    for (name, kinds) in [
+        ("Signal", plugins(&mut definitions, "signal", SIGNALS)),
+        ("Detector", plugins(&mut definitions, "detector", DETECTORS)),
+        ("Compute", plugins(&mut definitions, "analysis", ANALYSES)),
+    ] {
+        definitions.insert(name.into(), json!({ "anyOf": kinds }));
     }
-    let mut train = schemars::schema_for!(wire::Train).to_value();
-    definitions.append(&mut take_definitions(&mut train));
-    remove(&mut train, &["$schema", "title"]);
-    definitions.insert("Train".into(), train);
-    let signals = plugins(&mut definitions, "signal", trackfail_methods::signal::SIGNALS);
-    let detectors = plugins(&mut definitions, "detector", trackfail_methods::detector::DETECTORS);
-    let analyses = plugins(&mut definitions, "analysis", trackfail_methods::analysis::ANALYSES);
-    let trackers = plugins(&mut definitions, "tracker", trackfail_methods::tracker::TRACKERS);
-    definitions.insert("Signal".into(), signals);
-    definitions.insert("Detector".into(), detectors);
-    definitions.insert("Compute".into(), analyses);
-    definitions.insert(
-        "Change".into(),
-        json!({
-            "description": "Parameters that a reading changes, of the signal or detector that it is like.",
-            "type": "object",
-            "not": { "required": ["kind"] },
-        }),
-    );
-    let analysis = &mut definitions["Analysis"]["properties"];
-    analysis["signal"] = json!({ "$ref": "#/$defs/Signal" });
-    analysis["compute"] = json!({ "$ref": "#/$defs/Compute" });
-    describe_methods(&mut definitions);
-    describe_trackers(&mut definitions, trackers);
-    describe_figures(&mut definitions["Figure"]);
-    describe_words(&mut root, &mut definitions);
-    describe_limits(&mut root, &mut definitions);
+    let change = "Parameters that a reading changes, of the signal or detector that it is like.";
+    let change = json!({ "description": change, "type": "object", "not": { "required": ["kind"] } });
+    definitions.insert("Change".into(), change);
+    // Trackers have their own keys and the parameters of their kind on one level. A change of the base's tracker gives its
+    // label and what differs.
+    let own = definitions["Tracker"]["properties"].clone();
+    let mut kinds = plugins(&mut definitions, "tracker", TRACKERS);
+    kinds.push(json!({ "not": { "required": ["name"] }, "additionalProperties": true }));
+    merge(&mut definitions["Tracker"], json!({ "anyOf": kinds, "unevaluatedProperties": false }));
+    // The group may give the kind, and a member the parameters, or the other way round.
+    let member =
+        json!({ "type": "object", "description": "A tracker of a group.", "properties": own.clone() });
+    definitions.insert("TrackerMember".into(), member);
+    let mut method = definitions["Method"]["properties"].clone();
+    remove(&mut method, &["name"]);
+    merge(&mut definitions["TrackerGroup"]["properties"], own);
+    merge(&mut definitions["MethodGroup"]["properties"], method);
     root["$defs"] = Value::Object(definitions);
     remove_null(&mut root);
     root
+}
+
+/// The signals of a method: one, or a list of them.
+pub(super) fn signals() -> Value {
+    json!([of("Signal"), { "type": "array", "items": of("Signal"), "minItems": 1 }])
+}
+
+/// For each kind of figure, the keys that it does not read.
+pub(super) fn unread_keys() -> Vec<Value> {
+    let rule = |kind: &FigureKind| {
+        let unread: Definitions = kind.unread().map(|key| (key.to_string(), json!(false))).collect();
+        json!({
+            "if": { "required": ["kind"], "properties": { "kind": { "const": kind.word } } },
+            "then": { "properties": unread },
+        })
+    };
+    FIGURE_KINDS.iter().map(rule).collect()
 }
 
 fn take_definitions(schema: &mut Value) -> Definitions {
@@ -75,61 +109,6 @@ fn remove(schema: &mut Value, keys: &[&str]) {
     }
 }
 
-/// One reference.
-fn of(name: &str) -> Value {
-    json!({ "$ref": format!("#/$defs/{name}") })
-}
-
-/// Signals and detectors of methods, and the keys that a group of methods shares.
-fn describe_methods(definitions: &mut Definitions) {
-    let whole = json!({ "anyOf": [of("Signal"), { "type": "array", "items": of("Signal"), "minItems": 1 }] });
-    let changed = json!({ "anyOf": [of("Signal"), whole["anyOf"][1], of("Change")] });
-    let method = &mut definitions["Method"];
-    method["properties"]["signal"]["anyOf"] = changed["anyOf"].clone();
-    method["properties"]["detector"]["anyOf"] = json!([of("Detector"), of("Change")]);
-    method["properties"]["grid"]["additionalProperties"] =
-        json!({ "type": "array", "items": { "type": "number" }, "minItems": 1 });
-    for key in ["signal", "detector"] {
-        remove(&mut method["properties"][key], &["type", "additionalProperties"]);
-    }
-    // Only what is like another method can leave `kind` to that one.
-    method["if"] = json!({ "not": { "required": ["like"] } });
-    method["then"] = json!({ "properties": { "signal": whole, "detector": of("Detector") } });
-    let shared = method["properties"].clone();
-    let group = &mut definitions["MethodGroup"];
-    for (key, value) in shared.as_object().into_iter().flatten().filter(|(key, _)| *key != "name") {
-        group["properties"][key] = value.clone();
-    }
-    group["additionalProperties"] = json!(false);
-    let members =
-        json!({ "type": "array", "minItems": 1, "items": { "anyOf": [{ "type": "string" }, of("Method")] } });
-    merge(&mut group["properties"]["methods"], members);
-}
-
-/// Trackers have their own keys and the parameters of their kind on one level.
-fn describe_trackers(definitions: &mut Definitions, kinds: Value) {
-    let mut kinds = kinds["anyOf"].clone();
-    let names: Vec<&str> = trackfail_methods::tracker::TRACKERS.iter().map(|entry| entry.kind).collect();
-    let tracker = &mut definitions["Tracker"];
-    tracker["properties"]["name"]["enum"] = json!(names);
-    let own = tracker["properties"].clone();
-    if let Some(kinds) = kinds.as_array_mut() {
-        // A change of the base's tracker gives its label and what differs.
-        kinds.push(json!({ "not": { "required": ["name"] }, "additionalProperties": true }));
-    }
-    tracker["anyOf"] = kinds;
-    tracker["unevaluatedProperties"] = json!(false);
-    // The group may give the kind, and a member the parameters, or the other way round.
-    let member = json!({ "type": "object", "description": "A tracker of a group.", "properties": own });
-    definitions.insert("TrackerMember".into(), member);
-    let members = json!({ "type": "array", "minItems": 1, "items": { "anyOf": [{ "type": "string" }, of("TrackerMember")] } });
-    let group = &mut definitions["TrackerGroup"];
-    for (key, value) in own.as_object().into_iter().flatten() {
-        group["properties"][key] = value.clone();
-    }
-    merge(&mut group["properties"]["trackers"], members);
-}
-
 /// Sets keys of an object.
 fn merge(schema: &mut Value, more: Value) {
     if let (Some(schema), Value::Object(mut more)) = (schema.as_object_mut(), more) {
@@ -137,98 +116,14 @@ fn merge(schema: &mut Value, more: Value) {
     }
 }
 
-/// Figures: the kinds, and for each kind the keys that it does not read.
-fn describe_figures(figure: &mut Value) {
-    let kinds: Vec<String> =
-        FIGURE_KINDS.iter().map(|kind| format!("`{}` ({})", kind.word, kind.summary)).collect();
-    let words: Vec<&str> = FIGURE_KINDS.iter().map(|kind| kind.word).collect();
-    figure["properties"]["kind"]["description"] = json!(format!("{}.", kinds.join("; ")));
-    figure["properties"]["kind"]["enum"] = json!(words);
-    let rules = FIGURE_KINDS.iter().map(|kind| {
-        let unread = FigureKey::ALL.iter().filter(|key| !kind.reads_word(key.word()));
-        let unread: Definitions = unread.map(|key| (key.word().to_string(), json!(false))).collect();
-        json!({
-            "if": { "required": ["kind"], "properties": { "kind": { "const": kind.word } } },
-            "then": { "properties": unread },
-        })
-    });
-    figure["allOf"] = rules.collect();
+/// One reference.
+pub(super) fn of(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
 }
 
-/// The closed lists of words, and the ranges of numbers, that the types do not say.
-fn describe_words(root: &mut Value, definitions: &mut Definitions) {
-    let protocols: Vec<&str> = PROTOCOLS.iter().map(|protocol| protocol.name).collect();
-    let metrics: Vec<&str> = Metric::names().collect();
-    let best: Vec<&str> =
-        Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised)).collect();
-    root["properties"]["schema"] = json!({ "description": "Version of this format.", "const": SCHEMA });
-    root["properties"]["name"]["pattern"] = json!("^[a-z0-9_-]{1,64}(/[a-z0-9_-]{1,64})*$");
-    root["properties"]["protocol"]["enum"] = json!(protocols);
-    root["properties"]["suites"]["additionalProperties"]["type"] = json!("string");
-    for part in ["Method", "MethodGroup"] {
-        definitions[part]["properties"]["protocol"]["enum"] = json!(protocols);
-    }
-    for part in ["Tracker", "TrackerGroup", "TrackerMember"] {
-        let keys = &mut definitions[part]["properties"];
-        keys["protocol"]["enum"] = RunProtocol::ALL.iter().map(|protocol| protocol.name()).collect();
-        for key in ["runs", "training_runs"] {
-            merge(&mut keys[key], json!({ "minimum": 1, "maximum": MAX_RUNS }));
-        }
-    }
-    definitions["Train"]["properties"]["maximise"]["enum"] = json!(best);
-    definitions["Table"]["properties"]["rank"]["enum"] = json!(metrics);
-    definitions["Table"]["properties"]["metric"]["enum"] = json!(metrics);
-    definitions["Figure"]["properties"]["metric"]["enum"] = json!(metrics);
-    definitions["Grid"]["oneOf"] = json!([
-        { "required": ["from", "to", "step"], "properties": { "values": false, "quantiles": false } },
-        { "required": ["values"], "properties": { "from": false, "to": false, "step": false, "quantiles": false } },
-        { "required": ["quantiles"], "properties": { "from": false, "to": false, "step": false, "values": false } },
-    ]);
-}
-
-/// How long lists may be.
-fn describe_limits(root: &mut Value, definitions: &mut Definitions) {
-    for (part, key, most) in LISTS {
-        let whole = if part.is_empty() { &mut *root } else { &mut definitions[part] };
-        let list = &mut whole["properties"][key];
-        let keyword = if list["type"] == "object" { "maxProperties" } else { "maxItems" };
-        list[keyword] = json!(most);
-    }
-    definitions["Figure"]["properties"]["panels"]["items"]["maxItems"] = json!(MAX_PARTS);
-}
-
-/// Keys of an item that tell it from the others; an experiment that extends another gives only these and what differs.
-const NAMES: [(&str, &[&str]); 7] = [
-    ("Tracker", &[]),
-    ("Method", &["name"]),
-    ("Analysis", &["name"]),
-    ("Table", &["name"]),
-    ("Figure", &["name"]),
-    ("Published", &["table", "tracker", "row"]),
-    ("Claim", &["text"]),
-];
-
-/// Adds the keys that make a file shorter.
-fn add_shortcuts(root: &mut Value, definitions: &mut Definitions) {
-    let mut shortcuts = schemars::schema_for!(wire::Shortcuts).to_value();
-    definitions.append(&mut take_definitions(&mut shortcuts));
-    merge(&mut root["properties"], shortcuts["properties"].take());
-}
-
-/// Requires of a file only what every file must have.
-fn require_what_differs(root: &mut Value, definitions: &mut Definitions) {
-    root["required"] = json!(["schema", "name"]);
-    let trackers = json!([{ "required": ["tracker"] }, { "required": ["tracker-group"] }]);
-    root["anyOf"] =
-        json!([{ "required": ["extends"] }, { "required": ["title", "suites"], "anyOf": trackers }]);
-    for (definition, required) in NAMES {
-        definitions[definition]["required"] = json!(required);
-    }
-}
-
-/// Defines the plugins of a list, each by itself, and gives the choice between them.
-fn plugins<T: ?Sized>(definitions: &mut Definitions, what: &str, list: &'static [Entry<T>]) -> Value {
-    let alternatives = list.iter().map(|entry| {
+/// Defines the plugins of a list, each by itself, and gives the references to them.
+fn plugins<T: ?Sized>(definitions: &mut Definitions, what: &str, list: &'static [Entry<T>]) -> Vec<Value> {
+    let define = |entry: &Entry<T>| {
         let name = format!("{what}-{}", entry.kind);
         let mut schema = (entry.schema)().to_value();
         for (part, mut definition) in take_definitions(&mut schema) {
@@ -254,9 +149,8 @@ fn plugins<T: ?Sized>(definitions: &mut Definitions, what: &str, list: &'static 
         }
         definitions.insert(name.clone(), schema);
         of(&name)
-    });
-    let alternatives: Vec<Value> = alternatives.collect();
-    json!({ "anyOf": alternatives })
+    };
+    list.iter().map(define).collect()
 }
 
 /// Lets a number of a detector be trained instead of given.

@@ -106,11 +106,11 @@ pub(super) fn read_methods(at: At<'_>, list: Option<&[String]>, words: &Words) -
 /// What an analysis makes, as `shows` of a table or figure names it.
 pub(super) fn read_shows(
     at: At<'_>,
-    shows: &str,
+    shows: Option<&String>,
     words: &Words,
     parts: fn(&Names) -> &[String],
 ) -> Option<FindingName> {
-    words.finding(shows, parts).map_err(|message| at.key("shows").tell(message)).ok()
+    words.finding(shows?, parts).map_err(|message| at.key("shows").tell(message)).ok()
 }
 
 /// What the table of an experiment without tables and figures shows.
@@ -150,48 +150,42 @@ impl Table {
         if wire.column.is_some() && wire.shows.is_none() {
             at.key("column").tell("`column` is for tables that `show` one of an analysis");
         }
-        let own = ["rows", "columns", "metric", "rank"].into_iter().find(|key| at.has(key));
+        let has_none = |keys: &[&str], what: &str| {
+            if let Some(key) = keys.iter().find(|key| at.has(key)) {
+                at.key(key).tell(format!("a table {what} has no rows, columns or metric of its own"));
+            }
+        };
         let mut table = Self::empty(&wire.name, wire.caption.as_ref());
-        match (wire, &wire.rows, &wire.columns) {
-            (wire::Table { shows: Some(shows), .. }, ..) => {
-                if let Some(key) = own {
-                    let message =
-                        "a table that `shows` one of an analysis has no rows, columns or metric of its own";
-                    at.key(key).tell(message);
-                }
-                table.shows = Some(read_shows(at, shows, words, |names| &names.tables)?);
-                table.column = wire.column.clone();
+        if wire.shows.is_some() {
+            has_none(&["rows", "columns", "metric", "rank"], "that `shows` one of an analysis");
+            table.shows = Some(read_shows(at, wire.shows.as_ref(), words, |names| &names.tables)?);
+            table.column = wire.column.clone();
+        } else if let Some(rank) = &wire.rank {
+            has_none(&["rows", "columns", "metric"], "with a `rank`");
+            table.methods = read_methods(at, wire.methods.as_deref(), words);
+            let metric = Metric::from_name(rank)?;
+            let is_measure = metric.is_of_counts() || metric.is_of_frames();
+            if metric.direction() == Direction::Neither || !is_measure {
+                let message = "ranks nothing: it is no measure of counts or frames with a better end";
+                at.key("rank").tell(format!("`{rank}` {message}"));
             }
-            (wire::Table { rank: Some(rank), .. }, ..) => {
-                if let Some(key) = own.filter(|key| *key != "rank") {
-                    at.key(key).tell("a table with a `rank` has no rows, columns or metric of its own");
-                }
-                table.methods = read_methods(at, wire.methods.as_deref(), words);
-                let metric = Metric::from_name(rank)?;
-                let is_measure = metric.is_of_counts() || metric.is_of_frames();
-                if metric.direction() == Direction::Neither || !is_measure {
-                    at.key("rank").tell(format!(
-                        "`{rank}` ranks nothing: it is no measure of counts or frames with a better end"
-                    ));
-                }
-                table.ranked = Some(metric);
-            }
-            (_, Some(rows), Some(columns)) => table.read_sides(at, wire, (rows, columns), words)?,
-            _ => {
-                at.key("name").tell("a table needs `rows` and `columns`, `rank` or `shows`");
-                return None;
-            }
+            table.ranked = Some(metric);
+        } else if let (Some(rows), Some(columns)) = (&wire.rows, &wire.columns) {
+            table.read_sides(at, wire, (rows, columns), words)?;
+        } else {
+            at.key("name").tell("a table needs `rows` and `columns`, `rank` or `shows`");
+            return None;
         }
         if let Some(latex) = &wire.latex {
             let (at, columns) = (at.key("latex"), latex.columns.clone().unwrap_or_default());
+            let has_sides = table.shows.is_none() && table.ranked.is_none();
             let known = match table.columns {
-                _ if table.shows.is_some() || table.ranked.is_some() => &columns,
-                Side::Method => &table.methods,
-                Side::Tracker => &words.trackers,
+                Side::Method if has_sides => &table.methods,
+                Side::Tracker if has_sides => &words.trackers,
                 _ => &columns,
             };
             all_known(at.key("columns"), "column", &columns, known);
-            table.latex = Latex { width: Width::read(at, latex.width.as_deref()), columns };
+            table.latex = Latex { width: latex.width.as_deref().and_then(Width::from_word), columns };
         }
         Some(table)
     }
@@ -237,38 +231,38 @@ impl Table {
 fn read_rows(at: At<'_>, rows: &[String], words: &Words) -> Option<Side> {
     let at = at.key("rows");
     match rows {
-        [] => {
-            at.tell("`rows` is empty");
-            return None;
-        }
+        [] => at.tell("`rows` is empty"),
         [one] if words.axes.contains(one) => return Some(Side::Axis(one.clone())),
         [one] if one == ATTRIBUTE => return Some(Side::Attribute),
         _ => {}
     }
-    let mut metrics = Vec::new();
-    for (index, word) in rows.iter().enumerate() {
-        let axes = words.axes.iter().map(String::as_str);
-        let known = Metric::names().map(|name| -> &str { name }).chain([ATTRIBUTE]).chain(axes);
-        match Metric::from_name(word) {
-            Some(metric) => metrics.push(metric),
-            None => at.item(index).tell_unknown("metric, attribute or grid axis", word, known),
+    let axes = words.axes.iter().map(String::as_str);
+    let known = Metric::names().map(|name| -> &str { name }).chain([ATTRIBUTE]).chain(axes);
+    let metric = |(index, word): (usize, &String)| {
+        let metric = Metric::from_name(word);
+        if metric.is_none() {
+            at.item(index).tell_unknown("metric, attribute or grid axis", word, known.clone());
         }
-    }
-    (metrics.len() == rows.len()).then_some(Side::Metrics(metrics))
+        metric
+    };
+    // All are read before one that is unknown ends it.
+    let metrics: Vec<Option<Metric>> = rows.iter().enumerate().map(metric).collect();
+    metrics.into_iter().collect::<Option<Vec<_>>>().filter(|all| !all.is_empty()).map(Side::Metrics)
 }
 
 /// The columns of a table: methods, trackers, attributes, or the values of a grid axis.
 fn read_columns(at: At<'_>, columns: &str, words: &Words) -> Option<Side> {
-    Some(match columns {
+    let side = match columns {
         "method" => Side::Method,
         "tracker" => Side::Tracker,
-        word if words.axes.iter().any(|axis| axis == word) => Side::Axis(word.to_string()),
         ATTRIBUTE => Side::Attribute,
-        word => {
-            let axes = words.axes.iter().map(String::as_str);
-            let known = ["method", "tracker", ATTRIBUTE].into_iter().chain(axes);
-            at.key("columns").tell_unknown("column", word, known);
-            return None;
-        }
-    })
+        word => Side::Axis(word.to_string()),
+    };
+    let axes = words.axes.iter().map(String::as_str);
+    let known = ["method", "tracker", ATTRIBUTE].into_iter().chain(axes);
+    if !known.clone().any(|known| known == columns) {
+        at.key("columns").tell_unknown("column", columns, known);
+        return None;
+    }
+    Some(side)
 }

@@ -1,6 +1,5 @@
 //! How wide a figure or a table is in print.
 
-use super::error::At;
 use serde::Serialize;
 
 /// Width of a figure or a table in print.
@@ -15,7 +14,8 @@ pub enum Width {
 }
 
 impl Width {
-    const ALL: [Self; 2] = [Self::Column, Self::Text];
+    /// Both widths.
+    pub(super) const ALL: [Self; 2] = [Self::Column, Self::Text];
 
     /// The word in experiment files.
     pub fn word(self) -> &'static str {
@@ -33,13 +33,8 @@ impl Width {
         }
     }
 
-    /// Checks `width` where it is given.
-    pub(super) fn read(at: At<'_>, word: Option<&str>) -> Option<Self> {
-        let word = word?;
-        let known = Self::ALL.into_iter().find(|width| width.word() == word);
-        if known.is_none() {
-            at.key("width").tell_unknown("width", word, Self::ALL.map(Self::word));
-        }
-        known
+    /// The width with this word.
+    pub(super) fn from_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|width| width.word() == word)
     }
 }

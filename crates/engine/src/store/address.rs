@@ -155,10 +155,10 @@ mod tests {
     }
 
     /// Kind and the first 16 digits of the address of each plugin alone, with its example's parameters.
-    fn keys<T: ?Sized>(what: &str, list: &[Entry<T>], params: fn(&T) -> serde_json::Value) -> Vec<String> {
+    fn keys<T: ?Sized>(what: &str, list: &[Entry<T>]) -> Vec<String> {
         let key = |e: &Entry<T>| {
             let built = e.build_from_text(e.example).unwrap();
-            let recipe = Recipe::new(Stage::Track).with_plugin(what, e.kind, e.version, &params(&built));
+            let recipe = Recipe::new(Stage::Track).with_plugin(what, e.kind, e.version, &built.params());
             format!("{what} {} {}", e.kind, &recipe.address().to_string()[..16])
         };
         list.iter().map(key).collect()
@@ -167,10 +167,10 @@ mod tests {
     // A name, version, parameter or default that changes, changes every address.
     #[test]
     fn plugins_have_their_pinned_addresses() {
-        let mut all = keys("tracker", trackfail_methods::tracker::TRACKERS, |t| t.params());
-        all.extend(keys("signal", trackfail_methods::signal::SIGNALS, |s| s.params()));
-        all.extend(keys("detector", trackfail_methods::detector::DETECTORS, |d| d.params()));
-        all.extend(keys("analysis", trackfail_methods::analysis::ANALYSES, |a| a.params()));
+        let mut all = keys("tracker", trackfail_methods::tracker::TRACKERS);
+        all.extend(keys("signal", trackfail_methods::signal::SIGNALS));
+        all.extend(keys("detector", trackfail_methods::detector::DETECTORS));
+        all.extend(keys("analysis", trackfail_methods::analysis::ANALYSES));
         trackfail_testing::check_pins("address", all);
     }
 }

@@ -110,24 +110,11 @@ pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>),
     Ok((path, index))
 }
 
-/// The index of a pack.
+/// Opens a pack.
 ///
 /// # Errors
-/// When the file is not a whole pack; its source is an [`std::io::Error`] if the operating system refuses, so that the pack
-/// may be whole.
-pub fn read_index(path: &Path) -> Result<Vec<Place>, StoreError> {
-    index_of(&mut open(path)?, path)
-}
-
-/// Head and payload of a record.
-///
-/// # Errors
-/// When it is not the record that `place` describes; as [`read_index`].
-pub fn read_record(path: &Path, place: &Place) -> Result<(Head, Vec<u8>), StoreError> {
-    record_of(&mut open(path)?, place, path)
-}
-
-fn open(path: &Path) -> Result<File, StoreError> {
+/// When the operating system refuses; the source is an [`std::io::Error`] then, and the pack may be whole.
+pub fn open(path: &Path) -> Result<File, StoreError> {
     File::open(path).map_err(|e| StoreError::new(path, e))
 }
 
@@ -141,10 +128,10 @@ fn read<R: Read + Seek>(pack: &mut R, offset: u64, length: u64, path: &Path) -> 
     })
 }
 
-/// The index of a pack from any reader; `path` is for errors.
+/// The index of a pack; `path` is for errors.
 ///
 /// # Errors
-/// When it is not a whole pack.
+/// When it is not a whole pack; as [`open`] when it cannot be read.
 pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, StoreError> {
     let damaged = |what: &str| StoreError::new(path, what);
     let size = pack.seek(SeekFrom::End(0)).map_err(|e| StoreError::new(path, e))?;
@@ -170,10 +157,10 @@ pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>,
     Ok(index)
 }
 
-/// Head and payload of a record of a pack from any reader; `path` is for errors.
+/// Head and payload of a record of a pack; `path` is for errors.
 ///
 /// # Errors
-/// When it is not the record that `place` describes.
+/// When it is not the record that `place` describes; as [`open`] when it cannot be read.
 pub fn record_of<R: Read + Seek>(
     pack: &mut R,
     place: &Place,

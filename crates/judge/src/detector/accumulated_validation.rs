@@ -26,20 +26,17 @@ use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
 use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
 use crate::num::gamma_mixture::FitOptions;
 use crate::num::gamma_mixture::select::Criterion;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::sync::Arc;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "accumulated-validation",
-    version: 2,
-    summary: "alarm while the sum of the last c_t is beyond what a learned model of consistency allows (AVU)",
-    example: "{ length = 5, beta = 0.2 }",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(AccumulatedValidation::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<AccumulatedValidation>(
+    "accumulated-validation",
+    2,
+    "alarm while the sum of the last c_t is beyond what a learned model of consistency allows (AVU)",
+)
+.example("{ length = 5, beta = 0.2 }");
 
 /// How the distribution of the sum is computed from that of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -55,7 +52,6 @@ pub enum Approximation {
     Empirical,
 }
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -108,32 +104,21 @@ pub struct AccumulatedValidation {
     beta: Option<f64>,
 }
 
-impl AccumulatedValidation {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range, and without both `beta` and `train`.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        let wrong = |key, rule: &str, got: String| Err(ParamError::out_of_range(key, rule, got));
-        if !(1..=10_000).contains(&p.length) {
-            return wrong("length", "1 to 10000", p.length.to_string());
-        }
-        if !(p.alpha > 0.0 && p.alpha < 0.5) {
-            return wrong("alpha", "above 0 and below 0.5", p.alpha.to_string());
-        }
-        if !(p.tau > 0.0 && p.tau <= 1.0) {
-            return wrong("tau", "above 0 and at most 1", p.tau.to_string());
-        }
-        if !(1..=20).contains(&p.max_components) {
-            return wrong("max_components", "1 to 20", p.max_components.to_string());
-        }
-        if let Some(k) = p.components.filter(|k| !(1..=20).contains(k)) {
-            return wrong("components", "1 to 20", k.to_string());
-        }
+impl Plugin for AccumulatedValidation {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("length", 1.0, 10_000.0),
+        Range::of("alpha").above(0.0).below(0.5),
+        Range::of("beta"),
+        Range::of("tau").above(0.0).at_most(1.0),
+        Range::within("components", 1.0, 20.0),
+        Range::within("max_components", 1.0, 20.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         match (p.beta, &p.train) {
-            (Some(beta), None) if beta.is_finite() => Ok(Self { beta: p.beta, params: p }),
-            (Some(beta), None) => wrong("beta", "finite", beta.to_string()),
-            (None, Some(_)) => Ok(Self { params: p, beta: None }),
+            (Some(_), None) | (None, Some(_)) => Ok(Self { beta: p.beta, params: p }),
             (None, None) => {
                 let message = "give `train` (role of the suite to learn from) or `beta` (the threshold)";
                 Err(ParamError { message: message.to_string(), key: None, span: None })
@@ -144,7 +129,9 @@ impl AccumulatedValidation {
             }
         }
     }
+}
 
+impl AccumulatedValidation {
     /// This detector with the threshold that follows from a model which it learned.
     ///
     /// # Errors
@@ -239,16 +226,12 @@ impl Learner for AccumulatedValidation {
         serde_json::to_value(Learned { consistency, empirical }).map_err(LearnError::Write)
     }
 
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
-        Ok(Box::new(self.ready(model)?))
+    fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError> {
+        Ok(Arc::new(self.ready(model)?))
     }
 }
 
 impl Detector for AccumulatedValidation {
-    fn params(&self) -> Value {
-        show_params(&self.params)
-    }
-
     fn learner(&self) -> Option<&dyn Learner> {
         self.params.beta.is_none().then_some(self as &dyn Learner)
     }
@@ -271,9 +254,10 @@ impl Detector for AccumulatedValidation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plugin::Configured;
     use rand::RngExt;
 
-    fn built(text: &str) -> Box<dyn Detector> {
+    fn built(text: &str) -> Configured<dyn Detector> {
         ENTRY.build_from_text(text).unwrap()
     }
 
@@ -305,7 +289,7 @@ mod tests {
         (error.iter().map(draw).collect(), error)
     }
 
-    fn learned(more: &str) -> (Value, Box<dyn Detector>) {
+    fn learned(more: &str) -> (Value, Arc<dyn Detector>) {
         let (signal, error) = drawn();
         let detector = built(&format!("{{ train = \"train\", components = 1, {more} }}"));
         let learner = detector.learner().unwrap();
@@ -375,23 +359,15 @@ mod tests {
 
     #[test]
     fn parameters_and_models_are_checked() {
-        for text in [
-            "{}",
-            "{ length = 0, beta = 1.0 }",
-            "{ alpha = 0.5, beta = 1.0 }",
-            "{ alpha = 0.0, beta = 1.0 }",
-            "{ beta = nan }",
-            "{ beta = 1.0, train = \"t\" }",
-            "{ train = \"t\", tau = 0.0 }",
-            "{ train = \"t\", components = 0 }",
-            "{ train = \"t\", max_components = 21 }",
-        ] {
+        for text in ["{}", "{ beta = 1.0, train = \"t\" }"] {
             assert!(ENTRY.build_from_text(text).is_err(), "{text}");
         }
         let (model, _) = learned("length = 5, approximation = \"empirical\"");
-        let other = built("{ length = 6, train = \"t\", approximation = \"empirical\" }");
-        assert!(other.learner().unwrap().with_model(&model).is_err());
-        assert!(other.learner().unwrap().with_model(&json!({"beta": 1})).is_err());
+        for other in ["length = 6", "length = 5, alpha = 0.01"] {
+            let other = built(&format!("{{ {other}, train = \"t\", approximation = \"empirical\" }}"));
+            assert!(matches!(other.learner().unwrap().with_model(&model), Err(LearnError::OtherModel)));
+            assert!(other.learner().unwrap().with_model(&json!({"beta": 1})).is_err());
+        }
         assert!(built("{ beta = 1.0 }").learner().is_none());
     }
 }

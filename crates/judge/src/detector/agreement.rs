@@ -23,19 +23,15 @@
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream, threshold_within};
 use crate::num::fixed;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "agreement",
-    version: 1,
-    summary: "lost where a watchdog is sure of another place, with an alarm while that is news",
-    example: "{}",
-    more: &["{ budget = 2.0, window = 10 }", "{ threshold = 0.5 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(Agreement::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Agreement>(
+    "agreement",
+    1,
+    "lost where a watchdog is sure of another place, with an alarm while that is news",
+)
+.more(&["{ budget = 2.0, window = 10 }", "{ threshold = 0.5 }"]);
 
 /// Factor of an old disagreement.
 const OLD: f64 = 0.001;
@@ -48,7 +44,6 @@ const EVEN: f64 = 20.0;
 const THRESHOLDS: [(f64, f64); 6] =
     [(1.0, 0.997), (2.0, 0.9894), (5.0, 0.9486), (10.0, 0.8823), (20.0, 0.7271), (50.0, 0.3986)];
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -67,35 +62,29 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct Agreement {
     params: Params,
     threshold: f64,
 }
 
-impl Agreement {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        check_ranges(&[("budget", params.budget, 1e-6, 1000.0)])?;
-        check_ranges(&[("window", params.window, 0, 10_000)])?;
+impl Plugin for Agreement {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("budget", 1e-6, 1000.0),
+        Range::of("threshold").above(0.0).at_most(1.0),
+        Range::within("window", 0.0, 10_000.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let threshold =
             params.threshold.or_else(|| threshold_within(&THRESHOLDS, params.budget)).unwrap_or(1.0);
-        if !(threshold > 0.0 && threshold <= 1.0) {
-            return Err(ParamError::out_of_range("threshold", "above 0 and at most 1", threshold));
-        }
         Ok(Self { params, threshold })
     }
 }
 
 impl Detector for Agreement {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn signals(&self) -> usize {
         2
     }
@@ -191,16 +180,5 @@ mod tests {
         let of = |budget: f64| Agreement::new(Params { budget, ..Params::default() }).unwrap().threshold;
         assert!(THRESHOLDS.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 >= pair[1].1));
         assert_eq!([of(0.5), of(3.0), of(1000.0)], [THRESHOLDS[0].1, THRESHOLDS[1].1, THRESHOLDS[5].1]);
-    }
-
-    #[test]
-    fn parameters_are_checked() {
-        for (text, key) in [
-            ("{ budget = 0.0 }", "budget"),
-            ("{ window = 10001 }", "window"),
-            ("{ threshold = 1.5 }", "threshold"),
-        ] {
-            assert_eq!(ENTRY.build_from_text(text).err().and_then(|e| e.key), Some(key), "{text}");
-        }
     }
 }

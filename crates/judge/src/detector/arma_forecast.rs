@@ -21,24 +21,22 @@ use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::num::arma::{self, Presample};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "arma-forecast",
-    version: 1,
-    summary: "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold",
-    example: "{ order = [1, 1], window = 20, horizon = 5, threshold = 0.004 }",
-    more: &[
-        "{}",
-        "{ scheme = \"rolling\", start = \"drop-first\", window = 10, horizon = 3 }",
-        "{ order = [2, 1], window = 12, horizon = 10, threshold = 0.1 }",
-        "{ order = [0, 0], window = 3, horizon = 1, threshold = 0.1 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(ArmaForecast::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Detector> = Entry::of::<ArmaForecast>(
+    "arma-forecast",
+    1,
+    "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold",
+)
+.example("{ order = [1, 1], window = 20, horizon = 5, threshold = 0.004 }")
+.more(&[
+    "{}",
+    "{ scheme = \"rolling\", start = \"drop-first\", window = 10, horizon = 3 }",
+    "{ order = [2, 1], window = 12, horizon = 10, threshold = 0.1 }",
+    "{ order = [0, 0], window = 3, horizon = 1, threshold = 0.1 }",
+]);
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -89,16 +87,13 @@ pub(super) struct Forecast {
 }
 
 impl Forecast {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
+    /// Checks that the window is long enough for the order.
     pub fn check(&self) -> Result<(), ParamError> {
-        if self.order.iter().any(|&k| k > arma::MAX_ORDER) {
-            let [p, q] = self.order;
-            return Err(ParamError::out_of_range("order", "two numbers from 0 to 5", format!("[{p}, {q}]")));
+        let least = arma::least_window(self.order);
+        if self.window < least {
+            return Err(ParamError::out_of_range("window", &format!("from {least} to 100000"), self.window));
         }
-        forecasting::check(self.window, arma::least_window(self.order), self.horizon)
+        Ok(())
     }
 
     /// The forecast of the next frame, NaN where there is none yet; then its value `y` is known.
@@ -117,23 +112,23 @@ impl Forecast {
 #[derive(Debug, Clone)]
 pub struct ArmaForecast(Params);
 
-impl ArmaForecast {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for ArmaForecast {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("order", 0.0, arma::MAX_ORDER as f64),
+        forecasting::WINDOW,
+        forecasting::HORIZON,
+        forecasting::THRESHOLD,
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         params.forecast().check()?;
-        forecasting::check_threshold(params.threshold)?;
         Ok(Self(params))
     }
 }
 
 impl Detector for ArmaForecast {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.0.threshold)
     }
@@ -212,17 +207,6 @@ mod tests {
             detect(Params { scheme: Scheme::Rolling, ..Params::default() }, &signal).forecast.unwrap();
         for t in [24, 29, 34, 39] {
             assert_eq!(block[t], rolling[t]);
-        }
-    }
-
-    #[test]
-    fn parameters_out_of_range_are_refused() {
-        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-        assert_eq!(key("{ order = [6, 1] }"), Some("order"));
-        assert_eq!(key("{ window = 5 }"), Some("window"));
-        assert_eq!(key("{ horizon = 0 }"), Some("horizon"));
-        for bad in ["0.0", "-1.0", "nan", "inf"] {
-            assert_eq!(key(&format!("{{ threshold = {bad} }}")), Some("threshold"));
         }
     }
 

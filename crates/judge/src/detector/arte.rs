@@ -38,26 +38,23 @@
 //! neither means nor windows and cause no event, as a filter that starts on the annotation needs some 20
 //! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
 
-use super::track_quality::Rules;
 use super::track_quality::machine::{Event, Events};
+use super::track_quality::{self, Rules};
 use super::{Detector, DetectorOutput, Input};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::signal::uncertainty;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "arte",
-    version: 1,
-    summary: "alarm from a large rise of the uncertainty until a run backwards confirms a recovery (ARTE)",
-    example: "{ tau_1 = 2.05 }",
-    more: &[
-        "{ long = 4, short = 2, smoothing = 1, tau_1 = 0.2, settling = 3, locking_in_limit = 2 }",
-        "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(Arte::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Arte>(
+    "arte",
+    1,
+    "alarm from a large rise of the uncertainty until a run backwards confirms a recovery (ARTE)",
+)
+.example("{ tau_1 = 2.05 }")
+.more(&[
+    "{ long = 4, short = 2, smoothing = 1, tau_1 = 0.2, settling = 3, locking_in_limit = 2 }",
+    "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }",
+]);
 
 /// Divisor of a fall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -69,7 +66,6 @@ pub enum Decrease {
     OverReference,
 }
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -124,7 +120,6 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct Arte {
     params: Params,
@@ -140,38 +135,34 @@ struct Changes {
     short_decrease: f64,
 }
 
-impl Arte {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        for (key, frames) in [("long", p.long), ("smoothing", p.smoothing)] {
-            if !(1..=100_000).contains(&frames) {
-                return Err(ParamError::out_of_range(key, "1 to 100000 frames", frames));
-            }
-        }
-        if !(1..=p.long).contains(&p.short) {
+impl Plugin for Arte {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("long", 1.0, 100_000.0),
+        Range::within("short", 1.0, 100_000.0),
+        Range::within("smoothing", 1.0, 100_000.0),
+        Range::of("tau_1").above(0.0),
+        Range::of("tau_2").below(0.0),
+        Range::of("tau_3").below(0.0),
+        Range::within("settling", 0.0, 100_000.0),
+        uncertainty::FLOOR,
+        track_quality::ACCEPT_BELOW,
+        track_quality::REVERSE_LIMIT,
+        track_quality::LOCKING_IN_LIMIT,
+        track_quality::REFERENCE_LAG,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        if p.short > p.long {
             return Err(ParamError::out_of_range("short", "1 to `long` frames", p.short));
         }
-        if !(p.tau_1 > 0.0 && p.tau_1.is_finite()) {
-            return Err(ParamError::out_of_range("tau_1", "finite and above 0", p.tau_1));
-        }
-        for (key, tau) in [("tau_2", p.tau_2), ("tau_3", p.tau_3)] {
-            if let Some(tau) = tau.filter(|tau| !(*tau < 0.0 && tau.is_finite())) {
-                return Err(ParamError::out_of_range(key, "finite and below 0", tau));
-            }
-        }
-        if p.settling > 100_000 {
-            return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
-        }
-        if !(1e-100..=1.0).contains(&p.floor) {
-            return Err(ParamError::out_of_range("floor", "1e-100 to 1", p.floor));
-        }
         let limit = p.locking_in_limit.unwrap_or(p.long);
-        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit, p.reference_lag)?, params: p })
+        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit, p.reference_lag), params: p })
     }
+}
 
+impl Arte {
     /// S_t: the mean of the last values of `u` that are above the floor, which it is where there is none.
     fn smoothed(&self, u: &[f64]) -> Vec<f64> {
         let Params { smoothing, settling, floor, .. } = self.params;
@@ -228,10 +219,6 @@ impl Arte {
 }
 
 impl Detector for Arte {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn needs_reverse(&self) -> bool {
         true
     }

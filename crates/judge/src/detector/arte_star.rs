@@ -26,23 +26,22 @@
 //! LOCKING-IN, no large increase ever happens in these two conditions.
 
 use super::accumulated_validation::{self as avu, AccumulatedValidation};
-use super::track_quality::Rules;
 use super::track_quality::machine::{Event, Events};
+use super::track_quality::{self, Rules};
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::sync::Arc;
 
 /// The list's entry. Its labels change with those of AVU.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "arte-star",
-    version: 1,
-    summary: "alarm from where the sum of c_t passes its cut value until a run backwards confirms a recovery (ARTE*)",
-    example: "{ length = 5, beta = 0.2 }",
-    more: &["{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(ArteStar::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ArteStar>(
+    "arte-star",
+    1,
+    "alarm from where the sum of c_t passes its cut value until a run backwards confirms a recovery (ARTE*)",
+)
+.example("{ length = 5, beta = 0.2 }")
+.more(&["{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"]);
 
 /// The threshold on a single c_t, beta_2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -109,13 +108,22 @@ pub struct ArteStar {
     beta_2: Option<f64>,
 }
 
-impl ArteStar {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range, without both `beta` and `train`, and for `half-of-one` with `beta`.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit, p.reference_lag)?;
+impl Plugin for ArteStar {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("length", 1.0, 10_000.0),
+        Range::of("alpha").above(0.0).below(0.5),
+        Range::of("beta"),
+        Range::of("tau").above(0.0).at_most(1.0),
+        track_quality::ACCEPT_BELOW,
+        track_quality::REVERSE_LIMIT,
+        track_quality::LOCKING_IN_LIMIT,
+        track_quality::REFERENCE_LAG,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit, p.reference_lag);
         let validation = AccumulatedValidation::new(validation_params(&p, p.length))?;
         if p.beta.is_some() && p.beta_2 == Second::HalfOfOne {
             let message =
@@ -125,7 +133,9 @@ impl ArteStar {
         let beta_2 = p.beta.map(|beta| beta / 2.0);
         Ok(Self { params: p, rules, validation, beta_2 })
     }
+}
 
+impl ArteStar {
     /// The score and the events in every frame of the changes `c`.
     fn events(&self, input: &Input<'_>) -> (Vec<f64>, Vec<Events>) {
         let DetectorOutput { score, alarm: inconsistent, .. } = self.validation.detect(input);
@@ -162,7 +172,7 @@ impl Learner for ArteStar {
         self.validation.learn(examples)
     }
 
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
+    fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError> {
         let validation = self.validation.ready(model)?;
         let whole = match self.params.beta_2 {
             Second::Half => validation.threshold(),
@@ -171,15 +181,11 @@ impl Learner for ArteStar {
                 one.ready(model)?.threshold()
             }
         };
-        Ok(Box::new(Self { validation, beta_2: whole.map(|beta| beta / 2.0), ..self.clone() }))
+        Ok(Arc::new(Self { validation, beta_2: whole.map(|beta| beta / 2.0), ..self.clone() }))
     }
 }
 
 impl Detector for ArteStar {
-    fn params(&self) -> Value {
-        show_params(&self.params)
-    }
-
     fn needs_reverse(&self) -> bool {
         true
     }

@@ -2,7 +2,7 @@
 
 use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
 use crate::direction::Direction;
-use crate::plugin::Entry;
+use crate::plugin::{Configured, Entry};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -12,7 +12,7 @@ fn entries() -> impl Iterator<Item = &'static Entry<dyn Detector>> {
 }
 
 /// Kind, parameters and detector: every entry's example, and its further parameters.
-fn all_detectors() -> Vec<(&'static str, &'static str, Box<dyn Detector>)> {
+fn all_detectors() -> Vec<(&'static str, &'static str, Configured<dyn Detector>)> {
     let built = |entry: &'static Entry<dyn Detector>, text: &'static str| {
         let detector = entry.build_from_text(text).unwrap_or_else(|e| panic!("{} {text}: {e}", entry.kind));
         (entry.kind, text, detector)
@@ -108,6 +108,13 @@ fn kinds_are_unique_and_described() {
         let schema = (entry.schema)();
         assert_eq!(schema.get("additionalProperties"), Some(&serde_json::json!(false)), "{}", entry.kind);
     }
+}
+
+#[test]
+fn ranges_are_what_is_accepted() {
+    crate::range_tests::check(DETECTORS);
+    trackfail_testing::check_pins("range detector", crate::range_tests::pins(DETECTORS));
+    crate::range_tests::check(&[deviation::ENTRY]);
 }
 
 #[test]
@@ -288,7 +295,6 @@ fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
         "naive-forecast",
         "level",
         "standard-score",
-        "hysteresis",
         "relative-drop",
         "joint-drop",
         "fused",
@@ -314,6 +320,45 @@ fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
     for (kind, text, detector) in all_detectors() {
         assert!(!able.contains(&kind) || detector.stream().is_some(), "{kind} {text}");
         assert!(!unable.contains(&kind) || detector.stream().is_none(), "{kind} {text}");
+    }
+}
+
+/// Alarms that last until the detector itself finds the track good again end the loss at once; others need ten frames.
+#[test]
+fn frames_to_recover_are_those_of_the_kind_of_alarm() {
+    let lasting = [
+        "hysteresis",
+        "fused",
+        "cusum",
+        "page-hinkley",
+        "sequential-test",
+        "accumulated-validation",
+        "two-model-chi-square",
+        "matched-kalman-bank",
+        "arte",
+        "arte-star",
+        "never",
+        "always",
+        "oracle",
+    ];
+    let single = [
+        "arma-forecast",
+        "naive-forecast",
+        "level",
+        "standard-score",
+        "relative-drop",
+        "joint-drop",
+        "conformal-forecast",
+        "periodic",
+        "random",
+        "agreement",
+        "deviation",
+    ];
+    for (kind, text, detector) in all_detectors() {
+        assert!(lasting.contains(&kind) != single.contains(&kind), "{kind}");
+        let is_restarted = text.contains("\"reset\"") || text.contains("\"restart\"");
+        let expected = if lasting.contains(&kind) && !is_restarted { 1 } else { 10 };
+        assert_eq!(detector.frames_to_recover(), expected, "{kind} {text}");
     }
 }
 
@@ -361,6 +406,9 @@ proptest! {
                 let said = stream.push(&columns.iter().map(|column| column[t]).collect::<Vec<_>>());
                 prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
                 prop_assert!(kind == "fused" || said.raised == alarm[t], "{} {} {}", kind, text, t);
+                // Every alarm has one reason, but for one that is only held.
+                let holds = ["fused", "hysteresis"].contains(&kind);
+                prop_assert!(holds || said.reasons.len() == usize::from(alarm[t]), "{} {} {}", kind, text, t);
             }
         }
     }

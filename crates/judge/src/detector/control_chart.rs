@@ -17,7 +17,7 @@
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
-use crate::plugin::{ParamError, check_ranges, show_params};
+use crate::plugin::{ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
 /// Behavior after an alarm.
@@ -62,49 +62,35 @@ impl Default for Params {
     }
 }
 
-/// The normal level that a signal is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Normal {
-    /// Mean of the start.
-    Start,
-    /// Mean of the frames up to the current one: with `latch` those that do not follow an alarm frame, with `reset`
-    /// those since the last alarm.
-    Running,
-}
-
 /// A detector that alarms when the sum of deviations is too large.
+///
+/// The normal level is the mean of the start or, with `RUNNING`, that of the frames up to the current one: with `latch`
+/// those that do not follow an alarm frame, with `reset` those since the last alarm.
 #[derive(Debug, Clone)]
-pub(super) struct ControlChart {
+pub(super) struct ControlChart<const RUNNING: bool> {
     params: Params,
     limit: Level,
-    normal: Normal,
 }
 
-impl ControlChart {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When none or both of `below` and `above` are given, or one is outside its documented range.
-    pub fn new(params: Params, normal: Normal) -> Result<Self, ParamError> {
+impl<const RUNNING: bool> Plugin for ControlChart<RUNNING> {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("below").above(0.0),
+        Range::of("above").above(0.0),
+        Range::within("start", 2.0, 100_000.0),
+        Range::within("k", 0.0, 1000.0),
+        Range::within("release", -1000.0, 1000.0),
+        Range::within("floor", 1e-12, 1.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let limit = Level::new(level::Params { below: params.below, above: params.above })?;
-        if limit.value() <= 0.0 {
-            return Err(ParamError::out_of_range(limit.key(), "above 0", limit.value()));
-        }
-        check_ranges(&[("start", params.start, 2, 100_000)])?;
-        check_ranges(&[
-            ("k", params.k, 0.0, 1000.0),
-            ("release", params.release, -1000.0, 1000.0),
-            ("floor", params.floor, 1e-12, 1.0),
-        ])?;
-        Ok(Self { params, limit, normal })
+        Ok(Self { params, limit })
     }
 }
 
-impl Detector for ControlChart {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
+impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
     fn threshold(&self) -> Option<f64> {
         Some(self.limit.value())
     }
@@ -126,7 +112,7 @@ impl Detector for ControlChart {
     }
 }
 
-impl Causal for ControlChart {
+impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
     type Memory = Sum;
 
     fn begin(&self) -> Sum {
@@ -151,11 +137,11 @@ impl Causal for ControlChart {
         let latched = *in_alarm && after == After::Latch;
         if *in_alarm && after == After::Reset {
             *sum = 0.0;
-            if self.normal == Normal::Running {
+            if RUNNING {
                 *mean = RunningMean::default();
             }
         }
-        if self.normal == Normal::Running && !latched {
+        if RUNNING && !latched {
             mean.add(y);
         }
         let above = (y - mean.mean) / normal.deviation;
@@ -223,12 +209,16 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn chart(normal: Normal, params: Params, signal: &[f64]) -> DetectorOutput {
-        let chart = ControlChart::new(params, normal).unwrap();
-        chart.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
+    fn chart(running: bool, params: Params, signal: &[f64]) -> DetectorOutput {
+        let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
+        if running {
+            ControlChart::<true>::new(params).unwrap().detect(&input)
+        } else {
+            ControlChart::<false>::new(params).unwrap().detect(&input)
+        }
     }
 
-    const BOTH: [Normal; 2] = [Normal::Start, Normal::Running];
+    const BOTH: [bool; 2] = [false, true];
 
     fn above(h: f64) -> Params {
         Params { above: Some(h), ..Params::default() }
@@ -271,20 +261,14 @@ mod tests {
     fn a_track_no_longer_than_the_start_has_no_alarm() {
         for frames in [0, 1, 24, 25] {
             let signal: Vec<f64> = (0..frames).map(f64::from).collect();
-            assert!(chart(Normal::Start, above(0.1), &signal).score.iter().all(|s| *s == 0.0));
+            assert!(chart(false, above(0.1), &signal).score.iter().all(|s| *s == 0.0));
         }
     }
 
     #[test]
     fn parameters_out_of_range_are_refused() {
-        let key = |params| ControlChart::new(params, Normal::Start).err().map(|e| e.key);
+        let key = |params| ControlChart::<false>::new(params).err().map(|e| e.key);
         assert_eq!(key(Params::default()), Some(None));
-        assert_eq!(key(Params { below: Some(0.0), ..Params::default() }), Some(Some("below")));
-        assert_eq!(key(above(-1.0)), Some(Some("above")));
-        assert_eq!(key(Params { start: 1, ..above(5.0) }), Some(Some("start")));
-        assert_eq!(key(Params { k: -0.1, ..above(5.0) }), Some(Some("k")));
-        assert_eq!(key(Params { release: f64::NAN, ..above(5.0) }), Some(Some("release")));
-        assert_eq!(key(Params { floor: 0.0, ..above(5.0) }), Some(Some("floor")));
         assert_eq!(key(above(5.0)), None);
     }
 
@@ -316,7 +300,7 @@ mod tests {
                 let score = chart(normal, Params { start: 5, k, ..above(1e12) }, &signal).score;
                 let (mut total, mut minimum) = (0.0_f64, 0.0_f64);
                 for t in 5..signal.len() {
-                    let until = if normal == Normal::Start { 5 } else { t + 1 };
+                    let until = if normal { t + 1 } else { 5 };
                     let level = signal[..until].iter().sum::<f64>() / until as f64;
                     total += (signal[t] - level) / sigma - k;
                     minimum = minimum.min(total);

@@ -19,22 +19,19 @@
 //! frames. `after = "reset"` is the repeated test: one-frame alarms for as long as the shift lasts.
 
 use super::Detector;
-use super::control_chart::{ControlChart, Normal, Params};
-use crate::plugin::{Entry, RawParams, read_params};
+use super::control_chart::ControlChart;
+use crate::plugin::Entry;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "cusum",
-    version: 1,
-    summary: "alarm when deviations from the mean of the track's start add up (Page's cumulative sum)",
-    example: "{ below = 5.0 }",
-    more: &[
-        "{ above = 0.5, start = 4, k = 0.1, after = \"reset\" }",
-        "{ below = 0.5, start = 4, release = 0.3 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(ControlChart::new(read_params(raw)?, Normal::Start)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<false>>(
+    "cusum",
+    1,
+    "alarm when deviations from the mean of the track's start add up (Page's cumulative sum)",
+)
+.example("{ below = 5.0 }")
+.more(&[
+    "{ above = 0.5, start = 4, k = 0.1, after = \"reset\" }",
+    "{ below = 0.5, start = 4, release = 0.3 }",
+]);
 
 #[cfg(test)]
 mod tests {

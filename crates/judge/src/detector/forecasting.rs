@@ -4,7 +4,7 @@
 //! origin is `window - 1`, the first frame that has `window` values behind it.
 
 use super::stream::Step;
-use crate::plugin::ParamError;
+use crate::plugin::Range;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -20,25 +20,14 @@ pub enum Scheme {
     Rolling,
 }
 
-/// Checks the parameters of a forecast; `least` is the smallest window of the model.
-pub(super) fn check(window: usize, least: usize, horizon: usize) -> Result<(), ParamError> {
-    if !(least..=100_000).contains(&window) {
-        return Err(ParamError::out_of_range("window", &format!("from {least} to 100000 frames"), window));
-    }
-    if !(1..=100_000).contains(&horizon) {
-        return Err(ParamError::out_of_range("horizon", "from 1 to 100000 frames", horizon));
-    }
-    Ok(())
-}
+/// Frames that a model sees.
+pub(super) const WINDOW: Range = Range::within("window", 1.0, 100_000.0);
 
-/// Checks a fixed threshold on the forecast error.
-pub(super) fn check_threshold(threshold: f64) -> Result<(), ParamError> {
-    // Frames without a forecast score 0 and must not be alarms, hence above 0.
-    if !(threshold.is_finite() && threshold > 0.0) {
-        return Err(ParamError::out_of_range("threshold", "finite and above 0", threshold));
-    }
-    Ok(())
-}
+/// Frames that a forecast looks ahead.
+pub(super) const HORIZON: Range = Range::within("horizon", 1.0, 100_000.0);
+
+/// A fixed threshold on the forecast error. Frames without a forecast score 0 and must not be alarms, hence above 0.
+pub(super) const THRESHOLD: Range = Range::of("threshold").above(0.0);
 
 /// Which frames forecasts are made from and for.
 #[derive(Debug, Clone, Copy)]

@@ -29,22 +29,19 @@ pub use inputs::{FusedInput, INPUTS};
 pub use model::{FusedModel, FusedStream, Use};
 
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner, Stream};
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use learn::Learning;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "fused",
-    version: 4,
-    summary: "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
-    example: "{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Fused::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Detector> = Entry::of::<Fused>(
+    "fused",
+    4,
+    "learned probability of a loss from several signals, with an alarm by a budget of false alarms",
+)
+.example("{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }");
 
 /// Name and text of the models that come with the program. Results depend on them: with other ones, [`ENTRY`]'s version is
 /// raised.
@@ -114,20 +111,21 @@ pub struct Fused {
     model: Option<Arc<FusedModel>>,
 }
 
-impl Fused {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For inputs or a model that are not known, parameters outside their range, and without either `model` or `train`.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        let Params { budget, confirm, lambda, stride, window, .. } = params;
-        check_ranges(&[("budget", budget, 1e-6, 1000.0), ("lambda", lambda, 1e-6, 100.0)])?;
-        check_ranges(&[
-            ("confirm", confirm, 1, 1000),
-            ("stride", stride, 1, 100),
-            ("inputs", params.inputs.len(), 1, 64),
-        ])?;
-        check_ranges(&[("window", window, 0, 10_000)])?;
+impl Plugin for Fused {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("budget", 1e-6, 1000.0),
+        Range::within("lambda", 1e-6, 100.0),
+        Range::within("confirm", 1.0, 1000.0),
+        Range::within("stride", 1.0, 100.0),
+        Range::within("window", 0.0, 10_000.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        if !(1..=64).contains(&params.inputs.len()) {
+            return Err(ParamError::out_of_range("inputs", "from 1 to 64 names", params.inputs.len()));
+        }
         let find = |name: &String| {
             let known = || INPUTS.iter().map(|input| input.name);
             let message = || crate::plugin::unknown("input", name, known());
@@ -149,7 +147,9 @@ impl Fused {
             }
         }
     }
+}
 
+impl Fused {
     /// The detector with a model that comes with the program.
     fn built_in(self, name: &str) -> Result<Self, ParamError> {
         let refuse = |message: String| ParamError { message, key: Some("model"), span: None };
@@ -210,16 +210,12 @@ impl Learner for Fused {
         serde_json::to_value(model).map_err(LearnError::Write)
     }
 
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError> {
-        Ok(Box::new(self.ready(FusedModel::deserialize(model).map_err(LearnError::Read)?)?))
+    fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError> {
+        Ok(Arc::new(self.ready(FusedModel::deserialize(model).map_err(LearnError::Read)?)?))
     }
 }
 
 impl Detector for Fused {
-    fn params(&self) -> Value {
-        show_params(&self.params)
-    }
-
     fn signals(&self) -> usize {
         self.inputs.len()
     }

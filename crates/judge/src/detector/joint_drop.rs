@@ -20,21 +20,16 @@ use super::relative_drop::GoodFrames;
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "joint-drop",
-    version: 1,
-    summary: "alarm while any of several signals is below its share of its mean over the frames called good",
-    example: "{ below = [0.45, 0.7] }",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(JointDrop::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<JointDrop>(
+    "joint-drop",
+    1,
+    "alarm while any of several signals is below its share of its mean over the frames called good",
+)
+.example("{ below = [0.45, 0.7] }");
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -52,34 +47,31 @@ fn least() -> usize {
     1
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct JointDrop(Params);
 
-impl JointDrop {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for JointDrop {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("below").above(0.0).below(1.0),
+        Range::within("window", 1.0, 10_000.0),
+        Range::within("least", 1.0, 10_000.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let Params { below, window, least } = &params;
-        check_ranges(&[
-            ("below", below.len(), 1, 16),
-            ("window", window.unwrap_or(10_000), 1, 10_000),
-            ("least", *least, 1, window.unwrap_or(10_000)),
-        ])?;
-        match below.iter().find(|b| !(**b > 0.0 && **b < 1.0)) {
-            Some(bad) => Err(ParamError::out_of_range("below", "a list of shares above 0 and below 1", bad)),
-            None => Ok(Self(params)),
+        if !(1..=16).contains(&below.len()) {
+            return Err(ParamError::out_of_range("below", "1 to 16 shares", below.len()));
         }
+        if window.is_some_and(|window| *least > window) {
+            return Err(ParamError::out_of_range("least", "at most `window`", least));
+        }
+        Ok(Self(params))
     }
 }
 
 impl Detector for JointDrop {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn signals(&self) -> usize {
         self.0.below.len()
     }
@@ -135,7 +127,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
-        let detector = JointDrop::new(Params { below: below.to_vec(), window: None, least: 1 }).unwrap();
+        detect_within(None, below, signals)
+    }
+
+    fn detect_within(window: Option<usize>, below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
+        let detector = JointDrop::new(Params { below: below.to_vec(), window, least: 1 }).unwrap();
         detector.detect(&Input {
             signal: signals[0],
             more: &signals[1..],
@@ -154,6 +150,15 @@ mod tests {
         assert_eq!(output.alarm, [false, false, true, true, false]);
         let scores = [1.0 / 0.7, 1.0 / 0.7, 0.6 / 0.7, 0.4 / 0.45, 1.0 / 0.7];
         assert!(output.score.iter().zip(scores).all(|(s, e)| (s - e).abs() < 1e-12), "{:?}", output.score);
+    }
+
+    // By hand. The means are none, 0 and 1/2. Then none, 10 and 7.5, or 5 in a window of one frame.
+    #[test]
+    fn a_mean_of_0_says_nothing_and_a_score_of_1_is_good() {
+        assert_eq!(detect(&[0.5], &[&[0.0, 1.0, 0.25]]).score, [2.0, 2.0, 1.0]);
+        let signal = [10.0, 5.0, 2.5];
+        assert_eq!(detect(&[0.5], &[&signal]).alarm, [false, false, true]);
+        assert_eq!(detect_within(Some(1), &[0.5], &[&signal]).alarm, [false; 3]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::example::Example;
 use crate::num::accumulation::AccumulationError;
 use crate::plugin::ParamError;
 use serde_json::Value;
+use std::sync::Arc;
 
 /// Why there is no model, or no detector with it.
 #[derive(Debug, thiserror::Error)]
@@ -62,5 +63,5 @@ pub trait Learner: Send + Sync {
     ///
     /// # Errors
     /// When the model is not of this learner.
-    fn with_model(&self, model: &Value) -> Result<Box<dyn Detector>, LearnError>;
+    fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError>;
 }

@@ -13,19 +13,14 @@
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "level",
-    version: 1,
-    summary: "alarm while the signal is below (or at and above) a fixed level",
-    example: "{ below = 0.039 }",
-    more: &["{ above = 0.5 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(Level::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Detector> =
+    Entry::of::<Level>("level", 1, "alarm while the signal is below (or at and above) a fixed level")
+        .example("{ below = 0.039 }")
+        .more(&["{ above = 0.5 }"]);
 
 /// Parameters; exactly one of the two is given.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
@@ -48,23 +43,23 @@ pub enum Level {
     Above(f64),
 }
 
-impl Level {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When none or both are given, or the one is not finite.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for Level {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("below"), Range::of("above")];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let message = match (params.below, params.above) {
-            (Some(level), None) if level.is_finite() => return Ok(Self::Below(level)),
-            (None, Some(level)) if level.is_finite() => return Ok(Self::Above(level)),
-            (Some(level), None) => return Err(ParamError::out_of_range("below", "finite", level)),
-            (None, Some(level)) => return Err(ParamError::out_of_range("above", "finite", level)),
+            (Some(level), None) => return Ok(Self::Below(level)),
+            (None, Some(level)) => return Ok(Self::Above(level)),
             (Some(_), Some(_)) => "give `below` or `above`, not both",
             (None, None) => "give `below` (low values are alarms) or `above` (high values are alarms)",
         };
         Err(ParamError { message: message.to_string(), key: None, span: None })
     }
+}
 
+impl Level {
     /// Whether a value is an alarm.
     pub fn is_alarm(self, y: f64) -> bool {
         match self {
@@ -88,14 +83,6 @@ impl Level {
         }
     }
 
-    /// Another level with alarms on the same side.
-    pub fn moved_to(self, level: f64) -> Self {
-        match self {
-            Self::Below(_) => Self::Below(level),
-            Self::Above(_) => Self::Above(level),
-        }
-    }
-
     /// The parameter that gives it.
     pub(super) fn key(self) -> &'static str {
         match self {
@@ -106,13 +93,6 @@ impl Level {
 }
 
 impl Detector for Level {
-    fn params(&self) -> serde_json::Value {
-        show_params(&match *self {
-            Self::Below(level) => Params { below: Some(level), above: None },
-            Self::Above(level) => Params { below: None, above: Some(level) },
-        })
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.value())
     }

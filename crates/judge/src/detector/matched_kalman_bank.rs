@@ -37,24 +37,20 @@
 //! Samples beyond 1e100 are cut to it, so that squares stay finite.
 
 use super::{Detector, DetectorOutput, Input, consistency};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "matched-kalman-bank",
-    version: 1,
-    summary: "Kalman filters matched to hypotheses of jumps; a change where the most probable one has a new jump",
-    example: "{ jump_probability = 0.01, models = 5 }",
-    more: &[
-        "{ noise_variance = 0.01, life = 0, models = 2, start_level = 1.0 }",
-        "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(MatchedKalmanBank::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<MatchedKalmanBank>(
+    "matched-kalman-bank",
+    1,
+    "Kalman filters matched to hypotheses of jumps; a change where the most probable one has a new jump",
+)
+.example("{ jump_probability = 0.01, models = 5 }")
+.more(&[
+    "{ noise_variance = 0.01, life = 0, models = 2, start_level = 1.0 }",
+    "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }",
+]);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -105,52 +101,38 @@ impl Default for Params {
 /// Largest magnitude of a sample.
 const MAX_MAGNITUDE: f64 = 1e100;
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct MatchedKalmanBank(Params);
 
-impl MatchedKalmanBank {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        let p = &params;
-        if !(1e-9..=0.5).contains(&p.jump_probability) {
-            return Err(ParamError::out_of_range("jump_probability", "from 1e-9 to 0.5", p.jump_probability));
-        }
-        if p.life > 998 {
-            return Err(ParamError::out_of_range("life", "from 0 to 998 frames", p.life));
-        }
+impl Plugin for MatchedKalmanBank {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("jump_probability", 1e-9, 0.5),
+        Range::within("life", 0.0, 998.0),
+        Range::within("models", 2.0, 1000.0),
+        Range::within("start_variance", 1e-12, 1e12),
+        Range::within("jump_variance", 1e-12, 1e12),
+        Range::within("noise_variance", 1e-12, 1e12),
+        Range::within("least_noise", 1e-12, 1e12),
+        Range::within("forgetting", 0.0, 1.0),
+        Range::within("start_window", 2.0, 1000.0),
+        Range::of("merge").at_least(1.0),
+        Range::within("start_level", -MAX_MAGNITUDE, MAX_MAGNITUDE),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         // Fewer, and the filters that may be cut would be too few to leave the most probable one alone.
-        if !(p.life + 2..=1000).contains(&p.models) {
-            let rule = format!("from {} (`life` + 2) to 1000", p.life + 2);
-            return Err(ParamError::out_of_range("models", &rule, p.models));
-        }
-        let variances = [
-            ("start_variance", p.start_variance),
-            ("jump_variance", p.jump_variance),
-            ("noise_variance", p.noise_variance.unwrap_or(1.0)),
-            ("least_noise", p.least_noise),
-        ];
-        if let Some((key, bad)) = variances.into_iter().find(|(_, v)| !(1e-12..=1e12).contains(v)) {
-            return Err(ParamError::out_of_range(key, "from 1e-12 to 1e12", bad));
-        }
-        if !(0.0..=1.0).contains(&p.forgetting) {
-            return Err(ParamError::out_of_range("forgetting", "from 0 to 1", p.forgetting));
-        }
-        if !(2..=1000).contains(&p.start_window) {
-            return Err(ParamError::out_of_range("start_window", "from 2 to 1000 frames", p.start_window));
-        }
-        if p.merge == 0 {
-            return Err(ParamError::out_of_range("merge", "at least 1 frame", p.merge));
-        }
-        if let Some(level) = p.start_level.filter(|level| !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(level)) {
-            return Err(ParamError::out_of_range("start_level", "from -1e100 to 1e100", level));
+        let fewest = params.life + 2;
+        if params.models < fewest {
+            let rule = format!("from {fewest} (`life` + 2) to 1000");
+            return Err(ParamError::out_of_range("models", &rule, params.models));
         }
         Ok(Self(params))
     }
+}
 
+impl MatchedKalmanBank {
     /// The bank after the last of these samples, of which there is at least one.
     fn run(&self, samples: &[f64]) -> Bank<'_> {
         let noise = self.0.noise_variance.unwrap_or_else(|| variance(samples).max(self.0.least_noise));
@@ -257,10 +239,6 @@ impl Bank<'_> {
 }
 
 impl Detector for MatchedKalmanBank {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn frames_to_recover(&self) -> usize {
         1
     }

@@ -16,21 +16,17 @@
 use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "naive-forecast",
-    version: 1,
-    summary: "forecasts the last value; alarm when the signal leaves it by the threshold",
-    example: "{ window = 20, horizon = 5, threshold = 0.004 }",
-    more: &["{ scheme = \"rolling\", window = 1, horizon = 1, threshold = 0.3 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(NaiveForecast::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<NaiveForecast>(
+    "naive-forecast",
+    1,
+    "forecasts the last value; alarm when the signal leaves it by the threshold",
+)
+.example("{ window = 20, horizon = 5, threshold = 0.004 }")
+.more(&["{ scheme = \"rolling\", window = 1, horizon = 1, threshold = 0.3 }"]);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -50,27 +46,20 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct NaiveForecast(Params);
 
-impl NaiveForecast {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        forecasting::check(params.window, 1, params.horizon)?;
-        forecasting::check_threshold(params.threshold)?;
+impl Plugin for NaiveForecast {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[forecasting::WINDOW, forecasting::HORIZON, forecasting::THRESHOLD];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         Ok(Self(params))
     }
 }
 
 impl Detector for NaiveForecast {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.0.threshold)
     }

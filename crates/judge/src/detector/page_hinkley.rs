@@ -21,19 +21,16 @@
 //! the level of the loss becomes the normal one, and alarms are changes of level, to be read as one-frame events.
 
 use super::Detector;
-use super::control_chart::{ControlChart, Normal, Params};
-use crate::plugin::{Entry, RawParams, read_params};
+use super::control_chart::ControlChart;
+use crate::plugin::Entry;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "page-hinkley",
-    version: 1,
-    summary: "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
-    example: "{ below = 5.0 }",
-    more: &["{ above = 0.5, start = 4, after = \"reset\" }", "{ below = 0.5, start = 4, floor = 0.1 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(ControlChart::new(read_params(raw)?, Normal::Running)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<true>>(
+    "page-hinkley",
+    1,
+    "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
+)
+.example("{ below = 5.0 }")
+.more(&["{ above = 0.5, start = 4, after = \"reset\" }", "{ below = 0.5, start = 4, floor = 0.1 }"]);
 
 #[cfg(test)]
 mod tests {

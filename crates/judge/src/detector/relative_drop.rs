@@ -24,24 +24,21 @@ use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "relative-drop",
-    version: 1,
-    summary: "alarm while the signal is off its mean over the frames called good by too large a factor",
-    example: "{ below = 0.45 }",
-    more: &[
-        "{ above = 1.3, window = 3, least = 2 }",
-        "{ rule = \"excess\", above = 1.7, window = 100, least = 5 }",
-        "{ rule = \"excess\", below = -0.3 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(RelativeDrop::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<RelativeDrop>(
+    "relative-drop",
+    1,
+    "alarm while the signal is off its mean over the frames called good by too large a factor",
+)
+.example("{ below = 0.45 }")
+.more(&[
+    "{ above = 1.3, window = 3, least = 2 }",
+    "{ rule = \"excess\", above = 1.7, window = 100, least = 5 }",
+    "{ rule = \"excess\", below = -0.3 }",
+]);
 
 /// How a value is compared with the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -78,19 +75,23 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct RelativeDrop {
     params: Params,
     level: Level,
 }
 
-impl RelativeDrop {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When none or both of `below` and `above` are given, or one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for RelativeDrop {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("below"),
+        Range::of("above"),
+        Range::within("window", 1.0, 10_000.0),
+        Range::within("least", 1.0, 10_000.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let Params { below, above, rule, window, least } = params;
         let level = Level::new(level::Params { below, above })?;
         // A signal that keeps its mean is never an alarm, whatever its sums are rounded to.
@@ -103,13 +104,14 @@ impl RelativeDrop {
         if !ordinary {
             return Err(ParamError::out_of_range(level.key(), words, level.value()));
         }
-        check_ranges(&[
-            ("window", window.unwrap_or(10_000), 1, 10_000),
-            ("least", least, 1, window.unwrap_or(10_000)),
-        ])?;
+        if window.is_some_and(|window| least > window) {
+            return Err(ParamError::out_of_range("least", "at most `window`", least));
+        }
         Ok(Self { params, level })
     }
+}
 
+impl RelativeDrop {
     /// The score of a value, `None` where the mean allows none.
     fn score(&self, y: f64, mean: f64) -> Option<f64> {
         let score = match self.params.rule {
@@ -122,10 +124,6 @@ impl RelativeDrop {
 }
 
 impl Detector for RelativeDrop {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.level.value())
     }
@@ -265,16 +263,8 @@ mod tests {
     }
 
     #[test]
-    fn parameters_out_of_range_are_refused() {
-        let key = |text: &str| ENTRY.build_from_text(text).err().map(|e| e.key);
-        assert_eq!(key("{}"), Some(None));
-        assert_eq!(key("{ below = 1.0 }"), Some(Some("below")));
-        assert_eq!(key("{ above = 1.0 }"), Some(Some("above")));
-        assert_eq!(key("{ above = 0.0, rule = \"excess\" }"), Some(Some("above")));
-        assert_eq!(key("{ below = 0.0, rule = \"excess\" }"), Some(Some("below")));
-        assert_eq!(key("{ below = 0.5, window = 0 }"), Some(Some("window")));
-        assert_eq!(key("{ below = 0.5, least = 0 }"), Some(Some("least")));
-        assert_eq!(key("{ below = 0.5, window = 4, least = 5 }"), Some(Some("least")));
+    fn a_level_is_needed() {
+        assert_eq!(ENTRY.build_from_text("{}").err().map(|e| e.key), Some(None));
     }
 
     proptest! {

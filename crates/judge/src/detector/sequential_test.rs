@@ -28,23 +28,20 @@
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "sequential-test",
-    version: 1,
-    summary: "alarm when a test by betting rejects that the signal's mean is good (bounded false alarms)",
-    example: "{ below = 0.5 }",
-    more: &[
-        "{ above = 0.03, low = -0.5, alpha = 0.3, window = 4 }",
-        "{ below = 0.6, alpha = 0.3, largest_bet = 0.9, after = \"restart\" }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(SequentialTest::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<SequentialTest>(
+    "sequential-test",
+    1,
+    "alarm when a test by betting rejects that the signal's mean is good (bounded false alarms)",
+)
+.example("{ below = 0.5 }")
+.more(&[
+    "{ above = 0.03, low = -0.5, alpha = 0.3, window = 4 }",
+    "{ below = 0.6, alpha = 0.3, largest_bet = 0.9, after = \"restart\" }",
+]);
 
 /// Behavior after an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -96,32 +93,31 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct SequentialTest {
     params: Params,
     mean: Level,
 }
 
-impl SequentialTest {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When none or both of `below` and `above` are given, or one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for SequentialTest {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("below"),
+        Range::of("above"),
+        Range::of("low"),
+        Range::of("high"),
+        Range::within("alpha", 1e-12, 0.5),
+        Range::within("largest_bet", 0.01, 0.99),
+        Range::within("window", 1.0, 100_000.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let mean = Level::new(level::Params { below: params.below, above: params.above })?;
         let Params { low, high, .. } = params;
-        if !low.is_finite() {
-            return Err(ParamError::out_of_range("low", "finite", low));
-        }
         if !((high - low).is_finite() && high > low) {
             return Err(ParamError::out_of_range("high", "finite and above `low`", high));
         }
-        check_ranges(&[
-            ("alpha", params.alpha, 1e-12, 0.5),
-            ("largest_bet", params.largest_bet, 0.01, 0.99),
-        ])?;
-        check_ranges(&[("window", params.window.unwrap_or(1), 1, 100_000)])?;
         let test = Self { params, mean };
         let eps = test.quality(mean.value());
         if !(eps > 0.0 && eps < 1.0) {
@@ -129,7 +125,9 @@ impl SequentialTest {
         }
         Ok(test)
     }
+}
 
+impl SequentialTest {
     /// The quality M of a value of the signal.
     fn quality(&self, y: f64) -> f64 {
         let Params { low, high, .. } = self.params;
@@ -144,10 +142,6 @@ impl SequentialTest {
 }
 
 impl Detector for SequentialTest {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.limit())
     }

@@ -16,20 +16,17 @@ use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::detector::level::{self, Level};
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "standard-score",
-    version: 1,
-    summary: "alarm while the signal is a number of standard deviations from its mean, of the frames before or of the track",
-    example: "{ above = 2.3, span = 25 }",
-    more: &["{ above = 1.0 }"],
-    build: |raw: RawParams<'_>| Ok(Box::new(StandardScore::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<StandardScore>(
+    "standard-score",
+    1,
+    "alarm while the signal is a number of standard deviations from its mean, of the frames before or of the track",
+)
+.example("{ above = 2.3, span = 25 }")
+.more(&["{ above = 1.0 }"]);
 
 /// The frames whose mean and deviation count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -63,23 +60,20 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct StandardScore {
     params: Params,
     level: Level,
 }
 
-impl StandardScore {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When none or both levels are given, or a parameter is out of its range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for StandardScore {
+    type Params = Params;
+
+    const RANGES: &'static [Range] =
+        &[Range::of("below"), Range::of("above"), Range::within("span", 2.0, 100_000.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let level = Level::new(level::Params { below: params.below, above: params.above })?;
-        if !(2..=100_000).contains(&params.span) {
-            return Err(ParamError::out_of_range("span", "2 to 100000 frames", params.span));
-        }
         Ok(Self { params, level })
     }
 }
@@ -94,10 +88,6 @@ fn standard_score(value: f64, among: &[f64]) -> f64 {
 }
 
 impl Detector for StandardScore {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.level.value())
     }

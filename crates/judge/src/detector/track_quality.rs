@@ -9,7 +9,7 @@ pub mod recovery;
 pub(super) mod testing;
 
 use super::Input;
-use crate::plugin::ParamError;
+use crate::plugin::Range;
 use machine::{Events, Machine, TRANSITIONS};
 use recovery::Recovery;
 use serde::{Deserialize, Serialize};
@@ -92,6 +92,12 @@ impl std::iter::Sum for Effort {
     }
 }
 
+/// Ranges of the parameters that the detectors share.
+pub(super) const ACCEPT_BELOW: Range = Range::of("accept_below").above(0.0).at_most(1.0);
+pub(super) const REVERSE_LIMIT: Range = Range::within("reverse_limit", 0.0, 100_000.0);
+pub(super) const LOCKING_IN_LIMIT: Range = Range::within("locking_in_limit", 1.0, 100_000.0);
+pub(super) const REFERENCE_LAG: Range = Range::within("reference_lag", 1.0, 100_000.0);
+
 /// Settings of the machine and of its recovery checks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
@@ -101,29 +107,14 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    /// Checks the parameters that the detectors share, under the names they have there.
-    ///
-    /// # Errors
-    /// For a parameter outside its range.
+    /// Rules for parameters that are in their ranges.
     pub(super) fn new(
         accept_below: f64,
         reverse_limit: usize,
         locking_in_limit: usize,
         reference_lag: usize,
-    ) -> Result<Self, ParamError> {
-        if !(accept_below > 0.0 && accept_below <= 1.0) {
-            return Err(ParamError::out_of_range("accept_below", "above 0 and at most 1", accept_below));
-        }
-        if reverse_limit > 100_000 {
-            return Err(ParamError::out_of_range("reverse_limit", "0 to 100000 frames", reverse_limit));
-        }
-        if !(1..=100_000).contains(&locking_in_limit) {
-            return Err(ParamError::out_of_range("locking_in_limit", "1 to 100000 frames", locking_in_limit));
-        }
-        if !(1..=100_000).contains(&reference_lag) {
-            return Err(ParamError::out_of_range("reference_lag", "1 to 100000 frames", reference_lag));
-        }
-        Ok(Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag })
+    ) -> Self {
+        Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag }
     }
 
     /// Labels each frame whether the track is unsuccessful, and gives the steps that led there; as long as `events`.

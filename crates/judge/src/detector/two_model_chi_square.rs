@@ -25,23 +25,20 @@
 //! has only caught up.
 
 use super::{Detector, DetectorOutput, Input, consistency};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "two-model-chi-square",
-    version: 1,
-    summary: "chi-square test of the last frames against a longer window before them",
-    example: "{ length = 5, alpha = 0.005 }",
-    more: &[
-        "{ test = \"energy\", length = 3, least_reference = 2, alpha = 0.05 }",
-        "{ length = 1, reference = 9, variance_floor = 0.01 }",
-    ],
-    build: |raw: RawParams<'_>| Ok(Box::new(TwoModelChiSquare::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<TwoModelChiSquare>(
+    "two-model-chi-square",
+    1,
+    "chi-square test of the last frames against a longer window before them",
+)
+.example("{ length = 5, alpha = 0.005 }")
+.more(&[
+    "{ test = \"energy\", length = 3, least_reference = 2, alpha = 0.05 }",
+    "{ length = 1, reference = 9, variance_floor = 0.01 }",
+]);
 
 /// The statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -53,7 +50,6 @@ pub enum Test {
     Energy,
 }
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -84,52 +80,39 @@ impl Default for Params {
     }
 }
 
-/// The detector.
 #[derive(Debug, Clone)]
 pub struct TwoModelChiSquare {
     params: Params,
     threshold: f64,
 }
 
-impl TwoModelChiSquare {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        let Params { length, reference, least_reference, alpha, variance_floor, test } = params;
-        if !(1..=10_000).contains(&length) {
-            return Err(ParamError::out_of_range("length", "from 1 to 10000 frames", length));
-        }
-        if !(1..=100).contains(&reference) {
-            return Err(ParamError::out_of_range("reference", "from 1 to 100 lengths", reference));
-        }
-        if !(2..=10_000).contains(&least_reference) {
-            return Err(ParamError::out_of_range(
-                "least_reference",
-                "from 2 to 10000 frames",
-                least_reference,
-            ));
-        }
+impl Plugin for TwoModelChiSquare {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("length", 1.0, 10_000.0),
+        Range::within("reference", 1.0, 100.0),
+        Range::within("least_reference", 2.0, 10_000.0),
         // Nearer to 1, 1 - alpha has too few digits for a quantile.
-        if !(1e-6..=0.5).contains(&alpha) {
-            return Err(ParamError::out_of_range("alpha", "from 1e-6 to 0.5", alpha));
-        }
-        if !(variance_floor.is_finite() && variance_floor > 0.0) {
-            return Err(ParamError::out_of_range("variance_floor", "finite and above 0", variance_floor));
-        }
-        let freedom = match test {
+        Range::within("alpha", 1e-6, 0.5),
+        Range::of("variance_floor").above(0.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        let freedom = match params.test {
             Test::Mean => 1.0,
-            Test::Energy => length as f64,
+            Test::Energy => params.length as f64,
         };
         let chi_square = ChiSquared::new(freedom).map_err(|e| ParamError {
             message: e.to_string(),
             key: Some("length"),
             span: None,
         })?;
-        Ok(Self { params, threshold: chi_square.inverse_cdf(1.0 - alpha) })
+        Ok(Self { threshold: chi_square.inverse_cdf(1.0 - params.alpha), params })
     }
+}
 
+impl TwoModelChiSquare {
     /// T, and m2 - m1 in some unit, of a reference window and the test window after it.
     fn statistic(&self, reference: &[f64], test: &[f64]) -> (f64, f64) {
         // In units of the largest value nothing overflows, and a constant signal is constant exactly.
@@ -153,10 +136,6 @@ impl TwoModelChiSquare {
 }
 
 impl Detector for TwoModelChiSquare {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn threshold(&self) -> Option<f64> {
         Some(self.threshold)
     }
@@ -319,20 +298,6 @@ mod tests {
             let output = detect(&text, &start);
             assert!(output.score[28..].iter().all(|t| *t == 0.0));
             assert!(output.score[27] != 0.0);
-        }
-    }
-
-    #[test]
-    fn parameters_out_of_range_are_refused() {
-        let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-        assert_eq!(key("{ length = 0 }"), Some("length"));
-        assert_eq!(key("{ reference = 0 }"), Some("reference"));
-        assert_eq!(key("{ least_reference = 1 }"), Some("least_reference"));
-        for bad in ["0.0", "0.6", "nan"] {
-            assert_eq!(key(&format!("{{ alpha = {bad} }}")), Some("alpha"));
-        }
-        for bad in ["0.0", "inf", "nan"] {
-            assert_eq!(key(&format!("{{ variance_floor = {bad} }}")), Some("variance_floor"));
         }
     }
 

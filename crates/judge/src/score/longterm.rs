@@ -255,6 +255,20 @@ mod tests {
         assert_eq!((best.threshold, best.f_score()), (1.0, 0.75));
     }
 
+    // By hand: 98 scores are all thresholds; pysot leaves out the frame of confidence 0.
+    #[test]
+    fn few_scores_are_all_thresholds_and_a_confidence_of_0_is_none() {
+        let confidence: Vec<f64> = (0..98).map(f64::from).collect();
+        let all: Vec<f64> = confidence.iter().rev().copied().collect();
+        let track = ConfidentTrack { overlap: vec![1.0; 98], confidence, visible: 98 };
+        let zero = ConfidentTrack { overlap: vec![1.0, 0.5], confidence: vec![1.0, 0.0], visible: 2 };
+        for (name, expected) in [("vot-toolkit", (0.75, 0.75)), ("pysot", (1.0, 0.5))] {
+            let rules = rules(&format!("longterm/{name}/1"));
+            assert_eq!(rules.thresholds(std::slice::from_ref(&track))[1..99], all, "{name}");
+            assert_eq!(rules.point(&zero, f64::NEG_INFINITY), expected, "{name}");
+        }
+    }
+
     proptest! {
         #[test]
         fn one_sequence_is_pooled_and_recall_grows(

@@ -77,14 +77,24 @@ mod tests {
     }
 
     #[test]
-    fn reset_marks_count_as_lost_and_gaps_as_unknown() {
+    fn errors_of_every_status_with_and_without_truth() {
+        use Status::{Absent, Failed, Initialized, Repeated, Skipped, Tracked, Waiting};
+        const N: f64 = f64::NAN;
         let region = rect(0.0, 0.0, 4.0, 4.0);
-        let failed = TrackerState::new(region.clone(), Status::Failed);
-        let states = [TrackerState::tracked(region.clone()), failed, TrackerState::tracked(region.clone())];
-        let truth = [Some(region.clone()), Some(region), None];
-        let e = errors(&states, &truth);
-        assert_eq!(e[..2], [0.0, 1.0]);
-        assert!(e[2].is_nan());
+        for (status, expected) in [
+            (Initialized, [0.0, N]),
+            (Tracked, [0.0, N]),
+            (Repeated, [0.0, N]),
+            (Absent, [1.0, N]),
+            (Failed, [1.0, 1.0]),
+            (Skipped, [1.0, 1.0]),
+            (Waiting, [N, N]),
+        ] {
+            let state = TrackerState::new(region.clone(), status);
+            let found = errors(&[state.clone(), state], &[Some(region.clone()), None]);
+            let same = found.iter().zip(expected).all(|(a, b)| *a == b || a.is_nan() && b.is_nan());
+            assert!(same && found.len() == 2, "{status:?}: {found:?}");
+        }
     }
 
     proptest! {

@@ -20,7 +20,7 @@
 //! coordinates are no numbers is given the worst of them.
 
 use crate::image::Frame;
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::Rect;
 use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
@@ -28,16 +28,12 @@ use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "box-motion",
-    version: 1,
-    summary: "motion of the tracker's box, or its distance to the frame's border, relative to its size",
-    example: "{ measure = \"displacement\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(BoxMotion(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<BoxMotion>(
+    "box-motion",
+    1,
+    "motion of the tracker's box, or its distance to the frame's border, relative to its size",
+)
+.example("{ measure = \"displacement\" }");
 
 /// Largest absolute value of the signal.
 const MAX_VALUE: f64 = 1000.0;
@@ -75,11 +71,15 @@ impl Default for Params {
 /// The box's motion; every value of its parameter is valid.
 pub struct BoxMotion(Params);
 
-impl Signal for BoxMotion {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
+impl Plugin for BoxMotion {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl Signal for BoxMotion {
     fn direction(&self) -> Direction {
         match self.0.measure {
             Measure::Border => Direction::HigherIsBetter,
@@ -201,6 +201,18 @@ mod tests {
             values(Measure::Border, &boxes),
             [-0.4, 0.2, -1.0 / 200.0_f64.sqrt(), -1.0 / 200.0_f64.sqrt()]
         ));
+    }
+
+    // By hand: 5 pixels wide in a frame of 40 x 30, and nearest to the left, the top, the right and the bottom. A box of half a
+    // pixel counts as one of a pixel.
+    #[test]
+    fn the_nearest_side_counts_and_a_pixel_is_the_least_size() {
+        let places = [(-10.0, 12.0), (20.0, -5.0), (38.0, 9.0), (9.0, 29.0)];
+        let boxes = places.map(|(x, y)| Rect::new(x, y, 5.0, 5.0));
+        assert_eq!(values(Measure::Border, &boxes), [-2.0, -1.0, -0.6, -0.8]);
+        let small = [Rect::new(3.0, 3.0, 0.5, 0.5), Rect::new(6.0, 7.0, 0.5, 0.5)];
+        assert_eq!(values(Measure::Displacement, &small), [0.0, 5.0]);
+        assert_eq!(values(Measure::Scale, &[small[0], Rect::new(3.0, 3.0, 1.0, 1.0)]), [0.0, 0.0]);
     }
 
     #[test]

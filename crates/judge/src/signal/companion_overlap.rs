@@ -25,7 +25,7 @@
 mod watchdog;
 
 use crate::num::summary;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Areas, Region};
 use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
@@ -34,16 +34,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use watchdog::{Companion, CompanionParams, RunningCompanion, SavedCompanion};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "companion-overlap",
-    version: 1,
-    summary: "overlap of the tracker's box with those of other trackers, or of a watchdog that it runs itself",
-    example: "{ statistic = \"median\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(CompanionOverlap::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<CompanionOverlap>(
+    "companion-overlap",
+    1,
+    "overlap of the tracker's box with those of other trackers, or of a watchdog that it runs itself",
+)
+.example("{ statistic = \"median\" }");
 
 /// How the overlaps with several companions make one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -104,12 +100,12 @@ pub struct CompanionOverlap {
     own: Vec<Companion>,
 }
 
-impl CompanionOverlap {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For an empty list of companions, an unknown tracker, or parameters that it refuses.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for CompanionOverlap {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("at_most").at_least(1.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let own = match &params.companions {
             Companions::ExternalCompanions(_) => Vec::new(),
             Companions::Own(list) if list.is_empty() => {
@@ -122,22 +118,16 @@ impl CompanionOverlap {
             Companions::Own(list) => list.iter().map(Companion::new).collect::<Result<_, _>>()?,
         };
         match params.at_most {
-            Some(0) => return Err(ParamError::out_of_range("at_most", "at least 1", 0)),
             Some(n) if !own.is_empty() => {
                 let rule = "left out when the companions are listed";
-                return Err(ParamError::out_of_range("at_most", rule, n));
+                Err(ParamError::out_of_range("at_most", rule, n))
             }
-            _ => {}
+            _ => Ok(Self { params, own }),
         }
-        Ok(Self { params, own })
     }
 }
 
 impl Signal for CompanionOverlap {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }

@@ -21,7 +21,7 @@
 //! signal fails and says so. Sources: the files that `replay` reads, or what a tracker gives live.
 
 use crate::num::readable;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
 use crate::signal::{Direction, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
@@ -29,15 +29,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "confidence",
-    version: 2,
-    summary: "the tracker's own confidence, raw, relative to its early mean, or as a probability",
-    example: "{ scale = \"raw\", early = 19 }",
-    more: &[],
-    build: |raw| Ok(Box::new(Confidence::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Signal> = Entry::of::<Confidence>(
+    "confidence",
+    2,
+    "the tracker's own confidence, raw, relative to its early mean, or as a probability",
+)
+.example("{ scale = \"raw\", early = 19 }");
 
 /// Largest absolute value of a ratio.
 const MAX_RATIO: f64 = 1000.0;
@@ -76,20 +73,15 @@ impl Default for Params {
 /// The confidence, with checked parameters.
 pub struct Confidence(Params);
 
-impl Confidence {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is outside its documented range.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
-        if params.early < 1 {
-            return Err(ParamError::out_of_range("early", "at least 1", params.early));
-        }
+impl Plugin for Confidence {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("early").at_least(1.0), Range::of("first")];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let (low, high) = range(params.scale);
         match params.first {
-            Some(first)
-                if params.scale == Scale::Ratio || !first.is_finite() || !(low..=high).contains(&first) =>
-            {
+            Some(first) if params.scale == Scale::Ratio || !(low..=high).contains(&first) => {
                 let rule =
                     "a finite number, in [0, 1] for a probability, and without a ratio, which begins with 1";
                 Err(ParamError::out_of_range("first", rule, first))
@@ -109,10 +101,6 @@ fn range(scale: Scale) -> (f64, f64) {
 }
 
 impl Signal for Confidence {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn is_probability(&self) -> bool {
         self.0.scale == Scale::Probability
     }
@@ -278,6 +266,10 @@ mod tests {
         );
         let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(-0.5)]);
         assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is -0.5"));
+        let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(0.0)]);
+        assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is 0;"));
+        let far = [None, Some(1.0), Some(1e6), Some(-1e6)];
+        assert_eq!(run("{ scale = \"ratio\", early = 1 }", &far).0, [1.0, 1.0, 1000.0, -1000.0]);
         // Of numbers without bounds the mean may have none, and the message no hundreds of digits.
         for (early, shown) in [(vec![-1e308], "is -1e308;"), (vec![1e308; 2], "is inf;")] {
             let given: Vec<_> = std::iter::once(None).chain(early.into_iter().map(Some)).collect();

@@ -1,8 +1,8 @@
 //! Laws that every signal in the list obeys.
 
-use super::{Observation, SIGNALS, Session, Signal, testing};
+use super::{Direction, Observation, Reads, SIGNALS, Session, Signal, testing};
 use crate::image::Frame;
-use crate::plugin::{Entry, find};
+use crate::plugin::{Configured, Entry, find};
 use crate::region::{Rect, Region};
 use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
@@ -68,7 +68,7 @@ fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
     testing::values(signal, frames, boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t)))
 }
 
-fn build(kind: &str, params: &str) -> Box<dyn Signal> {
+fn build(kind: &str, params: &str) -> Configured<dyn Signal> {
     find(SIGNALS, kind).unwrap().build_from_text(params).unwrap()
 }
 
@@ -111,6 +111,12 @@ fn parameters_round_trip_and_unknown_ones_are_refused() {
 }
 
 #[test]
+fn ranges_are_what_is_accepted() {
+    crate::range_tests::check(SIGNALS);
+    trackfail_testing::check_pins("range signal", crate::range_tests::pins(SIGNALS));
+}
+
+#[test]
 fn values_are_deterministic_finite_and_bounded() {
     let (frames, boxes) = track();
     for entry in SIGNALS {
@@ -121,6 +127,71 @@ fn values_are_deterministic_finite_and_bounded() {
         // Online: what comes later changes nothing.
         assert_eq!(run(signal.as_ref(), &frames[..3], &boxes[..3]), values[..3], "{}", entry.kind);
         assert!(values.iter().any(|v| *v != values[0]), "{} is constant", entry.kind);
+    }
+}
+
+#[test]
+fn every_signal_has_its_input_direction_and_bounds() {
+    use Direction::{HigherIsBetter as High, LowerIsBetter as Low};
+    use Reads::{Boxes, Companions, Confidence, Pixels, Posterior, Response};
+    const MOST: f64 = f64::INFINITY;
+    let expected = [
+        ("box-motion", Boxes, Low, (0.0, 1000.0)),
+        ("companion-overlap", Companions, High, (0.0, 1.0)),
+        ("confidence", Confidence, High, (-MOST, MOST)),
+        ("deep-verification", Pixels, Low, (-8.0, 8.0)),
+        ("distribution-field", Pixels, High, (0.0, 0.0625)),
+        ("effective-particles", Posterior, Low, (0.0, 1.0)),
+        ("forward-backward", Pixels, Low, (0.0, 1.0)),
+        ("object-color", Pixels, High, (-1.0, 1.0)),
+        ("particle-entropy", Posterior, Low, (0.0, 1.0)),
+        ("region-covariance", Pixels, Low, (0.0, MOST)),
+        ("response-apce", Response, High, (0.0, MOST)),
+        ("response-peak", Response, High, (-MOST, MOST)),
+        ("response-psr", Response, High, (0.0, 1e6)),
+        ("rgb-histogram", Pixels, High, (0.0, 1.0)),
+        ("rgb-lbp-histogram", Pixels, High, (0.0, 1.0)),
+        ("template-correlation", Pixels, High, (-1.0, 1.0)),
+        ("uncertainty", Posterior, Low, (1e-12, MOST)),
+        ("uncertainty-change", Posterior, Low, (0.0, MOST)),
+        ("watchdog-agreement", Pixels, Low, (0.0, 1.0)),
+    ];
+    assert_eq!(SIGNALS.len(), expected.len());
+    for (entry, (kind, reads, direction, bounds)) in SIGNALS.iter().zip(expected) {
+        let signal = entry.build_from_text("{}").unwrap();
+        assert_eq!((entry.kind, signal.reads(), signal.direction()), (kind, reads, direction));
+        assert_eq!(signal.bounds(), bounds, "{kind}");
+    }
+    let other = |kind: &str, text: &str| (build(kind, text).direction(), build(kind, text).bounds());
+    assert_eq!(other("box-motion", "{ measure = \"border\" }"), (High, (-1000.0, 1000.0)));
+    assert_eq!(other("response-peak", "{ measure = \"second-peak\" }"), (Low, (0.0, 1.0)));
+    assert_eq!(other("forward-backward", "{ measure = \"inliers\" }"), (High, (0.0, 1.0)));
+    assert_eq!(other("confidence", "{ scale = \"ratio\" }"), (High, (-1000.0, 1000.0)));
+    assert_eq!(other("confidence", "{ scale = \"probability\" }"), (High, (0.0, 1.0)));
+}
+
+/// A state has what it was given, and the likelihood of a posterior stands for a confidence.
+#[test]
+fn an_input_is_in_the_states_that_have_it() {
+    use Reads::{Boxes, Companions, Confidence, Pixels, Posterior, Response};
+    let bare = TrackerState::tracked(Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0)));
+    let with = |k: usize| match k {
+        0 => bare.clone(),
+        1 => TrackerState { posterior: Some(moments(1)), ..bare.clone() },
+        2 => TrackerState { response: Some(response(1)), ..bare.clone() },
+        _ => TrackerState { confidence: Some(0.5), ..bare.clone() },
+    };
+    for (reads, expected) in [
+        (Pixels, [true; 4]),
+        (Boxes, [true; 4]),
+        (Companions, [true; 4]),
+        (Posterior, [false, true, false, false]),
+        (Response, [false, false, true, false]),
+        (Confidence, [false, true, false, true]),
+    ] {
+        assert_eq!(std::array::from_fn::<bool, 4, _>(|k| reads.is_in(&with(k))), expected, "{reads:?}");
+        let is_common = [Pixels, Boxes].contains(&reads);
+        assert_eq!(reads.need_of_tracker().is_none(), is_common, "{reads:?}");
     }
 }
 

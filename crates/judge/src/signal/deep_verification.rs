@@ -35,7 +35,7 @@
 
 use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::{Areas, Rect, Region};
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
@@ -47,20 +47,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "deep-verification",
-    version: 1,
-    summary: "what a deep network says of the tracker's box: its watchdogs, and a second look at the box itself",
-    example: "{}",
-    more: &[
-        "{ v2 = [\"overlap\", \"score\"], here = [\"apart\", \"inside\", \"middle\"] }",
-        "{ v2 = [\"disagreement\"], v3 = [\"disagreement\"], both = [\"product\", \"against\"], here = [] }",
-        "{ v3 = [\"overlap\"], here = [\"score\", \"elsewhere\"], look = \"v3\" }",
-    ],
-    build: |raw| Ok(Box::new(DeepVerification::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<DeepVerification>(
+    "deep-verification",
+    1,
+    "what a deep network says of the tracker's box: its watchdogs, and a second look at the box itself",
+)
+.more(&[
+    "{ v2 = [\"overlap\", \"score\"], here = [\"apart\", \"inside\", \"middle\"] }",
+    "{ v2 = [\"disagreement\"], v3 = [\"disagreement\"], both = [\"product\", \"against\"], here = [] }",
+    "{ v3 = [\"overlap\"], here = [\"score\", \"elsewhere\"], look = \"v3\" }",
+]);
 
 /// Overlap with the watchdog from which on its look is the second one, too.
 const SEEN: f64 = 0.6;
@@ -116,7 +112,6 @@ pub enum Here {
     Elsewhere,
 }
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -182,12 +177,10 @@ impl Params {
 /// The verification, with checked parameters.
 pub struct DeepVerification(Params);
 
-impl DeepVerification {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For a value that is named twice in a list, and without any.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for DeepVerification {
+    type Params = Params;
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let Params { v2, v3, both, here, .. } = &params;
         once("v2", v2)?;
         once("v3", v3)?;
@@ -201,10 +194,6 @@ impl DeepVerification {
 }
 
 impl Signal for DeepVerification {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         self.0.kinds()[0].0
     }

@@ -39,7 +39,7 @@
 
 use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
 use crate::region::Rect;
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
@@ -48,15 +48,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "distribution-field",
-    version: 2,
-    summary: "track quality y_t: L1 distance of distribution fields, target against surroundings",
-    example: "{ layers = 32, history = 10 }",
-    more: &[],
-    build: |raw| Ok(Box::new(DistributionField::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Signal> = Entry::of::<DistributionField>(
+    "distribution-field",
+    2,
+    "track quality y_t: L1 distance of distribution fields, target against surroundings",
+)
+.example("{ layers = 32, history = 10 }");
 
 /// Reading of the printed sigma_1 = (1, 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -85,7 +82,6 @@ pub enum BorderRule {
     /// Uniform distributions.
     Uniform,
     /// Zeros, which give the same values as `uniform` and are read as that.
-    #[serde(skip_serializing)]
     Zero,
     /// The patch's own border pixels.
     Replicate,
@@ -192,37 +188,36 @@ impl Default for Params {
 /// The signal y_t with checked parameters.
 pub struct DistributionField(Params);
 
-impl DistributionField {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(mut p: Params) -> Result<Self, ParamError> {
-        if p.border == BorderRule::Zero {
-            p.border = BorderRule::Uniform;
-        }
-        if !(2..=256).contains(&p.layers) {
-            return Err(ParamError::out_of_range("layers", "2 to 256", p.layers));
-        }
-        let sigmas = [("sigma_u", p.sigma_u), ("sigma_v", p.sigma_v), ("sigma_layer", p.sigma_layer)];
-        for (key, sigma) in sigmas {
-            if !(1e-3..=1e3).contains(&sigma) {
-                return Err(ParamError::out_of_range(key, "above 0 (0.001 to 1000)", sigma));
-            }
-        }
-        if !(1..=1000).contains(&p.history) {
-            return Err(ParamError::out_of_range("history", "1 to 1000", p.history));
-        }
-        let supports =
-            [("support_u", p.support_u), ("support_v", p.support_v), ("support_layer", p.support_layer)];
-        for (key, support) in supports {
-            if support % 2 == 0 || support > 63 {
-                return Err(ParamError::out_of_range(key, "odd and at most 63", support));
-            }
-        }
-        Ok(Self(p))
+impl Plugin for DistributionField {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("layers", 2.0, 256.0),
+        Range::within("sigma_u", 1e-3, 1e3),
+        Range::within("sigma_v", 1e-3, 1e3),
+        Range::within("sigma_layer", 1e-3, 1e3),
+        Range::within("history", 1.0, 1000.0),
+        Range::within("support_u", 1.0, 63.0),
+        Range::within("support_v", 1.0, 63.0),
+        Range::within("support_layer", 1.0, 63.0),
+    ];
+
+    fn shown(p: &Params) -> serde_json::Value {
+        let border = if p.border == BorderRule::Zero { BorderRule::Uniform } else { p.border };
+        show_params(&Params { border, ..p.clone() })
     }
 
+    fn make(p: Params) -> Result<Self, ParamError> {
+        let supports =
+            [("support_u", p.support_u), ("support_v", p.support_v), ("support_layer", p.support_layer)];
+        match supports.into_iter().find(|(_, support)| support % 2 == 0) {
+            Some((key, even)) => Err(ParamError::out_of_range(key, "odd and at most 63", even)),
+            None => Ok(Self(p)),
+        }
+    }
+}
+
+impl DistributionField {
     fn smoothings(&self) -> Vec<Smoothing> {
         let p = &self.0;
         let u = gaussian(p.sigma_u, p.support_u / 2);
@@ -242,10 +237,6 @@ impl DistributionField {
 }
 
 impl Signal for DistributionField {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }

@@ -17,28 +17,28 @@
 use super::particle_entropy::Params;
 use super::state_value::of_state;
 use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::tracker::{RunContext, TrackerError};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "effective-particles",
-    version: 1,
-    summary: "effective number of the tracker's particles as a share of all",
-    example: "{ good = \"low\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(EffectiveParticles(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
+    "effective-particles",
+    1,
+    "effective number of the tracker's particles as a share of all",
+)
+.example("{ good = \"low\" }");
 
 /// The share with checked parameters.
 pub struct EffectiveParticles(Params);
 
-impl Signal for EffectiveParticles {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
+impl Plugin for EffectiveParticles {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl Signal for EffectiveParticles {
     fn direction(&self) -> Direction {
         self.0.good.direction()
     }

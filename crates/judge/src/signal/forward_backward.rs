@@ -29,23 +29,19 @@
 use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
 use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
-use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "forward-backward",
-    version: 1,
-    summary: "error of points of the target that are followed to this frame and back",
-    example: "{ measure = \"error\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(ForwardBackward::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ForwardBackward>(
+    "forward-backward",
+    1,
+    "error of points of the target that are followed to this frame and back",
+)
+.example("{ measure = \"error\" }");
 
 /// Variance of gray values up to which a patch is flat.
 const FLAT: f64 = 1e-6;
@@ -111,26 +107,24 @@ impl Default for Params {
 /// The signal with checked parameters.
 pub struct ForwardBackward(Params);
 
-impl ForwardBackward {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("grid", p.grid, 1, 50),
-            ("levels", p.levels, 0, 10),
-            ("iterations", p.iterations, 1, 100),
-            ("patch", p.patch, 2, 100),
-        ])?;
-        check_ranges(&[
-            ("margin", p.margin, 0.0, 100.0),
-            ("epsilon", p.epsilon, 0.0, 10.0),
-            ("reach", p.reach, 0.0, 10.0),
-            ("max_error", p.max_error, 0.0, 100.0),
-            ("min_correlation", p.min_correlation, -1.0, 1.0),
-        ])?;
-        if !(3..=MAX_WINDOW).contains(&p.window) || p.window.is_multiple_of(2) {
+impl Plugin for ForwardBackward {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("grid", 1.0, 50.0),
+        Range::within("levels", 0.0, 10.0),
+        Range::within("iterations", 1.0, 100.0),
+        Range::within("patch", 2.0, 100.0),
+        Range::within("margin", 0.0, 100.0),
+        Range::within("epsilon", 0.0, 10.0),
+        Range::within("reach", 0.0, 10.0),
+        Range::within("max_error", 0.0, 100.0),
+        Range::within("min_correlation", -1.0, 1.0),
+        Range::within("window", 3.0, MAX_WINDOW as f64),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        if p.window.is_multiple_of(2) {
             return Err(ParamError::out_of_range("window", "odd and from 3 to 63", p.window));
         }
         Ok(Self(p))
@@ -138,10 +132,6 @@ impl ForwardBackward {
 }
 
 impl Signal for ForwardBackward {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         match self.0.measure {
             Measure::Inliers => Direction::HigherIsBetter,

@@ -1,7 +1,7 @@
 //! Shared by the two histogram signals: weights, colors, the frame that is compared with, and the similarity.
 
 use crate::image::Window;
-use crate::plugin::ParamError;
+use crate::plugin::Range;
 use crate::saved;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -98,12 +98,6 @@ pub fn bin(value: u8, bins: usize) -> usize {
     usize::from(value) * bins / 256
 }
 
-/// Checks a number of bins.
-pub fn check_bins(key: &'static str, bins: usize) -> Result<(), ParamError> {
-    let good = (1..=256).contains(&bins);
-    good.then_some(()).ok_or_else(|| ParamError::out_of_range(key, "1 to 256", bins))
-}
-
 /// Similarity of two histograms that are first normalized to sum 1; in `[0, 1]`. Two empty histograms are alike (1), an
 /// empty one is unlike any other (0).
 pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
@@ -120,6 +114,9 @@ pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
     }
 }
 
+/// Share of a frame in the slow model.
+pub const RATE: Range = Range::of("rate").above(0.0).at_most(1.0);
+
 /// Parameters that the two signals share.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
@@ -129,14 +126,6 @@ pub struct Comparison {
     pub rate: f64,
     /// Similarity.
     pub similarity: Similarity,
-}
-
-impl Comparison {
-    /// Checks the rate.
-    pub fn check(&self) -> Result<(), ParamError> {
-        let good = self.rate > 0.0 && self.rate <= 1.0;
-        good.then_some(()).ok_or_else(|| ParamError::out_of_range("rate", "above 0 and at most 1", self.rate))
-    }
 }
 
 /// Histograms of a track: the reference, and room for the next one.

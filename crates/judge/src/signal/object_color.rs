@@ -24,7 +24,7 @@
 
 use crate::image::Frame;
 use crate::image::patch::{Axis, Colors, Outside, Patch};
-use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Rect;
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
@@ -32,16 +32,12 @@ use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "object-color",
-    version: 1,
-    summary: "how much more the colors in the box look like the target than those around it",
-    example: "{ object = \"first\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(ObjectColor::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ObjectColor>(
+    "object-color",
+    1,
+    "how much more the colors in the box look like the target than those around it",
+)
+.example("{ object = \"first\" }");
 
 /// Samples along each side of the box.
 const SIDE: usize = 48;
@@ -88,23 +84,17 @@ impl Default for Params {
 /// The signal with checked parameters.
 pub struct ObjectColor(Params);
 
-impl ObjectColor {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[("bins", p.bins, 1, 32)])?;
-        check_ranges(&[("rate", p.rate, 0.0, 1.0)])?;
-        Ok(Self(p))
+impl Plugin for ObjectColor {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 32.0), Range::within("rate", 0.0, 1.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 impl Signal for ObjectColor {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }
@@ -227,13 +217,6 @@ mod tests {
 
     fn boxes(lefts: &[f64]) -> Vec<Rect> {
         lefts.iter().map(|x| Rect::new(*x, 30.5, 20.0, 20.0)).collect()
-    }
-
-    #[test]
-    fn parameters_are_checked() {
-        let build = |text| ENTRY.build_from_text(text).map(|_| ());
-        assert!(build("{ bins = 0 }").is_err() && build("{ bins = 33 }").is_err());
-        assert!(build("{ rate = 1.1 }").is_err() && build("{ object = \"last\" }").is_err());
     }
 
     // Ellipse and surroundings have one color each: P is (1 + e) / (1 + 2 e) for the target's, e / (1 + 2 e) for the

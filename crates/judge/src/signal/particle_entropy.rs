@@ -18,21 +18,17 @@
 
 use super::state_value::of_state;
 use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "particle-entropy",
-    version: 1,
-    summary: "entropy of the weights of the tracker's particles, relative to equal weights",
-    example: "{ good = \"low\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(ParticleEntropy(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ParticleEntropy>(
+    "particle-entropy",
+    1,
+    "entropy of the weights of the tracker's particles, relative to equal weights",
+)
+.example("{ good = \"low\" }");
 
 /// Values that speak for a tracker at its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -71,11 +67,15 @@ impl Default for Params {
 /// The entropy with checked parameters.
 pub struct ParticleEntropy(Params);
 
-impl Signal for ParticleEntropy {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
+impl Plugin for ParticleEntropy {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl Signal for ParticleEntropy {
     fn direction(&self) -> Direction {
         self.0.good.direction()
     }

@@ -19,7 +19,7 @@
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
@@ -27,16 +27,12 @@ use nalgebra::{Cholesky, Matrix5, Vector5};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "region-covariance",
-    version: 1,
-    summary: "distance of the (x, y, R, G, B) covariances of consecutive frames",
-    example: "{ ridge = 1e-6 }",
-    more: &[],
-    build: |raw| Ok(Box::new(RegionCovariance::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RegionCovariance>(
+    "region-covariance",
+    1,
+    "distance of the (x, y, R, G, B) covariances of consecutive frames",
+)
+.example("{ ridge = 1e-6 }");
 
 /// Form of the distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -83,27 +79,18 @@ impl Default for Params {
 /// The covariance distance with checked parameters.
 pub struct RegionCovariance(Params);
 
-impl RegionCovariance {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if !(1e-9..=1.0).contains(&p.ridge) {
-            return Err(ParamError::out_of_range("ridge", "1e-9 to 1", p.ridge));
-        }
-        if !(0.0..=1.0).contains(&p.gray_ridge) {
-            return Err(ParamError::out_of_range("grey_ridge", "0 to 1", p.gray_ridge));
-        }
-        Ok(Self(p))
+impl Plugin for RegionCovariance {
+    type Params = Params;
+
+    const RANGES: &'static [Range] =
+        &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 impl Signal for RegionCovariance {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::LowerIsBetter
     }
@@ -243,12 +230,6 @@ mod tests {
         let pixels = values_on_boxes(&*build("{ grey_ridge = 0.0 }"), &[flat.clone(), flat], &resized)[1];
         // The variance of x over n pixels is (n^2 - 1) / 12 * n / (n - 1): nearly the square of the side.
         assert!(found < 0.05 && (pixels - 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.05, "{found} {pixels}");
-    }
-
-    #[test]
-    fn parameters_are_checked() {
-        assert!(RegionCovariance::new(Params { ridge: 0.0, ..Params::default() }).is_err());
-        assert!(RegionCovariance::new(Params { gray_ridge: f64::NAN, ..Params::default() }).is_err());
     }
 
     fn matrix() -> impl Strategy<Value = Matrix5<f64>> {

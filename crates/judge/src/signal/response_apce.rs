@@ -15,35 +15,27 @@
 
 use super::state_value::of_state;
 use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, NoParams, ParamError, Plugin};
 use crate::tracker::{Response, RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "response-apce",
-    version: 1,
-    summary: "average peak-to-correlation energy of the tracker's response map",
-    example: "{}",
-    more: &[],
-    build: |raw| Ok(Box::new(ResponseApce(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
-
-/// Parameters: none.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Params {}
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponseApce>(
+    "response-apce",
+    1,
+    "average peak-to-correlation energy of the tracker's response map",
+);
 
 /// The energy.
-pub struct ResponseApce(Params);
+pub struct ResponseApce;
+
+impl Plugin for ResponseApce {
+    type Params = NoParams;
+
+    fn make(_: NoParams) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
 
 impl Signal for ResponseApce {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }

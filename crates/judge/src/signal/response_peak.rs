@@ -24,21 +24,17 @@
 
 use super::state_value::of_state;
 use super::{Direction, Observation, Reads, Session, Signal};
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::tracker::{Response, RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "response-peak",
-    version: 1,
-    summary: "highest value of the tracker's response map, its second peak, or its quality relative to the first frame's",
-    example: "{ measure = \"peak\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(ResponsePeak(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponsePeak>(
+    "response-peak",
+    1,
+    "highest value of the tracker's response map, its second peak, or its quality relative to the first frame's",
+)
+.example("{ measure = \"peak\" }");
 
 /// Measures of the peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -69,11 +65,15 @@ impl Default for Params {
 /// The peak with checked parameters.
 pub struct ResponsePeak(Params);
 
-impl Signal for ResponsePeak {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
+impl Plugin for ResponsePeak {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl Signal for ResponsePeak {
     fn direction(&self) -> Direction {
         match self.0.measure {
             Measure::Peak | Measure::Quality => Direction::HigherIsBetter,

@@ -21,21 +21,14 @@
 
 use super::state_value::of_state;
 use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::tracker::{Response, RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "response-psr",
-    version: 1,
-    summary: "peak-to-sidelobe ratio of the tracker's response map",
-    example: "{ sidelobe = \"window\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(ResponsePsr(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> =
+    Entry::of::<ResponsePsr>("response-psr", 1, "peak-to-sidelobe ratio of the tracker's response map")
+        .example("{ sidelobe = \"window\" }");
 
 /// Largest ratio, that of a flat sidelobe.
 const MAX_RATIO: f64 = 1e6;
@@ -69,11 +62,15 @@ impl Default for Params {
 /// The ratio with checked parameters.
 pub struct ResponsePsr(Params);
 
-impl Signal for ResponsePsr {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
+impl Plugin for ResponsePsr {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl Signal for ResponsePsr {
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }

@@ -14,24 +14,20 @@
 //! and `similarity` are other readings of what the paper leaves open, the first of each the default. Boxes that leave the frame are shifted
 //! inside, larger ones cut to the frame.
 
-use super::histogram::{Colors, Comparison, Memory, Reference, Similarity, Weights, bin, check_bins};
+use super::histogram::{self, Colors, Comparison, Memory, Reference, Similarity, Weights, bin};
 use crate::image::Window;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "rgb-histogram",
-    version: 1,
-    summary: "Bhattacharyya coefficient of RGB histograms, this frame against the one before",
-    example: "{ bins = 8 }",
-    more: &[],
-    build: |raw| Ok(Box::new(RgbHistogram::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RgbHistogram>(
+    "rgb-histogram",
+    1,
+    "Bhattacharyya coefficient of RGB histograms, this frame against the one before",
+)
+.example("{ bins = 8 }");
 
 /// Parameters of the RGB histogram.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -73,26 +69,17 @@ impl Default for Params {
 /// The RGB histogram's similarity with checked parameters.
 pub struct RgbHistogram(Params);
 
-impl RgbHistogram {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if p.bins > 64 {
-            return Err(ParamError::out_of_range("bins", "1 to 64", p.bins));
-        }
-        check_bins("bins", p.bins)?;
-        p.comparison().check()?;
-        Ok(Self(p))
+impl Plugin for RgbHistogram {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 64.0), histogram::RATE];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 impl Signal for RgbHistogram {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }
@@ -144,12 +131,6 @@ mod tests {
     use super::*;
     use crate::image::Frame;
     use crate::signal::testing::values_on_boxes;
-
-    #[test]
-    fn parameters_are_checked() {
-        assert!(RgbHistogram::new(Params { bins: 0, ..Params::default() }).is_err());
-        assert!(RgbHistogram::new(Params { bins: 65, ..Params::default() }).is_err());
-    }
 
     #[test]
     fn bins_are_joint() {

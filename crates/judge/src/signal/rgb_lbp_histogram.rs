@@ -18,25 +18,21 @@
 //! 8 x 8 x 8 x 5: `blue_bins = 8`); rho is 1 when no pixel remains in either frame and 0 when none remains
 //! in one of them. `codes`, `colors`, `weights`, `similarity` and `reference` are other readings, the first of each the default.
 
-use super::histogram::{Colors, Comparison, Memory, Reference, Similarity, Weights, bin, check_bins};
+use super::histogram::{self, Colors, Comparison, Memory, Reference, Similarity, Weights, bin};
 use crate::image::{Frame, Window, luma};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "rgb-lbp-histogram",
-    version: 1,
-    summary: "Bhattacharyya coefficient of joint color and LBP histograms, this frame against the one before",
-    example: "{ lbp_threshold = 8.0 }",
-    more: &[],
-    build: |raw| Ok(Box::new(RgbLbpHistogram::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RgbLbpHistogram>(
+    "rgb-lbp-histogram",
+    1,
+    "Bhattacharyya coefficient of joint color and LBP histograms, this frame against the one before",
+)
+.example("{ lbp_threshold = 8.0 }");
 
 /// Code of rings with more than two changes.
 const NOT_UNIFORM: usize = 9;
@@ -115,32 +111,27 @@ impl Default for Params {
 /// The joint histogram's similarity with checked parameters.
 pub struct RgbLbpHistogram(Params);
 
-impl RgbLbpHistogram {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_bins("red_bins", p.red_bins)?;
-        check_bins("green_bins", p.green_bins)?;
-        check_bins("blue_bins", p.blue_bins)?;
-        p.comparison().check()?;
+impl Plugin for RgbLbpHistogram {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("red_bins", 1.0, 256.0),
+        Range::within("green_bins", 1.0, 256.0),
+        Range::within("blue_bins", 1.0, 256.0),
+        Range::within("lbp_threshold", 0.0, 255.0),
+        histogram::RATE,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         let all = p.red_bins * p.green_bins * p.blue_bins;
         if all > 262_144 {
             return Err(ParamError::out_of_range("blue_bins", "small enough for 262144 bins in all", all));
-        }
-        if !(0.0..=255.0).contains(&p.lbp_threshold) {
-            return Err(ParamError::out_of_range("lbp_threshold", "0 to 255", p.lbp_threshold));
         }
         Ok(Self(p))
     }
 }
 
 impl Signal for RgbLbpHistogram {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }
@@ -266,11 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_checked() {
-        for table in ["{ red_bins = 0 }", "{ lbp_threshold = -1.0 }", "{ blue_bins = 257 }", "{ codes = 5 }"]
-        {
-            assert!(ENTRY.build_from_text(table).is_err(), "{table}");
-        }
+    fn bins_are_not_too_many() {
         let many = "{ red_bins = 256, green_bins = 256, blue_bins = 8 }";
         assert!(ENTRY.build_from_text(many).is_err());
     }

@@ -22,23 +22,19 @@
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
-use crate::plugin::{Entry, ParamError, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
 use crate::signal::{Direction, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "template-correlation",
-    version: 1,
-    summary: "normalized cross-correlation of the box's gray values with a template",
-    example: "{ reference = \"first\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(TemplateCorrelation::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<TemplateCorrelation>(
+    "template-correlation",
+    1,
+    "normalized cross-correlation of the box's gray values with a template",
+)
+.example("{ reference = \"first\" }");
 
 /// Variance of gray values up to which a box is flat: what rounding leaves of a constant.
 const FLAT: f64 = 1e-6;
@@ -78,23 +74,17 @@ impl Default for Params {
 /// The correlation with checked parameters.
 pub struct TemplateCorrelation(Params);
 
-impl TemplateCorrelation {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[("side", p.side, 2, 256)])?;
-        check_ranges(&[("rate", p.rate, 0.0, 1.0)])?;
-        Ok(Self(p))
+impl Plugin for TemplateCorrelation {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::within("side", 2.0, 256.0), Range::within("rate", 0.0, 1.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 impl Signal for TemplateCorrelation {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::HigherIsBetter
     }
@@ -202,14 +192,6 @@ mod tests {
                 (x as u64 * 7919 + y as u64 * 104_729 + seed * 31).wrapping_mul(6_364_136_223_846_793_005);
             [value((key >> 59) as u8 + (x / 3 + y / 2) as u8); 3]
         })
-    }
-
-    #[test]
-    fn parameters_are_checked() {
-        let build = |text| ENTRY.build_from_text(text).map(|_| ());
-        assert!(build("{ side = 1 }").is_err() && build("{ side = 257 }").is_err());
-        assert!(build("{ rate = 1.1 }").is_err() && build("{ rate = nan }").is_err());
-        assert!(build("{ reference = \"slow\", rate = 0.0, side = 2 }").is_ok());
     }
 
     #[test]

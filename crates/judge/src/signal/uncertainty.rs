@@ -21,21 +21,17 @@
 //! the engine reports as the error of that track.
 
 use super::{Direction, Observation, Reads, Session, Signal};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::tracker::{Moments, RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "uncertainty",
-    version: 1,
-    summary: "spread of the tracker's hypotheses: root of the determinant of their covariance",
-    example: "{ normalise = \"first-size\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(Uncertainty::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Uncertainty>(
+    "uncertainty",
+    1,
+    "spread of the tracker's hypotheses: root of the determinant of their covariance",
+)
+.example("{ normalise = \"first-size\" }");
 
 /// The size C that uncertainty is divided by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -49,6 +45,9 @@ pub enum Normalize {
     /// A quarter of the area of the region's rectangle in each frame.
     CurrentSize,
 }
+
+/// The range of `floor`, also for detectors of this signal.
+pub const FLOOR: Range = Range::within("floor", 1e-100, 1.0);
 
 /// Parameters of the uncertainty.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -74,12 +73,12 @@ impl Default for Params {
 #[derive(Debug, Clone)]
 pub struct Uncertainty(Params);
 
-impl Uncertainty {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
+impl Plugin for Uncertainty {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[FLOOR];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         if let Some(components) = &p.components {
             let repeated = components.iter().enumerate().any(|(k, c)| components[..k].contains(c));
             if components.is_empty() || components.len() > 64 || repeated {
@@ -87,12 +86,11 @@ impl Uncertainty {
                 return Err(ParamError::out_of_range("components", rule, format!("{components:?}")));
             }
         }
-        if !(1e-100..=1.0).contains(&p.floor) {
-            return Err(ParamError::out_of_range("floor", "1e-100 to 1", p.floor));
-        }
         Ok(Self(p))
     }
+}
 
+impl Uncertainty {
     /// A fresh computation for one track.
     pub(super) fn spread(&self) -> Spread {
         Spread { params: self.0.clone(), first_size: None }
@@ -100,10 +98,6 @@ impl Uncertainty {
 }
 
 impl Signal for Uncertainty {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         Direction::LowerIsBetter
     }
@@ -291,8 +285,6 @@ mod tests {
         let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
         assert_eq!(key("{ components = [] }"), Some("components"));
         assert_eq!(key("{ components = [1, 0, 1] }"), Some("components"));
-        assert_eq!(key("{ floor = 0.0 }"), Some("floor"));
-        assert_eq!(key("{ floor = nan }"), Some("floor"));
     }
 
     fn covariance(d: usize) -> impl Strategy<Value = Vec<f64>> {

@@ -25,22 +25,18 @@
 
 use super::uncertainty::{self, Normalize, Spread, Uncertainty};
 use super::{Direction, Observation, Reads, Session, Signal};
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "uncertainty-change",
-    version: 1,
-    summary: "largest relative change of the uncertainty against the frames of a window before",
-    example: "{ window = 25 }",
-    more: &[],
-    build: |raw| Ok(Box::new(UncertaintyChange::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<UncertaintyChange>(
+    "uncertainty-change",
+    1,
+    "largest relative change of the uncertainty against the frames of a window before",
+)
+.example("{ window = 25 }");
 
 /// Which changes count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -88,18 +84,16 @@ pub struct UncertaintyChange {
     uncertainty: Uncertainty,
 }
 
-impl UncertaintyChange {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// When one is out of its documented range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if !(1..=100_000).contains(&p.window) {
-            return Err(ParamError::out_of_range("window", "1 to 100000 frames", p.window));
-        }
-        if p.settling > 100_000 {
-            return Err(ParamError::out_of_range("settling", "0 to 100000 frames", p.settling));
-        }
+impl Plugin for UncertaintyChange {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("window", 1.0, 100_000.0),
+        Range::within("settling", 0.0, 100_000.0),
+        uncertainty::FLOOR,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         let Params { components, normalize, floor, .. } = p.clone();
         let uncertainty = Uncertainty::new(uncertainty::Params { components, normalize, floor })?;
         Ok(Self { params: p, uncertainty })
@@ -107,10 +101,6 @@ impl UncertaintyChange {
 }
 
 impl Signal for UncertaintyChange {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn direction(&self) -> Direction {
         Direction::LowerIsBetter
     }
@@ -195,7 +185,8 @@ impl Changes {
 }
 
 /// The change at every value of `u`; see [`Changes`].
-pub fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
+#[cfg(test)]
+pub(crate) fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
     let mut changes = Changes::new(window, form, degenerate);
     u.iter().map(|&u| changes.push(u)).collect()
 }
@@ -264,12 +255,9 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_checked() {
-        assert!(ENTRY.build_from_text("{ settling = 100001 }").is_err());
+    fn parameters_are_those_of_the_uncertainty() {
         let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-        assert_eq!(key("{ window = 0 }"), Some("window"));
         assert_eq!(key("{ components = [1, 1] }"), Some("components"));
-        assert_eq!(key("{ floor = 2.0 }"), Some("floor"));
     }
 
     proptest! {

@@ -22,7 +22,7 @@
 
 use crate::image::Frame;
 use crate::num::readable;
-use crate::plugin::{Entry, ParamError, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::{Rect, Region};
 use crate::saved;
 use crate::signal::companion_overlap::overlap;
@@ -35,16 +35,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "watchdog-agreement",
-    version: 1,
-    summary: "how a deep watchdog, which follows the target from the first frame on, agrees with the tracker",
-    example: "{}",
-    more: &["{ version = \"v3\", values = [\"overlap\", \"score\", \"distance\", \"apart\"] }"],
-    build: |raw| Ok(Box::new(WatchdogAgreement::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<WatchdogAgreement>(
+    "watchdog-agreement",
+    1,
+    "how a deep watchdog, which follows the target from the first frame on, agrees with the tracker",
+)
+.more(&["{ version = \"v3\", values = [\"overlap\", \"score\", \"distance\", \"apart\"] }"]);
 
 /// Largest distance, in sides of the tracker's box.
 pub(super) const FAR: f64 = 3.0;
@@ -80,7 +76,6 @@ impl Value {
     }
 }
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -99,12 +94,10 @@ impl Default for Params {
 /// The agreement with a watchdog, with checked parameters.
 pub struct WatchdogAgreement(Params);
 
-impl WatchdogAgreement {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// Without any value, and for one that is named twice.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for WatchdogAgreement {
+    type Params = Params;
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         once("values", &params.values)?;
         if params.values.is_empty() {
             return Err(ParamError::out_of_range("values", "at least one", "[]"));
@@ -129,10 +122,6 @@ pub(super) fn once<T: PartialEq + std::fmt::Debug>(
 }
 
 impl Signal for WatchdogAgreement {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn direction(&self) -> Direction {
         self.0.values[0].direction()
     }

@@ -55,14 +55,14 @@ mod coding;
 #[cfg(test)]
 mod tests;
 
-use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
+use super::affine_candidates::{self, Candidates, PIXELS, SideLimits, TEMPLATE, check_noise, weigh};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::{Geometry, matrix};
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use coding::{Coding, Dictionary, PATCHES, normalize};
 use rand::RngExt;
@@ -141,47 +141,37 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct AdaptiveLocalSparse(Params);
+struct AdaptiveLocalSparse(Params);
 
-impl AdaptiveLocalSparse {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check(p.samples, &p.noise)?;
-        check_ranges(&[
-            ("lambda", p.lambda, 1e-4, 1.0),
-            ("tolerance", p.tolerance, 1e-6, 1.0),
-            ("weight_exponent", p.weight_exponent, 0.1, 1000.0),
-        ])?;
-        check_ranges(&[
-            ("rounds", p.rounds, 1, 100_000),
-            ("batch", p.batch, 1, 1000),
-            ("max_basis", p.max_basis, 1, 256),
-        ])?;
+impl Plugin for AdaptiveLocalSparse {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        affine_candidates::SAMPLES,
+        affine_candidates::NOISE,
+        Range::within("lambda", 1e-4, 1.0),
+        Range::within("tolerance", 1e-6, 1.0),
+        Range::within("weight_exponent", 0.1, 1000.0),
+        Range::within("rounds", 1.0, 100_000.0),
+        Range::within("batch", 1.0, 1000.0),
+        Range::within("max_basis", 1.0, 256.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_noise(&p.noise)?;
         Ok(Self(p))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "adaptive-local-sparse",
-    version: 2,
-    summary: "sparse codes of local patches, pooled by their alignment (ASLA)",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(AdaptiveLocalSparse::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<AdaptiveLocalSparse>(
+    "adaptive-local-sparse",
+    2,
+    "sparse codes of local patches, pooled by their alignment (ASLA)",
+);
 
 impl TrackerConfig for AdaptiveLocalSparse {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn gives_posterior(&self) -> bool {
         true
     }

@@ -15,7 +15,7 @@ use super::Moments;
 use crate::image::Frame;
 use crate::image::warp::{Geometry, Template};
 use crate::num::particles::{effective_number, entropy};
-use crate::plugin::ParamError;
+use crate::plugin::{ParamError, Range};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
@@ -142,15 +142,15 @@ pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
     (weights.into_iter().map(|w| w / sum).collect(), best)
 }
 
-/// Checks the number of candidates and the deviations of their noise.
-///
-/// # Errors
-/// For fewer than 2 or more than 10000 candidates, deviations outside 0 to 1000 or 0 altogether.
-pub fn check(samples: usize, noise: &Geometry) -> Result<(), ParamError> {
-    if !(2..=10_000).contains(&samples) {
-        return Err(ParamError::out_of_range("samples", "from 2 to 10000", samples));
-    }
-    if noise.iter().any(|d| !(0.0..=1000.0).contains(d)) || noise.iter().all(|d| *d == 0.0) {
+/// Number of candidates.
+pub const SAMPLES: Range = Range::within("samples", 2.0, 10_000.0);
+
+/// Deviations of the noise.
+pub const NOISE: Range = Range::within("noise", 0.0, 1000.0);
+
+/// Refuses noise without any deviation.
+pub fn check_noise(noise: &Geometry) -> Result<(), ParamError> {
+    if noise.iter().all(|d| *d == 0.0) {
         let rule = "six deviations from 0 to 1000, not all 0";
         return Err(ParamError::out_of_range("noise", rule, format!("{noise:?}")));
     }

@@ -47,7 +47,7 @@ use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerErr
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Rect, Region};
 use histogram::{Binning, Ellipse, Grid, Histogram, MAX_BINS, Model};
 use rand::RngExt;
@@ -164,40 +164,33 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct ColorParticleFilter(Params);
+struct ColorParticleFilter(Params);
+
+impl Plugin for ColorParticleFilter {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("sigma_position", 0.0, 1000.0),
+        Range::within("sigma_axes", 0.0, 1000.0),
+        Range::within("sigma_orientation", 0.0, 180.0),
+        Range::within("sigma_color", 0.01, 10.0),
+        Range::within("resample_below", 0.0, 1.0),
+        Range::within("model_update", 0.0, 1.0),
+        Range::within("update_above", 0.0, 1.0),
+        Range::within("initial_spread", 0.0, 100.0),
+        Range::within("minimum_axis", 1.0, 1000.0),
+        Range::within("particles", 2.0, 10_000.0),
+        Range::within("points", 1.0, 10_000.0),
+        Range::within("bins", 1.0, MAX_BINS as f64),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
 
 impl ColorParticleFilter {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("sigma_position", p.sigma_position, 0.0, 1000.0),
-            ("sigma_axes", p.sigma_axes, 0.0, 1000.0),
-            ("sigma_orientation", p.sigma_orientation, 0.0, 180.0),
-            ("sigma_color", p.sigma_color, 0.01, 10.0),
-            ("resample_below", p.resample_below, 0.0, 1.0),
-            ("model_update", p.model_update, 0.0, 1.0),
-            ("update_above", p.update_above, 0.0, 1.0),
-            ("initial_spread", p.initial_spread, 0.0, 100.0),
-            ("minimum_axis", p.minimum_axis, 1.0, 1000.0),
-        ])?;
-        if !(2..=10_000).contains(&p.particles) {
-            return Err(ParamError::out_of_range("particles", "from 2 to 10000", p.particles));
-        }
-        if !(1..=10_000).contains(&p.points) {
-            return Err(ParamError::out_of_range("points", "from 1 to 10000", p.points));
-        }
-        if let Some(bins) = p.bins.iter().find(|b| !(1..=MAX_BINS).contains(b)) {
-            let rule = format!("three numbers from 1 to {MAX_BINS}");
-            return Err(ParamError::out_of_range("bins", &rule, bins));
-        }
-        Ok(Self(p))
-    }
-
     /// Standard deviations of the noise of a frame; the angle's in radians.
     fn deviations(&self) -> Ellipse {
         let p = &self.0;
@@ -208,21 +201,13 @@ impl ColorParticleFilter {
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "color-particle-filter",
-    version: 1,
-    summary: "particles that are ellipses, weighed by color histograms",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(ColorParticleFilter::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<ColorParticleFilter>(
+    "color-particle-filter",
+    1,
+    "particles that are ellipses, weighed by color histograms",
+);
 
 impl TrackerConfig for ColorParticleFilter {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn gives_posterior(&self) -> bool {
         true
     }

@@ -171,6 +171,12 @@ fn frames_without_contrast_are_survived() {
 }
 
 #[test]
+fn ranges_are_what_is_accepted() {
+    crate::range_tests::check(TRACKERS);
+    trackfail_testing::check_pins("range tracker", crate::range_tests::pins(TRACKERS));
+}
+
+#[test]
 fn unknown_parameters_are_refused() {
     for e in TRACKERS {
         let inner = e.example.trim().trim_start_matches('{').trim_end_matches('}').trim();

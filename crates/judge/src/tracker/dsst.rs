@@ -47,7 +47,7 @@ use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_plane};
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 use start::{Start, upright};
@@ -102,27 +102,27 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Dsst(Params);
+struct Dsst(Params);
 
-impl Dsst {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("window", p.window, 1.0, 6.0),
-            ("lambda", p.lambda, 1e-6, 100.0),
-            ("rate", p.rate, 0.0, 1.0),
-            ("label_width", p.label_width, 0.01, 1.0),
-            ("scale_step", p.scale_step, 1.001, 1.2),
-            ("scale_label_width", p.scale_label_width, 0.01, 2.0),
-            ("scale_area", p.scale_area, 16.0, 10_000.0),
-        ])?;
-        p.response.check()?;
-        if !(1..=99).contains(&p.scales) || p.scales.is_multiple_of(2) {
+impl Plugin for Dsst {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("window", 1.0, 6.0),
+        Range::within("lambda", 1e-6, 100.0),
+        Range::within("rate", 0.0, 1.0),
+        Range::within("label_width", 0.01, 1.0),
+        Range::within("scale_step", 1.001, 1.2),
+        Range::within("scale_label_width", 0.01, 2.0),
+        Range::within("scale_area", 16.0, 10_000.0),
+        Range::within("scales", 1.0, 99.0),
+        MapOptions::NEIGHBORHOOD,
+        MapOptions::THRESHOLD,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        if p.scales.is_multiple_of(2) {
             return Err(ParamError::out_of_range("scales", "odd and from 1 to 99", p.scales));
         }
         Ok(Self(p))
@@ -130,21 +130,10 @@ impl Dsst {
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "dsst",
-    version: 4,
-    summary: "correlation filters for the place and for the scale",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Dsst::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Dsst>("dsst", 4, "correlation filters for the place and for the scale");
 
 impl TrackerConfig for Dsst {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

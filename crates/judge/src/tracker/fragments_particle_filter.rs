@@ -44,7 +44,7 @@ use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerErr
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Rect, Region};
 use evidence::{Evidence, Place};
 pub use layout::FragmentLayout;
@@ -120,49 +120,35 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct FragmentsParticleFilter(Params);
+struct FragmentsParticleFilter(Params);
 
-impl FragmentsParticleFilter {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("reliability_rate", p.reliability_rate, 0.0, 1.0),
-            ("drop_below", p.drop_below, 0.0, 0.99),
-            ("sigma_likelihood", p.sigma_likelihood, 0.01, 10.0),
-            ("sigma_position", p.sigma_position, 0.0, 1000.0),
-            ("sigma_scale", p.sigma_scale, 0.0, 1.0),
-        ])?;
-        if !(2..=10_000).contains(&p.particles) {
-            return Err(ParamError::out_of_range("particles", "from 2 to 10000", p.particles));
-        }
-        if !(1..=16).contains(&p.cells) {
-            return Err(ParamError::out_of_range("cells", "from 1 to 16", p.cells));
-        }
-        Ok(Self(p))
+impl Plugin for FragmentsParticleFilter {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("reliability_rate", 0.0, 1.0),
+        Range::within("drop_below", 0.0, 0.99),
+        Range::within("sigma_likelihood", 0.01, 10.0),
+        Range::within("sigma_position", 0.0, 1000.0),
+        Range::within("sigma_scale", 0.0, 1.0),
+        Range::within("particles", 2.0, 10_000.0),
+        Range::within("cells", 1.0, 16.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "fragments-particle-filter",
-    version: 1,
-    summary: "reconstruction of FT: particles weighed by the votes of fragments",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(FragmentsParticleFilter::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<FragmentsParticleFilter>(
+    "fragments-particle-filter",
+    1,
+    "reconstruction of FT: particles weighed by the votes of fragments",
+);
 
 impl TrackerConfig for FragmentsParticleFilter {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn gives_posterior(&self) -> bool {
         true
     }

@@ -11,10 +11,11 @@
 //! weighted particles, as in their program's default, and the likelihood has no factor for the distance
 //! within the subspace.
 
-use super::sparse_prototypes::{Model, Tracking};
+use super::affine_candidates::{self, check_noise};
+use super::sparse_prototypes::{self, Model, Tracking};
 use super::{RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
@@ -49,17 +50,23 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Ivt(Params);
+struct Ivt(Params);
 
-impl Ivt {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        p.model().check()?;
+impl Plugin for Ivt {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        affine_candidates::SAMPLES,
+        affine_candidates::NOISE,
+        sparse_prototypes::LIKELIHOOD_SCALE,
+        sparse_prototypes::MAX_BASIS,
+        sparse_prototypes::BATCH,
+        sparse_prototypes::FORGETTING,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_noise(&p.noise)?;
         Ok(Self(p))
     }
 }
@@ -82,21 +89,10 @@ impl Params {
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "ivt",
-    version: 1,
-    summary: "principal components of the target, learned as it goes",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Ivt::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Ivt>("ivt", 1, "principal components of the target, learned as it goes");
 
 impl TrackerConfig for Ivt {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn gives_posterior(&self) -> bool {
         true
     }

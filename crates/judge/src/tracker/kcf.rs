@@ -37,7 +37,7 @@ use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, Track
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, MAX_SIDE, Window};
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
 use crate::region::{Rect, Region};
 use crate::saved;
 use sampling::Sampling;
@@ -126,16 +126,12 @@ struct Checked {
     response: MapOptions,
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Kcf(Checked);
+struct Kcf(Checked);
 
-impl Kcf {
-    /// Fills in the preset and checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
+impl Checked {
+    /// The parameters, with what the preset supplies.
+    fn of(p: &Params) -> Self {
         let vot = p.preset == Preset::Vot;
         let hog = p.features == Features::Hog;
         let by_preset = |tpami: f64, gray: f64, of_vot: f64| match (vot, hog) {
@@ -143,7 +139,7 @@ impl Kcf {
             (_, true) => tpami,
             _ => gray,
         };
-        let c = Checked {
+        Self {
             preset: p.preset,
             features: p.features,
             cell: p.cell.unwrap_or(4),
@@ -160,43 +156,45 @@ impl Kcf {
             scale_weight: p.scale_weight.unwrap_or(0.95),
             sub_cell: p.sub_cell.unwrap_or(vot),
             response: p.response,
-        };
-        c.response.check()?;
-        check_ranges(&[
-            ("window", c.window, 1.0, 6.0),
-            ("label_width", c.label_width, 0.01, 1.0),
-            ("kernel_width", c.kernel_width, 0.01, 10.0),
-            ("lambda", c.lambda, 1e-6, 1.0),
-            ("rate", c.rate, 0.0, 1.0),
-            ("scale_step", c.scale_step, 1.0, 1.5),
-            ("scale_weight", c.scale_weight, 0.0, 1.0),
-        ])?;
-        if !(1..=16).contains(&c.cell) {
-            return Err(ParamError::out_of_range("cell", "from 1 to 16", c.cell));
         }
-        if c.template != 0 && !(16..=512).contains(&c.template) {
+    }
+}
+
+impl Plugin for Kcf {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        MapOptions::NEIGHBORHOOD,
+        MapOptions::THRESHOLD,
+        Range::within("window", 1.0, 6.0),
+        Range::within("label_width", 0.01, 1.0),
+        Range::within("kernel_width", 0.01, 10.0),
+        Range::within("lambda", 1e-6, 1.0),
+        Range::within("rate", 0.0, 1.0),
+        Range::within("scale_step", 1.0, 1.5),
+        Range::within("scale_weight", 0.0, 1.0),
+        Range::within("cell", 1.0, 16.0),
+        Range::within("template", 0.0, 512.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        let c = Checked::of(&p);
+        if (1..16).contains(&c.template) {
             return Err(ParamError::out_of_range("template", "0 or from 16 to 512", c.template));
         }
         Ok(Self(c))
     }
+
+    fn shown(p: &Params) -> serde_json::Value {
+        show_params(&Checked::of(p))
+    }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "kcf",
-    version: 4,
-    summary: "kernelized correlation filter on oriented gradients or gray values",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Kcf::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Kcf>("kcf", 4, "kernelized correlation filter on oriented gradients or gray values");
 
 impl TrackerConfig for Kcf {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

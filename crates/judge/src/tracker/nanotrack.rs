@@ -30,7 +30,7 @@ use super::correlation::response::{MapOptions, ResponseMap};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 pub use crate::network::nanotrack::Version;
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use crate::saved;
 use follower::Follower;
@@ -51,33 +51,21 @@ pub struct Params {
 #[derive(Debug, Clone)]
 pub struct NanoTrack(Params);
 
-impl NanoTrack {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        p.response.check()?;
-        Ok(Self(p))
+impl Plugin for NanoTrack {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[MapOptions::NEIGHBORHOOD, MapOptions::THRESHOLD];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "nanotrack",
-    version: 1,
-    summary: "small Siamese network (NanoTrack v2 or v3) with its weights",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(NanoTrack::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<NanoTrack>("nanotrack", 1, "small Siamese network (NanoTrack v2 or v3) with its weights");
 
 impl TrackerConfig for NanoTrack {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

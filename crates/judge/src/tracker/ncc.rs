@@ -28,7 +28,7 @@
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complex64, LineFourier};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
@@ -49,42 +49,25 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Ncc(Params);
+struct Ncc(Params);
 
-impl Ncc {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if !(p.search > 0.0 && p.search <= 8.0) {
-            return Err(ParamError::out_of_range("search", "above 0 and at most 8", p.search));
-        }
-        if !(0.0..=1.0).contains(&p.update_rate) {
-            return Err(ParamError::out_of_range("update_rate", "from 0 to 1", p.update_rate));
-        }
-        Ok(Self(p))
+impl Plugin for Ncc {
+    type Params = Params;
+
+    const RANGES: &'static [Range] =
+        &[Range::of("search").above(0.0).at_most(8.0), Range::within("update_rate", 0.0, 1.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "ncc",
-    version: 3,
-    summary: "normalized cross-correlation with a fixed gray template",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Ncc::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Ncc>("ncc", 3, "normalized cross-correlation with a fixed gray template");
 
 impl TrackerConfig for Ncc {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

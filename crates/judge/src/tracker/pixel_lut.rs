@@ -52,7 +52,7 @@ mod tests;
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Rect, Region};
 use codes::Codes;
 use colors::Colors;
@@ -114,53 +114,41 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct PixelLut(Params);
+struct PixelLut(Params);
 
-impl PixelLut {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("flat_below", p.flat_below, 0.0, 400.0),
-            ("aggressiveness", p.aggressiveness, 0.001, 1000.0),
-            ("learn_above", p.learn_above, 0.0, 1.0),
-            ("shrink", p.shrink, 0.0, 0.99),
-            ("mask_floor", p.mask_floor, 0.01, 1.0),
-            ("color_rate", p.color_rate, 0.0, 1.0),
-            ("size_rate", p.size_rate, 0.0, 1.0),
-        ])?;
-        check_ranges(&[
-            ("cells", p.cells, 2, 64),
-            ("search_radius", p.search_radius, 1, 100),
-            ("violators", p.violators, 1, 200),
-            ("memory", p.memory, 2, 500),
-            ("remember_every", p.remember_every, 1, 1000),
-            ("rounds", p.rounds, 1, 100),
-        ])?;
-        Ok(Self(p))
+impl Plugin for PixelLut {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("flat_below", 0.0, 400.0),
+        Range::within("aggressiveness", 0.001, 1000.0),
+        Range::within("learn_above", 0.0, 1.0),
+        Range::within("shrink", 0.0, 0.99),
+        Range::within("mask_floor", 0.01, 1.0),
+        Range::within("color_rate", 0.0, 1.0),
+        Range::within("size_rate", 0.0, 1.0),
+        Range::within("cells", 2.0, 64.0),
+        Range::within("search_radius", 1.0, 100.0),
+        Range::within("violators", 1.0, 200.0),
+        Range::within("memory", 2.0, 500.0),
+        Range::within("remember_every", 1.0, 1000.0),
+        Range::within("rounds", 1.0, 100.0),
+    ];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "pixel-lut",
-    version: 1,
-    summary: "reconstruction of PLT_14: windows scored by look-up tables of pixel codes, learned online",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(PixelLut::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<PixelLut>(
+    "pixel-lut",
+    1,
+    "reconstruction of PLT_14: windows scored by look-up tables of pixel codes, learned online",
+);
 
 impl TrackerConfig for PixelLut {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

@@ -29,6 +29,7 @@
 use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed;
+use crate::plugin::Configured;
 use crate::region::{Areas, Rect, Region};
 use crate::sequence::SequenceInfo;
 use rand::RngExt;
@@ -114,8 +115,15 @@ impl RunProtocol {
     }
 
     /// The tracker under this protocol.
-    pub fn over(self, config: Arc<dyn TrackerConfig>) -> Arc<dyn TrackerConfig> {
-        if self == Self::OnePass { config } else { Arc::new(Under { protocol: self, config }) }
+    pub fn over(self, setup: Configured<dyn TrackerConfig>) -> Configured<dyn TrackerConfig> {
+        if self == Self::OnePass {
+            return setup;
+        }
+        let params = setup.params();
+        let under = Under { protocol: self, config: setup.plugin };
+        let mut setup = Configured::<dyn TrackerConfig>::new(params, Arc::new(under));
+        setup.show("protocol", format!("{}/{VERSION}", self.name()));
+        setup
     }
 }
 
@@ -126,14 +134,6 @@ struct Under {
 }
 
 impl TrackerConfig for Under {
-    fn params(&self) -> serde_json::Value {
-        let mut params = self.config.params();
-        if let Some(table) = params.as_object_mut() {
-            table.insert("protocol".into(), format!("{}/{VERSION}", self.protocol.name()).into());
-        }
-        params
-    }
-
     fn uses_seed(&self) -> bool {
         self.config.uses_seed() || self.protocol == RunProtocol::VotRegionNoise
     }

@@ -39,7 +39,7 @@ use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch, is_gray};
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
@@ -85,51 +85,37 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Samf(Params);
+struct Samf(Params);
 
-impl Samf {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        check_ranges(&[
-            ("window", p.window, 1.0, 6.0),
-            ("lambda", p.lambda, 1e-6, 1.0),
-            ("rate", p.rate, 0.0, 1.0),
-            ("label_width", p.label_width, 0.01, 1.0),
-            ("kernel_width", p.kernel_width, 0.01, 10.0),
-        ])?;
-        p.response.check()?;
+impl Plugin for Samf {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::within("window", 1.0, 6.0),
+        Range::within("lambda", 1e-6, 1.0),
+        Range::within("rate", 0.0, 1.0),
+        Range::within("label_width", 0.01, 1.0),
+        Range::within("kernel_width", 0.01, 10.0),
+        Range::within("scales", 0.5, 2.0),
+        MapOptions::NEIGHBORHOOD,
+        MapOptions::THRESHOLD,
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         if !(1..=MAX_SCALES).contains(&p.scales.len()) {
             let rule = format!("1 to {MAX_SCALES} numbers");
             return Err(ParamError::out_of_range("scales", &rule, p.scales.len()));
-        }
-        if let Some(s) = p.scales.iter().find(|s| !(0.5..=2.0).contains(*s)) {
-            return Err(ParamError::out_of_range("scales", "numbers from 0.5 to 2", s));
         }
         Ok(Self(p))
     }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "samf",
-    version: 3,
-    summary: "kernelized correlation filter on gradients and colors, at seven scales",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Samf::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Samf>("samf", 3, "kernelized correlation filter on gradients and colors, at seven scales");
 
 impl TrackerConfig for Samf {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

@@ -22,7 +22,7 @@
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed::{rng, seed};
-use crate::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -55,22 +55,16 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct Scripted(Params);
+struct Scripted(Params);
 
-impl Scripted {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range and losses out of order.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if !(p.drift > 0.0 && p.drift <= 1.0) {
-            return Err(ParamError::out_of_range("drift", "above 0 and at most 1", p.drift));
-        }
-        if !(p.jitter >= 0.0 && p.jitter.is_finite()) {
-            return Err(ParamError::out_of_range("jitter", "at least 0 and finite", p.jitter));
-        }
+impl Plugin for Scripted {
+    type Params = Params;
+
+    const RANGES: &'static [Range] =
+        &[Range::of("drift").above(0.0).at_most(1.0), Range::of("jitter").at_least(0.0)];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         let mut first = 1;
         for loss in &p.losses {
             if loss.frame < first || loss.length == 0 {
@@ -85,7 +79,9 @@ impl Scripted {
         }
         Ok(Self(p))
     }
+}
 
+impl Scripted {
     /// Offset of the box to the right of the target in frame `t`, in widths.
     fn offset(&self, t: usize) -> f64 {
         let Some(loss) = self.0.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
@@ -102,21 +98,11 @@ impl Scripted {
 const AWAY: f64 = 1.25;
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "scripted",
-    version: 1,
-    summary: "ground truth with losses at stated frames, for tests",
-    example: "{ losses = [{ frame = 12, length = 6 }] }",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Scripted::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Scripted>("scripted", 1, "ground truth with losses at stated frames, for tests")
+        .example("{ losses = [{ frame = 12, length = 6 }] }");
 
 impl TrackerConfig for Scripted {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         self.0.jitter > 0.0
     }

@@ -49,13 +49,13 @@ mod likelihood;
 #[cfg(test)]
 mod tests;
 
-use super::affine_candidates::{Candidates, PIXELS, SideLimits, TEMPLATE, check, weigh};
+use super::affine_candidates::{self, Candidates, PIXELS, SideLimits, TEMPLATE, check_noise, weigh};
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, RawParams, check_ranges, read_params, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
 use crate::region::Region;
 use likelihood::{Alternation, Comparisons, Subspace, error};
 use rand_chacha::ChaCha8Rng;
@@ -148,32 +148,38 @@ impl Default for Params {
     }
 }
 
-/// A checked configuration.
 #[derive(Debug, Clone)]
-pub struct SparsePrototypes(Params);
+struct SparsePrototypes(Params);
 
-impl SparsePrototypes {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        p.model().check()?;
-        if !(p.lambda > 0.0 && p.lambda <= 1.0) {
-            return Err(ParamError::out_of_range("lambda", "above 0 and at most 1", p.lambda));
-        }
-        if !(1..=1000).contains(&p.iterations) {
-            return Err(ParamError::out_of_range("iterations", "from 1 to 1000", p.iterations));
-        }
-        check_ranges(&[
-            ("tolerance", p.tolerance, 0.0, 1.0),
-            ("low", p.low, 0.0, 1.0),
-            ("smallest_side", p.smallest_side, 1.0, 1000.0),
-        ])?;
-        if !(p.low..=1.0).contains(&p.high) {
+impl Plugin for SparsePrototypes {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        affine_candidates::SAMPLES,
+        affine_candidates::NOISE,
+        LIKELIHOOD_SCALE,
+        MAX_BASIS,
+        BATCH,
+        FORGETTING,
+        Range::of("lambda").above(0.0).at_most(1.0),
+        Range::within("iterations", 1.0, 1000.0),
+        Range::within("tolerance", 0.0, 1.0),
+        Range::within("low", 0.0, 1.0),
+        Range::within("high", 0.0, 1.0),
+        Range::within("smallest_side", 1.0, 1000.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_noise(&p.model().noise)?;
+        if p.high < p.low {
             return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
         }
         Ok(Self(p))
+    }
+
+    fn shown(p: &Params) -> serde_json::Value {
+        let noise = p.noise.unwrap_or_else(|| p.preset.noise());
+        show_params(&Params { noise: Some(noise), ..p.clone() })
     }
 }
 
@@ -203,22 +209,13 @@ impl Params {
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "sparse-prototypes",
-    version: 2,
-    summary: "principal components of the target and an L1 term for occlusion (SP)",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(SparsePrototypes::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<SparsePrototypes>(
+    "sparse-prototypes",
+    2,
+    "principal components of the target and an L1 term for occlusion (SP)",
+);
 
 impl TrackerConfig for SparsePrototypes {
-    fn params(&self) -> serde_json::Value {
-        let noise = self.0.noise.unwrap_or_else(|| self.0.preset.noise());
-        show_params(&Params { noise: Some(noise), ..self.0.clone() })
-    }
-
     fn gives_posterior(&self) -> bool {
         true
     }
@@ -227,6 +224,12 @@ impl TrackerConfig for SparsePrototypes {
         Tracking::start(self.0.model(), context.seed, frame, region)
     }
 }
+
+/// Ranges of the parameters that both trackers share.
+pub(super) const LIKELIHOOD_SCALE: Range = Range::within("likelihood_scale", 1e-4, 1000.0);
+pub(super) const MAX_BASIS: Range = Range::within("max_basis", 1.0, 256.0);
+pub(super) const BATCH: Range = Range::within("batch", 1.0, 1000.0);
+pub(super) const FORGETTING: Range = Range::of("forgetting").above(0.0).at_most(1.0);
 
 /// Parameters of a subspace tracker; without `occlusion` it is the IVT tracker.
 #[derive(Debug, Clone)]
@@ -251,26 +254,6 @@ pub(super) struct Occlusion {
     alternation: Alternation,
     low: f64,
     high: f64,
-}
-
-impl Model {
-    /// Checks the parameters that both trackers share, under their names.
-    pub(super) fn check(&self) -> Result<(), ParamError> {
-        check(self.samples, &self.noise)?;
-        if !(1e-4..=1000.0).contains(&self.scale) {
-            return Err(ParamError::out_of_range("likelihood_scale", "from 0.0001 to 1000", self.scale));
-        }
-        if !(1..=256).contains(&self.most) {
-            return Err(ParamError::out_of_range("max_basis", "from 1 to 256", self.most));
-        }
-        if !(1..=1000).contains(&self.batch) {
-            return Err(ParamError::out_of_range("batch", "from 1 to 1000", self.batch));
-        }
-        if !(self.forgetting > 0.0 && self.forgetting <= 1.0) {
-            return Err(ParamError::out_of_range("forgetting", "above 0 and at most 1", self.forgetting));
-        }
-        Ok(())
-    }
 }
 
 /// A subspace tracker at work.

@@ -5,33 +5,24 @@
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
-use crate::plugin::{Entry, RawParams, read_params, show_params};
+use crate::plugin::{Entry, NoParams, ParamError, Plugin};
 use crate::region::Region;
-use serde::{Deserialize, Serialize};
-
-/// Parameters: none.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Params {}
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "still",
-    version: 1,
-    summary: "never moves: the first region in every frame",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Still(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Still>("still", 1, "never moves: the first region in every frame");
 
-struct Still(Params);
+struct Still;
+
+impl Plugin for Still {
+    type Params = NoParams;
+
+    fn make(_: NoParams) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
 
 impl TrackerConfig for Still {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

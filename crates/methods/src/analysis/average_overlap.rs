@@ -7,36 +7,28 @@
 use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
 use crate::score::TrackerMetric;
 use crate::score::average_overlap::{overlaps, rates};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, read_params, show_params};
+use trackfail_core::plugin::{Entry, NoParams, ParamError, Plugin};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "average-overlap",
-    version: 1,
-    summary: "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
-    example: "{}",
-    more: &[],
-    build: |raw| Ok(Box::new(AverageOverlap(read_params(raw)?))),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<AverageOverlap>(
+    "average-overlap",
+    1,
+    "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
+);
 
-/// Parameters: none.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Params {}
+struct AverageOverlap;
 
-struct AverageOverlap(Params);
+impl Plugin for AverageOverlap {
+    type Params = NoParams;
+
+    fn make(_: NoParams) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
 
 /// The numbers of the analysis, and the columns of its tables.
 const NUMBERS: [TrackerMetric; 3] = [TrackerMetric::AO, TrackerMetric::SR_50, TrackerMetric::SR_75];
 
 impl Analysis for AverageOverlap {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn reads(&self) -> Reads {
         Reads::Regions
     }

@@ -13,21 +13,16 @@ use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
 use crate::score::trajectory::Trajectory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 use trackfail_core::region::Region;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "collapsed-boxes",
-    version: 1,
-    summary: "frames in which the tracker's box has shrunk to a few pixels and the target has not",
-    example: "{ side = 4.0 }",
-    more: &[],
-    build: |raw| Ok(Box::new(CollapsedBoxes::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<CollapsedBoxes>(
+    "collapsed-boxes",
+    1,
+    "frames in which the tracker's box has shrunk to a few pixels and the target has not",
+)
+.example("{ side = 4.0 }");
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -43,14 +38,17 @@ impl Default for Params {
 
 struct CollapsedBoxes(Params);
 
-impl CollapsedBoxes {
-    fn new(p: Params) -> Result<Self, ParamError> {
-        let good = p.side > 0.0 && p.side <= 1000.0;
-        good.then_some(())
-            .ok_or_else(|| ParamError::out_of_range("side", "above 0 and at most 1000", p.side))?;
-        Ok(Self(p))
-    }
+impl Plugin for CollapsedBoxes {
+    type Params = Params;
 
+    const RANGES: &'static [Range] = &[Range::of("side").above(0.0).at_most(1000.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self(params))
+    }
+}
+
+impl CollapsedBoxes {
     /// Number of collapsed frames, and of those with ground truth.
     fn count(&self, track: &Trajectory<'_>) -> [usize; 2] {
         let shorter = |region: &Region| {
@@ -66,10 +64,6 @@ impl CollapsedBoxes {
 }
 
 impl Analysis for CollapsedBoxes {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn reads(&self) -> Reads {
         Reads::Regions
     }

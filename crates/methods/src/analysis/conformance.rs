@@ -154,6 +154,12 @@ fn findings_have_the_promised_names_are_finite_and_golden() {
 }
 
 #[test]
+fn ranges_are_what_is_accepted() {
+    crate::range_tests::check(ANALYSES);
+    trackfail_testing::check_pins("range analysis", crate::range_tests::pins(ANALYSES));
+}
+
+#[test]
 fn suites_without_consistent_frames_are_an_error() {
     let mut lost = tracks("lost", 0.05);
     lost.iter_mut().for_each(|(_, error)| error.fill(1.0));

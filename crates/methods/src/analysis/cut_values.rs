@@ -12,7 +12,7 @@
 //! | table `cuts` | Fig. 12 | beta for every length and rate |
 //! | table `deviations` | text | sum over all lengths and rates of the absolute difference from the empirical cut value (the paper: 34.75 and 86.15; its grid is not stated) |
 
-use super::uncertainty_model::is_ascending;
+use super::uncertainty_model::check_ascending;
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_sums};
 use rayon::prelude::*;
@@ -20,20 +20,14 @@ use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::collections::BTreeSet;
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "cut-values",
-    version: 2,
-    summary: "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(CutValues::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<CutValues>(
+    "cut-values",
+    2,
+    "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
+);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -61,36 +55,24 @@ impl Default for Params {
     }
 }
 
-/// The analysis.
 #[derive(Debug, Clone)]
 pub struct CutValues(Params);
 
-impl CutValues {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        let show = |list: &dyn std::fmt::Debug| format!("{list:?}");
-        let is_length = |l: &usize| (1..=10_000).contains(l);
-        if !(p.tau > 0.0 && p.tau <= 1.0) {
-            return Err(ParamError::out_of_range("tau", "above 0 and at most 1", p.tau));
-        }
-        if !is_ascending(&p.lengths, is_length) {
-            let rule = "1 to 64 ascending lengths from 1 to 10000";
-            return Err(ParamError::out_of_range("lengths", rule, show(&p.lengths)));
-        }
-        if !is_ascending(&p.shown_lengths, is_length) {
-            let rule = "three ascending lengths from 1 to 10000";
-            return Err(ParamError::out_of_range("shown_lengths", rule, show(&p.shown_lengths)));
-        }
-        if !is_ascending(&p.alphas, |a| *a > 0.0 && *a < 0.5) {
-            let rule = "1 to 64 ascending rates above 0 and below 0.5";
-            return Err(ParamError::out_of_range("alphas", rule, show(&p.alphas)));
-        }
-        if !(2..=20).contains(&p.max_components) {
-            return Err(ParamError::out_of_range("max_components", "2 to 20", p.max_components));
-        }
+impl Plugin for CutValues {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("tau").above(0.0).at_most(1.0),
+        Range::within("lengths", 1.0, 10_000.0),
+        Range::within("shown_lengths", 1.0, 10_000.0),
+        Range::of("alphas").above(0.0).below(0.5),
+        Range::within("max_components", 2.0, 20.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_ascending("lengths", &p.lengths)?;
+        check_ascending("shown_lengths", &p.shown_lengths)?;
+        check_ascending("alphas", &p.alphas)?;
         Ok(Self(p))
     }
 }
@@ -130,10 +112,6 @@ impl Sum {
 }
 
 impl Analysis for CutValues {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn suites(&self) -> (usize, usize) {
         (1, 1)
     }

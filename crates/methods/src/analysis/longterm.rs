@@ -16,21 +16,16 @@ use crate::score::TrackerMetric;
 use crate::score::longterm::{ConfidentTrack, Point, RULES, Rules, best};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params, unknown};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, unknown};
 use trackfail_core::region::Areas;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "longterm",
-    version: 2,
-    summary: "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
-    example: "{ rules = \"longterm/vot-toolkit/1\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(Longterm::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
+    "longterm",
+    2,
+    "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
+)
+.example("{ rules = \"longterm/vot-toolkit/1\" }");
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -53,8 +48,10 @@ struct Longterm {
     rules: &'static Rules,
 }
 
-impl Longterm {
-    fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for Longterm {
+    type Params = Params;
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let known = || RULES.iter().map(|r| r.name);
         let rules = RULES.iter().find(|r| r.name == params.rules).ok_or_else(|| {
             let message = unknown("set of rules", &params.rules, known());
@@ -77,10 +74,6 @@ fn confident(frames: &[ConfidentFrame]) -> ConfidentTrack {
 }
 
 impl Analysis for Longterm {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn reads(&self) -> Reads {
         Reads::SignalAndRegions
     }

@@ -16,19 +16,15 @@ use crate::score::oxuva::Presence;
 use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 use trackfail_core::region::Areas;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "oxuva",
-    version: 2,
-    summary: "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
-    example: "{ rules = \"oxuva/1\", threshold = 0.1 }",
-    more: &[],
-    build: |raw| Ok(Box::new(Oxuva::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Oxuva>(
+    "oxuva",
+    2,
+    "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
+)
+.example("{ rules = \"oxuva/1\", threshold = 0.1 }");
 
 /// The only rules.
 const RULES: &str = "oxuva/1";
@@ -36,7 +32,6 @@ const RULES: &str = "oxuva/1";
 /// Largest number of points of the chart.
 const POINTS: usize = 101;
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -55,16 +50,17 @@ impl Default for Params {
 
 struct Oxuva(Params);
 
-impl Oxuva {
-    fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for Oxuva {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("threshold")];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         if params.rules != RULES {
             let message = trackfail_core::plugin::unknown("set of rules", &params.rules, [RULES]);
             return Err(ParamError { message, key: Some("rules"), span: None });
         }
-        match params.threshold.filter(|t| !t.is_finite()) {
-            Some(bad) => Err(ParamError::out_of_range("threshold", "finite", bad)),
-            None => Ok(Self(params)),
-        }
+        Ok(Self(params))
     }
 }
 
@@ -86,10 +82,6 @@ fn count(frames: &[ConfidentFrame], threshold: f64) -> Presence {
 }
 
 impl Analysis for Oxuva {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn reads(&self) -> Reads {
         Reads::SignalAndRegions
     }

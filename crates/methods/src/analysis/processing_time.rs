@@ -21,18 +21,12 @@ use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::summary;
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "processing-time",
-    version: 1,
-    summary: "milliseconds a frame that methods cost, by stage",
-    example: "{ methods = [\"ARTE\", \"ARTE*\"] }",
-    more: &[],
-    build: |raw| Ok(Box::new(ProcessingTime::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Analysis> =
+    Entry::of::<ProcessingTime>("processing-time", 1, "milliseconds a frame that methods cost, by stage")
+        .example("{ methods = [\"ARTE\", \"ARTE*\"] }");
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -79,11 +73,12 @@ pub struct Timing {
 
 struct ProcessingTime(Params);
 
-impl ProcessingTime {
-    fn new(p: Params) -> Result<Self, ParamError> {
-        if !(1..=1000).contains(&p.repeats) {
-            return Err(ParamError::out_of_range("repeats", "1 to 1000", p.repeats));
-        }
+impl Plugin for ProcessingTime {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::within("repeats", 1.0, 1000.0)];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
         let repeated = p.methods.iter().enumerate().any(|(k, m)| p.methods[..k].contains(m));
         if p.methods.is_empty() || p.methods.len() > 20 || repeated {
             let rule = "1 to 20 different methods";
@@ -99,10 +94,6 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 impl Analysis for ProcessingTime {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn reads(&self) -> Reads {
         Reads::Clock
     }

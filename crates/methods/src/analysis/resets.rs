@@ -19,21 +19,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::pooled::{Draws, LEVEL, MIN_UNITS, SAMPLES};
 use trackfail_core::num::seed::seed;
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 use trackfail_core::region::Areas;
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "resets",
-    version: 3,
-    summary: "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
-    example: "{}",
-    more: &[],
-    build: |raw| Ok(Box::new(Resets::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Resets>(
+    "resets",
+    3,
+    "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
+);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -70,17 +64,20 @@ impl Default for Params {
 
 struct Resets(Params);
 
-impl Resets {
-    fn new(p: Params) -> Result<Self, ParamError> {
-        if p.low == 0 || p.low > p.high {
+impl Plugin for Resets {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::of("low").at_least(1.0), Range::of("sensitivity").above(0.0)];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        if p.low > p.high {
             return Err(ParamError::out_of_range("low", "1 to `high`", p.low));
-        }
-        if !(p.sensitivity.is_finite() && p.sensitivity > 0.0) {
-            return Err(ParamError::out_of_range("sensitivity", "a number above 0", p.sensitivity));
         }
         Ok(Self(p))
     }
+}
 
+impl Resets {
     fn rules(&self) -> Rules {
         Rules { areas: self.0.areas, bounded: self.0.bounded, burn_in: self.0.burn_in }
     }
@@ -130,10 +127,6 @@ fn corners(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -
 }
 
 impl Analysis for Resets {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn reads(&self) -> Reads {
         Reads::Regions
     }

@@ -14,20 +14,15 @@ use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use trackfail_core::plugin::{Entry, ParamError, read_params, show_params, unknown};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, unknown};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "success",
-    version: 2,
-    summary: "success AUC and precision@20 of trackers, by the rules of an evaluation program",
-    example: "{ rules = \"otb-matlab/1\" }",
-    more: &[],
-    build: |raw| Ok(Box::new(Success::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Success>(
+    "success",
+    2,
+    "success AUC and precision@20 of trackers, by the rules of an evaluation program",
+)
+.example("{ rules = \"otb-matlab/1\" }");
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -42,18 +37,19 @@ impl Default for Params {
 }
 
 struct Success {
-    params: Params,
     rules: &'static Rules,
 }
 
-impl Success {
-    fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for Success {
+    type Params = Params;
+
+    fn make(params: Params) -> Result<Self, ParamError> {
         let known = || RULES.iter().map(|r| r.name);
         let rules = RULES.iter().find(|r| r.name == params.rules).ok_or_else(|| {
             let message = unknown("set of rules", &params.rules, known());
             ParamError { message, key: Some("rules"), span: None }
         })?;
-        Ok(Self { params, rules })
+        Ok(Self { rules })
     }
 }
 
@@ -73,10 +69,6 @@ struct OfSequence<'a> {
 }
 
 impl Analysis for Success {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.params)
-    }
-
     fn reads(&self) -> Reads {
         Reads::Regions
     }

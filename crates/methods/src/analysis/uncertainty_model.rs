@@ -30,20 +30,14 @@ use trackfail_core::num::distribution::{self, Family};
 use trackfail_core::num::gamma_mixture::select::{Terms, terms};
 use trackfail_core::num::gamma_mixture::{Component, Mixture};
 use trackfail_core::num::kolmogorov;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "uncertainty-model",
-    version: 2,
-    summary: "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(UncertaintyModel::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<UncertaintyModel>(
+    "uncertainty-model",
+    2,
+    "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
+);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -74,43 +68,36 @@ impl Default for Params {
     }
 }
 
-/// Whether a list has 1 to 64 values in range, ascending.
-pub(super) fn is_ascending<T: PartialOrd>(list: &[T], fits: impl Fn(&T) -> bool) -> bool {
-    (1..=64).contains(&list.len()) && list.iter().all(fits) && list.windows(2).all(|w| w[0] < w[1])
+/// Refuses lists that are empty, do not ascend or have more than 64 numbers.
+pub(super) fn check_ascending<T: PartialOrd + std::fmt::Debug>(
+    key: &'static str,
+    list: &[T],
+) -> Result<(), ParamError> {
+    if (1..=64).contains(&list.len()) && list.windows(2).all(|w| w[0] < w[1]) {
+        return Ok(());
+    }
+    Err(ParamError::out_of_range(key, "1 to 64 ascending numbers", format!("{list:?}")))
 }
 
-/// The analysis.
 #[derive(Debug, Clone)]
 pub struct UncertaintyModel(Params);
 
-impl UncertaintyModel {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        let is_tau = |t: &f64| *t > 0.0 && *t <= 1.0;
-        let show = |list: &dyn std::fmt::Debug| format!("{list:?}");
-        if !is_tau(&p.tau) {
-            return Err(ParamError::out_of_range("tau", "above 0 and at most 1", p.tau));
-        }
-        if !is_ascending(&p.taus, is_tau) {
-            return Err(ParamError::out_of_range("taus", "1 to 64 ascending errors up to 1", show(&p.taus)));
-        }
-        if !is_ascending(&p.family_taus, is_tau) {
-            let rule = "three ascending errors up to 1";
-            return Err(ParamError::out_of_range("family_taus", rule, show(&p.family_taus)));
-        }
-        if !is_ascending(&p.lengths, |l| (1..=10_000).contains(l)) {
-            let rule = "1 to 64 ascending lengths from 1 to 10000";
-            return Err(ParamError::out_of_range("lengths", rule, show(&p.lengths)));
-        }
-        if !(p.alpha > 0.0 && p.alpha < 0.5) {
-            return Err(ParamError::out_of_range("alpha", "above 0 and below 0.5", p.alpha));
-        }
-        if !(2..=20).contains(&p.max_components) {
-            return Err(ParamError::out_of_range("max_components", "2 to 20", p.max_components));
-        }
+impl Plugin for UncertaintyModel {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("tau").above(0.0).at_most(1.0),
+        Range::of("taus").above(0.0).at_most(1.0),
+        Range::of("family_taus").above(0.0).at_most(1.0),
+        Range::within("lengths", 1.0, 10_000.0),
+        Range::of("alpha").above(0.0).below(0.5),
+        Range::within("max_components", 2.0, 20.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_ascending("taus", &p.taus)?;
+        check_ascending("family_taus", &p.family_taus)?;
+        check_ascending("lengths", &p.lengths)?;
         Ok(Self(p))
     }
 }
@@ -127,10 +114,6 @@ const LEVEL: f64 = 0.05;
 const WEIGHTS: [usize; 3] = [1, 50, 500];
 
 impl Analysis for UncertaintyModel {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn suites(&self) -> (usize, usize) {
         (1, 2)
     }

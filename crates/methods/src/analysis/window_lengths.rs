@@ -26,7 +26,7 @@
 //!
 //! The test takes values of c_t as independent, which those of neighboring frames are not: its p is too small.
 
-use super::uncertainty_model::{is_ascending, two_sample_test};
+use super::uncertainty_model::{check_ascending, two_sample_test};
 use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
 use crate::detector::consistency::{self, Fitting, consistent_changes, consistent_sums, undefined_frames};
 use crate::detector::{Example, changes};
@@ -35,20 +35,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
 use trackfail_core::num::gamma_mixture::Mixture;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
-/// The list's entry.
-pub const ENTRY: Entry<dyn Analysis> = Entry {
-    kind: "window-lengths",
-    version: 1,
-    summary: "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
-    example: "{}",
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(WindowLengths::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<WindowLengths>(
+    "window-lengths",
+    1,
+    "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
+);
 
-/// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
@@ -68,29 +62,21 @@ impl Default for Params {
     }
 }
 
-/// The analysis.
 #[derive(Debug, Clone)]
 pub struct WindowLengths(Params);
 
-impl WindowLengths {
-    /// Checks the parameters.
-    ///
-    /// # Errors
-    /// For parameters outside their range.
-    pub fn new(p: Params) -> Result<Self, ParamError> {
-        if !(p.tau > 0.0 && p.tau <= 1.0) {
-            return Err(ParamError::out_of_range("tau", "above 0 and at most 1", p.tau));
-        }
-        if !(p.alpha > 0.0 && p.alpha < 0.5) {
-            return Err(ParamError::out_of_range("alpha", "above 0 and below 0.5", p.alpha));
-        }
-        if !is_ascending(&p.lengths, |l| (1..=10_000).contains(l)) {
-            let rule = "1 to 64 ascending lengths from 1 to 10000";
-            return Err(ParamError::out_of_range("lengths", rule, format!("{:?}", p.lengths)));
-        }
-        if !(2..=20).contains(&p.max_components) {
-            return Err(ParamError::out_of_range("max_components", "2 to 20", p.max_components));
-        }
+impl Plugin for WindowLengths {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[
+        Range::of("tau").above(0.0).at_most(1.0),
+        Range::of("alpha").above(0.0).below(0.5),
+        Range::within("lengths", 1.0, 10_000.0),
+        Range::within("max_components", 2.0, 20.0),
+    ];
+
+    fn make(p: Params) -> Result<Self, ParamError> {
+        check_ascending("lengths", &p.lengths)?;
         Ok(Self(p))
     }
 }
@@ -309,10 +295,6 @@ fn by_length(rows: &[Row]) -> [Grid; 2] {
 }
 
 impl Analysis for WindowLengths {
-    fn params(&self) -> serde_json::Value {
-        show_params(&self.0)
-    }
-
     fn suites(&self) -> (usize, usize) {
         (2, 2)
     }

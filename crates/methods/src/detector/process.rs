@@ -26,19 +26,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin, Range};
 use trackfail_dataset::file_digest;
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Detector> = Entry {
-    kind: "process",
-    version: 1,
-    summary: "a program that plugins.toml names, over lines of JSON",
-    example: r#"{ program = "my-detector", signals = 1, params = {} }"#,
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Process::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Detector> =
+    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over lines of JSON")
+        .example(r#"{ program = "my-detector", signals = 1, params = {} }"#);
 
 /// Parameters.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -62,18 +56,19 @@ struct Process {
     params: Params,
     /// `None` until it is bound; reports do not need it.
     program: Option<Arc<Program>>,
-    /// Names and digests of its files.
-    files: Vec<String>,
+}
+
+impl Plugin for Process {
+    type Params = Params;
+
+    const RANGES: &'static [Range] = &[Range::within("signals", 1.0, 64.0)];
+
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self { params, program: None })
+    }
 }
 
 impl Process {
-    fn new(params: Params) -> Result<Self, ParamError> {
-        if !(1..=64).contains(&params.signals) {
-            return Err(ParamError::out_of_range("signals", "from 1 to 64", params.signals));
-        }
-        Ok(Self { params, program: None, files: Vec::new() })
-    }
-
     /// The labels, or the frame and the fault.
     fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, ProgramFault)> {
         let frames = input.signal.len();
@@ -95,9 +90,10 @@ impl Process {
 }
 
 impl Bind for dyn Detector {
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() else { return Ok(()) };
-        let program = programs.named(Role::Detector, &process.params.program)?;
+    fn bind(detector: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
+        let Some(process) = (&*detector.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
+        let params = process.params.clone();
+        let program = programs.named(Role::Detector, &params.program)?;
         let file = |path: &std::path::PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let digest = file_digest(path).map_err(|e| ParamError {
@@ -107,24 +103,18 @@ impl Bind for dyn Detector {
             });
             Ok(format!("{name} {}", digest?))
         };
-        process.files = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
-        process.program = Some(program);
+        // Names and digests of its files.
+        let files: Vec<String> = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
+        detector.show("version", program.version.as_str());
+        if !files.is_empty() {
+            detector.show("files", files);
+        }
+        detector.plugin = Arc::new(Process { params, program: Some(program) });
         Ok(())
     }
 }
 
 impl Detector for Process {
-    fn params(&self) -> serde_json::Value {
-        let mut params = show_params(&self.params);
-        if let Some(program) = &self.program {
-            params["version"] = program.version.as_str().into();
-        }
-        if !self.files.is_empty() {
-            params["files"] = self.files.clone().into();
-        }
-        params
-    }
-
     fn signals(&self) -> usize {
         self.params.signals
     }

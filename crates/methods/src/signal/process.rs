@@ -58,19 +58,13 @@ use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin};
 use trackfail_core::region::Region;
 
 /// The list's entry.
-pub const ENTRY: Entry<dyn Signal> = Entry {
-    kind: "process",
-    version: 1,
-    summary: "a program that plugins.toml names, over lines of JSON",
-    example: r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#,
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Process { params: read_params(raw)?, program: None })),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn Signal> =
+    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over lines of JSON")
+        .example(r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#);
 
 /// Scores that are good.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -123,15 +117,15 @@ struct Process {
     program: Option<Arc<Program>>,
 }
 
-impl Signal for Process {
-    fn params(&self) -> serde_json::Value {
-        let mut params = show_params(&self.params);
-        if let Some(program) = &self.program {
-            params["version"] = program.version.as_str().into();
-        }
-        params
-    }
+impl Plugin for Process {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self { params, program: None })
+    }
+}
+
+impl Signal for Process {
     fn direction(&self) -> Direction {
         match self.params.good {
             Good::High => Direction::HigherIsBetter,
@@ -181,10 +175,12 @@ impl Signal for Process {
 }
 
 impl Bind for dyn Signal {
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        if let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() {
-            process.program = Some(programs.named(Role::Signal, &process.params.program)?);
-        }
+    fn bind(signal: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
+        let Some(process) = (&*signal.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
+        let params = process.params.clone();
+        let program = programs.named(Role::Signal, &params.program)?;
+        signal.show("version", program.version.as_str());
+        signal.plugin = Arc::new(Process { params, program: Some(program) });
         Ok(())
     }
 }

@@ -90,7 +90,7 @@ use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin, show_params};
 use trackfail_core::region::Region;
 use trackfail_core::sequence::SequenceInfo;
 
@@ -103,15 +103,9 @@ pub struct Params {
 }
 
 /// The line in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "process",
-    version: 1,
-    summary: "a program that plugins.toml names, over TraX or lines of text",
-    example: r#"{ program = "my-tracker" }"#,
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Process { params: read_params(raw)?, program: None })),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> =
+    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over TraX or lines of text")
+        .example(r#"{ program = "my-tracker" }"#);
 
 struct Process {
     params: Params,
@@ -119,22 +113,15 @@ struct Process {
     program: Option<Arc<Program>>,
 }
 
-impl TrackerConfig for Process {
-    fn params(&self) -> serde_json::Value {
-        let mut params = show_params(&self.params);
-        if let Some(program) = &self.program {
-            params["version"] = program.version.as_str().into();
-            params["protocol"] = program.protocol.word().into();
-            if program.protocol == Protocol::Lines {
-                params["regions"] = show_params(&program.regions);
-            }
-            if let Some(confidence) = &program.confidence {
-                params["confidence"] = confidence.as_str().into();
-            }
-        }
-        params
-    }
+impl Plugin for Process {
+    type Params = Params;
 
+    fn make(params: Params) -> Result<Self, ParamError> {
+        Ok(Self { params, program: None })
+    }
+}
+
+impl TrackerConfig for Process {
     fn uses_seed(&self) -> bool {
         self.program.as_ref().is_none_or(|p| !p.deterministic)
     }
@@ -172,10 +159,19 @@ impl TrackerConfig for Process {
 }
 
 impl Bind for dyn TrackerConfig {
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError> {
-        if let Some(process) = (self as &mut dyn Any).downcast_mut::<Process>() {
-            process.program = Some(programs.named(Role::Tracker, &process.params.program)?);
+    fn bind(tracker: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
+        let Some(process) = (&*tracker.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
+        let params = process.params.clone();
+        let program = programs.named(Role::Tracker, &params.program)?;
+        tracker.show("version", program.version.as_str());
+        tracker.show("protocol", program.protocol.word());
+        if program.protocol == Protocol::Lines {
+            tracker.show("regions", show_params(&program.regions));
         }
+        if let Some(confidence) = &program.confidence {
+            tracker.show("confidence", confidence.as_str());
+        }
+        tracker.plugin = Arc::new(Process { params, program: Some(program) });
         Ok(())
     }
 }

@@ -55,7 +55,7 @@ use files::{Kind, Source};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Entry, ParamError, RawParams, read_params, show_params};
+use trackfail_core::plugin::{Entry, ParamError, Plugin, show_params};
 use trackfail_core::region::Region;
 use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
@@ -110,22 +110,19 @@ pub struct Params {
 pub struct Replay(Params);
 
 /// The line in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry {
-    kind: "replay",
-    version: 1,
-    summary: "regions and confidence from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking, OxUvA, MOT)",
-    example: r#"{ results = "otb/OPE/STRUCK" }"#,
-    more: &[],
-    build: |raw: RawParams<'_>| Ok(Box::new(Replay::new(read_params(raw)?)?)),
-    schema: || schemars::schema_for!(Params),
-};
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Replay>(
+    "replay",
+    1,
+    "regions and confidence from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking, OxUvA, MOT)",
+)
+.example(r#"{ results = "otb/OPE/STRUCK" }"#);
 
-impl Replay {
-    /// Checks that `results` stays under the data root, and that `confidence` is part of a file's name.
-    ///
-    /// # Errors
-    /// Absolute paths, `.` and `..`, empty parts and backslashes.
-    pub fn new(params: Params) -> Result<Self, ParamError> {
+impl Plugin for Replay {
+    type Params = Params;
+
+    /// Refuses a place outside the data root (absolute paths, `.` and `..`, empty parts and backslashes), and a confidence
+    /// that is no part of a file's name.
+    fn make(params: Params) -> Result<Self, ParamError> {
         let path = Path::new(&params.results);
         let stays = path.components().all(|c| matches!(c, Component::Normal(_)));
         let plain = params.results.split('/').all(|part| !part.is_empty() && part != "." && part != "..");
@@ -143,6 +140,17 @@ impl Replay {
         Ok(Self(params))
     }
 
+    fn shown(params: &Params) -> serde_json::Value {
+        let mut shown = show_params(params);
+        if params.without_area == WithoutArea::Repeat {
+            // Tracks of its first version have these frames as skipped ones; they are other tracks.
+            shown["without_area"] = "repeat/2".into();
+        }
+        shown
+    }
+}
+
+impl Replay {
     /// The states of every frame of a sequence in one run.
     ///
     /// # Errors
@@ -298,15 +306,6 @@ fn text_boxes(
 }
 
 impl TrackerConfig for Replay {
-    fn params(&self) -> serde_json::Value {
-        let mut params = show_params(&self.0);
-        if self.0.without_area == WithoutArea::Repeat {
-            // Tracks of its first version have these frames as skipped ones; they are other tracks.
-            params["without_area"] = "repeat/2".into();
-        }
-        params
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }

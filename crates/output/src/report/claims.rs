@@ -1,8 +1,9 @@
 //! Tests the claims of an experiment on our numbers.
 //!
 //! Each claim has two outcomes for each tracker: that of the numbers as they are, which decides whether a required one is
-//! met, and that with their uncertainty ([`trackfail_engine::spec::claim::Claim::judge`]), which reports show.
+//! met, and that with their uncertainty (`judge`), which reports show.
 
+mod judge;
 mod sampled;
 
 use super::sentences::say;
@@ -10,10 +11,11 @@ use crate::results::Results;
 use crate::sampling::Units;
 use crate::table::layout::is_anchor;
 use crate::table::number::{Style, four_digits};
+use judge::{Compared, LEVEL, judge};
 use sampled::Samples;
 use serde::{Deserialize, Serialize};
 use trackfail_engine::spec::Tracker;
-use trackfail_engine::spec::claim::{Claim, ClaimVerdict, Compared, LEVEL, Quantity};
+use trackfail_engine::spec::claim::{Claim, Quantity};
 
 /// A claim, tested on our numbers, as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,14 +38,6 @@ pub struct Finding {
     pub chips: Vec<Chip>,
     /// One line for each tracker: the outcome and the numbers behind it, or why it cannot be tested.
     pub details: Vec<String>,
-}
-
-impl Finding {
-    /// The outcome in words, with that of the trackers where there are several.
-    pub fn outcomes(&self) -> String {
-        let words = self.outcome.words();
-        if self.counts.is_empty() { words.to_string() } else { format!("{words} ({})", self.counts) }
-    }
 }
 
 /// The outcome of a claim for a tracker.
@@ -91,7 +85,7 @@ pub fn test(results: &Results, units: &Units) -> Vec<Finding> {
 
 fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding {
     let experiment = &results.experiment;
-    let references = claim.references();
+    let references = claim.expression.references();
     // Only trackers on which every method and analysis of the claim is run.
     let concerns = |t: &&Tracker| {
         references.iter().all(|r| match &r.quantity {
@@ -103,7 +97,7 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
             }
         })
     };
-    let each: Vec<&str> = match claim.is_per_tracker() {
+    let each: Vec<&str> = match references.iter().any(|r| r.tracker.is_none()) {
         true => experiment.trackers.iter().filter(concerns).map(|t| t.label.as_str()).collect(),
         false => vec![""],
     };
@@ -140,17 +134,18 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
 
 /// Tests a claim for one of so many trackers.
 fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize) -> Tested {
-    let judged = |level| claim.judge(tracker, level, &|r| samples.measured(r));
-    let judgement = judged(LEVEL);
+    let judged = |level| judge(claim, tracker, level, &|r| samples.measured(r));
+    let fails = |outcome| outcome == ClaimOutcome::DoesNotHold;
     let corrected = 1.0 - (1.0 - LEVEL) / trackers as f64;
-    let fails_beyond_chance =
-        judgement.verdict == ClaimVerdict::Fails && judged(corrected).verdict == ClaimVerdict::Fails;
-    let lines = match &judgement.verdict {
-        ClaimVerdict::Untestable(reason) => vec![reason.clone()],
-        _ => judgement.compared.iter().map(|c| line(claim, c)).collect(),
+    let (outcome, is_met, lines) = match judged(LEVEL) {
+        Ok(found) => {
+            let lines = found.compared.iter().map(|c| line(claim, c)).collect();
+            (found.outcome, found.is_met, lines)
+        }
+        Err(reason) => (ClaimOutcome::CannotBeTested, false, vec![reason]),
     };
-    let is_met = claim.test(tracker, &|r| Some(samples.measured(r)?.value)) == ClaimVerdict::Holds;
-    let chip = Chip { tracker: tracker.to_string(), outcome: ClaimOutcome::of(&judgement.verdict) };
+    let fails_beyond_chance = fails(outcome) && judged(corrected).is_ok_and(|found| fails(found.outcome));
+    let chip = Chip { tracker: tracker.to_string(), outcome };
     Tested { chip, is_met, fails_beyond_chance, lines }
 }
 
@@ -158,8 +153,9 @@ fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize
 fn line(claim: &Claim, c: &Compared) -> String {
     // Whole numbers where all are counts; else three decimals, or four digits of what is small or large.
     let is_count = |q: &Quantity| matches!(q, Quantity::Metric(metric, _) if metric.is_count());
-    let counts = claim.references().iter().all(|r| is_count(&r.quantity));
-    let of_analysis = claim.references().iter().any(|r| matches!(r.quantity, Quantity::Finding(_)));
+    let references = claim.expression.references();
+    let counts = references.iter().all(|r| is_count(&r.quantity));
+    let of_analysis = references.iter().any(|r| matches!(r.quantity, Quantity::Finding(_)));
     let shown = |v: f64| match (counts, of_analysis) {
         (true, _) if v == v.trunc() => Style::COUNT.format(v),
         (_, true) => four_digits(v),
@@ -175,7 +171,7 @@ fn line(claim: &Claim, c: &Compared) -> String {
         Some((low, high)) => format!(" ({} to {})", signed(low), signed(high)),
         None => " (too few sequences, or samples with a value, for an interval)".to_string(),
     };
-    let (left, right, outcome) = (&c.left, &c.right, ClaimOutcome::of(&c.verdict).words());
+    let (left, right, outcome) = (&c.left, &c.right, c.outcome.words());
     format!("{left} {right}: {} and {}, {}{interval}, {outcome}", shown(a), shown(b), signed(a - b))
 }
 
@@ -238,15 +234,6 @@ pub enum ClaimOutcome {
 }
 
 impl ClaimOutcome {
-    fn of(verdict: &ClaimVerdict) -> Self {
-        match verdict {
-            ClaimVerdict::Holds => Self::Holds,
-            ClaimVerdict::Undecided => Self::Undecided,
-            ClaimVerdict::Fails => Self::DoesNotHold,
-            ClaimVerdict::Untestable(_) => Self::CannotBeTested,
-        }
-    }
-
     /// All outcomes, in the order of reports.
     pub const ALL: [Self; 4] = [Self::Holds, Self::Undecided, Self::DoesNotHold, Self::CannotBeTested];
 

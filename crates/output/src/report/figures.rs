@@ -4,23 +4,24 @@
 //! [`FIGURE_KINDS`](trackfail_engine::spec::figure::FIGURE_KINDS), because experiment files are checked without results.
 
 mod analysis;
-mod bands;
 mod lines;
 mod machine;
 mod metrics;
 pub(super) mod published;
 mod radar;
 mod strips;
-mod warning;
 
-use crate::figure::{Figure, FigureError, Files, Mark, PER_INCH};
-use crate::results::{Results, ResultsError, TrackSeries};
-use crate::sampling::Units;
+use super::standings::Estimate;
+use crate::figure::{Figure, FigureError, Files, Mark, PER_INCH, WIDTH};
+use crate::results::{Measure, Results, ResultsError, TrackSeries};
+use crate::sampling::{Units, metric_of_sum};
 use crate::table;
 use trackfail_engine::spec::figure as spec;
+use trackfail_methods::score::Metric;
+use trackfail_methods::score::metric::Source;
 
-/// Draws a figure of one kind.
-type Draw = fn(&Scope<'_>) -> Result<Drawing, DrawError>;
+/// Makes a figure of one kind, with sentences for the end of its caption, each behind a blank; may be empty.
+type Draw = fn(&Scope<'_>) -> Result<(Figure, String), DrawError>;
 
 /// A drawer for every kind of figure, by its word in experiment files.
 const DRAWERS: &[(&str, Draw)] = &[
@@ -28,7 +29,7 @@ const DRAWERS: &[(&str, Draw)] = &[
     ("sweep", metrics::sweep),
     ("curve", metrics::curve),
     ("delay", metrics::delay),
-    ("warning", warning::draw),
+    ("warning", metrics::warning),
     ("chart", analysis::draw),
     ("radar", radar::draw),
     ("machine", machine::draw),
@@ -65,40 +66,43 @@ impl<'r> Scope<'r> {
     ///
     /// # Errors
     /// When it is left out, which the check of the experiment rules out.
-    fn given<'p, T>(&self, key: &'static str, value: Option<&'p T>) -> Result<&'p T, DrawError> {
-        value.ok_or_else(|| DrawError::Key { name: self.figure.name.clone(), key })
+    fn given<'p, T>(&self, key: &str, value: Option<&'p T>) -> Result<&'p T, DrawError> {
+        value.ok_or_else(|| DrawError::Unchecked(format!("{} has no `{key}`", self.figure.name)))
+    }
+
+    /// Bounds of a metric's value by bootstrap over sequences; NaN where there are none: for metrics that are not of counts,
+    /// and with few sequences.
+    fn bounds(&self, measure: &Measure, metric: Metric) -> (f64, f64) {
+        let counts = self.units.of_measure(measure).filter(|_| metric.source() == Source::Counts);
+        let chance = self.results.experiment.chance_of(&measure.method);
+        let of = |sum: &[i64; 4]| metric_of_sum(metric, chance, sum);
+        let bounds = counts.and_then(|counts| Estimate::of_counts(counts, of, &self.units.sampling).bounds);
+        bounds.unwrap_or((f64::NAN, f64::NAN))
     }
 }
 
-/// Result of a drawer.
-enum Drawing {
-    /// A figure, and sentences for the end of its caption, each behind a blank; may be empty.
-    Figure(Box<Figure>, String),
-    /// There is no data for it, for the reason given.
-    NoData(String),
-}
-
-impl Drawing {
-    /// The curves with the remark, or `reason` where none of them has a value.
-    fn of_curves(figure: Figure, remark: &str, reason: String) -> Self {
-        let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
-        let has_point = |mark: &Mark| match mark {
-            Mark::Line { points, .. } => points.iter().any(|p| p.0.is_finite() && p.1.is_finite()),
-            _ => false,
-        };
-        if !marks().any(has_point) {
-            return Self::NoData(reason);
-        }
-        let has_bands = marks().any(|mark| matches!(mark, Mark::Band(..)));
-        let of_bands = " Bands are 95 % intervals, point by point, by bootstrap over sequences.";
-        let remark = format!("{}{remark}", if has_bands { of_bands } else { "" });
-        Self::Figure(Box::new(figure), remark)
+/// The curves with the remark; no data, for the reason given, where none of them has a value.
+fn of_curves(figure: Figure, remark: &str, reason: String) -> Result<(Figure, String), DrawError> {
+    let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
+    let has_point = |mark: &Mark| match mark {
+        Mark::Line { points, .. } => points.iter().any(|p| p.0.is_finite() && p.1.is_finite()),
+        _ => false,
+    };
+    if !marks().any(has_point) {
+        return Err(DrawError::NoData(reason));
     }
+    let has_bands = marks().any(|mark| matches!(mark, Mark::Band(..)));
+    let of_bands = " Bands are 95 % intervals, point by point, by bootstrap over sequences.";
+    let remark = format!("{}{remark}", if has_bands { of_bands } else { "" });
+    Ok((figure, remark))
 }
 
-/// A figure that could not be drawn although there is data for it.
+/// A figure that could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum DrawError {
+    /// There is no data for it, for the reason given.
+    #[error("{0}")]
+    NoData(String),
     /// The results cannot be read.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -110,40 +114,38 @@ pub enum DrawError {
         /// Error of the drawing.
         error: FigureError,
     },
-    /// A key that the kind of figure requires was not checked for.
-    #[error("figure {name} has no `{key}`")]
-    Key {
-        /// Name of the figure.
-        name: String,
-        /// The key.
-        key: &'static str,
-    },
-    /// No drawer has the word of the figure's kind.
-    #[error("figure {name}: nothing draws the kind `{kind}`")]
-    Kind {
-        /// Name of the figure.
-        name: String,
-        /// Word of its kind.
-        kind: &'static str,
-    },
+    /// A key or kind that the check of the experiment rules out.
+    #[error("figure {0}")]
+    Unchecked(String),
 }
 
-/// A figure that was drawn.
-pub struct DrawnFigure {
+/// A figure of a report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Captioned {
     /// Name, also of its files.
     pub name: String,
+    /// The figure.
+    pub figure: Figure,
     /// Caption, with the data it rests on.
     pub caption: String,
-    /// The figure in all formats.
-    pub files: Files,
+    /// Its width in units.
+    pub width: f64,
 }
 
-/// Outcome of drawing a figure that an experiment asks for.
-pub enum FigureOutcome {
-    /// It was drawn.
-    Drawn(DrawnFigure),
-    /// There is no data for it, for the reason given.
-    NoData(String),
+impl Captioned {
+    /// A figure as wide as a page's text.
+    pub fn new(name: String, figure: Figure, caption: String) -> Self {
+        Self { name, figure, caption, width: WIDTH }
+    }
+
+    /// The figure in all formats.
+    ///
+    /// # Errors
+    /// When the drawing fails.
+    pub fn draw(&self) -> Result<Files, DrawError> {
+        let fail = |error| DrawError::Figure { name: self.name.clone(), error };
+        self.figure.draw(self.width).map_err(fail)
+    }
 }
 
 /// Whether any of the figures is drawn from tracks.
@@ -151,31 +153,27 @@ pub fn show_tracks(figures: &[spec::Figure]) -> bool {
     figures.iter().any(|figure| OF_TRACKS.contains(&figure.kind.word))
 }
 
-/// Draws one figure; `tracks` are those of [`Results::all_tracks`], `units` the counts of [`Results::scores`].
+/// Makes a figure that an experiment asks for; `tracks` are those of [`Results::all_tracks`], `units` the counts of
+/// [`Results::scores`].
 ///
 /// # Errors
-/// When results cannot be read or the drawing fails.
-pub fn draw(
+/// When there is no data for it, or results cannot be read.
+pub fn make(
     results: &Results,
     tracks: &[TrackSeries],
     units: &Units,
     figure: &spec::Figure,
-) -> Result<FigureOutcome, DrawError> {
+) -> Result<Captioned, DrawError> {
     let note = table::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let (name, kind) = (figure.name.clone(), figure.kind.word);
     let Some((_, drawer)) = DRAWERS.iter().find(|(word, _)| *word == kind) else {
-        return Err(DrawError::Kind { name, kind });
+        return Err(DrawError::Unchecked(format!("{name}: nothing draws the kind `{kind}`")));
     };
     let scope = Scope { results, tracks, units, figure, note };
-    let (drawn, remark) = match drawer(&scope)? {
-        Drawing::Figure(drawn, remark) => (drawn, remark),
-        Drawing::NoData(reason) => return Ok(FigureOutcome::NoData(reason)),
-    };
-    let fail = |error| DrawError::Figure { name: name.clone(), error };
-    let files = drawn.draw(figure.width.inches() * PER_INCH).map_err(fail)?;
+    let (drawn, remark) = drawer(&scope)?;
     let caption = format!("{} ({}.{remark})", figure.caption.as_deref().unwrap_or(&name), scope.note);
-    Ok(FigureOutcome::Drawn(DrawnFigure { name, caption, files }))
+    Ok(Captioned { width: figure.width.inches() * PER_INCH, ..Captioned::new(name, drawn, caption) })
 }
 
 #[cfg(test)]

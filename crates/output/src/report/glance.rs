@@ -32,20 +32,17 @@ pub fn figure_first(
     (metric, best): (Option<Metric>, &[String]),
     is_about_readings: bool,
 ) {
-    let is_asked_for = |view: &&FigureView| {
-        experiment.figures.iter().any(|own| view.file == format!("figures/{}.svg", own.name))
-    };
+    let own = |view: &FigureView| experiment.figures.iter().find(|own| own.name == view.name);
     let place = if is_about_readings {
-        Some(figures.iter().filter(is_asked_for).count())
+        Some(figures.iter().filter(|view| own(view).is_some()).count())
     } else if experiment.methods.is_empty() {
         None
     } else {
         let answers = |view: &FigureView| {
-            let own = experiment.figures.iter().find(|own| view.file == format!("figures/{}.svg", own.name));
-            let (Some(metric), Some(own)) = (metric, own) else { return false };
-            shows(own, metric) && has_most(&own.params.methods, best)
+            let asked_for = metric.zip(own(view));
+            asked_for.is_some_and(|(metric, own)| shows(own, metric) && has_most(&own.params.methods, best))
         };
-        let of_all = |view: &FigureView| view.file.starts_with(&format!("figures/{HEADLINE}"));
+        let of_all = |view: &FigureView| view.name.starts_with(HEADLINE);
         figures.iter().position(answers).or_else(|| figures.iter().position(of_all))
     };
     if let Some(place) = place.filter(|place| *place < figures.len()) {

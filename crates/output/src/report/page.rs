@@ -58,8 +58,8 @@ pub struct Page {
     pub beside: bool,
     /// Whether the files of its tables are in the folder `tables` beside it.
     pub downloads: bool,
-    /// Cells without a result.
-    pub failed: Vec<FailedCell>,
+    /// Cells without a result (sequence, tracker, run and method), each with the reason.
+    pub failed: Vec<(String, String)>,
     /// Where the numbers come from: names and values.
     pub provenance: Vec<(String, String)>,
     /// Number of these that the page always shows; it folds the others.
@@ -83,15 +83,6 @@ pub struct FigureView {
     pub endings: Vec<&'static str>,
     /// True if it is wider than a column.
     pub is_wide: bool,
-}
-
-/// A cell without a result.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct FailedCell {
-    /// Sequence, tracker, run and method.
-    pub cell: String,
-    /// Why it has none.
-    pub reason: String,
 }
 
 /// A report that cannot be rendered.

@@ -1,8 +1,10 @@
 //! Chosen tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document that shows them.
 
 use super::page::Page;
+use super::sentences::say;
 use super::write::WriteError;
 use crate::table::latex::latex_escape;
+use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_engine::store::{self, StoreError};
@@ -30,8 +32,7 @@ pub(super) fn items(page: &Page) -> Vec<Item> {
         Item { name, file, caption: None, is_wide: false }
     });
     let figures = page.figures.iter().map(|figure| {
-        let file = figure.file.replace(".svg", ".pdf");
-        let name = file.trim_start_matches("figures/").trim_end_matches(".pdf").to_string();
+        let (name, file) = (figure.name.clone(), format!("figures/{}.pdf", figure.name));
         Item { name, file, caption: Some(figure.caption.clone()), is_wide: figure.is_wide }
     });
     tables.chain(figures).collect()
@@ -53,9 +54,7 @@ pub struct Chosen<'a> {
 /// # Errors
 /// When a file cannot be read or written.
 pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
-    let (mut macros, mut labels) = (String::new(), BTreeSet::new());
-    // LaTeX has room for few floats that wait for their page.
-    let mut body: Vec<String> = Vec::new();
+    let (mut macros, mut shown, mut labels) = (Vec::new(), Vec::new(), BTreeSet::new());
     for Chosen { experiment, report, items } in chosen {
         let stem = experiment.replace('/', "-");
         let copy = |from: &str, name: &str| -> Result<(), WriteError> {
@@ -66,7 +65,7 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
         // A report without tables has no numbers.
         if report.join("tables/macros.tex").is_file() {
             copy("tables/macros.tex", &format!("{stem}-macros.tex"))?;
-            macros.push_str(&format!("\\input{{{stem}-macros}}\n"));
+            macros.push(format!("{stem}-macros"));
         }
         for Item { name, file, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
@@ -74,23 +73,11 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
                 let message = "the name of several files; write these experiments into folders of their own";
                 return Err(StoreError::new(&folder.join(label), message).into());
             }
-            let Some(caption) = caption.as_deref().map(latex_escape) else {
-                copy(file, &format!("{label}.tex"))?;
-                body.push(format!("\\input{{{label}}}\n"));
-                continue;
-            };
-            copy(file, &format!("{label}.pdf"))?;
-            let float = if *is_wide { "figure*" } else { "figure" };
-            body.push(format!(
-                "\\begin{{{float}}}\n\\centering\n\\includegraphics[width=\\linewidth]{{{label}}}\n\\caption{{{caption}}}\n\
-                 \\label{{fig:{label}}}\n\\end{{{float}}}\n"
-            ));
+            copy(file, &format!("{label}.{}", if caption.is_none() { "tex" } else { "pdf" }))?;
+            let caption = caption.as_deref().map(latex_escape);
+            shown.push(json!({ "label": label, "caption": caption, "is_wide": is_wide }));
         }
     }
-    let document = format!(
-        "\\documentclass[twocolumn]{{article}}\n\\usepackage{{booktabs,graphicx,siunitx}}\n{macros}\\begin{{document}}\n{}\
-         \\end{{document}}\n",
-        body.join("\\clearpage\n")
-    );
+    let document = say("paper", json!({ "macros": macros, "items": shown })) + "\n";
     Ok(store::write_derived(&folder.join(DOCUMENT), document.as_bytes())?)
 }

@@ -108,7 +108,7 @@ pub fn collect(reports: &Path) -> Site {
         let Some(name) = name.filter(|name| check_experiment_name(name).is_ok()) else { continue };
         match summary::read_summary(&folder.join(SUMMARY), &name) {
             Ok(summary) => site.reports.push((name, summary)),
-            Err(why) => site.unreadable.push((name, why.to_string())),
+            Err(why) => site.unreadable.push((name, why)),
         }
     }
     site.reports.sort_by(|a, b| a.0.cmp(&b.0));

@@ -17,8 +17,9 @@ pub use answer::{dots, frames_verdict, verdict};
 pub use fields::{frames_metric, of_frames};
 pub use frames::{CHANCE, breakdown, differences, of_every_tracker, pair_of};
 
+use super::figures::Captioned;
 use super::pairs;
-use crate::figure::{Dot, Dots, Figure};
+use crate::figure::{Dot, Dots};
 use crate::results::Results;
 use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, in_common, sum_of};
 use crate::table::build::{cell, of_suite, suite};
@@ -282,8 +283,8 @@ pub fn ordering_metric(experiment: &Experiment) -> Metric {
 pub struct Uncertainty {
     /// The tables `uncertainty` and `pairs` of each measure.
     pub tables: Vec<TableLayout>,
-    /// The figure `ranks` of each measure: name, figure and caption.
-    pub ranks: Vec<(String, Figure, String)>,
+    /// The figure `ranks` of each measure.
+    pub ranks: Vec<Captioned>,
     /// Why tables or figures are missing.
     pub note: Option<String>,
     /// The best method or tracker in a sentence, with how sure that is.
@@ -331,7 +332,9 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
             uncertainty.tables.push(of_suite(table, results, &suite));
         }
         match tables::diagram(&of, &suite) {
-            Some(Ok((ranks, caption))) => uncertainty.ranks.push((format!("ranks{suffix}"), ranks, caption)),
+            Some(Ok((figure, caption))) => {
+                uncertainty.ranks.push(Captioned::new(format!("ranks{suffix}"), figure, caption));
+            }
             Some(Err(reason)) => uncertainty.note = uncertainty.note.or(Some(reason)),
             None => {}
         }

@@ -99,7 +99,7 @@ fn page(name: &str) -> Page {
             ..Tallies::default()
         },
         series: "{}".into(),
-        failed: vec![FailedCell { cell: format!("{name} x ncc"), reason: name.into() }],
+        failed: vec![(format!("{name} x ncc"), name.into())],
         provenance: vec![("trackfail".into(), "0.1.0".into()), (name.into(), "ab12".into())],
         provenance_head: 1,
         ..Page::default()

@@ -1,6 +1,7 @@
 //! A method on a track, frame by frame, with its events and detections as the protocol matches them; from results alone.
 
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
+use std::ops::Range;
 use trackfail_methods::score::counts::Place;
 use trackfail_methods::score::{Protocol, TrackScore};
 
@@ -65,20 +66,9 @@ impl Moment {
     }
 }
 
-/// A stretch of frames that count alike where every frame counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
-    /// First frame, from 0.
-    pub from: usize,
-    /// Last frame.
-    pub to: usize,
-    /// Whether the target is lost; none where there is no annotation.
-    pub lost: Option<bool>,
-    /// Whether the detector raises an alarm.
-    pub alarm: bool,
-    /// How its frames count; none where they do not.
-    pub counts: Option<Place>,
-}
+/// What frames have in common that count alike, where every frame counts: whether the target is lost (none where there is no
+/// annotation), whether the detector raises an alarm, and how they count (none where they do not).
+pub type Alike = (Option<bool>, bool, Option<Place>);
 
 /// Words of events: the target is lost, or is found again.
 pub const EVENT_WORDS: [&str; 2] = ["lost", "found"];
@@ -127,19 +117,15 @@ impl Trace {
         DETECTION_WORDS[usize::from(is_all_clear(&self.method.changes, t))]
     }
 
-    /// Frames that follow each other and count alike, for protocols that say how a frame counts.
-    pub fn stretches(&self, frame: fn(f64, bool) -> Option<Place>) -> Vec<Stretch> {
-        let mut stretches: Vec<Stretch> = Vec::new();
-        for (t, &alarm) in self.method.alarm.iter().enumerate() {
-            let lost = lost(&self.track.error, t);
-            let counts = self.track.error.get(t).and_then(|e| frame(*e, alarm));
-            let alike = |s: &&mut Stretch| (s.lost, s.alarm, s.counts) == (lost, alarm, counts);
-            match stretches.last_mut().filter(alike) {
-                Some(last) => last.to = t,
-                None => stretches.push(Stretch { from: t, to: t, lost, alarm, counts }),
-            }
-        }
-        stretches
+    /// Runs of frames, from 0, that count alike, for protocols that say how a frame counts.
+    pub fn stretches(&self, frame: fn(f64, bool) -> Option<Place>) -> Vec<(Range<usize>, Alike)> {
+        let alike = |t: usize| {
+            let (error, alarm) = (&self.track.error, self.method.alarm[t]);
+            (lost(error, t), alarm, error.get(t).and_then(|e| frame(*e, alarm)))
+        };
+        let frames: Vec<usize> = (0..self.method.alarm.len()).collect();
+        let runs = frames.chunk_by(|a, b| alike(*a) == alike(*b));
+        runs.map(|run| (run[0]..run[0] + run.len(), alike(run[0]))).collect()
     }
 }
 
@@ -232,12 +218,9 @@ mod tests {
         );
         let frame = trackfail_methods::score::segmentation::PROTOCOL.frame.unwrap();
         let stretches = trace.stretches(frame);
-        assert_eq!(
-            stretches[0],
-            Stretch { from: 0, to: 17, lost: Some(false), alarm: false, counts: Some(Place::TruePositive) }
-        );
+        assert_eq!(stretches[0], (0..18, (Some(false), false, Some(Place::TruePositive))));
         assert_eq!(stretches.len(), 8);
-        assert_eq!(stretches.iter().map(|s| s.to - s.from + 1).sum::<usize>(), 60);
+        assert_eq!(stretches.iter().map(|(run, _)| run.len()).sum::<usize>(), 60);
     }
 
     #[test]

@@ -1,9 +1,8 @@
 //! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches that it rests on.
 
-use super::page::environment;
+use super::sentences::say;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
 use crate::table::number::Style;
-use minijinja::value::Serde;
 use serde_json::json;
 use std::ops::Range;
 use trackfail_core::num::fixed;
@@ -62,10 +61,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
         "absent": absent,
         "seen": method.states.len() - absent,
     });
-    let environment = environment("verdict.txt", include_str!("templates/verdict.txt"));
-    let said = environment.and_then(|of| Ok(of.get_template("verdict.txt")?.render(Serde(&about))?));
-    // It fails only where the template does not fit, which tests would show.
-    said.unwrap_or_else(|e| e.to_string()).trim().to_string()
+    say("user verdict", about).trim().to_string()
 }
 
 /// The losses; one that an absence interrupts is one.

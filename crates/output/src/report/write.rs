@@ -3,9 +3,9 @@
 use super::claims::{self, Finding};
 use super::colors;
 use super::explain;
-use super::figures::{self, DrawError, FigureOutcome};
+use super::figures::{self, Captioned, DrawError};
 use super::glance::{self, HEADLINE};
-use super::page::{FailedCell, FigureView, Page, ReportError, markdown, render};
+use super::page::{FigureView, Page, ReportError, markdown, render};
 use super::paper::{self, Item};
 use super::readings;
 use super::sequences::{self, Collector, Sequences, json};
@@ -13,8 +13,8 @@ use super::site;
 use super::sources;
 use super::standings::{self, Uncertainty};
 use super::stills;
-use crate::figure::{Files, WIDTH};
-use crate::results::{Manifest, Results, ResultsError, TrackSeries, unfinished};
+use crate::figure::Files;
+use crate::results::{Manifest, Results, ResultsError, unfinished};
 use crate::sampling::Units;
 use crate::table;
 use crate::table::build::suite;
@@ -146,25 +146,37 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     // Where no figure shows tracks, they are never in memory all at once.
     let shown = figures::show_tracks(&experiment.figures);
     let tracks = if shown { results.all_tracks()? } else { Vec::new() };
-    figures_of_experiment(results, folder, (&tracks, &units), &mut page)?;
+    let make = |figure| figures::make(results, &tracks, &units, figure);
+    let made: Vec<_> = experiment.figures.par_iter().map(make).collect();
+    let mut shown_figures: Vec<Captioned> = Vec::new();
+    for (figure, made) in experiment.figures.iter().zip(made) {
+        match made {
+            Ok(made) => shown_figures.push(made),
+            Err(DrawError::NoData(reason)) => {
+                page.warnings.push(format!("Figure {} is not drawn: {reason}.", figure.name));
+            }
+            Err(e) => return Err(e.into()),
+        }
+    }
     let of_readings = readings::figures(&of_readings, |method| colors::color(experiment, method));
     let is_about_readings = readings_first && !of_readings.is_empty();
     let of_frames = by_frames.and_then(|of| standings::dots(of, experiment, &suite(results)));
     let headline = of_frames.or(dots).filter(|_| !is_about_readings);
     let headline = headline.map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
     let own = of_readings.into_iter().chain(headline);
-    let own = own.map(|(name, dots, caption)| (name, dots.figure(), caption)).chain(ranks);
-    for (mut name, figure, caption) in own {
+    let own = own.map(|(name, dots, caption)| Captioned::new(name, dots.figure(), caption)).chain(ranks);
+    for mut own in own {
         let is_taken = |name: &String| {
-            let file = format!("figures/{name}.svg");
-            experiment.figures.iter().any(|f| f.name == *name) || page.figures.iter().any(|f| f.file == file)
+            experiment.figures.iter().any(|f| f.name == *name)
+                || shown_figures.iter().any(|f| f.name == *name)
         };
-        while is_taken(&name) {
-            name.push('_');
+        while is_taken(&own.name) {
+            own.name.push('_');
         }
-        let files = figure.draw(WIDTH).map_err(|error| DrawError::Figure { name: name.clone(), error })?;
-        page.figures.push(keep_figure(folder, &name, name.clone(), caption, files)?);
+        shown_figures.push(own);
     }
+    let kept: Vec<_> = shown_figures.par_iter().map(|figure| keep_figure(folder, figure)).collect();
+    page.figures = kept.into_iter().collect::<Result<_, _>>()?;
     // Differences and readings have a verdict of their own, and their tables stand first.
     let counted = standings::ordering_metric(experiment);
     let metric = if pairs.is_empty() { Some(counted) } else { standings::frames_metric() };
@@ -200,39 +212,11 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     Ok(WrittenReport { answer, units, items, verdict: page.verdict.join(" "), findings: page.claims })
 }
 
-/// Draws the figures that the experiment asks for into the folder, several at once, and shows them on the page.
-fn figures_of_experiment(
-    results: &Results,
-    folder: &Path,
-    (tracks, units): (&[TrackSeries], &Units),
-    page: &mut Page,
-) -> Result<(), WriteError> {
-    let figures = &results.experiment.figures;
-    let draw = |figure| figures::draw(results, tracks, units, figure);
-    let drawn: Vec<Result<FigureOutcome, DrawError>> = figures.par_iter().map(draw).collect();
-    for (figure, drawn) in figures.iter().zip(drawn) {
-        match drawn? {
-            FigureOutcome::Drawn(drawn) => {
-                page.figures.push(keep_figure(folder, &figure.name, drawn.name, drawn.caption, drawn.files)?)
-            }
-            FigureOutcome::NoData(reason) => {
-                page.warnings.push(format!("Figure {} is not drawn: {reason}.", figure.name));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Writes a figure as SVG, PNG and PDF under a file name, and as wide as a column where it is wider; returns how the page
-/// shows it, under a title and with a caption.
-fn keep_figure(
-    folder: &Path,
-    file: &str,
-    name: String,
-    caption: String,
-    Files { svg, narrow, narrow_pdf, png, pdf }: Files,
-) -> Result<FigureView, WriteError> {
-    let path = |ending: &str| format!("figures/{file}.{ending}");
+/// Writes a figure as SVG, PNG and PDF, and as wide as a column where it is wider; returns how the page shows it.
+fn keep_figure(folder: &Path, figure: &Captioned) -> Result<FigureView, WriteError> {
+    let Files { svg, narrow, narrow_pdf, png, pdf } = figure.draw()?;
+    let (name, caption) = (figure.name.clone(), figure.caption.clone());
+    let path = |ending: &str| format!("figures/{name}.{ending}");
     let mut files: Vec<(&'static str, &[u8])> = vec![("svg", svg.as_bytes()), ("pdf", &pdf), ("png", &png)];
     if !narrow.is_empty() && narrow != svg {
         files.extend([("column.svg", narrow.as_bytes()), ("column.pdf", narrow_pdf.as_slice())]);
@@ -241,8 +225,8 @@ fn keep_figure(
         store::write_derived(&folder.join(path(ending)), bytes)?;
     }
     let endings = files.iter().map(|(ending, _)| *ending).collect();
-    let is_wide = narrow != svg;
-    Ok(FigureView { file: path("svg"), endings, is_wide, name, caption, svg, narrow })
+    let (file, is_wide) = (path("svg"), narrow != svg);
+    Ok(FigureView { file, endings, is_wide, name, caption, svg, narrow })
 }
 
 /// Copies the stills of a figure for the frame viewer.
@@ -327,9 +311,9 @@ fn page_frame(results: &Results) -> Page {
     };
     let frames: usize = suite.present.iter().map(|(_, frames)| frames).sum();
     let data = table::data_note(experiment, manifest);
-    let failed = |group: unfinished::Unfinished| FailedCell {
-        cell: group.cells,
-        reason: format!("{}: {}", if group.missing { "not there" } else { "failed" }, group.reason),
+    let failed = |group: unfinished::Unfinished| {
+        let why = if group.missing { "not there" } else { "failed" };
+        (group.cells, format!("{why}: {}", group.reason))
     };
     Page {
         title: experiment.title.clone(),

@@ -37,7 +37,7 @@ pub(super) type TrackName<'a> = (&'a str, &'a str, i64);
 
 /// The name of a cell's track.
 pub(super) fn track_name<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> TrackName<'a> {
-    (&outcome.sequences[cell.sequence].name, &cell.tracker, i64::from(cell.run))
+    (&outcome.sequence(cell.sequence).name, &cell.tracker, i64::from(cell.run))
 }
 
 /// The track of a cell, where there is one.

@@ -20,7 +20,7 @@ const ROWS_AT_ONCE: usize = 1 << 17;
 type NamedFile = (&'static str, Vec<u8>);
 
 fn number(outcome: &Outcome<'_>, cell: &Cell, t: usize) -> i64 {
-    i64::from(outcome.sequences[cell.sequence].number(t))
+    i64::from(outcome.sequence(cell.sequence).number(t))
 }
 
 fn known(value: f64) -> Option<f64> {
@@ -41,7 +41,7 @@ pub(super) fn frames(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), 
         }
         Ok(frame)
     };
-    let parts = in_parts(&cells, ROWS_AT_ONCE, |_, cell| outcome.sequences[cell.sequence].len());
+    let parts = in_parts(&cells, ROWS_AT_ONCE, |_, cell| outcome.sequence(cell.sequence).len());
     parts_to_parquet(file, parts.into_iter().map(part))
 }
 
@@ -69,7 +69,7 @@ fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Result
             }
         })
     });
-    Ok(Frame::frame(&outcome.suite, rows)?)
+    Ok(Frame::frame(outcome.suite(), rows)?)
 }
 
 /// Writes `signals.parquet`: signal and forecast of a method once where all points of its grid share them.
@@ -85,7 +85,7 @@ pub(super) fn signals(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(),
             shown.extend(points.iter().map(|cell| (*cell, cell.params.as_str())));
         }
     }
-    let parts = in_parts(&shown, ROWS_AT_ONCE, |_, (cell, _)| outcome.sequences[cell.sequence].len());
+    let parts = in_parts(&shown, ROWS_AT_ONCE, |_, (cell, _)| outcome.sequence(cell.sequence).len());
     parts_to_parquet(file, parts.into_iter().map(|shown| signals_of(outcome, shown)))
 }
 
@@ -114,12 +114,12 @@ fn signals_of(outcome: &Outcome<'_>, cells: &[(&Cell, &str)]) -> Result<DataFram
             forecast: output.forecast.as_ref().and_then(|forecast| known(forecast[t])),
         })
     });
-    Ok(Signal::frame(&outcome.suite, rows)?)
+    Ok(Signal::frame(outcome.suite(), rows)?)
 }
 
 /// The bytes of `truth.parquet`.
 pub(super) fn truth(outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
-    let mut sequences: Vec<_> = outcome.sequences.iter().collect();
+    let mut sequences: Vec<_> = outcome.sequences().collect();
     sequences.sort_by(|a, b| a.name.cmp(&b.name));
     let corners = |region: &Region| {
         let points = match region.corners() {
@@ -135,7 +135,7 @@ pub(super) fn truth(outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
             corners: region.as_ref().map(corners),
         })
     });
-    Target::parquet(&outcome.suite, rows)
+    Target::parquet(outcome.suite(), rows)
 }
 
 /// `pieces.csv`; `None` where no method has a protocol that scores parts of tracks by themselves.
@@ -157,7 +157,7 @@ pub(super) fn pieces(
         }
     }
     let rows = all.into_iter().map(|(track, (first, last))| Piece { track, first, last });
-    Ok(Some((Piece::NAME, Piece::csv(&outcome.suite, rows)?)))
+    Ok(Some((Piece::NAME, Piece::csv(outcome.suite(), rows)?)))
 }
 
 /// `conditions.parquet` and `checks.csv`; nothing where no method follows the tracker's condition.
@@ -190,7 +190,7 @@ pub(super) fn followed(outcome: &Outcome<'_>) -> Result<Vec<NamedFile>, ResultsE
         })
     });
     Ok(vec![
-        (ConditionRow::NAME, ConditionRow::parquet(&outcome.suite, conditions)?),
-        (CheckRow::NAME, CheckRow::csv(&outcome.suite, checks)?),
+        (ConditionRow::NAME, ConditionRow::parquet(outcome.suite(), conditions)?),
+        (CheckRow::NAME, CheckRow::csv(outcome.suite(), checks)?),
     ])
 }

@@ -81,7 +81,7 @@ pub fn write(
     if let Some(suites) = experiment.catalog.user_text(experiment.suites.values().map(String::as_str)) {
         written.put(USER_SUITES, suites.as_bytes())?;
     }
-    let suite = outcome.suite.as_str();
+    let suite = outcome.suite();
     written.put_rows(Score::NAME, scores::frame(experiment, outcome, detail)?, detail)?;
     written.put(MeasureRow::NAME, &MeasureRow::csv(suite, measures::rows(outcome)?)?)?;
     if !outcome.cells.is_empty() {

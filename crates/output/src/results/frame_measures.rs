@@ -152,10 +152,11 @@ fn pools<'a>(
         let tracker = experiment.trackers.iter().find(|tracker| tracker.label == cell.tracker);
         tracker.and_then(|tracker| tracker.family.as_deref())
     };
-    let several = outcome.sources.iter().any(|source| Some(source) != outcome.sources.first());
+    let sources: Vec<&String> = outcome.test().sequences.iter().map(|s| &s.origin.source).collect();
+    let several = sources.iter().any(|source| *source != sources[0]);
     let mut pools: BTreeMap<String, Vec<&Cell>> = BTreeMap::new();
     for cell in cells {
-        let source = outcome.sources.get(cell.sequence).filter(|_| several);
+        let source = sources.get(cell.sequence).filter(|_| several);
         let source = source.map_or(String::new(), |source| format!(" on {source}"));
         let family = family(cell).map_or(String::new(), |family| format!(" {family}"));
         let names = [String::new(), family.clone(), source.clone(), format!("{family}{source}")];

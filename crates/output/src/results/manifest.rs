@@ -167,7 +167,7 @@ impl NotRun {
         };
         let mut all: Vec<Self> = Vec::new();
         for (sequence, tracks) in outcome.tracks.iter().enumerate() {
-            for (job, track) in outcome.jobs.iter().zip(tracks) {
+            for (job, track) in outcome.plan.jobs.iter().zip(tracks) {
                 let Err(CellError::Absent(reason)) = track else { continue };
                 let tracker = &experiment.trackers[job.tracker].label;
                 // It is declared for all runs.
@@ -324,7 +324,7 @@ impl Manifest {
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
             let error = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
-            let sequence = &outcome.sequences[cell.sequence].name;
+            let sequence = &outcome.sequence(cell.sequence).name;
             let method = method_label(&cell.method, &cell.params);
             Some(FailedCell::of((sequence, &cell.tracker, cell.run), method, error))
         });
@@ -333,10 +333,11 @@ impl Manifest {
         let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error }| {
             FailedCell::of(("*", "", 0), format!("analysis {analysis} of {tracker}"), error)
         });
-        let attributed = outcome.sequences.iter().filter(|s| !s.attributes.is_empty());
+        let attributed = outcome.sequences().filter(|s| !s.attributes.is_empty());
         let attributes = attributed.map(|s| (s.name.clone(), s.attributes.clone()));
+        let digests = outcome.plan.suites.iter().map(|suite| (suite.name.clone(), suite.digests()));
         // The size of a video's frames is known only after decoding it.
-        let still = outcome.sequences.iter().filter(|s| !matches!(s.frames, Frames::Video(_)));
+        let still = outcome.sequences().filter(|s| !matches!(s.frames, Frames::Video(_)));
         let sizes = still.filter_map(|s| Some((s.name.clone(), s.size().ok()?)));
         Self {
             format: FORMAT,
@@ -346,14 +347,14 @@ impl Manifest {
             protocol: experiment.protocol.map_or_else(String::new, |p| p.name.to_string()),
             seed: experiment.seed,
             suite: SuiteRecord {
-                name: outcome.suite.clone(),
-                wanted: outcome.wanted,
-                present: outcome.sequences.iter().map(|s| (s.name.clone(), s.len())).collect(),
-                missing: outcome.missing.iter().map(|m| m.name.clone()).collect(),
+                name: outcome.suite().to_string(),
+                wanted: outcome.test().wanted,
+                present: outcome.sequences().map(|s| (s.name.clone(), s.len())).collect(),
+                missing: outcome.test().missing.iter().map(|m| m.name.clone()).collect(),
                 attributes: attributes.collect(),
                 sizes: sizes.collect(),
             },
-            digests: outcome.digests.clone(),
+            digests: digests.collect(),
             trackers: experiment.trackers.iter().map(TrackerRecord::of).collect(),
             methods: method_records(experiment, outcome),
             models: model_records(&outcome.models),

@@ -49,7 +49,7 @@ pub(super) fn frame(
     rows.extend(runs.iter().map(|(_, cells)| of_run(outcome, cells)));
     let variants = experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v.params())));
     let variants: Vec<(&Method, String)> = variants.collect();
-    let not_there: &[Missing] = if detail == Detail::Frames { &outcome.missing } else { &[] };
+    let not_there: &[Missing] = if detail == Detail::Frames { &outcome.test().missing } else { &[] };
     for (missing, tracker) in not_there.iter().flat_map(|m| experiment.trackers.iter().map(move |t| (m, t))) {
         for (method, params) in variants.iter().filter(|(method, _)| method.runs_on(&tracker.label)) {
             rows.extend((0..tracker.runs).map(|run| Score {
@@ -62,7 +62,7 @@ pub(super) fn frame(
         }
     }
     rows.sort_by_key(|row| (row.track, row.method, row.params));
-    Score::frame(&outcome.suite, rows)
+    Score::frame(outcome.suite(), rows)
 }
 
 fn of_cell<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> Score<'a> {
@@ -81,9 +81,9 @@ fn of_run<'a>(outcome: &'a Outcome<'_>, cells: &[&'a Cell]) -> Score<'a> {
     let counts = cells.iter().filter_map(|cell| Some(cell.result.as_ref().ok()?.score.counts));
     let counts: Vec<Counts> = counts.collect();
     let (done, first) = (counts.len(), of_cell(outcome, cells[0]));
-    let is_complete = done == cells.len() && outcome.missing.is_empty();
+    let is_complete = done == cells.len() && outcome.test().missing.is_empty();
     let status =
-        if is_complete { "ok".to_string() } else { format!("partial: {done} of {}", outcome.wanted) };
+        if is_complete { "ok".to_string() } else { format!("partial: {done} of {}", outcome.test().wanted) };
     let (_, tracker, run) = first.track;
     let counts = (done > 0).then(|| counts.into_iter().sum());
     Score { track: ("*", tracker, run), counts, status, ..first }

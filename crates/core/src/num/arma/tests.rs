@@ -12,6 +12,20 @@ fn oracle(part: &str) -> Vec<Value> {
     all[part].as_array().unwrap().clone()
 }
 
+/// The model with given parameters, and the innovations it infers from a window.
+fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
+    check(y, [ar.len(), ma.len()])?;
+    let innovations = recursion::innovations(y, constant, ar, ma, start);
+    Ok(Fit {
+        constant,
+        ar: ar.to_vec(),
+        ma: ma.to_vec(),
+        sse: innovations.iter().map(|e| e * e).sum(),
+        innovations,
+        recent: newest(y, ar.len()),
+    })
+}
+
 fn close(got: f64, want: f64, within: f64) -> bool {
     (got - want).abs() <= within
 }

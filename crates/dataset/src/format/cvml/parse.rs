@@ -106,8 +106,8 @@ pub fn parse(path: &Path, document: &str) -> Result<Annotation, DatasetError> {
         };
         if let Err(message) = done {
             let at = if event.is_err() { reader.error_position() } else { start };
-            let before = document.bytes().take(usize::try_from(at).unwrap_or(usize::MAX));
-            return Err(DatasetError::line(path, 1 + before.filter(|&b| b == b'\n').count(), message));
+            let line = text::line_of(document.as_bytes(), usize::try_from(at).unwrap_or(usize::MAX));
+            return Err(DatasetError::line(path, line, message));
         }
     }
 }

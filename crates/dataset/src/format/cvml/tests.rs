@@ -42,19 +42,14 @@ const FIVE: [&str; 5] =
 #[test]
 fn one_object_is_a_sequence_and_xml_frame_n_is_image_n_plus_1() {
     let dir = folder(TWO, &FIVE);
-    let s = load(dir.path(), &SequenceOptions { target: Some(7), ..SequenceOptions::default() }).unwrap();
+    let s = load(dir.path(), &Entry { target: Some(7), ..Entry::default() }).unwrap();
     assert_eq!(s.truth[..2], [rect(25.0, 30.0, 10.0, 20.0), rect(26.5, 30.0, 10.0, 20.0)]);
     assert_eq!(s.truth[2..], [None, rect(28.0, 30.0, 10.0, 20.0)]);
     assert_eq!(s.numbering, Numbering { first: 1, official: (1, 4) });
     let Frames::Files(files) = &s.frames else { panic!("files") };
     assert!(files.len() == 4 && files[3].ends_with("img1/000004.jpg"));
 
-    let options = SequenceOptions {
-        name: Some("x".into()),
-        target: Some(9),
-        range: Some((3, 4)),
-        ..SequenceOptions::default()
-    };
+    let options = Entry { name: "x".into(), target: Some(9), range: Some((3, 4)), ..Entry::default() };
     let s = load(dir.path(), &options).unwrap();
     assert_eq!((s.name.as_str(), s.truth), ("x", vec![rect(1.0, 0.0, 4.0, 4.0), None]));
     assert_eq!(s.numbering, Numbering { first: 3, official: (2, 3) });
@@ -63,31 +58,26 @@ fn one_object_is_a_sequence_and_xml_frame_n_is_image_n_plus_1() {
 #[test]
 fn without_a_target_the_object_with_most_boxes_is_taken() {
     let dir = folder(TWO, &FIVE);
-    assert_eq!(load(dir.path(), &SequenceOptions::default()).unwrap().len(), 4);
+    assert_eq!(load(dir.path(), &Entry::default()).unwrap().len(), 4);
     // Of two with as many, the smaller id.
     let even = TWO.replace(r#"<object id="7"><box h="20" w="10" xc="33" yc="40"/></object>"#, "");
-    let s = load(folder(&even, &FIVE).path(), &SequenceOptions::default()).unwrap();
+    let s = load(folder(&even, &FIVE).path(), &Entry::default()).unwrap();
     assert_eq!((s.len(), s.number(0)), (2, 1));
 }
 
 #[test]
 fn faults_say_what_to_do() {
-    let message = |dir: &tempfile::TempDir, options: &SequenceOptions| {
-        load(dir.path(), options).unwrap_err().to_string()
-    };
-    let any = SequenceOptions::default();
-    let range = |first, last| SequenceOptions {
-        target: Some(7),
-        range: Some((first, last)),
-        ..SequenceOptions::default()
-    };
+    let message =
+        |dir: &tempfile::TempDir, options: &Entry| load(dir.path(), options).unwrap_err().to_string();
+    let any = Entry::default();
+    let range = |first, last| Entry { target: Some(7), range: Some((first, last)), ..Entry::default() };
     assert!(message(&folder(TWO, &FIVE[..3]), &any).contains("frame 4 is missing"));
     assert!(message(&folder(TWO, &[]), &any).contains("no .jpg or .png"));
     assert!(message(&folder(TWO, &["b.xml"]), &any).contains("b.xml and two.xml: only one annotation"));
     assert!(message(&folder(TWO, &["a.mpg", "b.AVI"]), &any).contains("a.mpg and b.AVI: only one video"));
     assert!(message(&folder("<dataset/>", &FIVE), &any).contains("no object is annotated"));
     let dir = folder(TWO, &FIVE);
-    let nobody = SequenceOptions { target: Some(8), ..SequenceOptions::default() };
+    let nobody = Entry { target: Some(8), ..Entry::default() };
     assert!(message(&dir, &nobody).contains("no object 8; annotated are 7, 9"));
     assert!(message(&dir, &range(4, 5)).contains("its last is 4"));
     assert!(message(&dir, &range(0, 2)).contains("frames 0 to 2"));
@@ -99,12 +89,12 @@ fn faults_say_what_to_do() {
 #[test]
 fn a_video_is_not_opened_by_loading() {
     let dir = folder(TWO, &["clip.mpg"]);
-    let s = load(dir.path(), &SequenceOptions::default()).unwrap();
+    let s = load(dir.path(), &Entry::default()).unwrap();
     let Frames::Video(video) = &s.frames else { panic!("a video") };
     assert_eq!((video.path(), s.len()), (dir.path().join("clip.mpg").as_path(), 4));
     // Images in a folder of their own go before a video beside it.
     let both = folder(TWO, &[&FIVE[..], &["clip.mpg"]].concat());
-    assert!(matches!(load(both.path(), &SequenceOptions::default()).unwrap().frames, Frames::Files(_)));
+    assert!(matches!(load(both.path(), &Entry::default()).unwrap().frames, Frames::Files(_)));
 }
 
 // python3, on the same annotation and video file:
@@ -118,7 +108,7 @@ fn the_digest_pins_the_video_and_the_truth() {
     let clip = dir.path().join("clip.mpg");
     let digest = |bytes: &[u8]| {
         std::fs::write(&clip, bytes).unwrap();
-        load(dir.path(), &SequenceOptions::default()).unwrap().digest().unwrap().to_owned()
+        load(dir.path(), &Entry::default()).unwrap().digest().unwrap().to_owned()
     };
     assert_eq!(digest(b"abc"), VIDEO_DIGEST);
     assert_ne!(digest(b"abd"), VIDEO_DIGEST);
@@ -174,7 +164,7 @@ proptest::proptest! {
     fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(proptest::prelude::any::<u8>(), 0..300)) {
         let dir = folder("", &FIVE);
         std::fs::write(dir.path().join("two.xml"), &bytes).unwrap();
-        let _ = load(dir.path(), &SequenceOptions::default());
+        let _ = load(dir.path(), &Entry::default());
     }
 
     #[test]
@@ -183,7 +173,7 @@ proptest::proptest! {
         let mut bytes = TWO.as_bytes().to_vec();
         bytes[at] = byte;
         std::fs::write(dir.path().join("two.xml"), &bytes).unwrap();
-        if let Ok(s) = load(dir.path(), &SequenceOptions::default()) {
+        if let Ok(s) = load(dir.path(), &Entry::default()) {
             proptest::prop_assert!(s.truth.iter().flatten().all(|r| r.area() > 0.0));
         }
     }

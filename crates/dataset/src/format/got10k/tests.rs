@@ -30,7 +30,7 @@ const FIVE: [(&str, &str); 5] = [
 ];
 
 fn five(changes: &[(&str, &str)]) -> Result<Sequence, DatasetError> {
-    load(folder(5, &[&FIVE[..], changes].concat()).path(), Some("x"))
+    load(folder(5, &[&FIVE[..], changes].concat()).path(), &Entry { name: "x".into(), ..Entry::default() })
 }
 
 fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
@@ -40,7 +40,7 @@ fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
 #[test]
 fn truth_labels_and_meta() {
     let dir = folder(5, &FIVE);
-    let s = load(dir.path(), Some("x")).unwrap();
+    let s = load(dir.path(), &Entry { name: "x".into(), ..Entry::default() }).unwrap();
     assert_eq!(s.truth[0], rect(9.0, 7.0, 20.0, 10.0));
     assert_eq!(s.truth[3], None);
     assert_eq!((s.number(0), s.numbering.official, s.size().unwrap()), (1, (1, 5), (64, 48)));
@@ -107,7 +107,8 @@ fn absent_is_what_either_label_or_the_box_says() {
 
 #[test]
 fn files_beside_the_truth_may_be_missing() {
-    let s = load(folder(2, &[("groundtruth.txt", "1,1,2,2\r\n1 1\t3 2\r\n")]).path(), None).unwrap();
+    let s =
+        load(folder(2, &[("groundtruth.txt", "1,1,2,2\r\n1 1\t3 2\r\n")]).path(), &Entry::default()).unwrap();
     assert!(s.attributes.is_empty() && s.frame_attributes.is_empty());
     assert_eq!(s.truth[1], rect(0.0, 0.0, 3.0, 2.0));
 }
@@ -136,14 +137,14 @@ fn faults_name_file_and_line_or_both_counts() {
     }
     let count = |frames, lines: usize| {
         let text = "1,1,2,2\n".repeat(lines);
-        load(folder(frames, &[("groundtruth.txt", &text)]).path(), None).unwrap_err().to_string()
+        load(folder(frames, &[("groundtruth.txt", &text)]).path(), &Entry::default()).unwrap_err().to_string()
     };
     assert!(count(3, 2).contains("3 images, but 2 lines"), "{}", count(3, 2));
     assert!(count(2, 3).contains("2 images, but 3 lines"));
     assert!(count(9, 1).contains("9 images, but 1 lines") && count(9, 1).contains("test set"));
     let gap = folder(3, &[("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,2,2")]);
     std::fs::rename(gap.path().join("00000002.jpg"), gap.path().join("00000004.jpg")).unwrap();
-    assert!(load(gap.path(), None).unwrap_err().to_string().contains("frame 2 is missing"));
+    assert!(load(gap.path(), &Entry::default()).unwrap_err().to_string().contains("frame 2 is missing"));
 }
 
 proptest! {
@@ -151,6 +152,6 @@ proptest! {
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..5_usize) {
         let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);
         std::fs::write(dir.path().join(FIVE[file].0), &bytes).unwrap();
-        let _ = load(dir.path(), None);
+        let _ = load(dir.path(), &Entry::default());
     }
 }

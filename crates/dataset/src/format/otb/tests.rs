@@ -14,7 +14,7 @@ fn folder(first: u32, frames: u32, truth: &[u8]) -> tempfile::TempDir {
 }
 
 fn whole(dir: &tempfile::TempDir) -> Result<Sequence, DatasetError> {
-    load(dir.path(), &SequenceOptions::default())
+    load(dir.path(), &Entry::default())
 }
 
 fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
@@ -67,14 +67,14 @@ fn the_first_line_is_the_first_official_frame() {
     let s = whole(&dir).unwrap();
     assert_eq!((s.numbering.first, s.numbering.official), (3, (3, 7)));
     assert_eq!(s.truth[1], rect(0.0, 0.0, 4.0, 1.0));
-    let cut = SequenceOptions { range: Some((4, 5)), official: Some((3, 7)), ..SequenceOptions::default() };
+    let cut = Entry { range: Some((4, 5)), official: Some((3, 7)), ..Entry::default() };
     let s = load(dir.path(), &cut).unwrap();
     assert_eq!((s.len(), s.number(0)), (2, 4));
     assert_eq!(s.truth[0], rect(0.0, 0.0, 4.0, 1.0));
     // Five lines for official frames 3..=5: counted from 1.
-    let other = SequenceOptions { range: Some((4, 5)), official: Some((3, 5)), ..SequenceOptions::default() };
+    let other = Entry { range: Some((4, 5)), official: Some((3, 5)), ..Entry::default() };
     assert_eq!(load(dir.path(), &other).unwrap().truth[0], rect(0.0, 0.0, 6.0, 1.0));
-    let outside = SequenceOptions { range: Some((2, 4)), ..SequenceOptions::default() };
+    let outside = Entry { range: Some((2, 4)), ..Entry::default() };
     assert!(load(dir.path(), &outside).unwrap_err().to_string().contains("frame 2 is missing"));
 }
 
@@ -89,8 +89,7 @@ fn targets_attributes_and_plain_folders() {
     let dir = folder(1, 1, b"1,1,2,2");
     std::fs::write(dir.path().join("groundtruth_rect.2.txt"), "1,1,7,7").unwrap();
     std::fs::write(dir.path().join("attributes.txt"), "occlusion, blur\nblur\n").unwrap();
-    let options =
-        SequenceOptions { name: Some("Two-2".into()), target: Some(2), ..SequenceOptions::default() };
+    let options = Entry { name: "Two-2".into(), target: Some(2), ..Entry::default() };
     let s = load(dir.path(), &options).unwrap();
     assert_eq!((s.name.as_str(), &s.truth[0]), ("Two-2", &rect(0.0, 0.0, 7.0, 7.0)));
     assert_eq!(s.attributes, ["blur", "occlusion"]);
@@ -129,15 +128,15 @@ fn a_number_in_brackets_is_the_frame() {
 #[test]
 fn real_sequences() {
     let root = trackfail_testing::real_data();
-    let david = load(&root.join("otb/David"), &SequenceOptions::default()).unwrap();
+    let david = load(&root.join("otb/David"), &Entry::default()).unwrap();
     assert_eq!((david.len(), david.numbering.official), (201, (300, 770)));
     assert_eq!(david.truth[0], rect(128.0, 79.0, 64.0, 78.0));
     let frame = david.frame(200).unwrap();
     assert_eq!((frame.width(), frame.height()), (320, 240));
-    let second = SequenceOptions { target: Some(2), ..SequenceOptions::default() };
+    let second = Entry { target: Some(2), ..Entry::default() };
     let jogging = load(&root.join("otb/Jogging"), &second).unwrap();
     assert_eq!((jogging.len(), &jogging.truth[0]), (307, &rect(179.0, 78.0, 37.0, 114.0)));
-    let woman = load(&root.join("otb/Woman"), &SequenceOptions::default()).unwrap();
+    let woman = load(&root.join("otb/Woman"), &Entry::default()).unwrap();
     assert_eq!((woman.len(), woman.numbering.official), (150, (1, 597)));
 }
 

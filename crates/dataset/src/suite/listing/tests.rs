@@ -99,7 +99,7 @@ fn every_pinned_sequence_is_listed() {
     for suite in pinned_suites() {
         for e in suite.sequence.iter().filter(|e| e.size.is_some()) {
             let files = listed(FILES, &e.folder);
-            let mine = files.iter().filter(|(name, _)| belongs(e, suite.format(e), Path::new(""), name));
+            let mine = files.iter().filter(|(name, _)| belongs(e, suite.format(e), name));
             let mine: Vec<&str> = mine.map(|(name, _)| *name).collect();
             let frames = mine.iter().filter(|name| is_image(Path::new(name))).count();
             assert_eq!(Some(frames), e.frames, "{}/{}", suite.name, e.name);

@@ -1,10 +1,11 @@
-//! The work that is left shrinks by what the store has; shares make up the whole.
+//! The work that is left shrinks by what the store has; shares make up the whole, and are kept when they are interrupted.
 
 use super::{Remaining, Standing};
+use crate::error::RunError;
 use crate::execute::{self, Options};
-use crate::limits::Stop;
+use crate::limits::{RunLimits, Stop};
 use crate::observe::costs::Costs;
-use crate::plan::{ExperimentPlan, Shard};
+use crate::plan::{CellState, ExperimentPlan, Shard};
 use crate::spec;
 use crate::store::Store;
 
@@ -59,4 +60,27 @@ fn the_work_that_is_left_is_known_before_and_after_a_share() {
     assert_eq!(left(&after, None).tracks_at_hand, parts[0].tracks);
     // The share has found the cost.
     assert!(left(&after, Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
+}
+
+#[test]
+fn an_interrupted_share_has_stored_the_labels_of_the_sequences_that_it_was_done_with() {
+    let experiment = spec::parse("try.toml", SPEC).unwrap();
+    let suites = execute::load(&experiment, &[]).unwrap();
+    let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let stop = Stop::default();
+    let limits = RunLimits { stop: stop.clone(), ..RunLimits::default() };
+    let in_the_middle = move |done: u64, all: u64| {
+        if done * 2 > all {
+            stop.set();
+        }
+    };
+    let options = Options { limits, progress: std::sync::Arc::new(in_the_middle), ..Options::default() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let whole = Shard { number: 1, of: 1 };
+    let ended = pool.install(|| execute::run_shard(&plan, &store, &options, whole));
+    assert!(matches!(ended, Err(RunError::Interrupted)));
+    let cached = plan.states(&store).into_iter().filter(|state| *state == CellState::Cached).count();
+    assert!(cached > 0 && cached < plan.test().sequences.len(), "{cached}");
 }

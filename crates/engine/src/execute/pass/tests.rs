@@ -52,10 +52,6 @@ enum Bad {
 }
 
 impl TrackerConfig for Bad {
-    fn params(&self) -> serde_json::Value {
-        serde_json::Value::Null
-    }
-
     fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialized(region.clone())))
     }
@@ -91,7 +87,7 @@ fn make_signal(
     let signal = SignalChoice {
         kind: entry.kind,
         version: entry.version,
-        signal: Arc::from(entry.build_from_text(entry.example).unwrap()),
+        signal: entry.build_from_text(entry.example).unwrap(),
         restarts: Default::default(),
     };
     let frames = Arc::new(FrameCache::new(0));
@@ -242,5 +238,5 @@ fn an_interrupted_pass_ends() {
     let limits = RunLimits::default();
     let task = Task { run, states: None, signals: Vec::new(), companions: Vec::new() };
     let stop = || limits.stop.set();
-    assert!(matches!(pass(&[task], &limits, &stop), Err(Interrupted)));
+    assert!(matches!(pass(&[task], &limits, &stop), Err(RunError::Interrupted)));
 }

@@ -5,7 +5,7 @@ use trackfail_core::plugin;
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
 use trackfail_dataset::{Frames, Numbering, Render, Sequence};
-use trackfail_methods::tracker::{TRACKERS, TrackerConfig};
+use trackfail_methods::tracker::TRACKERS;
 
 const FRAMES: usize = 60;
 
@@ -46,7 +46,7 @@ fn sequence() -> Arc<Sequence> {
 
 fn reversal(kind: &str) -> Reversal {
     let entry = plugin::find(TRACKERS, kind).unwrap();
-    let config: Arc<dyn TrackerConfig> = Arc::from(entry.build_from_text(entry.example).unwrap());
+    let config = entry.build_from_text(entry.example).unwrap().plugin;
     let (sequence, frames) = (sequence(), Arc::new(FrameCache::new(1 << 24)));
     let run = TrackerRun { sequence, frames, config, run: 0, seed: 5, data_roots: Vec::new() };
     let (mut tracker, first) = run.start(&run.frame(0).unwrap()).unwrap();

@@ -6,29 +6,23 @@ use crate::execute::judge::detect;
 use crate::execute::supervise::run_single;
 use crate::execute::track::Track;
 use crate::limits::RunLimits;
-use crate::plan::SignalSet;
 use crate::spec::method::{Candidates, FixedDetector, Training};
 use serde_json::Value;
 use std::sync::Arc;
-use trackfail_dataset::suite::Origin;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::{Counts, Pooled, Protocol};
 
-/// The model that a learner makes from tracks, each with its origin, as JSON text.
+/// The model that a learner makes from examples, as JSON text.
 pub fn learn(
     fixed: &FixedDetector,
-    tracks: Vec<(Origin, Arc<Track>)>,
-    signals: &SignalSet,
+    examples: &[Example<'_>],
     limits: &RunLimits,
 ) -> Result<String, StepError> {
-    let (kind, detector, signals) = (fixed.kind, fixed.detector.clone(), signals.clone());
-    let learn = move || -> Result<Value, StepError> {
-        let examples = tracks.iter().map(|(origin, track)| track.example_of(&signals, origin));
-        let examples: Vec<Example<'_>> = examples.collect();
-        let learner = detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
-        learner.learn(&examples).map_err(StepError::failed)
+    let learn = || -> Result<Value, StepError> {
+        let learner = fixed.detector.learner().ok_or_else(|| StepError::failed("it does not learn"))?;
+        learner.learn(examples).map_err(StepError::failed)
     };
-    let model = run_single(limits, learn).map_err(|e| e.within(&format!("learning of {kind}")))?;
+    let model = run_single(limits, learn).map_err(|e| e.within(&format!("learning of {}", fixed.kind)))?;
     Ok(model.to_string())
 }
 
@@ -39,13 +33,14 @@ pub fn learn(
 pub fn candidates(
     training: &Training,
     tracks: &[Arc<Track>],
-    signals: &SignalSet,
+    signals: &[usize],
 ) -> Result<Vec<(f64, FixedDetector)>, StepError> {
     let (count, build) = match &training.candidates {
         Candidates::Listed(list) => return Ok(list.clone()),
         Candidates::Quantiles { count, build } => (*count, build),
     };
-    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signals.first).into_owned()).collect();
+    let signal = signals.first().copied();
+    let mut values: Vec<f64> = tracks.iter().flat_map(|t| t.signal(signal).into_owned()).collect();
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1).ok_or_else(|| StepError::failed("there is no value to try"))?;
     // Values that were seen, so that nothing depends on how quantiles are interpolated.
@@ -61,19 +56,15 @@ pub fn candidates(
 /// When a detector panics, hangs or fails.
 pub fn counts(
     candidates: &[(f64, FixedDetector)],
-    track: &Arc<Track>,
-    signals: &SignalSet,
-    protocol: &'static Protocol,
+    track: &Track,
+    signals: &[usize],
+    protocol: &Protocol,
     limits: &RunLimits,
 ) -> Result<Vec<Counts>, StepError> {
-    let (candidates, judged, signals) = (candidates.to_vec(), track.clone(), signals.clone());
-    let count = move || -> Result<Vec<Counts>, StepError> {
-        let of = |(_, fixed): &(f64, FixedDetector)| {
-            Ok(judged.judge(protocol, &detect(&judged, &signals, fixed, 0)?).0.counts)
-        };
-        candidates.iter().map(of).collect()
+    let of = |(_, fixed): &(f64, FixedDetector)| -> Result<Counts, StepError> {
+        Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).0.counts)
     };
-    let counts = run_single(limits, count);
+    let counts = run_single(limits, || candidates.iter().map(of).collect());
     if let Some(reversal) = &track.reversal {
         reversal.free_trackers();
     }
@@ -104,7 +95,7 @@ mod tests {
     fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
         let candidate = |below: f64| {
             let entry = trackfail_core::plugin::find(DETECTORS, "level").unwrap();
-            let detector = Arc::from(entry.build_from_text(&format!("{{ below = {below} }}")).unwrap());
+            let detector = entry.build_from_text(&format!("{{ below = {below} }}")).unwrap();
             let (kind, version, restarts) = (entry.kind, entry.version, Restarts::default());
             (below, FixedDetector { kind, version, detector, restarts })
         };
@@ -128,10 +119,9 @@ mod tests {
             reversal: None,
         };
         let protocol = trackfail_methods::score::protocol("khalid2016/1").unwrap();
-        let signals = SignalSet { first: Some(0), more: Vec::new() };
         let tracks = [Arc::new(track)];
-        let list = candidates(&training, &tracks, &signals).unwrap();
-        let counts = counts(&list, &tracks[0], &signals, protocol, &RunLimits::default()).unwrap();
+        let list = candidates(&training, &tracks, &[0]).unwrap();
+        let counts = counts(&list, &tracks[0], &[0], protocol, &RunLimits::default()).unwrap();
         let chosen = best(&training, protocol, list.iter().map(|(value, _)| *value).collect(), &[counts]);
         let measures = vec![Some(0.0), Some(1.0), Some(1.0), Some(0.0)];
         let values = vec![0.01, 0.2, 0.5, 0.9];

@@ -84,7 +84,7 @@ fn every_error_is_told_with_its_line() {
         (12, "did you mean `search`?"),
         (16, "did you mean `history`?"),
         (16, "`layers` must be a whole number, not \"many\" (Layers M of a field, 2 to 256)"),
-        (17, "`below` must be a number, not true"),
+        (17, "`below` must be a number or a table, not true"),
         (21, "did you mean `rgb-histogram`?"),
         (27, "did you mean `recall`?"),
         (34, "`columns` must be text in quotes, not 3"),
@@ -219,7 +219,7 @@ fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
         ("layers = 32", "smoothing = \"anisotropc\"", "unknown smoothing `anisotropc`; did you mean"),
         ("layers = 32", "smoothing = [1]", "`smoothing` must be text in quotes, not a list"),
         ("[\"recall\"]", "\"recall\"", "`rows` must be a list of at most 64, not \"recall\""),
-        ("{ kind = \"rgb-histogram\" }", "7", "`signal` must be a table, not 7"),
+        ("{ kind = \"rgb-histogram\" }", "7", "`signal` must be a table or a list that is not empty, not 7"),
         (
             "{ below = [0.5, 0.6] }",
             "{ below = [] }",

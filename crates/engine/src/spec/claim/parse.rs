@@ -8,6 +8,8 @@ use trackfail_methods::score::Metric;
 
 /// Most claims that one with `for all` stands for.
 const MAX_EXPANDED: usize = 256;
+/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
+const MAX_DEPTH: usize = 64;
 
 /// Fault of a claim.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,32 +39,10 @@ pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, Vec<Fault>> {
     Err(faults)
 }
 
-fn is_truth(e: &Expr) -> bool {
-    match e {
-        Expr::Not(_) => true,
-        Expr::Binary(op, ..) => op.is_logic() || op.is_comparison(),
-        _ => false,
-    }
+/// An expression that must be a truth value, or a number.
+fn typed(e: Expr, is_truth: bool, otherwise: &str) -> Result<Expr, String> {
+    if e.is_truth() == is_truth { Ok(e) } else { Err(otherwise.to_string()) }
 }
-
-/// Operators, those that bind tighter last; where one spelling begins with another, the longer comes first.
-pub(super) const LEVELS: [&[(&str, Op)]; 5] = [
-    &[("||", Op::Or)],
-    &[("&&", Op::And)],
-    &[
-        (">=", Op::GreaterEqual),
-        ("<=", Op::LessEqual),
-        ("==", Op::Equal),
-        ("!=", Op::NotEqual),
-        (">", Op::Greater),
-        ("<", Op::Less),
-    ],
-    &[("+", Op::Add), ("-", Op::Subtract)],
-    &[("*", Op::Multiply), ("/", Op::Divide)],
-];
-
-/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
-const MAX_DEPTH: usize = 64;
 
 struct Parser<'a> {
     text: &'a str,
@@ -76,13 +56,10 @@ struct Parser<'a> {
 impl<'a> Parser<'a> {
     fn whole(&mut self) -> Result<Expr, String> {
         let e = self.quantified()?;
-        if !self.rest.trim_start().is_empty() {
-            return Err(format!("cannot read the claim from `{}` on", self.rest.trim_start()));
+        match self.rest.trim_start() {
+            "" => typed(e, true, "a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`"),
+            rest => Err(format!("cannot read the claim from `{rest}` on")),
         }
-        if !is_truth(&e) {
-            return Err("a claim must compare something, e.g. `recall[DTEF] > recall[RAW]`".to_string());
-        }
-        Ok(e)
     }
 
     /// Keeps what is wrong with a word, which is a part of the text.
@@ -99,13 +76,27 @@ impl<'a> Parser<'a> {
     }
 
     fn take(&mut self, token: &str) -> bool {
-        match self.rest.trim_start().strip_prefix(token) {
-            Some(rest) => {
-                self.rest = rest;
-                true
-            }
-            None => false,
+        let rest = self.rest.trim_start().strip_prefix(token);
+        self.rest = rest.unwrap_or(self.rest);
+        rest.is_some()
+    }
+
+    /// The text up to a sign, which is taken with it.
+    fn up_to(&mut self, sign: char, missing: &str) -> Result<&'a str, String> {
+        let (before, rest) = self.rest.split_once(sign).ok_or(missing)?;
+        self.rest = rest;
+        Ok(before)
+    }
+
+    /// Reads a part that may hold others of its kind.
+    fn deeper(&mut self, read: fn(&mut Self) -> Result<Expr, String>) -> Result<Expr, String> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err("the claim is nested too deeply".to_string());
         }
+        let e = read(self)?;
+        self.depth -= 1;
+        Ok(e)
     }
 
     /// Reads `for all AXIS: claim` or `for all AXIS in 1, 5: claim`, or a claim without.
@@ -117,65 +108,55 @@ impl<'a> Parser<'a> {
         if !self.take("all") {
             return Err("`for` begins `for all AXIS: ...`".to_string());
         }
-        let Some((head, rest)) = self.rest.split_once(':') else {
-            return Err("a `:` is missing after `for all AXIS`".to_string());
-        };
-        self.rest = rest;
+        let head = self.up_to(':', "a `:` is missing after `for all AXIS`")?;
         let (axis, chosen) = match head.trim().split_once(" in ") {
             Some((axis, list)) => (axis.trim(), Some(numbers(list)?)),
             None => (head.trim(), None),
         };
         self.check("grid axis", axis, &self.words.axes);
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err("the claim is nested too deeply".to_string());
-        }
-        let body = self.quantified()?;
-        self.depth -= 1;
-        if !is_truth(&body) {
-            return Err("`for all` stands before a comparison".to_string());
-        }
+        let body = typed(self.deeper(Self::quantified)?, true, "`for all` stands before a comparison")?;
         // What varies with the axis is known of known words only.
         if self.unknown.is_empty() { self.for_all(axis, chosen, &body) } else { Ok(body) }
     }
 
     /// The claim for each value of the axis: those asked for, or all in the grids of the methods that it speaks of.
     fn for_all(&self, axis: &str, chosen: Option<Vec<f64>>, body: &Expr) -> Result<Expr, String> {
-        let mut references = Vec::new();
-        super::collect(body, &mut references);
+        let references = body.references();
         let free: Vec<&[f64]> = references.iter().filter_map(|r| self.varies(r, axis)).collect();
         if free.is_empty() {
             let is_given = references.iter().any(|r| r.point.iter().any(|(given, _)| given == axis));
-            return Err(match is_given {
-                true => {
-                    format!("`for all {axis}` changes nothing: the claim behind it gives `{axis}` already")
-                }
-                false => format!("nothing in the claim varies with `{axis}`"),
+            return Err(if is_given {
+                format!("`for all {axis}` changes nothing: the claim behind it gives `{axis}` already")
+            } else {
+                format!("nothing in the claim varies with `{axis}`")
             });
         }
         let mut known = free.concat();
         known.sort_by(f64::total_cmp);
         known.dedup();
-        let values = match chosen {
-            None => known,
-            Some(values) => {
-                if let Some(wrong) = values.iter().find(|v| !known.contains(v)) {
-                    let known: Vec<String> = known.iter().map(f64::to_string).collect();
-                    return Err(format!("no grid has {axis} = {wrong}; there are {}", known.join(", ")));
-                }
-                values
-            }
-        };
+        let values = chosen.unwrap_or_else(|| known.clone());
+        if let Some(wrong) = values.iter().find(|v| !known.contains(v)) {
+            let known: Vec<String> = known.iter().map(f64::to_string).collect();
+            return Err(format!("no grid has {axis} = {wrong}; there are {}", known.join(", ")));
+        }
         if values.len() * references.len() > MAX_EXPANDED {
             return Err(format!("`for all` makes more than {MAX_EXPANDED} numbers of the claim"));
         }
-        let bound = values.iter().map(|v| self.bind(body, axis, *v));
+        let bound = values.iter().map(|value| {
+            let mut bound = body.clone();
+            bound.change(&mut |r: &mut Reference| {
+                if self.varies(r, axis).is_some() {
+                    r.set(axis, *value);
+                }
+            });
+            bound
+        });
         let all = bound.reduce(|a, b| Expr::Binary(Op::And, Box::new(a), Box::new(b)));
         all.ok_or_else(|| format!("`for all {axis}` has no values"))
     }
 
     /// The values of the axis in the grid of the method, where the reference does not fix one.
-    fn varies(&self, r: &Reference, axis: &str) -> Option<&[f64]> {
+    fn varies(&self, r: &Reference, axis: &str) -> Option<&'a [f64]> {
         let Quantity::Metric(_, method) = &r.quantity else { return None };
         let is_free = r.point.iter().all(|(fixed, _)| fixed != axis);
         let grids = &self.words.grids;
@@ -183,73 +164,35 @@ impl<'a> Parser<'a> {
         Some(&grid.values)
     }
 
-    fn bind(&self, e: &Expr, axis: &str, value: f64) -> Expr {
-        let again = |e: &Expr| Box::new(self.bind(e, axis, value));
-        match e {
-            Expr::Number(v) => Expr::Number(*v),
-            Expr::Value(r) => {
-                let mut r = r.clone();
-                if self.varies(&r, axis).is_some() {
-                    r.point.push((axis.to_string(), value));
-                    r.point.sort_by(|a, b| a.0.cmp(&b.0));
-                }
-                Expr::Value(r)
-            }
-            Expr::Negate(a) => Expr::Negate(again(a)),
-            Expr::Not(a) => Expr::Not(again(a)),
-            Expr::Binary(op, a, b) => Expr::Binary(*op, again(a), again(b)),
-        }
-    }
-
-    fn binary(&mut self, level: usize) -> Result<Expr, String> {
-        let Some(operators) = LEVELS.get(level) else { return self.factor() };
-        let mut left = self.binary(level + 1)?;
-        while let Some((_, op)) = operators.iter().find(|(token, _)| self.take(token)) {
-            let right = self.binary(level + 1)?;
-            let wants_truth = op.is_logic();
-            if is_truth(&left) != wants_truth || is_truth(&right) != wants_truth {
-                return Err("`&&` and `||` join comparisons; the other signs join numbers".to_string());
-            }
-            left = Expr::Binary(*op, Box::new(left), Box::new(right));
+    /// Reads what signs join that bind at least so tight, by climbing over their levels.
+    fn binary(&mut self, tight: usize) -> Result<Expr, String> {
+        let mut left = self.deeper(Self::factor)?;
+        while let Some((_, op, level)) =
+            Op::ALL.iter().find(|(sign, _, level)| *level >= tight && self.take(sign))
+        {
+            let wrong = "`&&` and `||` join comparisons; the other signs join numbers";
+            let right = typed(self.binary(level + 1)?, op.is_logic(), wrong)?;
+            left = Expr::Binary(*op, Box::new(typed(left, op.is_logic(), wrong)?), Box::new(right));
         }
         Ok(left)
     }
 
     fn factor(&mut self) -> Result<Expr, String> {
-        self.depth += 1;
-        if self.depth > MAX_DEPTH {
-            return Err("the claim is nested too deeply".to_string());
-        }
-        let e = self.factor_inner();
-        self.depth -= 1;
-        e
-    }
-
-    fn factor_inner(&mut self) -> Result<Expr, String> {
         if self.take("(") {
             let e = self.quantified()?;
             return if self.take(")") { Ok(e) } else { Err("a `)` is missing".to_string()) };
         }
         if self.take("!") {
-            let e = self.factor()?;
-            return if is_truth(&e) {
-                Ok(Expr::Not(Box::new(e)))
-            } else {
-                Err("`!` stands before a comparison in brackets".to_string())
-            };
+            let e = self.deeper(Self::factor)?;
+            return Ok(Expr::Not(Box::new(typed(e, true, "`!` stands before a comparison in brackets")?)));
         }
         if self.take("-") {
-            let e = self.factor()?;
-            return if is_truth(&e) {
-                Err("`-` stands before a number".to_string())
-            } else {
-                Ok(Expr::Negate(Box::new(e)))
-            };
+            let e = self.deeper(Self::factor)?;
+            return Ok(Expr::Negate(Box::new(typed(e, false, "`-` stands before a number")?)));
         }
         let text = self.rest.trim_start();
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
-        let end = text.find(|c| !is_word(c)).unwrap_or(text.len());
-        let (word, rest) = text.split_at(end);
+        let (word, rest) = text.split_at(text.find(|c| !is_word(c)).unwrap_or(text.len()));
         self.rest = rest;
         if word.starts_with(|c: char| c.is_ascii_digit() || c == '.') {
             return word.parse().map(Expr::Number).map_err(|_| format!("`{word}` is not a number"));
@@ -267,10 +210,7 @@ impl<'a> Parser<'a> {
         if !self.take("[") {
             return Err(format!("`{word}` needs a method, e.g. `{word}[DTEF]`"));
         }
-        let Some((inside, rest)) = self.rest.split_once(']') else {
-            return Err("a `]` is missing".to_string());
-        };
-        self.rest = rest;
+        let inside = self.up_to(']', "a `]` is missing")?;
         self.reference(metric, inside).map(Expr::Value)
     }
 
@@ -292,14 +232,12 @@ impl<'a> Parser<'a> {
         for part in parts {
             if let Some((axis, value)) = part.split_once('=').filter(|_| metric.is_some()) {
                 self.check("grid axis", axis.trim(), &words.axes);
-                let value = value.trim().parse().map_err(|_| format!("`{part}` has no number"))?;
-                r.point.push((axis.trim().to_string(), value));
+                r.set(axis.trim(), value.trim().parse().map_err(|_| format!("`{part}` has no number"))?);
             } else {
                 self.check("tracker", part, &words.trackers);
                 r.tracker = Some(part.to_string());
             }
         }
-        r.point.sort_by(|a, b| a.0.cmp(&b.0));
         Ok(r)
     }
 }

@@ -1,24 +1,24 @@
 //! Writes the text of an experiment: what stands in its files is copied, what stands under headings of its own is put
 //! on one line.
 
-use super::{Document, Entry, entries, word};
+use super::{Entry, Item, SUITES, entries, word};
 use crate::spec::error::Source;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The text of a document whose values come from the files of `source`.
-pub(super) fn write(source: Source<'_>, document: &Document<'_>) -> String {
+/// The text of items whose values come from the files of `source`.
+pub(super) fn write(source: Source<'_>, items: &[Item<'_>]) -> String {
     let mut writer = Writer { source, text: String::new() };
-    writer.lines(&document.keys);
-    if let Some((_, suites)) = &document.suites {
-        writer.text.push_str("\n[suites]\n");
-        writer.lines(suites);
-    }
-    for item in &document.items {
-        writer.text.push('\n');
-        writer.text.push_str(source.slice(item.comment.clone()));
-        writer.text.push_str(&format!("[[{}]]\n", item.kind));
-        writer.lines(&item.entries);
+    for item in items {
+        match item.kind {
+            "" => {}
+            SUITES => writer.text.push_str("\n[suites]\n"),
+            kind => writer.text.push_str(&format!("\n{}[[{kind}]]\n", source.slice(item.comment.clone()))),
+        }
+        for entry in &item.entries {
+            writer.entry(entry);
+            writer.text.push('\n');
+        }
     }
     writer.text
 }
@@ -29,13 +29,6 @@ struct Writer<'w> {
 }
 
 impl Writer<'_> {
-    fn lines(&mut self, entries: &[Entry<'_>]) {
-        for entry in entries {
-            self.entry(entry);
-            self.text.push('\n');
-        }
-    }
-
     /// Writes `key = value`.
     fn entry(&mut self, (key, value): &Entry<'_>) {
         let place = key.span();

@@ -6,7 +6,7 @@ use crate::spec::wire;
 use serde_json::Value;
 use std::sync::Arc;
 use trackfail_core::direction::Direction;
-use trackfail_core::plugin::{Entry, ParamError};
+use trackfail_core::plugin::{Configured, Entry, ParamError};
 use trackfail_methods::detector::Detector;
 use trackfail_methods::score::{Metric, Restarts};
 
@@ -30,7 +30,7 @@ pub(super) fn train_choice(
     let build: BuildWith = Arc::new(move |value| {
         let mut params = params.clone();
         params.insert(trained.clone(), value.into());
-        Ok(fixed(entry, Arc::from(build(entry, params, programs.as_ref())?)))
+        Ok(fixed(entry, build(entry, params, programs.as_ref())?))
     });
     let grid = &train.grid;
     let listed = match (grid.from, grid.to, grid.step, &grid.values, grid.quantiles) {
@@ -82,7 +82,7 @@ pub(super) fn train_choice(
 }
 
 /// A checked detector with its kind and version.
-pub(super) fn fixed(entry: &Entry<dyn Detector>, detector: Arc<dyn Detector>) -> FixedDetector {
+pub(super) fn fixed(entry: &Entry<dyn Detector>, detector: Configured<dyn Detector>) -> FixedDetector {
     FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
 }
 

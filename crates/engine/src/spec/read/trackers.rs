@@ -6,7 +6,6 @@ use crate::spec::name::check_label;
 use crate::spec::table::Words;
 use crate::spec::{Tracker, raw_plugin, wire};
 use std::collections::BTreeSet;
-use std::sync::Arc;
 use trackfail_core::plugin;
 use trackfail_dataset::suite::Catalog;
 use trackfail_methods::tracker::TRACKERS;
@@ -81,7 +80,7 @@ fn read_tracker(at: At<'_>, wire: &wire::Tracker, known: &Known<'_>) -> Option<T
         sources: wire.sources.clone(),
         absent,
         protocol,
-        setup: protocol.over(Arc::from(setup)),
+        setup: protocol.over(setup),
     })
 }
 

@@ -183,6 +183,7 @@ fn own_thresholds_take_the_place_of_tied_ones() {
         letters(output.quality.as_ref().unwrap())
     };
     assert_eq!(run("settling = 0"), "oosioo");
+    assert_eq!(built("{ tau_1 = 3.05 }").threshold(), Some(3.05));
     assert_eq!(run("tau_2 = -1.4"), "oosooo");
     assert_eq!(run("tau_3 = -1.6"), "oossoo");
     assert_eq!(run("tau_2 = -3.5"), "oosiii");
@@ -223,33 +224,22 @@ fn the_start_and_the_floor_are_no_reference() {
     assert_eq!(checks(&output).len(), 1);
 }
 
+// By hand, tau_1, tau_2, tau_3 = 2, -2, -1: 1 to 3 is +2, 3 to 1 is -2, 2 to 1 is -1.
 #[test]
-fn parameters_are_checked() {
-    let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-    for (wrong, text) in [
-        ("long", "{ long = 0, short = 0 }"),
-        ("long", "{ long = 100001 }"),
-        ("short", "{ short = 0 }"),
-        ("short", "{ short = 26 }"),
-        ("smoothing", "{ smoothing = 0 }"),
-        ("tau_1", "{ tau_1 = 0.0 }"),
-        ("tau_1", "{ tau_1 = inf }"),
-        ("tau_1", "{ tau_1 = nan }"),
-        ("tau_2", "{ tau_2 = 0.0 }"),
-        ("tau_3", "{ tau_3 = -inf }"),
-        ("settling", "{ settling = 100001 }"),
-        ("floor", "{ floor = 0.0 }"),
-        ("accept_below", "{ accept_below = 0.0 }"),
-        ("accept_below", "{ accept_below = 1.1 }"),
-        ("accept_below", "{ accept_below = nan }"),
-        ("reverse_limit", "{ reverse_limit = 100001 }"),
-        ("locking_in_limit", "{ locking_in_limit = 0 }"),
+fn a_change_at_the_threshold_is_no_event() {
+    use Event::{LargeDecrease, LargeIncrease, SmallDecrease};
+    let all = [LargeIncrease, LargeDecrease, SmallDecrease];
+    for (from, to, expected) in [
+        (1.0, 3.0, [false, false, false]),
+        (1.0, 3.5, [true, false, false]),
+        (3.0, 1.0, [false, false, true]),
+        (3.5, 1.0, [false, true, true]),
+        (2.0, 1.0, [false, false, false]),
+        (2.5, 1.0, [false, false, true]),
     ] {
-        assert_eq!(key(text), Some(wrong), "{text}");
+        let events = built(&format!("{{ {PLAIN} }}")).events(&[from, to]).1[1];
+        assert_eq!(all.map(|event| events.contains(event)), expected, "{from} {to}");
     }
-    let text = "{ short = 1, long = 1, tau_2 = -0.1, accept_below = 1.0, reverse_limit = 0 }";
-    assert!(ENTRY.build_from_text(text).is_ok());
-    assert_eq!(ENTRY.build_from_text("{ tau_1 = 3.05 }").unwrap().threshold(), Some(3.05));
 }
 
 /// An uncertainty that stays at a level for a while, with noise.

@@ -218,3 +218,35 @@ fn thresholds(tracks: &[TrackRows<'_>], scores: &[Vec<f64>], calibration: (f64, 
         |budget: f64| (budget, by_source.values().map(|good| of_source(good, budget)).fold(0.0, f64::max));
     BUDGETS.map(of_budget).to_vec()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A track of frames that count as one each.
+    fn track(lost: &[bool]) -> TrackRows<'static> {
+        let row =
+            |lost: &bool| Row { features: Vec::new(), lost: *lost, frames: 1.0, weight: 1.0, news: 1.0 };
+        TrackRows { video: "", source: "", rows: lost.iter().map(row).collect() }
+    }
+
+    // By hand: of 200 good frames the budgets from 5 of 1000 on allow 1, 2, 4 and 10.
+    #[test]
+    fn a_budget_is_used_up_and_not_exceeded() {
+        let scores: Vec<f64> = (0..200).map(f64::from).collect();
+        let calibration = (0.1, -10.0);
+        let found = thresholds(&[track(&[false; 200])], std::slice::from_ref(&scores), calibration);
+        let reaching =
+            |threshold: f64| scores.iter().filter(|s| probability(calibration, **s) >= threshold).count();
+        let reached: Vec<usize> = found.iter().map(|(_, threshold)| reaching(*threshold)).collect();
+        assert_eq!(reached, [0, 0, 0, 0, 0, 1, 2, 4, 10]);
+    }
+
+    #[test]
+    fn scores_that_are_low_in_losses_are_worth_nothing() {
+        let scores = [vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]];
+        let slope = |lost: [bool; 6]| calibrate(&[track(&lost)], &scores).unwrap().0;
+        assert_eq!(slope([true, true, false, true, false, false]), 1e-3);
+        assert!(slope([false, false, true, false, true, true]) > 0.1);
+    }
+}

@@ -208,6 +208,17 @@ mod tests {
         assert_eq!(found, [0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0]);
     }
 
+    // By hand: 1 of 8 good frames reaches the loss, which are 125 of 1000.
+    #[test]
+    fn a_budget_that_is_used_up_is_kept() {
+        let (error, score) =
+            ([0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 1.0], [9., 0., 0., 0., 0., 0., 0., 0., 5.]);
+        let tracks = [track(&error, &score)];
+        let (losses, swept) = (Losses::new(&tracks), Sorted::new(&tracks).sweep(Rule::NoOverlap));
+        let found = [125.0, 124.0].map(|budget| losses.reached(&swept).found(budget));
+        assert_eq!(found, [Some(1.0), Some(0.0)]);
+    }
+
     // The window ends with the sixteenth frame of a loss.
     #[test]
     fn a_score_counts_up_to_the_fifteenth_frame_after_the_start() {

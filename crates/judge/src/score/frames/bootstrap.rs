@@ -224,6 +224,7 @@ mod tests {
         assert!(low < average_precision(&swept).unwrap() && average_precision(&swept).unwrap() < high);
         assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_empty());
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0]), None);
+        assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0, 3.0]), Some((1.05, 2.95)));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::calibration::expected_calibration_error;
 use super::coverage::areas;
 use super::list::{Alarms, FRAME_METRICS, Of, Scores};
 use super::nab;
-use super::range::{self, RANGE_1};
+use super::range;
 use super::sweep::Sorted;
 use super::truth::{Rule, ScoredTrack};
 use super::warning::{HORIZONS, imminent};
@@ -172,7 +172,7 @@ fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Cow<'a, [f64]>]) -> 
 
 /// Measures of scores with those of the alarms beside them.
 pub fn with_alarms(of_scores: FrameMeasures, tracks: &[ScoredTrack<'_>]) -> FrameMeasures {
-    let alarms = Alarms { range: range::score(tracks, &RANGE_1), nab: nab::score(tracks) };
+    let alarms = Alarms { range: range::score(tracks), nab: nab::score(tracks) };
     let mut measures = of_scores;
     for (metric, bounded) in FRAME_METRICS.iter().zip(&mut measures.measured) {
         if let Of::Alarms(of) = metric.of {
@@ -195,6 +195,7 @@ fn ece(tracks: &[ScoredTrack<'_>], direction: Direction) -> Option<f64> {
 pub(super) mod tests {
     use super::*;
     use serde::Deserialize;
+    use std::collections::BTreeMap;
 
     /// Values of the reference programs, made by `tests/oracles/frames.py`.
     #[derive(Deserialize)]
@@ -204,6 +205,7 @@ pub(super) mod tests {
         pub calibration: Vec<Calibration>,
         pub range: Vec<RangeCase>,
         pub nab: Vec<Nab>,
+        measures: BTreeMap<String, f64>,
     }
 
     #[derive(Deserialize)]
@@ -282,6 +284,82 @@ pub(super) mod tests {
             measures
         };
         assert_eq!(without_ece(found), without_ece(other));
+    }
+
+    /// Errors, scores and alarms of a track that is a different number by every measure; `measures` of
+    /// `tests/oracles/frames.py` has the one of `kind` 0. Other kinds have other scores.
+    fn varied(kind: u32) -> (Vec<f64>, Vec<f64>, Vec<bool>) {
+        let losses = [100_u32..140, 300..320, 450..480];
+        let is_lost = |t: &u32| losses.iter().any(|loss| loss.contains(t));
+        let error = |t: u32| match t {
+            _ if is_lost(&t) => 1.0,
+            200..210 => f64::NAN,
+            _ if t % 10 == 3 => 0.95,
+            _ if t % 10 == 7 => 0.7,
+            _ => 0.2,
+        };
+        let lower = 0.03 * f64::from(kind);
+        let peaks = [(105, 0.99 - lower), (308, 0.9 - lower), (460, 0.8 - lower)];
+        let peaks = [[(30_u32, 0.95), (60, 0.85), (230, 0.75), (250, 0.65)].as_slice(), &peaks].concat();
+        let score = |t: u32| {
+            let rise = losses.iter().find(|loss| (loss.start - 20..loss.start).contains(&t));
+            let rise = rise.map_or(0.0, |loss| 0.01 * f64::from(t + 20 - loss.start));
+            let base = match is_lost(&t) {
+                true => 0.2 + f64::from((t * 17 + kind * 7) % 23) / 46.0,
+                false => f64::from((t * 37 + kind * 29) % 101) / 404.0,
+            };
+            let peak = peaks.iter().find(|peak| peak.0 == t).map(|peak| peak.1);
+            peak.unwrap_or(base + f64::from(t) / 1_048_576.0 + rise)
+        };
+        let score: Vec<f64> = (0..600).map(score).collect();
+        let alarm = score.iter().enumerate().map(|(t, s)| *s >= 0.4 || (90..110).contains(&t)).collect();
+        ((0..600).map(error).collect(), score, alarm)
+    }
+
+    fn of_varied(kinds: &[u32], seed: Option<u64>) -> FrameMeasures {
+        let all: Vec<_> = kinds.iter().map(|kind| varied(*kind)).collect();
+        let tracks: Vec<ScoredTrack<'_>> = all
+            .iter()
+            .enumerate()
+            .map(|(sequence, (error, score, alarm))| ScoredTrack { sequence, error, score, alarm })
+            .collect();
+        let method = Method { direction: Direction::LowerIsBetter, is_probability: true };
+        measure(&tracks, None, method, seed)
+    }
+
+    // Sequences that are all the same have the same value in every sample.
+    #[test]
+    fn every_measure_has_its_own_value_and_bounds() {
+        let (found, expected) = (of_varied(&[0], None), oracle().measures);
+        assert_eq!(expected.len(), FRAME_METRICS.len());
+        let copies = of_varied(&[0; 3], Some(1));
+        for (index, metric) in FRAME_METRICS.iter().enumerate() {
+            let (value, name) = (found.value(index).unwrap(), metric.name);
+            assert!((value - expected[name]).abs() < 1e-12, "{name}: {value}, not {}", expected[name]);
+            let Some(bounds) = metric.bounds else { continue };
+            assert_eq!(bounds.names, [format!("{name}_low"), format!("{name}_high")]);
+            let (low, high) = copies.bounds(index).unwrap();
+            let value = copies.value(index).unwrap();
+            assert!(
+                (low - value).abs() < 1e-12 && (high - value).abs() < 1e-12,
+                "{name}: {low} {value} {high}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_interval_holds_its_value() {
+        let kinds: Vec<u32> = (0..12).collect();
+        let found = of_varied(&kinds, Some(1));
+        let mut names = Vec::new();
+        for metric in FRAME_METRICS.iter().filter(|metric| metric.bounds.is_some()) {
+            let of = |end: &str| found.get(&format!("{}{end}", metric.name)).unwrap();
+            let (low, value, high) = (of("_low"), of(""), of("_high"));
+            assert!(low <= value && value <= high && low < high, "{}: {low} {value} {high}", metric.name);
+            names.push(metric.name);
+        }
+        let ranked = ["auroc", "auprc", "auroc_clear", "false_alarms_at_half", "found_at_5"];
+        assert_eq!(names, [&ranked[..], &["auroc_within_5", "auroc_within_15", "auroc_within_30"]].concat());
     }
 
     // A score that rises two frames before each loss and is not high in it: it warns, and does not tell the loss.

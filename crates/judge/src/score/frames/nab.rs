@@ -94,6 +94,15 @@ mod tests {
         }
     }
 
+    // By hand: 15 % of 100 frames are 15, and those of more than 5000 frames 750.
+    #[test]
+    fn what_ends_with_the_probation_does_not_count() {
+        assert_eq!([0, 6, 7, 100, 5000, 6000].map(probation), [0, 0, 1, 15, 750, 750]);
+        let until = |end: usize| (0..100).map(|t| u8::from((10..end).contains(&t))).collect::<Vec<_>>();
+        assert_eq!(of(&until(15), &[0; 100]), (0.0, 0));
+        assert_eq!(of(&until(16), &[0; 100]), (-1.0, 1));
+    }
+
     fn normalized(lost: &[u8], alarm: &[u8]) -> f64 {
         let (error, alarm): (Vec<f64>, Vec<bool>) =
             (lost.iter().map(|l| f64::from(*l)).collect(), alarm.iter().map(|a| *a == 1).collect());

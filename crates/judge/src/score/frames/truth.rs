@@ -126,6 +126,14 @@ mod tests {
         assert_eq!(of_iou(0.0999), Some(Class::NearlyOff));
         assert_eq!((of_iou(0.1001), of_iou(0.4999)), (Some(Class::Between), Some(Class::Between)));
         assert_eq!((of_iou(0.5001), class(0.0)), (Some(Class::On), Some(Class::On)));
+        // Neighboring numbers: no error has an overlap of exactly .1 or .5.
+        for (error, nearer, farther) in
+            [(9.0_f64 / 11.0, Class::Between, Class::NearlyOff), (1.0 / 3.0, Class::On, Class::Between)]
+        {
+            let last =
+                [error.next_down(), error, error.next_up()].into_iter().rfind(|e| class(*e) == Some(nearer));
+            assert_eq!(last.and_then(|last| class(last.next_up())), Some(farther), "{error}");
+        }
         assert_eq!(class(N), None);
     }
 

@@ -1,5 +1,7 @@
 use super::*;
+use crate::detector::track_quality::Effort;
 use crate::score::chance::Chance;
+use crate::score::frames::list::FRAME_METRICS;
 use crate::score::{Counts, FrameMeasures};
 
 #[test]
@@ -56,16 +58,68 @@ fn what_is_unknown_has_no_value() {
     assert!(Metric::F_OVER_CHANCE.filled(&known).starts_with("(F - F0) / (1 - F0); F = 6 / 11; F0 = 2 * "));
 }
 
+// By hand. 7 detections in 72 frames hit a frame by chance with 7 / 72, and 8 events 56 / 72 times.
 #[test]
-fn metrics_of_frames_are_known_with_their_measures() {
+fn every_metric_reads_its_own_number() {
     let mut measures = FrameMeasures::default();
-    for (column, number) in [("auroc", 0.7), ("auroc_low", 0.6), ("auroc_high", 0.8)] {
-        measures.set(column, Some(number));
+    for (metric, k) in FRAME_METRICS.iter().zip(1..) {
+        let number = f64::from(k);
+        measures.set(metric.name, Some(number));
+        if let Some(bounds) = metric.bounds {
+            measures.set(bounds.names[0], Some(number - 0.25));
+            measures.set(bounds.names[1], Some(number + 0.5));
+        }
     }
-    let pooled = Pooled { frames: Some(measures), ..Pooled::default() };
-    for metric in METRICS.iter().filter(|m| m.source == Source::Frames) {
-        assert_eq!(metric.value(&Pooled::default()), None, "{metric:?}");
-        assert_eq!(metric.value(&pooled).is_some(), metric.name == "auroc", "{metric:?}");
-        assert_eq!(metric.interval(&pooled), (metric.name == "auroc").then_some((0.6, 0.8)), "{metric:?}");
+    let pooled = Pooled {
+        counts: Counts { tp: 3, fp: 4, fn_: 5, tn: 60 },
+        score: Some((0.5, 0.125)),
+        effort: Effort { runs: 9, frames: 90 },
+        chance: Some(Chance::after(0)),
+        delay: Some(2.5),
+        frames: Some(measures),
+    };
+    let (f, by_chance) = (6.0 / 15.0, 2.0 * (56.0 / 72.0) / 15.0);
+    let of_counts = [
+        ("precision", 3.0 / 7.0),
+        ("recall", 3.0 / 8.0),
+        ("f_score", f),
+        ("fpr", 4.0 / 64.0),
+        ("score_mean", 0.5),
+        ("score_std", 0.125),
+        ("score_mean_std", 0.5),
+        ("tp", 3.0),
+        ("fp", 4.0),
+        ("fn", 5.0),
+        ("tn", 60.0),
+        ("events", 8.0),
+        ("detections", 7.0),
+        ("accuracy", 63.0 / 72.0),
+        ("informedness", 3.0 / 8.0 - 4.0 / 64.0),
+        ("reverse_runs", 9.0),
+        ("reverse_frames", 90.0),
+        ("f_by_chance", by_chance),
+        ("f_over_chance", (f - by_chance) / (1.0 - by_chance)),
+        ("miss_rate", 5.0 / 8.0),
+        ("false_alarms_per_1000", 4000.0 / 72.0),
+        ("detections_per_1000", 7000.0 / 72.0),
+        ("events_per_1000", 8000.0 / 72.0),
+        ("delay_median", 2.5),
+    ];
+    assert_eq!(METRICS.len(), of_counts.len() + FRAME_METRICS.len());
+    for (metric, (name, expected)) in METRICS.iter().zip(of_counts) {
+        let value = metric.value(&pooled).unwrap();
+        assert!(metric.name == name && (value - expected).abs() < 1e-12, "{name}: {value}, not {expected}");
+        assert_eq!(metric.interval(&pooled), None, "{name}");
+    }
+    for ((metric, measure), k) in METRICS[of_counts.len()..].iter().zip(FRAME_METRICS).zip(1..) {
+        let number = f64::from(k);
+        assert_eq!((metric.name, metric.source), (measure.name, Source::Frames));
+        assert_eq!(
+            (metric.value(&pooled), metric.value(&Pooled::default())),
+            (Some(number), None),
+            "{metric:?}"
+        );
+        let bounds = measure.bounds.map(|_| (number - 0.25, number + 0.5));
+        assert_eq!(metric.interval(&pooled), bounds, "{metric:?}");
     }
 }

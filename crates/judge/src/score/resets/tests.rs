@@ -51,6 +51,20 @@ fn a_track_worked_by_hand() {
     assert_eq!(expected_average_overlap(&curve, 4, 9), None);
 }
 
+// By hand: half of the tracker's box is off the frame, and the other half is the target.
+#[test]
+fn a_start_never_counts_and_an_absent_target_counts_as_missed() {
+    use Status::{Absent, Initialized as Started, Tracked};
+    let regions = vec![Region::Rect(Rect::new(-10.0, 0.0, 20.0, 10.0)); 3];
+    let truth = vec![Some(square(0.0)); 3];
+    for (bounded, overlap) in [(false, 0.5), (true, 1.0)] {
+        let rules = Rules { bounded, burn_in: 0, ..RULES };
+        let measured = rules.measure(&trajectory(&regions, &[Started, Tracked, Absent], &truth));
+        assert_eq!(measured.overlaps, [0.0, overlap, 0.0]);
+        assert_eq!((measured.counts, measured.accuracy), (vec![false, true, true], Some(overlap / 2.0)));
+    }
+}
+
 #[test]
 fn a_failed_run_goes_on_with_nothing_and_a_finished_one_leaves() {
     use Status::{Failed, Initialized as Started, Tracked};

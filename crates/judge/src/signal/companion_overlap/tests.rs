@@ -1,5 +1,6 @@
 use super::*;
 use crate::image::Frame;
+use crate::plugin::Configured;
 use crate::region::Rect;
 use crate::signal::testing;
 use crate::tracker::TrackerState;
@@ -9,7 +10,7 @@ fn region(x: f64, y: f64, w: f64, h: f64) -> Region {
     Region::Rect(Rect::new(x, y, w, h))
 }
 
-fn build(text: &str) -> Result<Box<dyn Signal>, ParamError> {
+fn build(text: &str) -> Result<Configured<dyn Signal>, ParamError> {
     ENTRY.build_from_text(text)
 }
 

@@ -13,7 +13,7 @@
 
 use super::overlap;
 use crate::num::seed;
-use crate::plugin::{self, ParamError, RawParams};
+use crate::plugin::{self, ParamError, Plugin, RawParams};
 use crate::sequence::SequenceInfo;
 use crate::signal::histogram::Reference;
 use crate::signal::rgb_histogram::{self, RgbHistogram};
@@ -75,7 +75,7 @@ impl Companion {
                 "companion {kind}: a companion must follow the target in the frames"
             )));
         }
-        Ok(Self { params: params.clone(), config: Arc::from(config) })
+        Ok(Self { params: params.clone(), config: config.plugin })
     }
 
     /// The companion before its first frame.

@@ -86,6 +86,61 @@ fn a_box_without_numbers_has_no_cells_and_is_apart_from_the_watchdogs() {
     assert_eq!(session.more(), [0.0, -6.0]);
 }
 
+// By hand, with watchdogs at overlaps .25 and 0 of the tracker, and .5 of each other.
+#[test]
+fn every_value_has_its_own_number_direction_and_bounds() {
+    use Direction::{HigherIsBetter as High, LowerIsBetter as Low};
+    let seen =
+        |score, overlap, distance, x| Seen { score, overlap, distance, rect: Rect::new(x, 0.0, 10.0, 10.0) };
+    let (v2, v3) = (seen(0.5, 0.25, 2.0, 0.0), seen(0.75, 0.0, 3.0, 10.0 / 3.0));
+    let (unit, log, far) = ((0.0, 1.0), log_odds(1.0), (0.0, 3.0));
+    let of_watchdog = [
+        (WatchdogValue::Overlap, [0.25, 0.0], High, unit),
+        (WatchdogValue::Score, [0.5, 0.75], High, unit),
+        (WatchdogValue::Disagreement, [0.375, 0.75], Low, unit),
+        (WatchdogValue::Apart, [0.0, 0.75], Low, unit),
+        (WatchdogValue::Distance, [2.0, 3.0], Low, far),
+    ];
+    let of_both = [
+        (Both::Product, 0.28125, Low),
+        (Both::Least, 0.375, Low),
+        (Both::Most, 0.75, Low),
+        (Both::Overlap, 0.5, High),
+        (Both::Against, 0.1875, Low),
+        (Both::Apart, 0.25, Low),
+    ];
+    let second = Second { chosen: seen(0.5, 0.25, 2.0, 0.0), middle: 0.625, inside: 0.8, outside: 0.6 };
+    let (inside, outside) = (4.0_f64.ln(), 1.5_f64.ln());
+    let of_here = [
+        (Here::Score, 0.5, High, unit),
+        (Here::Overlap, 0.25, High, unit),
+        (Here::Disagreement, 0.375, Low, unit),
+        (Here::Apart, 0.0, Low, unit),
+        (Here::Distance, 2.0, Low, far),
+        (Here::Middle, 0.625, High, unit),
+        (Here::Inside, inside, High, (-6.0, log)),
+        (Here::Outside, outside, Low, (-6.0, log)),
+        (Here::Elsewhere, outside - inside, Low, (-8.0, 8.0)),
+    ];
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+    for (value, [of_v2, of_v3], direction, bounds) in of_watchdog {
+        assert!(near(v2.value(value), of_v2) && near(v3.value(value), of_v3), "{value:?}");
+        assert_eq!((value.direction(), value.bounds()), (direction, bounds), "{value:?}");
+    }
+    let kinds = |both: &[Both], here: &[Here]| {
+        let (v2, v3, look) = (Vec::new(), Vec::new(), Version::default());
+        Params { v2, v3, both: both.to_vec(), here: here.to_vec(), look }.kinds()
+    };
+    for (value, number, direction) in of_both {
+        assert!(near(both(&v2, &v3, value), number), "{value:?}");
+        assert_eq!(kinds(&[value], &[]), [(direction, unit)], "{value:?}");
+    }
+    for (value, number, direction, bounds) in of_here {
+        assert!(near(second.value(value), number), "{value:?}");
+        assert_eq!(kinds(&[], &[value]), [(direction, bounds)], "{value:?}");
+    }
+}
+
 #[test]
 fn values_are_named_once_and_the_first_one_gives_direction_and_bounds() {
     for (text, key) in [

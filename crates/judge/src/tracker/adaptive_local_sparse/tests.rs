@@ -113,20 +113,9 @@ fn newer_templates_go_sooner() {
 }
 
 #[test]
-fn parameters_are_checked() {
-    let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-    for (text, bad) in [
-        ("{ samples = 1 }", "samples"),
-        ("{ noise = [0, 0, 0, 0, 0, 0] }", "noise"),
-        ("{ lambda = 0 }", "lambda"),
-        ("{ tolerance = nan }", "tolerance"),
-        ("{ weight_exponent = 0 }", "weight_exponent"),
-        ("{ rounds = 0 }", "rounds"),
-        ("{ batch = 0 }", "batch"),
-        ("{ max_basis = 257 }", "max_basis"),
-    ] {
-        assert_eq!(key(text), Some(bad), "{text}");
-    }
+fn candidates_without_noise_are_refused() {
+    let refused = ENTRY.build_from_text("{ noise = [0, 0, 0, 0, 0, 0] }").err();
+    assert_eq!(refused.and_then(|e| e.key), Some("noise"));
 }
 
 proptest! {

@@ -331,31 +331,6 @@ fn the_model_follows_only_when_asked() {
     assert_eq!(last("{ model_update = 0.5, update_above = 1 }"), last("{}"));
 }
 
-#[test]
-fn parameters_have_ranges() {
-    for text in [
-        "{ particles = 1 }",
-        "{ particles = 20000 }",
-        "{ bins = [0, 8, 8] }",
-        "{ bins = [8, 8, 17] }",
-        "{ bins = [8, 8] }",
-        "{ kernel = \"gauss\" }",
-        "{ points = 0 }",
-        "{ sigma_position = -1 }",
-        "{ sigma_axes = nan }",
-        "{ sigma_orientation = 181 }",
-        "{ sigma_color = 0 }",
-        "{ resample_below = 1.5 }",
-        "{ model_update = 2 }",
-        "{ update_above = -1 }",
-        "{ initial_spread = inf }",
-        "{ minimum_axis = 0 }",
-        "{ output = \"ellipse\" }",
-    ] {
-        assert!(ENTRY.build_from_text(text).is_err(), "{text}");
-    }
-}
-
 proptest! {
     #[test]
     fn histograms_move_with_the_pixels(

@@ -29,7 +29,7 @@
 //! half of that rest stays, and its share of the mass grows with the area of the map.
 
 use super::{Peak, signed};
-use crate::plugin::{ParamError, check_ranges};
+use crate::plugin;
 use crate::tracker::{Moments, Response, TrackerState};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -51,16 +51,11 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
-    /// Checks the ranges.
-    ///
-    /// # Errors
-    /// For a number outside its range.
-    pub fn check(&self) -> Result<(), ParamError> {
-        check_ranges(&[
-            ("response.neighborhood", self.neighborhood, 0.0, 1.0),
-            ("response.threshold", self.threshold, 0.0, 10.0),
-        ])
-    }
+    /// The range of `neighborhood`, as a parameter of a tracker.
+    pub const NEIGHBORHOOD: plugin::Range = plugin::Range::within("response.neighborhood", 0.0, 1.0);
+
+    /// The range of `threshold`.
+    pub const THRESHOLD: plugin::Range = plugin::Range::within("response.threshold", 0.0, 10.0);
 }
 
 /// A response map.

@@ -96,19 +96,6 @@ fn turned_boxes_start_upright_with_their_area() {
 }
 
 #[test]
-fn refuses_parameters_out_of_range() {
-    for bad in [
-        "{ window = 0.5 }",
-        "{ lambda = 0.0 }",
-        "{ rate = -0.1 }",
-        "{ label_width = nan }",
-        "{ scales = 32 }",
-        "{ scales = 101 }",
-        "{ scale_step = 1.0 }",
-        "{ scale_label_width = 0.0 }",
-        "{ scale_area = 1.0 }",
-        "{ x = 1 }",
-    ] {
-        assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
-    }
+fn an_even_number_of_scales_is_refused() {
+    assert_eq!(ENTRY.build_from_text("{ scales = 32 }").err().and_then(|e| e.key), Some("scales"));
 }

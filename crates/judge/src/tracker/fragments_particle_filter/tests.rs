@@ -232,20 +232,3 @@ fn odd_starts_are_survived() {
         }
     }
 }
-
-#[test]
-fn parameters_have_ranges() {
-    for text in [
-        "{ particles = 1 }",
-        "{ histogram = \"hsv\" }",
-        "{ cells = 0 }",
-        "{ cells = 17 }",
-        "{ reliability_rate = 1.5 }",
-        "{ drop_below = 1 }",
-        "{ sigma_likelihood = 0 }",
-        "{ sigma_position = -1 }",
-        "{ sigma_scale = nan }",
-    ] {
-        assert!(ENTRY.build_from_text(text).is_err(), "{text}");
-    }
-}

@@ -69,15 +69,3 @@ fn a_saved_tracker_goes_on() {
         assert!(config.resume(&[]).is_none());
     }
 }
-
-#[test]
-fn parameters_are_checked() {
-    for (text, key) in [
-        ("{ version = \"v4\" }", "v4"),
-        ("{ response = { threshold = -1 } }", "response.threshold"),
-        ("{ response = { neighborhood = 2 } }", "response.neighborhood"),
-    ] {
-        let error = ENTRY.build_from_text(text).err().unwrap();
-        assert!(error.message.contains(key) || error.key == Some(key), "{text}: {}", error.message);
-    }
-}

@@ -138,15 +138,6 @@ fn the_template_follows_at_its_rate() {
 }
 
 #[test]
-fn refuses_parameters_out_of_range() {
-    for bad in
-        ["{ search = 0 }", "{ search = 9 }", "{ update_rate = -0.1 }", "{ update_rate = nan }", "{ x = 1 }"]
-    {
-        assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
-    }
-}
-
-#[test]
 fn lengths_are_smooth() {
     assert_eq!([1, 7, 12, 13, 121, 12_000, 12_001].map(smooth), [2, 8, 12, 16, 128, 12_000, 12_150]);
 }

@@ -286,24 +286,3 @@ fn odd_starts_are_survived() {
         }
     }
 }
-
-#[test]
-fn parameters_have_ranges() {
-    for text in [
-        "{ cells = 1 }",
-        "{ search_radius = 0 }",
-        "{ flat_below = -1 }",
-        "{ aggressiveness = 0 }",
-        "{ violators = 0 }",
-        "{ memory = 1 }",
-        "{ remember_every = 0 }",
-        "{ rounds = 0 }",
-        "{ learn_above = 2 }",
-        "{ shrink = 1 }",
-        "{ mask_floor = 0 }",
-        "{ color_rate = nan }",
-        "{ size_rate = -0.1 }",
-    ] {
-        assert!(ENTRY.build_from_text(text).is_err(), "{text}");
-    }
-}

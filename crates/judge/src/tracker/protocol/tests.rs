@@ -31,10 +31,6 @@ fn sequence(truth: Vec<Option<Region>>) -> Sequence {
 struct Drifting;
 
 impl TrackerConfig for Drifting {
-    fn params(&self) -> serde_json::Value {
-        serde_json::json!({})
-    }
-
     fn uses_seed(&self) -> bool {
         false
     }
@@ -53,8 +49,12 @@ impl Tracker for (Region, usize) {
     }
 }
 
+fn under(protocol: RunProtocol) -> Configured<dyn TrackerConfig> {
+    protocol.over(Configured::<dyn TrackerConfig>::new(serde_json::json!({}), Arc::new(Drifting)))
+}
+
 fn track(protocol: RunProtocol, q: &Sequence, run: u32) -> Vec<TrackerState> {
-    let config = protocol.over(Arc::new(Drifting));
+    let config = under(protocol);
     let frames = vec![Blank.render(0); q.len()];
     let region = q.truth[0].clone().unwrap_or(square(0.0));
     let context = RunContext { run, ..testing::context(q, 5) };
@@ -133,7 +133,7 @@ fn spatial_runs_start_beside() {
 
 #[test]
 fn uses_seed_and_uses_run_are_those_of_the_protocol() {
-    let with = |p: RunProtocol| p.over(Arc::new(Drifting));
+    let with = under;
     for p in RunProtocol::ALL {
         assert_eq!(RunProtocol::from_name(p.name()), Some(p));
         let config = with(p);

@@ -148,8 +148,6 @@ fn durations_and_shares_agree_with_numpy() {
 }
 
 #[test]
-fn parameters_out_of_range_are_refused() {
-    for text in ["{ tau = 0.0 }", "{ alpha = 0.5 }", "{ lengths = [5, 1] }", "{ max_components = 1 }"] {
-        assert!(ENTRY.build_from_text(text).is_err(), "{text}");
-    }
+fn lengths_that_do_not_ascend_are_refused() {
+    assert!(ENTRY.build_from_text("{ lengths = [5, 1] }").is_err());
 }

@@ -6,12 +6,16 @@ use crate::tracker::testing;
 use std::time::Duration;
 
 /// The detector of a script, bound, and the folder of the script.
-fn bound(params: &str, text: &str, change: impl Fn(&mut Program)) -> (Box<dyn Detector>, tempfile::TempDir) {
+fn bound(
+    params: &str,
+    text: &str,
+    change: impl Fn(&mut Program),
+) -> (Configured<dyn Detector>, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let mut program = testing::script(Role::Detector, folder.path(), text);
     change(&mut program);
     let mut detector = ENTRY.build_from_text(params).unwrap();
-    detector.bind(&testing::programs(&program)).unwrap();
+    Bind::bind(&mut detector, &testing::programs(&program)).unwrap();
     (detector, folder)
 }
 
@@ -72,7 +76,8 @@ fn version_files_and_seed_are_part_of_the_address() {
     let mut program = testing::script(Role::Detector, folder.path(), "");
     program.digest = vec![folder.path().join("absent.py")];
     let mut unbound = ENTRY.build_from_text(params).unwrap();
-    assert!(unbound.bind(&testing::programs(&program)).unwrap_err().message.contains("absent.py"));
+    let refused = Bind::bind(&mut unbound, &testing::programs(&program)).unwrap_err();
+    assert!(refused.message.contains("absent.py"));
     assert!(detect(unbound.as_ref(), &[]).failure.unwrap().contains("mine is not known here"));
     assert!(ENTRY.build_from_text("{ program = \"mine\", signals = 0 }").is_err());
 }

@@ -18,12 +18,16 @@ fn sequence() -> Sequence {
 }
 
 /// The signal of a script, bound, and the folder of the script.
-fn bound(params: &str, text: &str, change: impl Fn(&mut Program)) -> (Box<dyn Signal>, tempfile::TempDir) {
+fn bound(
+    params: &str,
+    text: &str,
+    change: impl Fn(&mut Program),
+) -> (Configured<dyn Signal>, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let mut program = testing::script(Role::Signal, folder.path(), text);
     change(&mut program);
     let mut signal = ENTRY.build_from_text(params).unwrap();
-    signal.bind(&testing::programs(&program)).unwrap();
+    Bind::bind(&mut signal, &testing::programs(&program)).unwrap();
     (signal, folder)
 }
 
@@ -131,7 +135,7 @@ fn parameters_say_what_it_needs_and_what_is_good() {
     let folder = tempfile::tempdir().unwrap();
     // A tracker of that name is no signal.
     let tracker = testing::script(Role::Tracker, folder.path(), "");
-    let refused = other.bind(&testing::programs(&tracker)).unwrap_err();
+    let refused = Bind::bind(&mut other, &testing::programs(&tracker)).unwrap_err();
     assert!(
         refused.message.contains("names no signal") && refused.key == Some("program"),
         "{}",

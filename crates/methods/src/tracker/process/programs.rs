@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use trackfail_core::plugin::{self, ParamError};
+use trackfail_core::plugin::{self, Configured, ParamError};
 use trackfail_dataset::text::shorten_to;
 
 /// Protocol between this program and another one.
@@ -150,11 +150,11 @@ pub trait Bind {
     ///
     /// # Errors
     /// When the program, or a file of its digest, is not there.
-    fn bind(&mut self, programs: &Programs) -> Result<(), ParamError>;
+    fn bind(plugin: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError>;
 }
 
 impl Bind for dyn Analysis {
-    fn bind(&mut self, _: &Programs) -> Result<(), ParamError> {
+    fn bind(_: &mut Configured<Self>, _: &Programs) -> Result<(), ParamError> {
         Ok(())
     }
 }

@@ -59,9 +59,9 @@ impl Script {
         self
     }
 
-    fn config(&self) -> Box<dyn TrackerConfig> {
+    fn config(&self) -> Configured<dyn TrackerConfig> {
         let mut config = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
-        config.bind(&testing::programs(&self.program)).unwrap();
+        Bind::bind(&mut config, &testing::programs(&self.program)).unwrap();
         config
     }
 
@@ -230,7 +230,7 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
     let mut other = ENTRY.build_from_text("{ program = \"mime\" }").unwrap();
     assert!(matches!(other.start(&context, &Ramp.render(0), &rect()), Err(TrackerError::Missing(_))));
     let programs = testing::programs(&script.program);
-    let refused = other.bind(&programs).unwrap_err();
+    let refused = Bind::bind(&mut other, &programs).unwrap_err();
     assert_eq!(refused.message, "plugins.toml: unknown program `mime`; did you mean `mine`?");
     assert_eq!(refused.key, Some("program"));
 }

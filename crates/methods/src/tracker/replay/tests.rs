@@ -1,5 +1,6 @@
 use super::*;
 use crate::tracker::testing;
+use trackfail_core::plugin::{RawParams, read_params};
 use trackfail_core::region::Rect;
 use trackfail_dataset::suite::Catalog;
 use trackfail_dataset::{Frames, Numbering, Sequence};
@@ -398,7 +399,7 @@ fn boxes_without_area_may_be_repeated_and_are_marked() {
     let states = repeat.read(&sequence(), 0, &roots(&root)).unwrap();
     assert_eq!((lefts(&states), states[1].status), (vec![4.0, 4.0], Status::Repeated));
     // The first version's tracks are not taken for these.
-    assert_eq!(repeat.params()["without_area"], "repeat/2");
+    assert_eq!(Replay::shown(&repeat.0)["without_area"], "repeat/2");
     let other = Sequence { name: "T".into(), ..sequence() };
     assert!(repeat.read(&other, 0, &roots(&root)).is_err());
 }

@@ -20,7 +20,10 @@ fn real_results_score_as_in_the_vot_toolkit() {
         let mut tracks = Vec::new();
         let sequences: Vec<_> = per_sequence
             .iter()
-            .map(|row| trackfail_dataset::format::vot::load(&root.join("vot2014").join(row.0), None).unwrap())
+            .map(|row| {
+                trackfail_dataset::format::vot::load(&root.join("vot2014").join(row.0), &Default::default())
+                    .unwrap()
+            })
             .collect();
         let mut states = Vec::new();
         for q in &sequences {

@@ -16,6 +16,7 @@
 mod columns;
 mod evidence;
 mod lines;
+mod notes;
 
 use super::{Base, NoBox, drop_empty_end};
 pub use columns::{Columns, ColumnsError, Role};

@@ -1,5 +1,6 @@
 //! The numbers of claims, with how far other sequences might move them.
 
+use super::judge::{Measured, Spread};
 use crate::results::{Measure, Results};
 use crate::sampling::{
     BySequence, MIN_SEQUENCES, Units, along, by_sequence, counts_of_column, mean_of_sum, metric_of_sum,
@@ -9,7 +10,7 @@ use crate::table::layout;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_engine::execute::analyse::Analysed;
-use trackfail_engine::spec::claim::{Measured, Quantity, Reference, Spread};
+use trackfail_engine::spec::claim::{Quantity, Reference};
 use trackfail_engine::spec::table::FindingName;
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{Metric, TrackerMetric};

@@ -2,9 +2,10 @@
 
 use super::{Explained, Part};
 use crate::report::sequences::counted_by;
-use crate::report::trace::{self, EventOutcome, Moment, Trace};
+use crate::report::trace::{self, Alike, EventOutcome, Moment, Trace};
 use crate::results::Results;
 use crate::table::layout::Origin;
+use std::ops::Range;
 use trackfail_engine::spec::table::Table;
 use trackfail_methods::score::Counts;
 use trackfail_methods::score::counts::Place;
@@ -178,17 +179,17 @@ fn note(trace: &Trace, moment: &Moment) -> String {
 
 /// Stretches of frames that count alike, for protocols that count every frame.
 pub fn stretches(explained: &Explained, traces: &[Trace], frame: fn(f64, bool) -> Option<Place>) -> Listing {
-    let row = |(trace, s): (&Trace, trace::Stretch)| {
-        let state = match s.lost {
+    let row = |(trace, (run, (lost, alarm, counts))): (&Trace, (Range<usize>, Alike))| {
+        let state = match lost {
             None => "not annotated",
             Some(false) => "successful",
             Some(true) => "lost",
         };
         let mut row = track(trace).to_vec();
-        row.extend([s.from, s.to].map(|t| frame_number(trace, Some(t))));
-        row.push((s.to - s.from + 1).to_string());
-        let detector = if s.alarm { "in doubt" } else { "successful" };
-        row.extend([state, detector, s.counts.map_or("", Place::name)].map(String::from));
+        row.extend([run.start, run.end - 1].map(|t| frame_number(trace, Some(t))));
+        row.push(run.len().to_string());
+        let detector = if alarm { "in doubt" } else { "successful" };
+        row.extend([state, detector, counts.map_or("", Place::name)].map(String::from));
         row
     };
     let all = traces.iter().flat_map(|trace| trace.stretches(frame).into_iter().map(move |s| (trace, s)));

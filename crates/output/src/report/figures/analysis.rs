@@ -6,7 +6,7 @@
 
 use super::lines::{Line, Look, OPERATING, capitalized, compose, distinct};
 use super::metrics::SHORT;
-use super::{DrawError, Drawing, Scope};
+use super::{DrawError, Scope, of_curves};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Marker, Range, Style, Symbol};
 use crate::results::manifest;
 use crate::table::suites::suites_note;
@@ -21,14 +21,14 @@ const BAR: f64 = 0.7;
 const MAX_MARKED: usize = 16;
 
 /// Draws the chart.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let shows = scope.given("shows", scope.params().shows.as_ref())?;
     let analyses = scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis);
     let found: Vec<(&Analysed, &Chart)> = analyses
         .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))
         .collect();
     let reason = format!("the analysis {} has no chart {} with a point here", shows.analysis, shows.part);
-    let Some((first, look)) = found.first() else { return Ok(Drawing::NoData(reason)) };
+    let Some((first, look)) = found.first() else { return Err(DrawError::NoData(reason)) };
     let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
     let of_tracker = |(k, (analysed, chart)): (usize, &(&Analysed, &Chart))| {
         OfTracker::new(&analysed.tracker, chart, scope.place(&analysed.tracker).unwrap_or(k))
@@ -50,7 +50,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
         }
         None => compose(&note, axes(Range::Auto, Range::FromZero), &by_name(&found), None, Vec::new()),
     };
-    Ok(Drawing::of_curves(figure, "", reason))
+    of_curves(figure, "", reason)
 }
 
 fn is_precision_recall(chart: &Chart) -> bool {

@@ -1,6 +1,6 @@
 //! `machine`: the conditions of a tracker that ARTE follows, drawn from its own table of transitions.
 
-use super::{DrawError, Drawing, Scope};
+use super::{DrawError, Scope};
 use crate::figure::{Axis, Figure, Form, Mark, Panel, Range};
 use trackfail_methods::detector::Condition;
 use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
@@ -9,7 +9,7 @@ use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, T
 const STATES: [Condition; 3] = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
 
 /// Draws the diagram. Transitions between the same conditions in the same direction share an arrow.
-pub(super) fn draw(_: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn draw(_: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let state = |condition: Condition| {
         let k = STATES.iter().position(|s| *s == condition).unwrap_or(0);
         let angle = std::f64::consts::TAU * k as f64 / STATES.len() as f64;
@@ -38,5 +38,5 @@ pub(super) fn draw(_: &Scope<'_>) -> Result<Drawing, DrawError> {
         rows: vec![vec![Panel { x: whole(), y: whole(), marks, ..Panel::default() }]],
         ..Figure::default()
     };
-    Ok(Drawing::Figure(Box::new(figure), String::new()))
+    Ok((figure, String::new()))
 }

@@ -1,22 +1,24 @@
-//! `sweep`, `curve` and `delay`: a metric over a grid axis, one metric over another, and how soon after an event it is found.
+//! `sweep`, `curve`, `delay` and `warning`: a metric over a grid axis, one metric over another, how soon after an event it is
+//! found, and how long before.
 
-use super::bands::{self, Bands};
 use super::lines::{Line, arrange, capitalized};
-use super::{DrawError, Drawing, Scope, published};
+use super::{DrawError, Scope, of_curves, published};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, Symbol};
 use crate::report::operating;
-use crate::report::standings::ordering_metric;
+use crate::report::standings::{Estimate, ordering_metric};
+use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{Measure, TrackSeries};
 use crate::sampling::Sampling;
 use crate::table::layout::is_anchor;
 use crate::table::number;
+use trackfail_methods::score::frames::warning::HORIZONS;
 use trackfail_methods::score::khalid2016::TOLERANCE;
-use trackfail_methods::score::{Metric, TrackScore};
+use trackfail_methods::score::{FrameMeasures, Metric, TrackScore};
 
 /// How an average precision is printed: `.26`.
 pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
 /// The line of a method that knows nothing.
-pub(super) const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
+const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
 
 /// The line of a method on a tracker with these other axes of its grid, a new one where there is none yet.
 fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) -> (usize, &'l mut Line) {
@@ -30,19 +32,18 @@ fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) 
 }
 
 /// Draws a metric over a grid axis: a curve for each tracker, method and combination of the other axes.
-pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let params = scope.params();
     let metric = *scope.given("metric", params.metric.as_ref())?;
     let x = scope.given("x", params.x_axis.as_ref())?;
     let experiment = &scope.results.experiment;
     let shown = || scope.results.measures.iter().filter(|m| params.methods.contains(&m.method));
     let ends = values(shown().flat_map(Measure::point), x);
-    let bands = Bands::new(scope.results, scope.units);
     let mut lines: Vec<Line> = Vec::new();
     for m in shown() {
         let (own, others): (Vec<_>, Vec<_>) = m.point().into_iter().partition(|(axis, _)| axis == x);
         let own = own.first().map(|(_, at)| *at);
-        let (value, bounds) = (m.value(metric).unwrap_or(f64::NAN), bands.bounds(m, metric));
+        let (value, bounds) = (m.value(metric).unwrap_or(f64::NAN), scope.bounds(m, metric));
         let (_, line) = line_of(&mut lines, m, &others);
         line.published = published::along(experiment, m, metric, x);
         line.marked |= own.is_some();
@@ -76,7 +77,7 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     }
     let has_ring = lines.iter().any(|line| line.operating.is_some());
     let remark = if has_ring { " Rings are at the published parameters." } else { "" };
-    Ok(Drawing::of_curves(figure, remark, format!("{} has no value for any {x}", metric.name())))
+    of_curves(figure, remark, format!("{} has no value for any {x}", metric.name()))
 }
 
 /// Puts a mark into all panels, behind everything else.
@@ -85,13 +86,13 @@ fn behind(figure: &mut Figure, mark: &Mark) {
 }
 
 /// The same with an entry at the end of the legend.
-pub(super) fn rule(figure: &mut Figure, mark: &Mark, entry: Entry) {
+fn rule(figure: &mut Figure, mark: &Mark, entry: Entry) {
     behind(figure, mark);
     figure.legend.push(entry);
 }
 
 /// The entry of what a method reaches that knows nothing.
-pub(super) fn chance() -> Entry {
+fn chance() -> Entry {
     Entry::new(Symbol::Line(CHANCE, None), "chance")
 }
 
@@ -137,13 +138,12 @@ fn ordered(points: &mut [At], y: Metric) {
 }
 
 /// Draws one metric over another: a curve for each tracker, method and combination of the axes after the first.
-pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let params = scope.params();
     let y = *scope.given("metric", params.metric.as_ref())?;
     let x = *scope.given("x", params.x_metric.as_ref())?;
     let (results, experiment) = (scope.results, &scope.results.experiment);
     let best_by = ordering_metric(experiment);
-    let bands = Bands::new(results, scope.units);
     let (mut lines, mut points): (Vec<Line>, Vec<Vec<At>>) = (Vec::new(), Vec::new());
     for method in &params.methods {
         let known = experiment.methods.iter().find(|m| m.name == *method);
@@ -156,7 +156,7 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
             points.resize_with(points.len().max(k + 1), Vec::new);
             points[k].push(At {
                 point: (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN)),
-                bounds: bands.bounds(m, y),
+                bounds: scope.bounds(m, y),
                 worth: m.value(best_by).unwrap_or(f64::NEG_INFINITY),
                 is_published: operated.is_some_and(|v| v.params() == m.params),
             });
@@ -206,7 +206,7 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
     if (x, y) == (Metric::FPR, Metric::RECALL) && lines.iter().any(|line| !line.points.is_empty()) {
         rule(&mut figure, &Mark::line(vec![(0.0, 0.0), (1.0, 1.0)], CHANCE), chance());
     }
-    Ok(Drawing::of_curves(figure, &remark, reason))
+    of_curves(figure, &remark, reason)
 }
 
 /// Shares begin at 0 and end at 1, or before where there is nothing near; other values at what there is.
@@ -223,9 +223,8 @@ fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
 
 /// Draws the share of events that a detection matched by a number of frames after them, one curve for each method without a
 /// grid, on every tracker that it runs on; first runs.
-pub(super) fn delay(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let (results, mut lines) = (scope.results, Vec::new());
-    let sampling = Sampling::new(&results.experiment);
     for tracker in &results.experiment.trackers {
         for method in &scope.params().methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
@@ -236,7 +235,8 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
             let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
             let scores: Vec<TrackScore> = tracks.filter_map(score).collect();
             let Some(points) = found_by(&scores) else { continue };
-            let (method, tracker, band) = (method.clone(), tracker.label.clone(), bounds(&scores, &sampling));
+            let (method, tracker, band) =
+                (method.clone(), tracker.label.clone(), bounds(&scores, &scope.units.sampling));
             lines.push(Line { method, tracker, points, band, ..Line::default() });
         }
     }
@@ -245,7 +245,7 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
         Axis::new("Share of events found", Range::Fixed(0.0, 1.0)),
     );
     let figure = arrange(&results.experiment, &scope.note, axes, &lines);
-    Ok(Drawing::of_curves(figure, "", "no method has an event to find".to_string()))
+    of_curves(figure, "", "no method has an event to find".to_string())
 }
 
 /// For every delay d in frames, from the tolerance before an event to the tolerance after it, the share of all
@@ -259,17 +259,55 @@ fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
     (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
 }
 
-/// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each.
+/// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each; NaN where there are none.
 fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
     let tolerance = TOLERANCE as i64;
     let at = |d: i64| {
-        let unit = |s: &TrackScore| {
-            let found = s.delays().filter(|delay| *delay <= d).count();
-            [found as i64, s.events.len() as i64]
-        };
-        bands::ratio(&scores.iter().map(unit).collect::<Vec<_>>(), sampling)
+        let found = |s: &TrackScore| s.delays().filter(|delay| *delay <= d).count() as i64;
+        let units: Vec<[i64; 2]> = scores.iter().map(|s| [found(s), s.events.len() as i64]).collect();
+        let share = |c: &[i64; 2]| (c[1] > 0).then(|| c[0] as f64 / c[1] as f64);
+        sampling.interval(&units, share).unwrap_or((f64::NAN, f64::NAN))
     };
     (-tolerance..=tolerance).map(at).collect()
+}
+
+/// Draws whether scores rise before a loss, as the area under the ROC curve of "a loss begins within k frames" over k. A curve for
+/// each method without a grid: on all trackers together where the experiment has them so, else on each.
+pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+    let experiment = &scope.results.experiment;
+    let trackers: Vec<&str> = match experiment.leaderboard {
+        true => vec![EVERY_TRACKER],
+        false => experiment.trackers.iter().map(|tracker| tracker.label.as_str()).collect(),
+    };
+    let lines: Vec<Line> = trackers
+        .into_iter()
+        .flat_map(|tracker| scope.params().methods.iter().map(move |method| (tracker, method)))
+        .filter_map(|(tracker, method)| {
+            let key = [tracker.to_string(), method.clone(), String::new()];
+            let points = warned(scope.results.frame_measures.get(&key)?);
+            let (points, band) = points.into_iter().unzip();
+            let (method, tracker) = (method.clone(), tracker.to_string());
+            Some(Line { method, tracker, points, band, marked: true, ..Line::default() })
+        })
+        .collect();
+    let axes =
+        (Axis::new("Frames before the loss, at most", Range::FromZero), Axis::new("AUROC", Range::Auto));
+    let mut figure = arrange(experiment, &scope.note, axes, &lines);
+    rule(&mut figure, &Mark::Level(0.5, CHANCE), chance());
+    of_curves(figure, "", "no method has a score before a loss".to_string())
+}
+
+/// A point with its bounds.
+type Bounded = ((f64, f64), (f64, f64));
+
+/// The measure of each horizon; NaN where there is none.
+fn warned(measures: &FrameMeasures) -> Vec<Bounded> {
+    let point = |horizon: usize| {
+        let estimate = Estimate::of_frames(measures, &format!("auroc_within_{horizon}"));
+        let none = (f64::NAN, f64::NAN);
+        ((horizon as f64, estimate.value.unwrap_or(f64::NAN)), estimate.bounds.unwrap_or(none))
+    };
+    HORIZONS.map(point).into()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 //! that shares of it are shares of the best tracker; both ends of the range stand in its label.
 
 use super::lines::{capitalized, distinct};
-use super::{DrawError, Drawing, Scope};
+use super::{DrawError, Scope};
 use crate::figure::{Dash, Entry, Figure, Form, Mark, Marker, Panel, Polygon, Radar, Style, Symbol};
 use crate::table::number;
 use crate::table::suites::suites_note;
@@ -23,7 +23,7 @@ const MIN_SPOKES: usize = 3;
 const OVERALL: &str = "overall";
 
 /// Draws the chart.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let shows = scope.given("shows", scope.params().shows.as_ref())?;
     let column = scope.given("column", scope.params().column.as_ref())?;
     let found: Vec<&Analysed> =
@@ -34,10 +34,9 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
         values: values(&analysed.findings, &shows.part, column),
     };
     let note = found.first().map_or_else(String::new, |first| suites_note(first));
-    Ok(match radar(&note, column, found.iter().enumerate().map(of_tracker).collect()) {
-        Some(figure) => Drawing::Figure(Box::new(figure), String::new()),
-        None => Drawing::NoData(format!("{shows} has fewer than {MIN_SPOKES} rows with `{column}` here")),
-    })
+    let few = || DrawError::NoData(format!("{shows} has fewer than {MIN_SPOKES} rows with `{column}` here"));
+    let figure = radar(&note, column, found.iter().enumerate().map(of_tracker).collect()).ok_or_else(few)?;
+    Ok((figure, String::new()))
 }
 
 /// A tracker with its values by spoke.

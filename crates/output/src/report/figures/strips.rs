@@ -2,7 +2,7 @@
 
 mod panels;
 
-use super::{DrawError, Drawing, Scope};
+use super::{DrawError, Scope};
 use crate::figure::{BoxStyle, Color, Entry, Figure, Form, Mark, Marker, Panel, Still, Symbol, box_legend};
 use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
@@ -13,13 +13,13 @@ use trackfail_methods::signal::distribution_field::{self, Displacement};
 
 /// Draws the figure: with stills and one row of panels it is laid out as Fig. 3 of Khalid, Cavallaro and Rinner (BMVC 2016),
 /// with a column a sequence as their Fig. 4, with two panels a row as their Fig. 5.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let (results, params) = (scope.results, scope.params());
     let tracker = stills::tracker(results, params.tracker.as_deref());
     let tracks: Vec<&TrackSeries> = scope.tracks.iter().filter(|t| t.tracker == tracker).collect();
     let shown = stills::chosen(results, &params.sequences, &tracks);
     if shown.is_empty() {
-        return Ok(Drawing::NoData(format!("none of its sequences is there with tracker {tracker}")));
+        return Err(DrawError::NoData(format!("none of its sequences is there with tracker {tracker}")));
     }
     let is_absent = |name: &&String| !shown.iter().any(|t| t.sequence == **name);
     let absent: Vec<&str> = params.sequences.iter().filter(is_absent).map(String::as_str).collect();
@@ -55,7 +55,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<Drawing, DrawError> {
         [] => String::new(),
         names => format!(" Not here: {}.", names.join(", ")),
     };
-    Ok(Drawing::Figure(Box::new(figure), remark))
+    Ok((figure, remark))
 }
 
 /// Legend of the marks that mean the same in every panel.

@@ -27,15 +27,10 @@ const NEEDS: [&str; 6] = [
     "the tracker's posterior",
 ];
 
-/// How many of [`NEEDS`], from the first on, most trackers have; the verdict names the best method for each.
-const MOST_HAVE: usize = 3;
-
 #[derive(Serialize)]
 struct View<'s> {
     /// The best method of the experiment of the ranks.
     best: Option<Best<'s>>,
-    /// The same with each thing that most trackers have.
-    by_need: Vec<(&'s str, Best<'s>)>,
     /// All experiments, that of the ranks first.
     experiments: &'s [Experiment<'s>],
     /// Those of them that are asked for the best method.
@@ -43,7 +38,6 @@ struct View<'s> {
     /// The best method of each of them among those that need one thing.
     answers: Vec<(&'s str, Vec<Option<Best<'s>>>)>,
     rows: Vec<Row<'s>>,
-    has_cost: bool,
 }
 
 /// A column of the page.
@@ -51,7 +45,6 @@ struct View<'s> {
 struct Experiment<'s> {
     folder: &'s str,
     summary: &'s Summary,
-    trackers: u64,
     /// Its methods, the best first.
     standings: Vec<&'s Standing>,
     /// The rank of each of them there, see [`rank_in`].
@@ -121,8 +114,7 @@ fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
         let mut standings: Vec<&Standing> = summary.standings.iter().collect();
         standings.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b))));
         let ranks = standings.iter().map(|one| rank_in(&standings, summary, one)).collect();
-        let trackers = standings.iter().map(|s| s.trackers).max().unwrap_or(0);
-        Experiment { folder, summary, trackers, standings, ranks }
+        Experiment { folder, summary, standings, ranks }
     };
     let ranked = site.reports.iter().filter(|(_, summary)| !summary.standings.is_empty());
     let mut all: Vec<Experiment<'s>> = ranked.map(experiment).collect();
@@ -196,15 +188,10 @@ pub fn render(site: &Site) -> Result<Option<String>, ReportError> {
     }
     let answer = |needs: &str| asked.iter().map(|e| best(e, Some(needs))).collect::<Vec<_>>();
     let answers = needs.into_iter().map(|needs| (needs, answer(needs)));
-    let base = asked.first();
-    let with = |needs: &&'static str| Some((*needs, best(base?, Some(needs))?));
-    let rows = rows(&experiments);
     let view = View {
-        best: base.and_then(|base| best(base, None)),
-        by_need: NEEDS[..MOST_HAVE].iter().filter_map(with).collect(),
-        has_cost: rows.iter().any(|row| !row.method.cost.is_empty()),
+        best: asked.first().and_then(|base| best(base, None)),
         answers: answers.filter(|(_, best)| best.iter().any(Option::is_some)).collect(),
-        rows,
+        rows: rows(&experiments),
         asked: &asked,
         experiments: &experiments,
     };

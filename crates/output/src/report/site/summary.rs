@@ -8,8 +8,9 @@ use crate::sampling::{Units, metric_of_sum};
 use crate::table::layout::is_anchor;
 use crate::table::{self, number::Style};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::path::Path;
-use trackfail_dataset::{DatasetError, synthetic, text};
+use trackfail_dataset::{synthetic, text};
 use trackfail_engine::spec::method::Method;
 use trackfail_engine::store;
 use trackfail_methods::analysis::Grid;
@@ -189,42 +190,19 @@ pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) 
     Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)
 }
 
-/// A summary that cannot be shown.
-#[derive(Debug, thiserror::Error)]
-pub enum SummaryError {
-    /// The report has none.
-    #[error("it has no {SUMMARY}; `trackfail report {name}` writes it")]
-    Absent {
-        /// Name of the experiment.
-        name: String,
-    },
-    /// The file is not readable or too large.
-    #[error("{SUMMARY} cannot be read")]
-    Unreadable(#[source] DatasetError),
-    /// The file is not a summary.
-    #[error("{SUMMARY} is none of this program: {0}")]
-    Foreign(#[from] serde_json::Error),
-    /// Written by a later program.
-    #[error("{SUMMARY} has format {0}; this program reads up to {FORMAT}")]
-    Format(u64),
-}
-
-/// Reads the summary at `path`, of the report of the experiment `name`.
-///
-/// # Errors
-/// See [`SummaryError`].
-pub fn read_summary(path: &Path, name: &str) -> Result<Summary, SummaryError> {
+/// Reads the summary at `path`, of the report of the experiment `name`; or why it cannot be shown.
+pub fn read_summary(path: &Path, name: &str) -> Result<Summary, String> {
     if !path.exists() {
-        return Err(SummaryError::Absent { name: name.to_string() });
+        return Err(format!("it has no {SUMMARY}; `trackfail report {name}` writes it"));
     }
-    let bytes = text::read_at_most(path, MAX_SUMMARY).map_err(SummaryError::Unreadable)?;
-    let mut value: serde_json::Value = serde_json::from_slice(&bytes)?;
-    if let Some(format) = value.get("format").and_then(serde_json::Value::as_u64)
-        && format > u64::from(FORMAT)
-    {
-        return Err(SummaryError::Format(format));
+    let foreign = |e: serde_json::Error| format!("{SUMMARY} is none of this program: {e}");
+    let bytes = text::read_at_most(path, MAX_SUMMARY).map_err(|_| format!("{SUMMARY} cannot be read"))?;
+    let mut value: Value = serde_json::from_slice(&bytes).map_err(foreign)?;
+    let format = value.get("format").and_then(Value::as_u64);
+    if let Some(later) = format.filter(|format| *format > u64::from(FORMAT)) {
+        return Err(format!("{SUMMARY} has format {later}; this program reads up to {FORMAT}"));
     }
     // Up to format 3.
     value.as_object_mut().and_then(|fields| fields.remove("best"));
-    Ok(serde_json::from_value(value)?)
+    serde_json::from_value(value).map_err(foreign)
 }

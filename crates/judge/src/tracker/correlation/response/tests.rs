@@ -127,19 +127,6 @@ fn windows_as_large_as_the_map_leave_the_whole_map() {
     assert_eq!((response.peak, response.second_peak), (100.0, 99.0));
 }
 
-#[test]
-fn options_are_checked() {
-    let check = |neighborhood, threshold| MapOptions { neighborhood, threshold }.check();
-    assert!(check(1.0, 10.0).is_ok() && check(0.0, 0.0).is_ok());
-    for (bad, key) in [
-        (check(1.1, 1.0), "response.neighborhood"),
-        (check(f64::NAN, 1.0), "response.neighborhood"),
-        (check(0.4, -0.1), "response.threshold"),
-    ] {
-        assert_eq!(bad.err().and_then(|e| e.key), Some(key));
-    }
-}
-
 /// Maps of quarters, in which sums are exact, with one highest value.
 fn maps() -> impl Strategy<Value = (usize, Vec<f32>)> {
     (3..24_usize, 3..24_usize).prop_flat_map(|(w, h)| {

@@ -57,3 +57,20 @@ fn shares_add_up_to_the_recall() {
     assert_eq!(at(5.0), Some(0.75));
     assert_eq!(found_by(&tracks[2..]), None);
 }
+
+#[test]
+fn a_horizon_without_a_measure_is_a_gap() {
+    let mut measures = FrameMeasures::default();
+    for (column, value) in [
+        ("auroc_within_5", 0.9),
+        ("auroc_within_5_low", 0.8),
+        ("auroc_within_5_high", 0.95),
+        ("auroc_within_30", 0.7),
+    ] {
+        measures.set(column, Some(value));
+    }
+    let points = warned(&measures);
+    assert_eq!(points[0], ((5.0, 0.9), (0.8, 0.95)));
+    assert!(points[1].0.1.is_nan() && points[2].1.0.is_nan());
+    assert_eq!(points[2].0, (30.0, 0.7));
+}

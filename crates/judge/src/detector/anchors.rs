@@ -1,0 +1,268 @@
+//! Anchors: detectors that do not read the signal, to compare others with.
+//!
+//! | kind | alarm in frame `t`, from 0 |
+//! |---|---|
+//! | `never` | never: recall is 0, and there is no false positive |
+//! | `always` | always: one run of alarms, which begins in the first frame |
+//! | `periodic` | when `t >= phase` and `(t - phase) mod period = 0` |
+//! | `random` | with P = `rate` in frame 0, 0 after an alarm, and `rate / (1 - rate)` after a frame without one |
+//! | `oracle` | when O\[t\] >= 1 - 1e-12: exactly while the tracker has lost the target |
+//!
+//! The score is the alarm, 1 or 0.
+//!
+//! With a period of 2 or more every alarm of `periodic` is a detection of its own, and a period of `2 r + 1` puts one
+//! within `r` frames of nearly every event: its recall shows what a tolerance of `r` frames gives for free.
+//!
+//! From the law of `random` follows P(alarm at t) = `rate` for every t, and since no two alarms touch, each is a detection
+//! of its own: the expected number of detections in n frames is exactly `n rate`. Frames drawn independently would run
+//! together and give fewer. Its draws come from its seed alone.
+//!
+//! `O` is the tracking error, Eq. 10 of Khalid, Cavallaro and Rinner (BMVC 2016): 1 where the boxes of tracker and ground
+//! truth do not touch. The paper's Eq. 11 says `O[t] = 1`; the margin allows for rounding. A frame without ground truth
+//! (NaN, or beyond the end of `O`) keeps the label of the frame before it, and a track begins without alarm.
+
+use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
+use crate::num::seed;
+use crate::plugin::{Entry, NoParams, ParamError, Plugin, Range};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+/// Smallest error that counts as 1.
+const FAILURE: f64 = 1.0 - 1e-12;
+
+pub(crate) const NEVER: Entry<dyn Detector> =
+    Entry::of::<Anchor<Constant<false>>>("never", 1, "an anchor: no alarm in any frame");
+
+pub(crate) const ALWAYS: Entry<dyn Detector> =
+    Entry::of::<Anchor<Constant<true>>>("always", 1, "an anchor: alarm in every frame");
+
+pub(crate) const PERIODIC: Entry<dyn Detector> =
+    Entry::of::<Anchor<Periodic>>("periodic", 1, "an anchor: a one-frame alarm in every period")
+        .example("{ period = 11 }")
+        .more(&["{ period = 2, phase = 1 }"]);
+
+pub(crate) const RANDOM: Entry<dyn Detector> =
+    Entry::of::<Anchor<Random>>("random", 1, "an anchor: isolated one-frame alarms at a given rate")
+        .example("{ rate = 0.04 }")
+        .more(&["{ rate = 0.5 }"]);
+
+pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Anchor<Oracle>>(
+    "oracle",
+    1,
+    "an anchor: alarm exactly while the ground truth says the target is lost",
+);
+
+/// A detector that is made of its alarms.
+struct Anchor<A>(A);
+
+/// What an anchor calls a loss.
+trait Alarms: Plugin + Send + Sync + 'static {
+    const USES_SEED: bool = false;
+    const FRAMES_TO_RECOVER: usize = 1;
+
+    fn alarms(&self, input: &Input<'_>) -> Vec<bool>;
+}
+
+impl<A: Alarms> Plugin for Anchor<A> {
+    type Params = A::Params;
+
+    const RANGES: &'static [Range] = A::RANGES;
+
+    fn make(params: A::Params) -> Result<Self, ParamError> {
+        A::make(params).map(Self)
+    }
+}
+
+impl<A: Alarms> Detector for Anchor<A> {
+    fn needs_signal(&self) -> bool {
+        false
+    }
+
+    fn uses_seed(&self) -> bool {
+        A::USES_SEED
+    }
+
+    fn frames_to_recover(&self) -> usize {
+        A::FRAMES_TO_RECOVER
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let alarm = self.0.alarms(input);
+        let score = alarm.iter().map(|&a| f64::from(u8::from(a))).collect();
+        DetectorOutput { score, alarm, ..DetectorOutput::default() }
+    }
+}
+
+struct Constant<const ALARM: bool>;
+
+impl<const ALARM: bool> Plugin for Constant<ALARM> {
+    type Params = NoParams;
+
+    fn make(_: NoParams) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl<const ALARM: bool> Alarms for Constant<ALARM> {
+    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+        vec![ALARM; input.signal.len()]
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Periodic {
+    /// Frames from one alarm to the next, at least 2.
+    period: usize,
+    /// Frame of the first alarm, less than the period.
+    #[serde(default)]
+    phase: usize,
+}
+
+impl Plugin for Periodic {
+    type Params = Self;
+
+    const RANGES: &'static [Range] = &[Range::of("period").at_least(2.0)];
+
+    fn make(params: Self) -> Result<Self, ParamError> {
+        if params.phase >= params.period {
+            return Err(ParamError::out_of_range("phase", "less than the period", params.phase));
+        }
+        Ok(params)
+    }
+}
+
+impl Alarms for Periodic {
+    const FRAMES_TO_RECOVER: usize = RECOVERY_FRAMES;
+
+    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+        (0..input.signal.len()).map(|t| t % self.period == self.phase).collect()
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Random {
+    /// Expected alarms per frame, from 0 to 0.5.
+    rate: f64,
+}
+
+impl Plugin for Random {
+    type Params = Self;
+
+    const RANGES: &'static [Range] = &[Range::within("rate", 0.0, 0.5)];
+
+    fn make(params: Self) -> Result<Self, ParamError> {
+        Ok(params)
+    }
+}
+
+impl Alarms for Random {
+    const USES_SEED: bool = true;
+    const FRAMES_TO_RECOVER: usize = RECOVERY_FRAMES;
+
+    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+        let mut rng = seed::rng(input.seed);
+        let mut chance = self.rate;
+        (0..input.signal.len())
+            .map(|_| {
+                // One draw a frame, so that a longer track begins like a shorter one.
+                let now = rng.random::<f64>() < chance;
+                chance = if now { 0.0 } else { self.rate / (1.0 - self.rate) };
+                now
+            })
+            .collect()
+    }
+}
+
+struct Oracle;
+
+impl Plugin for Oracle {
+    type Params = NoParams;
+
+    fn make(_: NoParams) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+}
+
+impl Alarms for Oracle {
+    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+        let mut label = false;
+        let errors = input.error.iter().copied().chain(std::iter::repeat(f64::NAN));
+        errors
+            .take(input.signal.len())
+            .map(|error| {
+                if !error.is_nan() {
+                    label = error >= FAILURE;
+                }
+                label
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detector::run_starts;
+
+    fn detect(entry: &Entry<dyn Detector>, text: &str, input: &Input<'_>) -> DetectorOutput {
+        entry.build_from_text(text).unwrap().detect(input)
+    }
+
+    fn blank(signal: &[f64], seed: u64) -> Input<'_> {
+        Input { signal, error: &[], seed, reverse: None, more: &[] }
+    }
+
+    fn alarms(rate: f64, seed: u64, frames: usize) -> Vec<bool> {
+        Random { rate }.alarms(&blank(&vec![0.0; frames], seed))
+    }
+
+    #[test]
+    fn periodic_alarms_by_hand() {
+        let output = detect(&PERIODIC, "{ period = 3, phase = 1 }", &blank(&[0.0; 8], 0));
+        assert_eq!(run_starts(&output.alarm), [1, 4, 7]);
+        assert_eq!(output.score, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        for text in ["{}", "{ period = 3, phase = 3 }"] {
+            assert!(PERIODIC.build_from_text(text).is_err(), "{text}");
+        }
+    }
+
+    // P(alarm) = rate in every frame. Over 200000 frames the standard deviation of the mean is below
+    // sqrt(rate / 200000), as neighbors are negatively correlated; five of them are allowed.
+    #[test]
+    fn the_rate_is_kept_and_alarms_are_isolated() {
+        for rate in [0.01, 0.1, 0.3, 0.5] {
+            let alarm = alarms(rate, 7, 200_000);
+            let count = alarm.iter().filter(|&&a| a).count();
+            assert_eq!(run_starts(&alarm).len(), count);
+            let off = count as f64 / 2e5 - rate;
+            assert!(off.abs() <= 5.0 * (rate / 2e5).sqrt(), "{rate}: off by {off}");
+        }
+    }
+
+    // The first frames of 20000 seeds: the chain starts in its stationary law.
+    #[test]
+    fn the_rate_holds_from_the_first_frame_on() {
+        for t in 0..3 {
+            let count = (0..20_000).filter(|&seed| alarms(0.3, seed, 3)[t]).count();
+            assert!((count as f64 / 2e4 - 0.3).abs() < 5.0 * (0.21_f64 / 2e4).sqrt());
+        }
+    }
+
+    #[test]
+    fn random_alarms_depend_on_the_seed() {
+        assert_ne!(alarms(0.2, 1, 500), alarms(0.2, 2, 500));
+        assert!(alarms(0.0, 1, 500).iter().all(|a| !a));
+        for text in ["{}", "{ rate = nan }"] {
+            assert!(RANDOM.build_from_text(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_oracle_follows_the_error_and_keeps_the_label_without_one() {
+        let error = [f64::NAN, 0.2, 1.0, f64::NAN, 1.0 - 1e-13, 0.999, f64::NAN, 1.0];
+        let output = detect(&ORACLE, "{}", &Input { error: &error, ..blank(&[0.0; 9], 0) });
+        assert_eq!(output.alarm, [false, false, true, true, true, false, false, true, true]);
+    }
+}

@@ -1,0 +1,71 @@
+//! The law of ranges, for every list of plugins: each end of a range is accepted, and the next number beyond it is refused.
+
+use serde_json::{Value, json};
+use std::ops::Bound;
+use trackfail_core::plugin::{Entry, ParamError, Range, RawParams};
+
+/// Checks the ranges of every entry.
+pub fn check<T: ?Sized>(list: &[Entry<T>]) {
+    for entry in list {
+        let shown = entry.build_from_text(entry.example).unwrap().params();
+        for range in entry.ranges {
+            check_range(entry, range, &shown);
+        }
+    }
+}
+
+/// The ranges of each entry in words, as pins.
+pub fn pins<T: ?Sized>(list: &[Entry<T>]) -> Vec<String> {
+    let ranges = |entry: &Entry<T>| {
+        let ranges = entry.ranges.iter().map(|range| format!("{} {}", range.key, range.rule()));
+        format!("{} {}", entry.kind, ranges.collect::<Vec<_>>().join("; "))
+    };
+    list.iter().filter(|entry| !entry.ranges.is_empty()).map(ranges).collect()
+}
+
+fn check_range<T: ?Sized>(entry: &Entry<T>, range: &Range, shown: &Value) {
+    let build = |value: Value| -> Result<(), ParamError> {
+        let mut params = shown.clone();
+        set(&mut params, range.key, value);
+        (entry.build)(RawParams::Json(&params)).map(|_| ())
+    };
+    let fraction = build(json!(1.5)).err().map(|e| e.message);
+    let is_whole = fraction.is_some_and(|message| message.contains("floating point"));
+    let number = |value: f64| if is_whole { json!(value as i64) } else { json!(value) };
+    let next_down = |value: f64| if is_whole { value - 1.0 } else { value.next_down() };
+    let next_up = |value: f64| if is_whole { value + 1.0 } else { value.next_up() };
+    // The last number within and the first one beyond.
+    let low = match range.low {
+        Bound::Included(low) => Some((low, next_down(low))),
+        Bound::Excluded(low) => Some((next_up(low), low)),
+        Bound::Unbounded => None,
+    };
+    let high = match range.high {
+        Bound::Included(high) => Some((high, next_up(high))),
+        Bound::Excluded(high) => Some((next_down(high), high)),
+        Bound::Unbounded => None,
+    };
+    for (within, beyond) in [low, high].into_iter().flatten() {
+        let label = format!("{} {}: {within} {beyond}", entry.kind, range.key);
+        // Another rule may refuse the number, such as one of two parameters together.
+        let is_fault =
+            |e: &ParamError| e.message.contains(&range.rule()) || e.message.contains("unknown field");
+        let refused = build(number(within)).err().filter(is_fault);
+        assert_eq!(refused, None, "{label}");
+        let refused = build(number(beyond)).expect_err(&label);
+        let is_no_such_number = refused.key.is_none();
+        assert!(is_no_such_number || refused.message.contains(&range.rule()), "{label}: {refused}");
+    }
+}
+
+/// Sets a parameter, or the first number of one that is a list.
+fn set(params: &mut Value, key: &str, value: Value) {
+    let (table, key) = match key.split_once('.') {
+        Some((table, key)) => (&mut params[table], key),
+        None => (params, key),
+    };
+    match table.get_mut(key) {
+        Some(Value::Array(list)) if !list.is_empty() => list[0] = value,
+        _ => table[key] = value,
+    }
+}

@@ -1,0 +1,386 @@
+//! Tests a claim with the uncertainty of its numbers.
+//!
+//! ```text
+//! comparison  a > b        d = a - b with the 95 % interval [l, u] of d over samples of the sequences
+//! holds                    every value of [l, u] satisfies it
+//! does not hold            no value of [l, u] satisfies it
+//! undecided                some do; or d = 0 between two measured numbers of which one is to be larger (a tie);
+//!                          or there are too few sequences for an interval, or too many samples without a value
+//! ```
+//!
+//! Both numbers are computed again from the same samples, so that what all methods find hard cancels out of d (a paired
+//! interval). Numbers of which the bounds alone are known are added and subtracted as if they were independent (MOVER:
+//! Zou, Donner, Statistics in Medicine 27(10), 2008), which is too wide for methods on the same sequences; numbers
+//! without either are taken as they are. A sample without a value, such as a ratio whose lower part is 0 there, might lie
+//! anywhere: where there are more of them than lie beyond a bound, 2.5 %, a comparison of order has no interval. Outcomes
+//! are joined by Kleene's logic: `&&` takes the worse one, `||` the better one, `!` turns it. The level is that of each
+//! comparison by itself; nothing corrects for their number.
+//!
+//! A missing number makes the claim untestable, never false.
+
+use super::ClaimOutcome;
+use trackfail_core::num::pooled::percentiles;
+use trackfail_engine::spec::claim::{Claim, Expr, Op, Reference};
+
+/// Level of the intervals that reports show.
+pub const LEVEL: f64 = 0.95;
+
+/// Differences this close to 0 are rounding.
+const EQUAL: f64 = 1e-12;
+
+/// A number of a claim.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// The number.
+    pub value: f64,
+    /// How far other sequences might move it.
+    pub spread: Spread,
+}
+
+/// How far other sequences of the same kind might move a number.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Spread {
+    /// Not at all, or nobody knows: it is taken as it is.
+    Exact,
+    /// Its value for each sample of the sequences, NaN where it has none; the same samples for all numbers of a claim.
+    Draws(Vec<f64>),
+    /// The bounds of its 95 % interval.
+    Bounds(f64, f64),
+    /// There are too few sequences to tell.
+    TooFew,
+}
+
+/// A comparison of a claim.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Compared {
+    /// Its left side, with the sign: `recall[DTEF] >`.
+    pub left: String,
+    /// Its right side.
+    pub right: String,
+    /// The numbers of both sides.
+    pub values: [f64; 2],
+    /// The bounds of left minus right.
+    pub bounds: Option<(f64, f64)>,
+    /// The outcome.
+    pub outcome: ClaimOutcome,
+}
+
+/// Outcome of a claim for one tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The outcome.
+    pub outcome: ClaimOutcome,
+    /// Whether the numbers as they are meet it.
+    pub is_met: bool,
+    /// Its comparisons, in the order of the claim.
+    pub compared: Vec<Compared>,
+}
+
+/// Tests a claim for one tracker, as far as the sequences can tell with intervals of a level such as [`LEVEL`]; `measured`
+/// gives the number of a reference, if there is one.
+///
+/// # Errors
+/// Why it cannot be tested.
+pub fn judge(
+    claim: &Claim,
+    tracker: &str,
+    level: f64,
+    measured: &dyn Fn(&Reference) -> Option<Measured>,
+) -> Result<Judgement, String> {
+    let bound = |r: &Reference| {
+        let mut r = r.clone();
+        r.tracker.get_or_insert_with(|| tracker.to_string());
+        measured(&r).ok_or_else(|| format!("{r} has no value"))
+    };
+    let mut compared = Vec::new();
+    let numbers = Numbers { level, of: &bound };
+    let (outcome, is_met) = truth(&claim.expression, &numbers, &mut compared)?;
+    Ok(Judgement { outcome, is_met, compared })
+}
+
+/// The numbers of a claim, and the level of their intervals.
+struct Numbers<'a> {
+    level: f64,
+    of: &'a dyn Fn(&Reference) -> Result<Measured, String>,
+}
+
+/// The outcome of a part of a claim, and whether the numbers as they are meet it.
+fn truth(
+    e: &Expr,
+    numbers: &Numbers<'_>,
+    compared: &mut Vec<Compared>,
+) -> Result<(ClaimOutcome, bool), String> {
+    let rank = |outcome: ClaimOutcome| match outcome {
+        ClaimOutcome::DoesNotHold => 0,
+        ClaimOutcome::Holds => 2,
+        _ => 1,
+    };
+    match e {
+        Expr::Not(a) => {
+            let (outcome, is_met) = truth(a, numbers, compared)?;
+            let turned = match outcome {
+                ClaimOutcome::Holds => ClaimOutcome::DoesNotHold,
+                ClaimOutcome::DoesNotHold => ClaimOutcome::Holds,
+                other => other,
+            };
+            Ok((turned, !is_met))
+        }
+        Expr::Binary(op, a, b) if op.is_logic() => {
+            let ((a, a_is_met), (b, b_is_met)) = (truth(a, numbers, compared)?, truth(b, numbers, compared)?);
+            Ok(match op {
+                Op::And => (if rank(a) <= rank(b) { a } else { b }, a_is_met && b_is_met),
+                _ => (if rank(a) >= rank(b) { a } else { b }, a_is_met || b_is_met),
+            })
+        }
+        Expr::Binary(op, a, b) => {
+            let found = compare(*op, (a, b), numbers)?;
+            let outcome = (found.outcome, is_true(*op, found.values[0], found.values[1]));
+            compared.push(found);
+            Ok(outcome)
+        }
+        _ => Err("a claim must compare something".to_string()),
+    }
+}
+
+fn is_true(op: Op, a: f64, b: f64) -> bool {
+    match op {
+        Op::GreaterEqual => a >= b,
+        Op::LessEqual => a <= b,
+        Op::Greater => a > b,
+        Op::Less => a < b,
+        Op::Equal => a == b,
+        _ => a != b,
+    }
+}
+
+fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Compared, String> {
+    let (left, right) = (number(a, numbers)?, number(b, numbers)?);
+    let difference = combine(Op::Subtract, (&left, &right), numbers.level)?;
+    let is_order = !matches!(op, Op::Equal | Op::NotEqual);
+    let bounds = bounds(&difference, numbers.level, is_order);
+    let zeroed = |d: f64| if d.abs() < EQUAL { 0.0 } else { d };
+    let is_tie = is_order && a != b && measures(a) && measures(b) && zeroed(difference.value) == 0.0;
+    let outcome = match bounds.map(|(low, high)| (zeroed(low), zeroed(high))) {
+        _ if is_tie => ClaimOutcome::Undecided,
+        None => ClaimOutcome::Undecided,
+        // Where 0 lies within, equal and different are both possible.
+        Some((low, high)) if !is_order && low < 0.0 && high > 0.0 => ClaimOutcome::Undecided,
+        Some((low, high)) => match (is_true(op, low, 0.0), is_true(op, high, 0.0)) {
+            (true, true) => ClaimOutcome::Holds,
+            (false, false) => ClaimOutcome::DoesNotHold,
+            _ => ClaimOutcome::Undecided,
+        },
+    };
+    let (left_side, right_side) = (format!("{a} {}", op.sign()), b.to_string());
+    Ok(Compared { left: left_side, right: right_side, values: [left.value, right.value], bounds, outcome })
+}
+
+/// Whether a side of a comparison has a number that was measured.
+fn measures(e: &Expr) -> bool {
+    !e.references().is_empty()
+}
+
+fn number(e: &Expr, numbers: &Numbers<'_>) -> Result<Measured, String> {
+    match e {
+        Expr::Number(value) => Ok(Measured { value: *value, spread: Spread::Exact }),
+        Expr::Value(r) => (numbers.of)(r),
+        Expr::Negate(a) => {
+            let zero = Measured { value: 0.0, spread: Spread::Exact };
+            combine(Op::Subtract, (&zero, &number(a, numbers)?), numbers.level)
+        }
+        Expr::Binary(op, a, b) => combine(*op, (&number(a, numbers)?, &number(b, numbers)?), numbers.level),
+        Expr::Not(_) => Err("a comparison cannot be used as a number".to_string()),
+    }
+}
+
+fn combine(op: Op, (a, b): (&Measured, &Measured), level: f64) -> Result<Measured, String> {
+    let of = |a: f64, b: f64| match op {
+        Op::Add => a + b,
+        Op::Subtract => a - b,
+        Op::Multiply => a * b,
+        _ => a / b,
+    };
+    if op == Op::Divide && b.value == 0.0 {
+        return Err("a division by 0".to_string());
+    }
+    // A sample without a finite value has none: a ratio whose lower part is 0 there.
+    let drawn = |a: f64, b: f64| Some(of(a, b)).filter(|v| v.is_finite()).unwrap_or(f64::NAN);
+    let spread = match (&a.spread, &b.spread) {
+        (Spread::TooFew, _) | (_, Spread::TooFew) => Spread::TooFew,
+        (Spread::Exact, Spread::Exact) => Spread::Exact,
+        (Spread::Draws(x), Spread::Draws(y)) => {
+            Spread::Draws(x.iter().zip(y).map(|(x, y)| drawn(*x, *y)).collect())
+        }
+        (Spread::Draws(x), Spread::Exact) => Spread::Draws(x.iter().map(|x| drawn(*x, b.value)).collect()),
+        (Spread::Exact, Spread::Draws(y)) => Spread::Draws(y.iter().map(|y| drawn(a.value, *y)).collect()),
+        _ => match (bounds(a, level, true), bounds(b, level, true)) {
+            (Some(x), Some(y)) => together(op, (a.value, x), (b.value, y), of),
+            _ => Spread::TooFew,
+        },
+    };
+    Ok(Measured { value: of(a.value, b.value), spread })
+}
+
+/// The bounds of two numbers of which no more than the bounds are known.
+fn together(
+    op: Op,
+    (a, x): (f64, (f64, f64)),
+    (b, y): (f64, (f64, f64)),
+    of: impl Fn(f64, f64) -> f64,
+) -> Spread {
+    let value = of(a, b);
+    match op {
+        Op::Add => Spread::Bounds(value - (a - x.0).hypot(b - y.0), value + (x.1 - a).hypot(y.1 - b)),
+        Op::Subtract => Spread::Bounds(value - (a - x.0).hypot(y.1 - b), value + (x.1 - a).hypot(b - y.0)),
+        _ => {
+            let corners = [of(x.0, y.0), of(x.0, y.1), of(x.1, y.0), of(x.1, y.1)];
+            let fold = |f: fn(f64, f64) -> f64| corners.into_iter().fold(value, f);
+            Spread::Bounds(fold(f64::min), fold(f64::max))
+        }
+    }
+}
+
+/// The bounds of a number. Samples without a value are left out; too many of them leave none where the `order` of two
+/// numbers is asked for, while equality, such as that of an anchor with 1, is a matter of the samples that have a value.
+/// Bounds that are known alone stay as they are, whatever the level.
+fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
+    match &m.spread {
+        Spread::Exact => Some((m.value, m.value)),
+        Spread::Draws(draws) => {
+            let missing = draws.iter().filter(|draw| draw.is_nan()).count();
+            let beyond = (1.0 - LEVEL) / 2.0 * draws.len() as f64;
+            let is_known = !order || missing as f64 <= beyond;
+            is_known.then(|| percentiles(draws.clone(), draws.len(), level)).flatten()
+        }
+        Spread::Bounds(low, high) => Some((*low, *high)),
+        Spread::TooFew => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ClaimOutcome::{DoesNotHold, Holds, Undecided};
+    use trackfail_engine::spec::claim::Quantity;
+    use trackfail_engine::spec::read::parse;
+
+    /// A claim about published methods, one method with a grid, two trackers and an analysis.
+    fn claim(holds: &str) -> Claim {
+        let text = format!(
+            "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n\
+             suites = {{ test = \"synthetic-otb\", train = \"synthetic-vot\" }}\n\
+             tracker = [{{ name = \"ncc\" }}, {{ name = \"kcf\", label = \"Struck\" }}]\n\
+             method = [{{ name = \"DTEF\" }}, {{ name = \"RAW\" }}, {{ name = \"G\", signal = {{ kind = \"rgb-histogram\" }}, \
+             detector = {{ kind = \"level\" }}, grid = {{ below = [0.1, 0.5] }} }}]\n\
+             claim = [{{ text = \"a\", holds = \"{holds}\" }}]\n"
+        );
+        parse("a.toml", &text).unwrap_or_else(|e| panic!("{e}")).claims.remove(0)
+    }
+
+    /// The subject of a number: a method or a finding.
+    fn subject(r: &Reference) -> String {
+        match &r.quantity {
+            Quantity::Metric(metric, method) if metric.name() == "recall" => method.clone(),
+            Quantity::Metric(..) => String::new(),
+            Quantity::Finding(made) => made.to_string(),
+        }
+    }
+
+    /// Whether numbers that are taken as they are meet a claim.
+    fn met(holds: &str) -> Result<bool, String> {
+        let value = |r: &Reference| match (subject(r).as_str(), r.tracker.as_deref()) {
+            ("DTEF", Some("ncc")) => Some(0.7),
+            ("RAW", Some("ncc")) => Some(0.4),
+            ("G", Some("Struck")) if r.point == [("below".to_string(), 0.5)] => Some(0.9),
+            _ => None,
+        };
+        let exact = |r: &Reference| Some(Measured { value: value(r)?, spread: Spread::Exact });
+        judge(&claim(holds), "ncc", LEVEL, &exact).map(|judgement| judgement.is_met)
+    }
+
+    #[test]
+    fn numbers_as_they_are_meet_a_claim_or_not() {
+        assert_eq!(met("recall[DTEF] > recall[RAW] && recall[RAW] == 0.4"), Ok(true));
+        assert_eq!(met("recall[DTEF] - recall[RAW] * 2 < 0"), Ok(true));
+        assert_eq!(met("(recall[DTEF] - recall[RAW]) * 2 < 0"), Ok(false));
+        assert_eq!(met("1 > 2 || 1 < 2 && 3 != 3"), Ok(false));
+        assert_eq!(met("!(1 > 2)"), Ok(true));
+        assert_eq!(met("recall[DTEF] >= recall[DTEF] && 2 <= 2"), Ok(true));
+        assert_eq!(met("recall[G, below=0.5, Struck] >= -.5 + 1.4"), Ok(true));
+    }
+
+    #[test]
+    fn a_missing_number_is_untestable() {
+        assert_eq!(met("precision[RAW] > 0"), Err("precision[RAW, ncc] has no value".to_string()));
+        assert_eq!(met("1 / (recall[RAW] - 0.4) > 0"), Err("a division by 0".to_string()));
+    }
+
+    /// The outcome for draws of recall[DTEF] and recall[RAW] that are paired.
+    fn tested(text: &str, dtef: &[f64], raw: &[f64]) -> Result<ClaimOutcome, String> {
+        let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
+        let measured = |r: &Reference| match &r.quantity {
+            Quantity::Metric(_, m) if m == "DTEF" => Some((dtef, mean(dtef))),
+            Quantity::Metric(_, m) if m == "RAW" => Some((raw, mean(raw))),
+            _ => None,
+        };
+        let of = |(draws, value): (&[f64], f64)| Measured { value, spread: Spread::Draws(draws.to_vec()) };
+        judge(&claim(text), "ncc", LEVEL, &|r| measured(r).map(of)).map(|judgement| judgement.outcome)
+    }
+
+    fn judged(text: &str, dtef: &[f64], raw: &[f64]) -> ClaimOutcome {
+        tested(text, dtef, raw).unwrap()
+    }
+
+    #[test]
+    fn verdicts_know_uncertainty_by_hand() {
+        // Both move together: their difference is .1 to .2 in all samples although their ranges overlap.
+        let (a, b) = ([0.3, 0.5, 0.8, 0.9], [0.2, 0.3, 0.7, 0.7]);
+        assert_eq!(judged("recall[DTEF] > recall[RAW]", &a, &b), Holds);
+        assert_eq!(judged("recall[DTEF] <= recall[RAW]", &a, &b), DoesNotHold);
+        assert_eq!(judged("recall[DTEF] - 0.15 > recall[RAW]", &a, &b), Undecided);
+        assert_eq!(judged("!(recall[RAW] > recall[DTEF])", &a, &b), Holds);
+        // By Kleene's logic an undecided part decides nothing.
+        let (holds, open) = ("recall[DTEF] > recall[RAW]", "recall[DTEF] - 0.15 > recall[RAW]");
+        assert_eq!(judged(&format!("{holds} && {open}"), &a, &b), Undecided);
+        assert_eq!(judged(&format!("{holds} || {open}"), &a, &b), Holds);
+        assert_eq!(judged(&format!("{open} && recall[RAW] > 0.9"), &a, &b), DoesNotHold);
+        // Ties are undecided between measured numbers, not against a constant or of a number with itself.
+        assert_eq!(judged("recall[DTEF] >= recall[RAW]", &a, &a), Undecided);
+        assert_eq!(judged("recall[DTEF] >= recall[DTEF]", &a, &a), Holds);
+        assert_eq!(judged("recall[DTEF] == 1", &[1.0; 4], &a), Holds);
+        assert_eq!(judged("recall[DTEF] == 1", &[1.0, 1.0, 1.0, 0.5], &a), Undecided);
+        assert_eq!(judged("recall[DTEF] == 1", &a, &a), DoesNotHold);
+        assert_eq!(judged("recall[DTEF] != 1", &a, &a), Holds);
+        // A sample without a value might lie anywhere: as few as lie beyond a bound are left out, more leave no interval.
+        let missing = |n: usize| [vec![f64::NAN; n], vec![0.5; 80 - n]].concat();
+        assert_eq!(judged("recall[DTEF] > 0", &missing(2), &[0.1; 80]), Holds);
+        assert_eq!(judged("recall[DTEF] > 0", &missing(3), &[0.1; 80]), Undecided);
+        assert!(tested("recall[DTEF] > recall[G]", &a, &a).is_err());
+        // Equality is a matter of the samples that have a value.
+        let ones = [vec![f64::NAN; 9], vec![1.0; 71]].concat();
+        assert_eq!(judged("recall[DTEF] == 1", &ones, &[0.1; 80]), Holds);
+        // So are samples whose ratio has no value.
+        let raw = [vec![0.0; 2], vec![0.3; 78]].concat();
+        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &[0.5; 80], &raw), Holds);
+        let raw = [vec![0.0; 3], vec![0.3; 77]].concat();
+        assert_eq!(judged("recall[DTEF] / recall[RAW] > 1", &[0.5; 80], &raw), Undecided);
+    }
+
+    #[test]
+    fn bounds_without_samples_are_combined_as_if_independent() {
+        let of = |r: &Reference| {
+            let dtef = matches!(&r.quantity, Quantity::Metric(_, m) if m == "DTEF");
+            let (value, low, high) = if dtef { (0.9, 0.86, 0.93) } else { (0.8, 0.77, 0.83) };
+            Some(Measured { value, spread: Spread::Bounds(low, high) })
+        };
+        let judgement = judge(&claim("recall[DTEF] > recall[RAW]"), "ncc", LEVEL, &of).unwrap();
+        // .1 - sqrt(.04^2 + .03^2) and .1 + sqrt(.03^2 + .03^2).
+        let (low, high) = judgement.compared[0].bounds.unwrap();
+        assert!((low - 0.05).abs() < 1e-12 && (high - (0.1 + 0.0018_f64.sqrt())).abs() < 1e-12);
+        assert_eq!(judgement.outcome, Holds);
+        assert_eq!(
+            (judgement.compared[0].left.as_str(), judgement.compared[0].right.as_str()),
+            ("recall[DTEF] >", "recall[RAW]")
+        );
+    }
+}
