@@ -1,13 +1,14 @@
 //! The metrics of tables, one entry each: name, heading, direction, unit, formula and function.
 //!
-//! Experiment files, tables, `explain`, pages and the docs (`docs/metrics.md`, see [`super::metrics_page`]) are made
-//! from [`METRICS`]. A new metric is one entry there, or in the list of [measures of frames](super::frames::list), and nothing else. The associated constants are handles for code
-//! that asks for a certain metric; a name that is not in the list does not compile.
+//! Experiment files, tables, `explain`, pages and the tables of `docs/metrics.md` are made from [`METRICS`]. A new
+//! metric is one entry there, or in the list of [measures of frames](super::frames::list), and nothing else. The
+//! associated constants are handles for code that asks for a certain metric; an unknown name does not compile.
 
 mod list;
 
 pub use list::METRICS;
 
+use super::counts::Counts;
 use super::pooled::Pooled;
 use crate::direction::Direction;
 use crate::plugin::{suggest, unknown};
@@ -22,17 +23,20 @@ pub struct Metric {
     kind: Kind,
     source: Source,
     formula: &'static str,
-    filled: fn(&Pooled) -> String,
     value: Value,
 }
 
 /// Where a metric's value comes from.
 #[derive(Clone, Copy)]
-enum Value {
+pub(super) enum Value {
+    /// A function of the counts. The formula has their names, or none of them.
+    Counts(fn(&Counts) -> Option<f64>),
     /// A function of the pooled numbers.
     Pooled(fn(&Pooled) -> Option<f64>),
-    /// The measure of frames of this index in their list.
-    Frames(usize),
+    /// The same, and what to say behind the formula.
+    Noted(fn(&Pooled) -> Option<f64>, fn(&Pooled) -> String),
+    /// The measure of frames that has the metric's name.
+    Frames,
 }
 
 /// How the values of a metric are shown.
@@ -91,28 +95,43 @@ impl Metric {
     pub const SCORE_MEAN: Self = named("score_mean");
     /// Standard deviation of the normalized scores.
     pub const SCORE_STD: Self = named("score_std");
-    /// True positives.
-    pub const TP: Self = named("tp");
     /// False positives.
     pub const FP: Self = named("fp");
-    /// False negatives.
-    pub const FN: Self = named("fn");
-    /// True negatives.
-    pub const TN: Self = named("tn");
-    /// Ground-truth events.
-    pub const EVENTS: Self = named("events");
-    /// Detections.
-    pub const DETECTIONS: Self = named("detections");
     /// Recall minus FPR.
     pub const INFORMEDNESS: Self = named("informedness");
     /// Runs backwards in time.
     pub const REVERSE_RUNS: Self = named("reverse_runs");
-    /// Frames of all runs backwards.
-    pub const REVERSE_FRAMES: Self = named("reverse_frames");
     /// F beyond that of random detections.
     pub const F_OVER_CHANCE: Self = named("f_over_chance");
     /// Median delay of matched detections, in frames.
     pub const DELAY_MEDIAN: Self = named("delay_median");
+
+    /// A metric without unit.
+    pub(super) const fn new(
+        name: &'static str,
+        heading: &'static str,
+        direction: Direction,
+        (kind, source): (Kind, Source),
+        value: Value,
+    ) -> Self {
+        Self { name, heading, direction, unit: "", kind, source, formula: "", value }
+    }
+
+    pub(super) const fn with_unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    pub(super) const fn with_formula(self, formula: &'static str) -> Self {
+        Self { formula, ..self }
+    }
+
+    pub(super) const fn with_direction(self, direction: Direction) -> Self {
+        Self { direction, ..self }
+    }
+
+    const fn shown_as(self, kind: Kind) -> Self {
+        Self { kind, ..self }
+    }
 
     /// The metric of a name as experiment files use it.
     pub fn from_name(name: &str) -> Option<Self> {
@@ -177,15 +196,24 @@ impl Metric {
 
     /// The formula with the counts of a pooled number filled in.
     pub fn filled(self, pooled: &Pooled) -> String {
-        format!("{}{}", self.formula, (self.filled)(pooled))
+        let formula = self.formula;
+        match self.value {
+            Value::Counts(_) => match in_numbers(formula, &pooled.counts) {
+                same if same == formula => same,
+                numbers => format!("{formula} = {numbers}"),
+            },
+            Value::Noted(_, note) => format!("{formula}{}", note(pooled)),
+            Value::Pooled(_) | Value::Frames => formula.to_string(),
+        }
     }
 
     /// Its value; `None` where a denominator is 0 or what it needs is unknown. [`Kind::MeanAndDeviation`] gives the
     /// mean.
     pub fn value(self, pooled: &Pooled) -> Option<f64> {
         match self.value {
-            Value::Pooled(value) => value(pooled),
-            Value::Frames(index) => pooled.frames?.value(index),
+            Value::Counts(of) => of(&pooled.counts),
+            Value::Pooled(of) | Value::Noted(of, _) => of(pooled),
+            Value::Frames => pooled.frames?.get(self.name),
         }
     }
 
@@ -201,10 +229,7 @@ impl Metric {
 
     /// Bounds of its interval over sequences, for those of [`Source::Frames`] that have one.
     pub fn interval(self, pooled: &Pooled) -> Option<(f64, f64)> {
-        match self.value {
-            Value::Pooled(_) => None,
-            Value::Frames(index) => pooled.frames?.bounds(index),
-        }
+        pooled.frames?.bounds(self.name)
     }
 
     /// Whether it is a count, shown without decimals.
@@ -213,24 +238,29 @@ impl Metric {
     }
 }
 
-/// The metric of a name, at compile time.
+/// A formula with the counts in place of their names: `6 / (6 + 4 + 5)` for `2 TP / (2 TP + FP + FN)`.
+fn in_numbers(formula: &str, counts: &Counts) -> String {
+    let Counts { tp, fp, fn_, tn } = *counts;
+    let numbers = [("2 TP", 2 * tp), ("TP", tp), ("FP", fp), ("FN", fn_), ("TN", tn)];
+    let fill = |text: String, (name, number): (&str, u64)| text.replace(name, &number.to_string());
+    numbers.into_iter().fold(formula.replace("1000 ", "1000 * "), fill)
+}
+
+/// The metric of a name, at compile time: an index beyond the list does not compile.
 const fn named(name: &str) -> Metric {
     let mut k = 0;
-    while k < METRICS.len() {
-        if equal(METRICS[k].name.as_bytes(), name.as_bytes()) {
-            return METRICS[k];
-        }
+    while !equal(METRICS[k].name.as_bytes(), name.as_bytes()) {
         k += 1;
     }
-    panic!("no metric has this name")
+    METRICS[k]
 }
 
 const fn equal(a: &[u8], b: &[u8]) -> bool {
-    let mut k = 0;
-    while k < a.len() && k < b.len() && a[k] == b[k] {
-        k += 1;
+    match (a, b) {
+        ([], []) => true,
+        ([x, a @ ..], [y, b @ ..]) => *x == *y && equal(a, b),
+        _ => false,
     }
-    k == a.len() && k == b.len()
 }
 
 #[cfg(test)]

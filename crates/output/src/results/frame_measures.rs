@@ -28,15 +28,16 @@ pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
         integer("lost_frames", "Frames without overlap").unit("frames").empty(NOT_KNOWN),
         integer("losses", "Ranges of lost frames after a frame that is not lost").empty(NOT_KNOWN),
     ];
-    for metric in FRAME_METRICS {
-        let [low, high] = metric.bounds.map_or([""; 2], |bounds| bounds.names);
-        let all = [
-            real(metric.name, metric.meaning).empty(NOT_KNOWN),
-            real(low, "Lower bound of the measure before it").empty(NO_INTERVAL),
-            real(high, "Upper bound of the same").empty(NO_INTERVAL),
-        ];
-        let there = all.iter().filter(|column| !column.name.is_empty());
-        columns.extend(there.map(|column| Column { unit: metric.unit, recent: metric.is_recent, ..*column }));
+    for measure in FRAME_METRICS {
+        let name = measure.metric.name();
+        let bound = |end: &str, meaning| real(format!("{name}_{end}").leak(), meaning).empty(NO_INTERVAL);
+        let mut all = vec![real(name, measure.meaning).empty(NOT_KNOWN)];
+        if measure.bounds.is_some() {
+            all.push(bound("low", "Lower bound of the measure before it"));
+            all.push(bound("high", "Upper bound of the same"));
+        }
+        let (unit, recent) = (measure.metric.unit(), measure.is_recent);
+        columns.extend(all.into_iter().map(|column| Column { unit, recent, ..column }));
     }
     columns
 });

@@ -4,7 +4,7 @@ use super::alarms::Losses;
 use super::bootstrap::Samples;
 use super::calibration::expected_calibration_error;
 use super::coverage::areas;
-use super::list::{Alarms, FRAME_METRICS, Of, Scores};
+use super::list::{Alarms, FRAME_METRICS, FrameMetric, Of, Scores};
 use super::nab;
 use super::range;
 use super::sweep::Sorted;
@@ -22,33 +22,15 @@ pub struct FrameMeasures {
     pub lost_frames: Option<f64>,
     /// Ranges of lost frames that follow a frame that was not lost.
     pub losses: Option<f64>,
-    /// The value of each measure of the list, and the bounds of its interval.
-    measured: [Bounded; FRAME_METRICS.len()],
-}
-
-/// A value with the bounds of its interval.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Bounded {
-    value: Option<f64>,
-    low: Option<f64>,
-    high: Option<f64>,
+    /// The value of each measure of the list, and the lower and the upper bound of its interval.
+    measured: [[Option<f64>; 3]; FRAME_METRICS.len()],
 }
 
 impl FrameMeasures {
-    /// The value of the measure of this index in the list.
-    pub fn value(&self, index: usize) -> Option<f64> {
-        self.measured.get(index)?.value
-    }
-
-    /// The bounds of the measure of this index in the list.
-    pub fn bounds(&self, index: usize) -> Option<(f64, f64)> {
-        let Bounded { low, high, .. } = self.measured.get(index)?;
-        low.zip(*high)
-    }
-
     /// A number by the name of its column: a measure, or a bound of one.
     pub fn get(&self, column: &str) -> Option<f64> {
-        *self.clone().field(column)?
+        let mut copy = *self;
+        *copy.field(column)?
     }
 
     /// Sets a number by the name of its column; a name that is none changes nothing.
@@ -58,22 +40,27 @@ impl FrameMeasures {
         }
     }
 
+    /// The bounds of the measure of this name.
+    pub fn bounds(&self, name: &str) -> Option<(f64, f64)> {
+        let index = FRAME_METRICS.iter().position(|measure| measure.metric.name() == name)?;
+        let [_, low, high] = self.measured[index];
+        low.zip(high)
+    }
+
     fn field(&mut self, column: &str) -> Option<&mut Option<f64>> {
+        let (name, place) = match column.rsplit_once('_') {
+            Some((name, "low")) => (name, 1),
+            Some((name, "high")) => (name, 2),
+            _ => (column, 0),
+        };
+        let is_of =
+            |measure: &FrameMetric| measure.metric.name() == name && (place == 0 || measure.bounds.is_some());
         match column {
-            "good_frames" => return Some(&mut self.good_frames),
-            "lost_frames" => return Some(&mut self.lost_frames),
-            "losses" => return Some(&mut self.losses),
-            _ => {}
+            "good_frames" => Some(&mut self.good_frames),
+            "lost_frames" => Some(&mut self.lost_frames),
+            "losses" => Some(&mut self.losses),
+            _ => Some(&mut self.measured[FRAME_METRICS.iter().position(is_of)?][place]),
         }
-        FRAME_METRICS.iter().zip(&mut self.measured).find_map(|(metric, bounded)| {
-            let [low, high] = metric.bounds.map_or([""; 2], |bounds| bounds.names);
-            match column {
-                name if name == metric.name => Some(&mut bounded.value),
-                name if name == low => Some(&mut bounded.low),
-                name if name == high => Some(&mut bounded.high),
-                _ => None,
-            }
-        })
     }
 }
 
@@ -146,13 +133,12 @@ pub fn of_scores(
         losses: Some(losses.count() as f64),
         ..FrameMeasures::default()
     };
-    for (metric, bounded) in FRAME_METRICS.iter().zip(&mut measures.measured) {
-        if let Of::Scores(of) = metric.of {
-            bounded.value = of(&scores);
+    for (measure, [value, low, high]) in FRAME_METRICS.iter().zip(&mut measures.measured) {
+        if let Of::Scores(of) = measure.of {
+            *value = of(&scores);
         }
-        let bounds = metric.bounds.zip(samples.as_ref());
-        (bounded.low, bounded.high) =
-            bounds.and_then(|(bounds, samples)| (bounds.of)(&scores, samples)).unzip();
+        let bounds = measure.bounds.zip(samples.as_ref());
+        (*low, *high) = bounds.and_then(|(of, samples)| of(&scores, samples)).unzip();
     }
     (measures, scores.sampled)
 }
@@ -174,9 +160,9 @@ fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Cow<'a, [f64]>]) -> 
 pub fn with_alarms(of_scores: FrameMeasures, tracks: &[ScoredTrack<'_>]) -> FrameMeasures {
     let alarms = Alarms { range: range::score(tracks), nab: nab::score(tracks) };
     let mut measures = of_scores;
-    for (metric, bounded) in FRAME_METRICS.iter().zip(&mut measures.measured) {
-        if let Of::Alarms(of) = metric.of {
-            bounded.value = of(&alarms);
+    for (measure, [value, ..]) in FRAME_METRICS.iter().zip(&mut measures.measured) {
+        if let Of::Alarms(of) = measure.of {
+            *value = of(&alarms);
         }
     }
     measures
@@ -333,17 +319,14 @@ pub(super) mod tests {
         let (found, expected) = (of_varied(&[0], None), oracle().measures);
         assert_eq!(expected.len(), FRAME_METRICS.len());
         let copies = of_varied(&[0; 3], Some(1));
-        for (index, metric) in FRAME_METRICS.iter().enumerate() {
-            let (value, name) = (found.value(index).unwrap(), metric.name);
+        for measure in FRAME_METRICS {
+            let name = measure.metric.name();
+            let (value, repeated) = (found.get(name).unwrap(), copies.get(name).unwrap());
             assert!((value - expected[name]).abs() < 1e-12, "{name}: {value}, not {}", expected[name]);
-            let Some(bounds) = metric.bounds else { continue };
-            assert_eq!(bounds.names, [format!("{name}_low"), format!("{name}_high")]);
-            let (low, high) = copies.bounds(index).unwrap();
-            let value = copies.value(index).unwrap();
-            assert!(
-                (low - value).abs() < 1e-12 && (high - value).abs() < 1e-12,
-                "{name}: {low} {value} {high}"
-            );
+            let bounds = copies.bounds(name);
+            let is_near =
+                |(low, high): (f64, f64)| (low - repeated).abs() < 1e-12 && (high - repeated).abs() < 1e-12;
+            assert_eq!(bounds.map(is_near), measure.bounds.map(|_| true), "{name}: {bounds:?} {repeated}");
         }
     }
 
@@ -352,11 +335,12 @@ pub(super) mod tests {
         let kinds: Vec<u32> = (0..12).collect();
         let found = of_varied(&kinds, Some(1));
         let mut names = Vec::new();
-        for metric in FRAME_METRICS.iter().filter(|metric| metric.bounds.is_some()) {
-            let of = |end: &str| found.get(&format!("{}{end}", metric.name)).unwrap();
+        for measure in FRAME_METRICS.iter().filter(|measure| measure.bounds.is_some()) {
+            let name = measure.metric.name();
+            let of = |end: &str| found.get(&format!("{name}{end}")).unwrap();
             let (low, value, high) = (of("_low"), of(""), of("_high"));
-            assert!(low <= value && value <= high && low < high, "{}: {low} {value} {high}", metric.name);
-            names.push(metric.name);
+            assert!(low <= value && value <= high && low < high, "{name}: {low} {value} {high}");
+            names.push(name);
         }
         let ranked = ["auroc", "auprc", "auroc_clear", "false_alarms_at_half", "found_at_5"];
         assert_eq!(names, [&ranked[..], &["auroc_within_5", "auroc_within_15", "auroc_within_30"]].concat());

@@ -2,7 +2,7 @@ use super::*;
 use crate::detector::track_quality::Effort;
 use crate::score::chance::Chance;
 use crate::score::frames::list::FRAME_METRICS;
-use crate::score::{Counts, FrameMeasures};
+use crate::score::{Counts, FrameMeasures, TRACKER_METRICS};
 
 #[test]
 fn names_are_unique_and_found() {
@@ -62,12 +62,10 @@ fn what_is_unknown_has_no_value() {
 #[test]
 fn every_metric_reads_its_own_number() {
     let mut measures = FrameMeasures::default();
-    for (metric, k) in FRAME_METRICS.iter().zip(1..) {
-        let number = f64::from(k);
-        measures.set(metric.name, Some(number));
-        if let Some(bounds) = metric.bounds {
-            measures.set(bounds.names[0], Some(number - 0.25));
-            measures.set(bounds.names[1], Some(number + 0.5));
+    for (measure, k) in FRAME_METRICS.iter().zip(1..) {
+        for (end, number) in [("", 0.0), ("_low", -0.25), ("_high", 0.5)] {
+            let number = f64::from(k) + number;
+            measures.set(&format!("{}{end}", measure.metric.name), Some(number));
         }
     }
     let pooled = Pooled {
@@ -113,7 +111,7 @@ fn every_metric_reads_its_own_number() {
     }
     for ((metric, measure), k) in METRICS[of_counts.len()..].iter().zip(FRAME_METRICS).zip(1..) {
         let number = f64::from(k);
-        assert_eq!((metric.name, metric.source), (measure.name, Source::Frames));
+        assert_eq!((metric.name, metric.source), (measure.metric.name, Source::Frames));
         assert_eq!(
             (metric.value(&pooled), metric.value(&Pooled::default())),
             (Some(number), None),
@@ -122,4 +120,43 @@ fn every_metric_reads_its_own_number() {
         let bounds = measure.bounds.map(|_| (number - 0.25, number + 0.5));
         assert_eq!(metric.interval(&pooled), bounds, "{metric:?}");
     }
+}
+
+#[test]
+fn the_tables_of_the_metrics_page_are_those_of_the_lists() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/metrics.md");
+    let better = |direction: Direction| match direction {
+        Direction::HigherIsBetter => "higher",
+        Direction::LowerIsBetter => "lower",
+        Direction::Neither => "",
+    };
+    let kind = |kind: Kind| match kind {
+        Kind::Count => "count",
+        Kind::Ratio => "ratio",
+        Kind::Real => "number",
+        Kind::MeanAndDeviation => "mean±deviation",
+    };
+    let of_detectors = METRICS.iter().map(|m| {
+        let (kind, better) = (kind(m.kind), better(m.direction));
+        format!("| `{}` | {} | {kind} | {} | {better} | {} |\n", m.name, m.heading, m.unit, m.formula)
+    });
+    let of_trackers = TRACKER_METRICS.iter().map(|m| {
+        let better = better(m.direction);
+        format!("| `{}` | {} | {} | {better} | {} |\n", m.name, m.heading, m.unit, m.formula)
+    });
+    let mut page = String::new();
+    for line in std::fs::read_to_string(&file).unwrap().lines().filter(|line| !line.starts_with("| `")) {
+        page = page + line + "\n";
+        match line {
+            "|---|---|---|---|---|---|" => page.extend(of_detectors.clone()),
+            "|---|---|---|---|---|" => page.extend(of_trackers.clone()),
+            _ => {}
+        }
+    }
+    let tables = of_detectors.collect::<String>() + &of_trackers.collect::<String>();
+    assert!(page.lines().filter(|line| line.starts_with("| `")).eq(tables.lines()), "a table is not there");
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&file, &page).unwrap();
+    }
+    assert!(std::fs::read_to_string(&file).unwrap() == page, "docs/metrics.md: run with UPDATE=1");
 }
