@@ -1,6 +1,6 @@
 //! The documents: their shell blocks run, their quotes are the files, their links lead somewhere.
 
-use crate::tools::{needs, trackfail};
+use crate::tools::{Place, needs};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -84,29 +84,27 @@ fn every_shell_block_is_run_or_says_why_not() {
 }
 
 /// A folder with what the documents' commands find: frames with boxes, an experiment, the kept quickstart.
-fn working_folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let here = folder.path();
-    let rendered = here.join("rendered-otb");
-    let arguments = ["data", "render", "synthetic-otb", "--sequence", "Tennis"];
-    trackfail().args(arguments).arg(&rendered).assert().success();
-    let sequence = walkdir::WalkDir::new(&rendered).into_iter().map(|e| e.unwrap().into_path());
-    let truth = sequence.filter(|p| p.ends_with("groundtruth_rect.txt")).last().unwrap();
-    std::fs::rename(truth.with_file_name("img"), here.join("video")).unwrap();
-    std::fs::rename(truth, here.join("boxes.txt")).unwrap();
+fn working_folder() -> Place {
+    let place = Place::new();
+    place.write("boxes.txt", place.render("synthetic-otb", "Tennis").join("\n") + "\n");
+    std::fs::rename(place.path("suite/Tennis/img"), place.path("video")).unwrap();
+    std::fs::remove_dir_all(place.path("suite")).unwrap();
     let experiment = blocks("docs/experiments.md").into_iter().find(|b| b.text.starts_with("schema = 1"));
-    std::fs::write(here.join("my.toml"), experiment.expect("a whole experiment").text).unwrap();
-    let kept = root().join("results/quickstart");
-    for entry in walkdir::WalkDir::new(&kept) {
-        let from = entry.unwrap().into_path();
-        let to = here.join("results/quickstart").join(from.strip_prefix(&kept).unwrap());
-        if from.is_dir() {
-            std::fs::create_dir_all(to).unwrap();
-        } else {
-            std::fs::copy(from, to).unwrap();
-        }
+    place.write("my.toml", experiment.expect("a whole experiment").text);
+    for (name, bytes) in trackfail_testing::files(&root().join("results/quickstart")) {
+        place.write(&format!("results/quickstart/{}", name.display()), bytes);
     }
-    folder
+    place
+}
+
+/// Runs the blocks that are marked as needing something, of which there are some, or those that are not marked at all.
+fn run_blocks(need: Option<&str>, folder: &Path) {
+    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    let is_one =
+        |block: &Block| if need.is_some() { block.marked("needs") == need } else { block.comment.is_none() };
+    let blocks: Vec<Block> = blocks.filter(is_one).collect();
+    assert!(!blocks.is_empty());
+    blocks.iter().for_each(|block| run(block, folder));
 }
 
 /// Runs a block in a folder, each command of it until one fails.
@@ -130,51 +128,36 @@ fn run(block: &Block, folder: &Path) {
 #[cfg(unix)]
 #[test]
 fn shell_blocks_run() {
-    let folder = working_folder();
-    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
-    blocks.filter(|block| block.comment.is_none()).for_each(|block| run(&block, folder.path()));
+    run_blocks(None, working_folder().root());
 }
 
 #[cfg(unix)]
 #[needs(real_data)]
 #[test]
 fn shell_blocks_that_need_real_data_run() {
-    let folder = tempfile::tempdir().unwrap();
+    let place = Place::new();
     let data = trackfail_testing::real_data().canonicalize().unwrap();
-    std::os::unix::fs::symlink(data, folder.path().join("DATA")).unwrap();
-    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
-    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("real data")).collect();
-    assert!(!blocks.is_empty());
-    blocks.iter().for_each(|block| run(block, folder.path()));
+    std::os::unix::fs::symlink(data, place.path("DATA")).unwrap();
+    run_blocks(Some("real data"), place.root());
 }
 
 #[cfg(unix)]
 #[needs(ffmpeg)]
 #[test]
 fn shell_blocks_that_need_ffmpeg_run() {
-    let folder = working_folder();
-    let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg.args(["-nostdin", "-v", "error", "-i", "video/%04d.png", "clip.mp4"]).current_dir(folder.path());
-    assert!(ffmpeg.status().unwrap().success());
-    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
-    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("ffmpeg")).collect();
-    assert!(!blocks.is_empty());
-    blocks.iter().for_each(|block| run(block, folder.path()));
+    let place = working_folder();
+    place.shell("ffmpeg -nostdin -v error -i video/%04d.png clip.mp4").ends(0);
+    run_blocks(Some("ffmpeg"), place.root());
 }
 
 #[cfg(unix)]
 #[needs(parallel)]
 #[test]
 fn shell_blocks_that_need_gnu_parallel_run() {
-    let folder = working_folder();
-    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
-    let blocks: Vec<_> = blocks.filter(|block| block.marked("needs") == Some("GNU parallel")).collect();
-    assert!(!blocks.is_empty());
-    blocks.iter().for_each(|block| run(block, folder.path()));
+    let place = working_folder();
+    run_blocks(Some("GNU parallel"), place.root());
     // Nothing was left to the last run but tables and report.
-    let shards = ["run", "my.toml", "--results", "shared", "--dry-run", "--shard", "1/4", "--format", "csv"];
-    let told = trackfail().current_dir(folder.path()).args(shards).output().unwrap();
-    let told = String::from_utf8(told.stdout).unwrap();
+    let told = place.run("run my.toml --results shared --dry-run --shard 1/4 --format csv").out;
     assert_eq!(told.matches(",done,").count(), 4, "{told}");
 }
 
@@ -220,7 +203,16 @@ fn the_book_has_every_page() {
 
 #[test]
 fn the_readme_is_short() {
-    assert!(read("README.md").len() < 9 * 1024);
+    let lines = read("README.md").lines().count();
+    assert!(lines <= 100, "{lines}");
+}
+
+#[test]
+fn the_readme_shows_the_verdict_of_its_page() {
+    let page = read("docs/your-own-tracker.md");
+    let verdicts: Vec<Block> = blocks("README.md").into_iter().filter(|b| b.language == "text").collect();
+    assert_eq!(verdicts.len(), 1);
+    assert!(page.contains(&verdicts[0].text), "{}", verdicts[0].text);
 }
 
 #[test]
