@@ -1,15 +1,16 @@
 //! A tracker that says that its target is absent, and finds it again.
 
-use crate::tools::{rows, trackfail};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use crate::live::{answers, monitor};
+use crate::tools::{Place, Ran, rows};
+use serde_json::json;
+use std::ops::Range;
 
 /// Number of frames, and those in which the target is hidden and the tracker has no box; both count from 0.
 const FRAMES: usize = 40;
-const HIDDEN: std::ops::Range<usize> = 20..25;
+const HIDDEN: Range<usize> = 20..25;
 
 /// A method that raises an alarm where the target is hidden.
-const COLORS: [&str; 2] = ["--method", "Object colors"];
+const COLORS: &str = "--method 'Object colors'";
 
 /// A byte of a place in a texture.
 fn noise(x: u32, y: u32, texture: u32) -> u8 {
@@ -19,14 +20,12 @@ fn noise(x: u32, y: u32, texture: u32) -> u8 {
 }
 
 /// A red target of 24 x 18 pixels that moves over a smooth ground.
-struct Scene {
-    root: tempfile::TempDir,
-}
+struct Scene(Place);
 
 impl Scene {
     fn new() -> Self {
-        let root = tempfile::tempdir().unwrap();
-        std::fs::create_dir(root.path().join("img")).unwrap();
+        let place = Place::new();
+        let images = place.folder("img");
         for t in 0..FRAMES {
             let (left, top) = (20 + 2 * t as u32, 30 + t as u32);
             let picture = image::RgbImage::from_fn(160, 120, |x, y| {
@@ -39,54 +38,47 @@ impl Scene {
                     [70 + right + noise(x / 2, y / 2, 4) / 16, 110 + down, 90 + both]
                 })
             });
-            picture.save(root.path().join(format!("img/{:04}.png", t + 1))).unwrap();
+            picture.save(images.join(format!("{:04}.png", t + 1))).unwrap();
         }
-        Self { root }
+        Self(place)
     }
 
     /// The tracker's boxes, exact but for the frames of `moved`, where they are on the ground.
-    fn boxes(&self, moved: std::ops::Range<usize>) -> Vec<Option<[usize; 4]>> {
+    fn boxes(&self, moved: Range<usize>) -> Vec<Option<[usize; 4]>> {
         let right =
             |t: usize| if moved.contains(&t) { [10, 90, 24, 18] } else { [20 + 2 * t, 30 + t, 24, 18] };
         (0..FRAMES).map(|t| (!HIDDEN.contains(&t)).then(|| right(t))).collect()
     }
 
-    /// Exit code and stdout of `detect` on boxes, with `--fail-on-loss`.
-    fn detect(&self, boxes: &[Option<[usize; 4]>], more: &[&str]) -> (Option<i32>, String) {
-        let path = self.root.path().join("boxes.txt");
+    /// `detect` on boxes, with `--fail-on-loss`.
+    fn detect(&self, boxes: &[Option<[usize; 4]>], more: &str) -> Ran {
         let line = |b: &Option<[usize; 4]>| match b {
             Some([x, y, w, h]) => format!("{x},{y},{w},{h}\n"),
             None => "nan,nan,nan,nan\n".to_string(),
         };
-        std::fs::write(&path, boxes.iter().map(line).collect::<String>()).unwrap();
-        let mut command = trackfail();
-        command.args(["detect", "--base", "0", "--absent", "--fail-on-loss", "--frames"]);
-        command.arg(self.root.path().join("img")).arg("--boxes").arg(path).args(more);
-        let output = command.output().unwrap();
-        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+        self.0.write("boxes.txt", boxes.iter().map(line).collect::<String>());
+        let detect = "detect --base 0 --absent --fail-on-loss --frames img --boxes boxes.txt";
+        self.0.run(&format!("{detect} {more}"))
     }
 
     /// The lines of the same boxes for `monitor`.
     fn lines(&self, boxes: &[Option<[usize; 4]>]) -> Vec<String> {
-        let image = |t: usize| -> PathBuf { self.root.path().join(format!("img/{:04}.png", t + 1)) };
-        boxes
-            .iter()
-            .enumerate()
-            .map(|(t, b)| json!({"frame": image(t), "box": b}).to_string() + "\n")
-            .collect()
+        let image = |t: usize| format!("img/{:04}.png", t + 1);
+        let line =
+            |(t, b): (usize, &Option<[usize; 4]>)| json!({"frame": image(t), "box": b}).to_string() + "\n";
+        boxes.iter().enumerate().map(line).collect()
+    }
+
+    /// The states that `monitor` gives lines, each as its first letter.
+    fn monitored(&self, arguments: &str, lines: &[String]) -> String {
+        let told = answers(&monitor(&self.0, arguments, &lines.concat()).ends(0).out);
+        told.iter().map(|answer| answer["state"].as_str().unwrap().chars().next().unwrap()).collect()
     }
 }
 
-/// The states that `monitor` gives lines, each as its first letter.
-fn monitored(arguments: &[&str], lines: &[String]) -> String {
-    let output = trackfail().arg("monitor").args(arguments).write_stdin(lines.concat()).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let state = |line: &str| {
-        let answer: Value = serde_json::from_str(line).unwrap();
-        answer["state"].as_str().and_then(|state| state.chars().next()).unwrap()
-    };
-    text.lines().map(state).collect()
+/// The states of a track that is absent in frames 21 to 25, with those after that.
+fn states(after: &str) -> String {
+    "t".repeat(20) + &"a".repeat(5) + &after.repeat(15)
 }
 
 /// The verdict on a track that is absent in frames 21 to 25 and never lost.
@@ -103,34 +95,29 @@ const NEVER_LOST: &str = concat!(
 fn a_target_that_is_found_again_after_an_absence_is_not_lost() {
     let scene = Scene::new();
     let boxes = scene.boxes(0..0);
-    let page = scene.root.path().join("page.html");
-    let more = ["--format", "table", "--report", page.to_str().unwrap()];
-    for method in [&[][..], &COLORS] {
-        assert_eq!(scene.detect(&boxes, &[&more, method].concat()), (Some(0), NEVER_LOST.to_string()));
+    for method in ["", COLORS] {
+        let ran = scene.detect(&boxes, &format!("--format table --report page.html {method}")).ends(0);
+        assert_eq!(ran.out, NEVER_LOST);
     }
-    let page = std::fs::read_to_string(page).unwrap();
+    let page = scene.0.read("page.html");
     assert!(!page.contains("Lost since") && page.contains(NEVER_LOST.lines().next().unwrap()));
 
-    let (code, csv) = scene.detect(&boxes, &[&COLORS[..], &["--format", "csv"]].concat());
-    let all = rows(&csv);
+    let all = scene.detect(&boxes, &format!("{COLORS} --format csv")).ends(0).rows();
     let frames = |key: &str, value: &str| -> Vec<usize> {
         (1..=FRAMES).filter(|t| all[t - 1][key] == value).collect()
     };
-    assert_eq!(code, Some(0));
     assert_eq!((frames("state", "absent"), frames("state", "lost")), (vec![21, 22, 23, 24, 25], vec![]));
     // The alarm of the absence is there, and ends with it.
     assert_eq!(frames("label", "1"), [21, 22, 23, 24, 25]);
     assert_eq!((frames("change", "1"), frames("change", "-1")), (vec![21], vec![26]));
 
     let lines = scene.lines(&boxes);
-    let states = "t".repeat(20) + &"a".repeat(5) + &"t".repeat(15);
-    assert_eq!((monitored(&[], &lines), monitored(&COLORS, &lines)), (states.clone(), states.clone()));
+    ["", COLORS].into_iter().for_each(|method| assert_eq!(scene.monitored(method, &lines), states("t")));
     // The same in two parts, wherever the first one ends.
     for cut in [20, 22, 25, 26, 30] {
-        let state = scene.root.path().join(format!("{cut}.state"));
-        let state = [&COLORS[..], &["--state", state.to_str().unwrap()]].concat();
-        let parts = [&lines[..cut], &lines[cut..]].map(|part| monitored(&state, part));
-        assert_eq!(parts.concat(), states, "{cut}");
+        let state = format!("{COLORS} --state {cut}.state");
+        let parts = [&lines[..cut], &lines[cut..]].map(|part| scene.monitored(&state, part));
+        assert_eq!(parts.concat(), states("t"), "{cut}");
     }
 }
 
@@ -139,9 +126,9 @@ fn a_target_that_is_found_again_after_an_absence_is_not_lost() {
 fn a_tracker_that_comes_back_beside_its_target_is_lost() {
     let scene = Scene::new();
     let boxes = scene.boxes(25..FRAMES);
-    let (code, verdict) = scene.detect(&boxes, &["--format", "table"]);
+    let ran = scene.detect(&boxes, "--format table").ends(6);
     let rows: Vec<String> =
-        verdict.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        ran.out.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
     let want = [
         "Lost since frame 26. Start the tracker again at frame 26, or do not use its boxes from there on.",
         "",
@@ -149,9 +136,8 @@ fn a_tracker_that_comes_back_beside_its_target_is_lost() {
         "21 25 absent no box",
         "26 40 lost 1.00 alarm: 1.00 > .91",
     ];
-    assert_eq!((code, rows.iter().map(String::as_str).collect::<Vec<_>>()), (Some(6), want.to_vec()));
-    let states = "t".repeat(20) + &"a".repeat(5) + &"l".repeat(15);
-    assert_eq!(monitored(&[], &scene.lines(&boxes)), states);
+    assert_eq!(rows, want);
+    assert_eq!(scene.monitored("", &scene.lines(&boxes)), states("l"));
 }
 
 // The boxes are off the target in frames 19 and 20: that loss is not over because the tracker then has no box.
@@ -159,12 +145,11 @@ fn a_tracker_that_comes_back_beside_its_target_is_lost() {
 fn a_loss_from_before_an_absence_goes_on_after_it() {
     let scene = Scene::new();
     let boxes = scene.boxes(18..20);
-    let (code, csv) = scene.detect(&boxes, &["--format", "csv"]);
-    assert_eq!(code, Some(6));
+    let csv = scene.detect(&boxes, "--format csv").ends(6).out;
     let states: String = rows(&csv).iter().filter_map(|row| row["state"].chars().next()).collect();
     assert_eq!(&states[18..27], "llaaaaall");
     assert!(states.ends_with("tttttt"), "{states}");
-    assert_eq!(monitored(&[], &scene.lines(&boxes)), states);
+    assert_eq!(scene.monitored("", &scene.lines(&boxes)), states);
 }
 
 // The confidence is .9, and .05 where there is no box. Method Confidence alarms in single frames and waits for ten without an
@@ -173,17 +158,14 @@ fn a_loss_from_before_an_absence_goes_on_after_it() {
 fn a_confidence_that_is_low_in_an_absence_is_no_alarm_after_it() {
     let scene = Scene::new();
     let boxes = scene.boxes(0..0);
-    let path = scene.root.path().join("confidence.txt");
     let confidence = |t: usize| if HIDDEN.contains(&t) { 0.05 } else { 0.9 };
     let text: String = (0..FRAMES).map(|t| format!("{}\n", confidence(t))).collect();
-    std::fs::write(&path, text).unwrap();
-    let more = ["--method", "Confidence", "--confidence", path.to_str().unwrap(), "--format", "table"];
-    let (code, verdict) = scene.detect(&boxes, &more);
-    assert_eq!((code, verdict.as_str()), (Some(0), NEVER_LOST));
+    scene.0.write("confidence.txt", text);
+    let more = "--method Confidence --confidence confidence.txt --format table";
+    assert_eq!(scene.detect(&boxes, more).ends(0).out, NEVER_LOST);
     let line = |(t, b): (usize, &Option<[usize; 4]>)| {
         json!({"box": b, "confidence": confidence(t)}).to_string() + "\n"
     };
     let lines: Vec<String> = boxes.iter().enumerate().map(line).collect();
-    let states = "t".repeat(20) + &"a".repeat(5) + &"t".repeat(15);
-    assert_eq!(monitored(&["--method", "Confidence"], &lines), states);
+    assert_eq!(scene.monitored("--method Confidence", &lines), states("t"));
 }

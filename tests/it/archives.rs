@@ -1,24 +1,23 @@
 //! Archives that want to be somewhere else, or larger than they are: each is refused as a whole, names the
 //! member, and leaves nothing, inside the data root or beside it.
 
-use crate::fetch::{job, options, run};
+use crate::fetch::{job_of, options, run};
 use crate::packed::{Zipped, zip, zipped};
 use crate::server::Server;
 use crate::tools::files;
 use proptest::prelude::*;
 use std::path::Path;
-use trackfail::dataset::archive::Packing;
 use trackfail::dataset::fetch::{Caps, FetchError, MARKER};
 use trackfail::dataset::text::visible;
+use trackfail_testing::put;
 
 /// Fetches an archive into a data root inside `outer`.
 fn fetched(outer: &Path, bytes: Vec<u8>, caps: Caps) -> Result<(), FetchError> {
-    let root = outer.join("root");
-    std::fs::create_dir_all(&root).unwrap();
-    std::fs::write(outer.join("canary"), "alive").unwrap();
+    std::fs::create_dir_all(outer.join("root")).unwrap();
+    put(outer, "canary", "alive");
     let mut options = options();
     (options.caps, options.patience.limit) = (caps, 1 << 30);
-    run(&root, &job(&format!("{}/a", Server::file(bytes, "\"1\"").url), Packing::Zip), &options).map(|_| ())
+    run(&outer.join("root"), &job_of(&Server::file(bytes, "\"1\"")), &options).map(|_| ())
 }
 
 /// Nothing but what was there before.
@@ -155,18 +154,16 @@ fn sizes_that_are_not_true() {
 }
 
 #[test]
-fn a_bomb_beside_the_wanted_folder_does_not_go_off_either() {
-    let caps = Caps { ratio: 2, slack: 1000, entries: 10, ..Caps::default() };
-    let bytes = zip_after(Zipped { deflated: true, ..zipped("other/zeros", &vec![0; 1 << 20]) });
-    refused_member(bytes, caps, b"other/zeros", "more than 2 times its size");
-}
-
-#[test]
-fn a_thousand_to_one() {
-    let zeros = vec![0; 80 << 20];
-    let bytes = zip_after(Zipped { deflated: true, ..zipped("seq/zeros", &zeros) });
-    assert!(bytes.len() < zeros.len() / 900);
-    refused_member(bytes, Caps::default(), b"seq/zeros", "more than 100 times its size");
+fn bombs_do_not_go_off_in_the_wanted_folder_or_beside_it() {
+    let few = Caps { ratio: 2, slack: 1000, entries: 10, ..Caps::default() };
+    for (name, length, caps, words) in [
+        ("other/zeros", 16 << 20, few, "more than 2 times its size"),
+        ("seq/zeros", 80 << 20, Caps::default(), "more than 100 times its size"),
+    ] {
+        let bytes = zip_after(Zipped { deflated: true, ..zipped(name, &vec![0; length]) });
+        assert!(bytes.len() < length / 900);
+        refused_member(bytes, caps, name.as_bytes(), words);
+    }
 }
 
 #[test]
@@ -177,12 +174,14 @@ fn a_list_of_members_that_is_too_long_is_refused() {
 
 #[test]
 fn members_that_are_locked_damaged_or_share_bytes() {
-    let locked = zip_after(Zipped { flags: 1, ..zipped("seq/bad", b"secret secret") });
-    refused_member(locked, Caps::default(), b"seq/bad", "Password required");
-    let other = zip_after(Zipped { method: Some(14), ..zipped("seq/bad", b"x") });
-    refused_member(other, Caps::default(), b"seq/bad", "not packed in the usual way");
-    let wrong = zip_after(Zipped { checksum: Some(1), ..zipped("seq/bad", b"x") });
-    refused_member(wrong, Caps::default(), b"seq/bad", "damaged");
+    let bad = || zipped("seq/bad", b"secret secret");
+    for (member, words) in [
+        (Zipped { flags: 1, ..bad() }, "Password required"),
+        (Zipped { method: Some(14), ..bad() }, "not packed in the usual way"),
+        (Zipped { checksum: Some(1), ..bad() }, "damaged"),
+    ] {
+        refused_member(zip_after(member), Caps::default(), b"seq/bad", words);
+    }
     let shared = zip_after(Zipped { same_as: Some(0), ..zipped("seq/bad", b"good") });
     refused(shared, Caps::default(), "share packed bytes");
 }

@@ -1,86 +1,62 @@
 //! Inputs of `trackfail detect` as people have them: boxes in several formats, frames in several forms, or none.
 
-use crate::tools::{needs, rows, trackfail};
-use std::path::{Path, PathBuf};
+use crate::tools::{Place, Ran, needs, rows};
+use std::collections::BTreeSet;
 use trackfail::method::{Inputs, recommended};
 
-/// A rendered sequence of 60 frames: their folder, and the boxes as numbers.
+const FRAMES: usize = 60;
+const IMAGES: &str = "suite/Girl/img";
+
+/// A rendered sequence of 60 frames of 160 x 120 pixels, the boxes as numbers, and in `boxes.txt`.
 struct Clip {
-    root: tempfile::TempDir,
-    img: PathBuf,
+    place: Place,
     boxes: Vec<[f64; 4]>,
 }
 
-const FRAMES: usize = 60;
-
 impl Clip {
     fn new() -> Self {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("suite");
-        trackfail()
-            .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
-            .arg(&target)
-            .assert()
-            .success();
-        let img = target.join("Girl/img");
-        let mut files: Vec<PathBuf> =
-            std::fs::read_dir(&img).unwrap().map(|entry| entry.unwrap().path()).collect();
-        files.sort();
-        files[FRAMES..].iter().for_each(|file| std::fs::remove_file(file).unwrap());
-        let truth = std::fs::read_to_string(target.join("Girl/groundtruth_rect.txt")).unwrap();
-        let numbers = |line: &str| -> [f64; 4] {
+        let place = Place::new();
+        let truth = place.render("synthetic-otb", "Girl");
+        place.list(IMAGES)[FRAMES..].iter().for_each(|file| std::fs::remove_file(file).unwrap());
+        let numbers = |line: &String| -> [f64; 4] {
             let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
             values.try_into().unwrap()
         };
-        let boxes = truth.lines().take(FRAMES).map(numbers).collect();
-        Self { root, img, boxes }
+        let clip = Self { place, boxes: truth.iter().take(FRAMES).map(numbers).collect() };
+        clip.file("boxes.txt", |_, [x, y, w, h]| format!("{x},{y},{w},{h}"));
+        clip
     }
 
-    /// A file with a line for each box.
-    fn file(&self, name: &str, line: impl Fn(usize, [f64; 4]) -> String) -> PathBuf {
-        let path = self.root.path().join(name);
+    /// Writes a file with a line for each box.
+    fn file(&self, name: &str, line: impl Fn(usize, [f64; 4]) -> String) {
         let text: String = self.boxes.iter().enumerate().map(|(t, b)| line(t, *b) + "\n").collect();
-        std::fs::write(&path, text).unwrap();
-        path
+        self.place.write(name, text);
     }
 
-    fn xywh(&self) -> PathBuf {
-        self.file("boxes.txt", |_, [x, y, w, h]| format!("{x},{y},{w},{h}"))
+    /// `detect` on a file of boxes.
+    fn boxes(&self, line: &str) -> Ran {
+        self.place.run(&format!("detect --boxes {line}"))
     }
-}
 
-/// Stdout of a run that ends well.
-fn detect(frames: &[PathBuf], boxes: &Path, more: &[&str]) -> String {
-    let mut command = trackfail();
-    command.arg("detect").arg("--boxes").arg(boxes).args(more);
-    if !frames.is_empty() {
-        command.arg("--frames").args(frames);
+    /// `detect` on a file of boxes and the frames.
+    fn frames(&self, line: &str) -> Ran {
+        self.boxes(&format!("{line} --frames {IMAGES}"))
     }
-    let output = command.output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
-/// Exit code and message of a run that fails.
-fn refused(frames: &[PathBuf], boxes: &Path, more: &[&str]) -> (Option<i32>, String) {
-    let mut command = trackfail();
-    command.arg("detect").arg("--boxes").arg(boxes).args(more);
-    if !frames.is_empty() {
-        command.arg("--frames").args(frames);
+    /// The scores of CovF.
+    fn scores(&self) -> Vec<f64> {
+        scores(&self.frames("boxes.txt --method CovF").ends(0))
     }
-    let output = command.output().unwrap();
-    assert!(output.stdout.is_empty());
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// Scores of a method, by frame.
-fn scores(csv: &str) -> Vec<f64> {
-    rows(csv).iter().map(|row| row["score"].parse().unwrap_or(f64::NAN)).collect()
+fn scores(ran: &Ran) -> Vec<f64> {
+    ran.rows().iter().map(|row| row["score"].parse().unwrap_or(f64::NAN)).collect()
 }
 
-fn assert_same(csv: &str, want: &[f64], name: &str) {
-    let found = scores(csv);
-    assert_eq!(found.len(), want.len(), "{name}");
+fn assert_same(ran: &Ran, want: &[f64], name: &str) {
+    let found = scores(ran);
+    assert_eq!((ran.code, found.len()), (Some(0), want.len()), "{name}: {}", ran.err);
     assert!(found.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-6), "{name}: {found:?} {want:?}");
 }
 
@@ -89,60 +65,48 @@ fn with_header(t: usize, header: &str, row: String) -> String {
     if t == 0 { format!("{header}\n{row}") } else { row }
 }
 
+type Line = fn(usize, [f64; 4]) -> String;
+
+/// The center as YOLO has it.
+fn yolo([x, y, w, h]: [f64; 4]) -> String {
+    let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
+    format!("0 {} {} {} {}", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
+}
+
 #[test]
 fn one_track_in_every_format_has_one_score() {
     let clip = Clip::new();
-    let first = std::fs::read_dir(&clip.img).unwrap().next().unwrap().unwrap().path();
-    let (width, height) = image::image_dimensions(first).unwrap();
-    let (width, height) = (f64::from(width), f64::from(height));
-    let frames = [clip.img.clone()];
-    let method = ["--method", "CovF"];
-    let want = scores(&detect(&frames, &clip.xywh(), &method));
+    let want = clip.scores();
     assert_eq!(want.len(), FRAMES);
-    let xyxy = |_, [x, y, w, h]: [f64; 4]| format!("{x} {y} {} {}", x + w, y + h);
-    let vot = |_, [x, y, w, h]: [f64; 4]| {
-        let (l, t, r, b) = (x - 1.0, y - 1.0, x + w - 1.0, y + h - 1.0);
-        format!("{l},{t},{r},{t},{r},{b},{l},{b}")
-    };
-    let yolo = move |_, [x, y, w, h]: [f64; 4]| {
-        format!(
-            "0 {} {} {} {}",
-            (x - 1.0 + w / 2.0) / width,
-            (y - 1.0 + h / 2.0) / height,
-            w / width,
-            h / height
-        )
-    };
-    let mot = |t: usize, [x, y, w, h]: [f64; 4]| format!("{},3,{x},{y},{w},{h},1,-1,-1,-1", t + 1);
-    let zero = |_, [x, y, w, h]: [f64; 4]| format!("{},{},{w},{h}", x - 1.0, y - 1.0);
-    type Line = Box<dyn Fn(usize, [f64; 4]) -> String>;
-    let cases: [(&str, Line, &[&str]); 6] = [
-        ("xyxy.txt", Box::new(xyxy), &["--boxes-format", "xyxy"]),
-        ("vot.txt", Box::new(vot), &["--boxes-format", "vot"]),
-        ("yolo.txt", Box::new(yolo), &[]),
-        ("mot.txt", Box::new(mot), &[]),
-        ("zero.txt", Box::new(zero), &["--base", "0"]),
-        ("named.txt", Box::new(zero), &["--base", "0", "--boxes-format", "xywh"]),
+    let zero: Line = |_, [x, y, w, h]| format!("{},{},{w},{h}", x - 1.0, y - 1.0);
+    let cases: [(&str, Line, &str); 7] = [
+        ("xyxy.txt", |_, [x, y, w, h]| format!("{x} {y} {} {}", x + w, y + h), "--boxes-format xyxy"),
+        (
+            "vot.txt",
+            |_, [x, y, w, h]| {
+                let (l, t, r, b) = (x - 1.0, y - 1.0, x + w - 1.0, y + h - 1.0);
+                format!("{l},{t},{r},{t},{r},{b},{l},{b}")
+            },
+            "--boxes-format vot",
+        ),
+        ("yolo.txt", |_, b| yolo(b), ""),
+        ("mot.txt", |t, [x, y, w, h]| format!("{},3,{x},{y},{w},{h},1,-1,-1,-1", t + 1), ""),
+        ("zero.txt", zero, "--base 0"),
+        ("named.txt", zero, "--base 0 --boxes-format xywh"),
+        ("eight.txt", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1), ""),
     ];
     for (name, line, more) in cases {
-        assert_same(&detect(&frames, &clip.file(name, line), &[&method, more].concat()), &want, name);
+        clip.file(name, line);
+        assert_same(&clip.frames(&format!("{name} --method CovF {more}")), &want, name);
     }
     // Corners that would reach beyond the frame of 160 x 120 pixels as left, top, width and height.
-    let corners = clip.file("corners.txt", |_, _| "100,70,150,110".into());
-    let told = |more: &[&str]| {
-        let mut command = trackfail();
-        command.args(["detect", "--frames"]).arg(&clip.img).arg("--boxes").arg(&corners).args(more);
-        String::from_utf8(command.output().unwrap().stderr).unwrap()
-    };
+    clip.file("corners.txt", |_, _| "100,70,150,110".into());
+    let told = |more: &str| clip.frames(&format!("corners.txt --method CovF {more}"));
     let words = "corners.txt is read as x1,y1,x2,y2, pixels counted from 1 (--boxes-format xyxy --base 1)";
-    assert!(told(&method).contains(words), "{}", told(&method));
-    assert!(told(&["--boxes-format", "xyxy", "--method", "CovF"]).contains(words));
-    assert_eq!(told(&["--boxes-format", "xyxy", "--base", "1", "--method", "CovF"]), "");
-    assert_eq!(told(&["--boxes-format", "xywh", "--base", "1", "--method", "CovF"]), "");
-    let (code, message) = refused(&[], &clip.root.path().join("yolo.txt"), &[]);
-    assert!(code == Some(3) && message.contains("give --frames"), "{message}");
-    let eight = clip.file("eight.txt", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1));
-    assert_same(&detect(&frames, &eight, &method), &want, "eight.txt");
+    ["", "--boxes-format xyxy"].into_iter().for_each(|more| drop(told(more).tells(words)));
+    assert_eq!(told("--boxes-format xyxy --base 1").err, "");
+    assert_eq!(told("--boxes-format xywh --base 1").err, "");
+    clip.boxes("yolo.txt").refuses(3, "give --frames");
 }
 
 // One track as tools write it: with header words in any order (TensorFlow's, pandas'), ultralytics' with a number of the
@@ -150,10 +114,7 @@ fn one_track_in_every_format_has_one_score() {
 #[test]
 fn headers_and_layouts_are_read_as_what_they_are() {
     let clip = Clip::new();
-    let frames = [clip.img.clone()];
-    let method = ["--method", "CovF"];
-    let want = scores(&detect(&frames, &clip.xywh(), &method));
-    type Line = fn(usize, [f64; 4]) -> String;
+    let want = clip.scores();
     let headers: [(&str, &str, Line); 4] = [
         ("center.csv", "x_center,y_center,width,height", |_, [x, y, w, h]| {
             format!("{},{},{w},{h}", x + w / 2.0, y + h / 2.0)
@@ -165,47 +126,29 @@ fn headers_and_layouts_are_read_as_what_they_are() {
         }),
     ];
     for (name, header, line) in headers {
-        let file = clip.file(name, |t, b| with_header(t, header, line(t, b)));
-        assert_same(&detect(&frames, &file, &method), &want, name);
+        clip.file(name, |t, b| with_header(t, header, line(t, b)));
+        assert_same(&clip.frames(&format!("{name} --method CovF")), &want, name);
     }
     let layouts: [(&str, &str, Line); 3] = [
-        ("yolo_id.txt", "yolo", |_, [x, y, w, h]| {
-            let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
-            format!("0 {} {} {} {} 2", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
-        }),
+        ("yolo_id.txt", "yolo", |_, b| yolo(b) + " 2"),
         ("fxywh.txt", "frame,x,y,w,h", |t, [x, y, w, h]| format!("{},{x},{y},{w},{h}", t + 1)),
         ("mot10_from0.txt", "mot", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1")),
     ];
     for (name, format, line) in layouts {
-        let file = clip.file(name, line);
-        let output = trackfail()
-            .args(["detect", "--frames"])
-            .arg(&clip.img)
-            .arg("--boxes")
-            .arg(&file)
-            .args(method)
-            .output()
-            .unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            told.contains(" is read as ") && told.contains(&format!("(--boxes-format {format}")),
-            "{told}"
-        );
-        assert_eq!(told.contains("frames counted from 0"), name == "mot10_from0.txt", "{told}");
-        assert_same(&String::from_utf8(output.stdout).unwrap(), &want, name);
+        clip.file(name, line);
+        let ran = clip.frames(&format!("{name} --method CovF"));
+        let ran = ran.tells(" is read as ").tells(&format!("(--boxes-format {format}"));
+        assert_eq!(ran.err.contains("frames counted from 0"), name == "mot10_from0.txt", "{}", ran.err);
+        assert_same(&ran, &want, name);
     }
 }
 
 #[test]
 fn what_fits_two_formats_is_asked_with_a_command_for_each() {
     let clip = Clip::new();
-    let frames = [clip.img.clone()];
-    let method = ["--method", "CovF"];
-    let want = scores(&detect(&frames, &clip.xywh(), &method));
     // Both kinds of boxes lie in the frame.
-    let detector = clip.file("det6.txt", |_, [x, y, w, h]| format!("{x} {y} {} {} 0.87 0", x + w, y + h));
-    let (code, message) = refused(&frames, &detector, &method);
-    assert_eq!(code, Some(2), "{message}");
+    clip.file("det6.txt", |_, [x, y, w, h]| format!("{x} {y} {} {} 0.87 0", x + w, y + h));
+    let message = clip.frames("det6.txt --method CovF").refuses(2, "").err;
     let commands: Vec<&str> =
         message.lines().filter_map(|line| line.strip_prefix("  trackfail detect ")).collect();
     let ends = ["x,y,w,h,confidence,class", "x1,y1,x2,y2,confidence,class"];
@@ -213,209 +156,158 @@ fn what_fits_two_formats_is_asked_with_a_command_for_each() {
     for (command, end) in commands.iter().zip(ends) {
         assert!(command.contains(" --method CovF ") && command.ends_with(&format!(" --boxes-format {end}")));
     }
-    let more = [&method[..], &["--boxes-format", ends[1]]].concat();
-    assert_same(&detect(&frames, &detector, &more), &want, "det6.txt");
+    let one = clip.frames(&format!("det6.txt --method CovF --boxes-format {}", ends[1]));
+    assert_same(&one, &clip.scores(), "det6.txt");
     // The base that is assumed is told, and doubted where a box begins before the first pixel.
-    let corner = clip.file("corner.txt", |t, _| format!("{},0,20,20", t % 3));
-    let output = trackfail().args(["detect", "--boxes"]).arg(&corner).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("pixels counted from 1") && told.contains("is 0, but the first pixel 1"), "{told}");
-    let (code, message) =
-        refused(&frames, &clip.file("words.txt", |t, b| with_header(t, "a,b,c,d", format!("{b:?}"))), &[]);
-    assert!(
-        code == Some(3) && message.contains("words.txt, line 1: `a,b,c,d` names no whole box"),
-        "{message}"
-    );
+    clip.file("corner.txt", |t, _| format!("{},0,20,20", t % 3));
+    clip.boxes("corner.txt").tells("pixels counted from 1").tells("is 0, but the first pixel 1");
+    clip.file("words.txt", |t, b| with_header(t, "a,b,c,d", format!("{b:?}")));
+    clip.frames("words.txt").refuses(3, "words.txt, line 1: `a,b,c,d` names no whole box");
 }
 
 #[test]
 fn every_target_of_motchallenge_has_a_verdict() {
     let clip = Clip::new();
-    let line = |t: usize, [x, y, w, h]: [f64; 4]| match t {
+    clip.file("mot.txt", |t, [x, y, w, h]| match t {
         // The second target is there from frame 11 to 50, and not in frame 31.
         10..=29 | 31..=49 => format!("{},3,{x},{y},{w},{h},1\n{},8,{y},{x},{w},{h},1", t + 1, t + 1),
         _ => format!("{},3,{x},{y},{w},{h},1", t + 1),
-    };
-    let boxes = clip.file("mot.txt", line);
-    let text = detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "Displacement"]);
-    let all = rows(&text);
+    });
+    let all = clip.frames("mot.txt --method Displacement").ends(0).rows();
     assert_eq!(all.len(), 2 * FRAMES);
-    let state = |target: &str| -> Vec<String> {
-        all.iter().filter(|r| r["target"] == target).map(|r| r["state"].clone()).collect()
+    let absent = |target: &str| -> Vec<usize> {
+        let states = all.iter().filter(|r| r["target"] == target).map(|r| &r["state"]);
+        (1..=FRAMES).zip(states).filter(|(_, state)| *state == "absent").map(|(t, _)| t).collect()
     };
-    let absent: Vec<usize> =
-        (1..=FRAMES).zip(state("8")).filter(|(_, s)| s == "absent").map(|(t, _)| t).collect();
-    assert_eq!(absent, (1..=10).chain([31]).chain(51..=60).collect::<Vec<_>>());
-    assert!(state("3").iter().all(|state| state != "absent"));
-    let told =
-        detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "Displacement", "--format", "table"]);
+    assert_eq!(absent("8"), (1..=10).chain([31]).chain(51..=60).collect::<Vec<_>>());
+    assert!(absent("3").is_empty());
+    let told = clip.frames("mot.txt --method Displacement --format table").ends(0).out;
     let lines: Vec<String> =
         told.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
     assert!(lines[0].starts_with("Target 3: ") && lines[1].starts_with("Target 8: "), "{told}");
     assert_eq!(lines[3], "target from to state probability why");
-    assert!(
-        lines.contains(&"8 1 10 absent no box".into()) && lines.contains(&"8 31 31 absent no box".into()),
-        "{told}"
-    );
-    let confidence = clip.file("confidence.txt", |_, _| "0.5".into());
-    let (code, message) = refused(&[], &boxes, &["--confidence", confidence.to_str().unwrap()]);
-    assert!(code == Some(2) && message.contains("2 targets"), "{message}");
+    for row in ["8 1 10 absent no box", "8 31 31 absent no box"] {
+        assert!(lines.contains(&row.into()), "{told}");
+    }
+    clip.file("confidence.txt", |_, _| "0.5".into());
+    clip.boxes("mot.txt --confidence confidence.txt").refuses(2, "2 targets");
 }
 
 #[test]
 fn boxes_without_frames_are_judged_by_what_they_say() {
     let clip = Clip::new();
-    let boxes = clip.xywh();
-    let text = detect(&[], &boxes, &[]);
-    let inputs = Inputs::default();
-    assert!(rows(&text).iter().all(|row| row["method"] == recommended(inputs)), "{text}");
+    let text = clip.boxes("boxes.txt").ends(0).out;
+    assert!(rows(&text).iter().all(|row| row["method"] == recommended(Inputs::default())), "{text}");
     assert_eq!(text.lines().count(), FRAMES + 1);
-    let (code, message) = refused(&[], &boxes, &["--method", "DTEF"]);
-    assert!(
-        code == Some(2) && message.contains("give --frames") && message.contains("Displacement"),
-        "{message}"
-    );
+    clip.boxes("boxes.txt --method DTEF").refuses(2, "give --frames").tells("Displacement");
     // Stdin is a file like others.
-    let piped =
-        trackfail().args(["detect", "--boxes", "-"]).write_stdin(std::fs::read(&boxes).unwrap()).output();
-    assert_eq!(String::from_utf8(piped.unwrap().stdout).unwrap(), text);
-    let (code, message) = refused(&[], Path::new("-"), &["--companion", "-"]);
-    assert!(code == Some(2) && message.contains("only one"), "{message}");
+    let stdin = clip.place.bytes("boxes.txt");
+    assert_eq!(Ran::of(clip.place.command("detect --boxes -").write_stdin(stdin)).out, text);
+    clip.boxes("- --companion -").refuses(2, "only one");
     // A box that no image has is none without a format of it.
-    let far = clip.file("far.txt", |t, _| if t == 4 { "5000,1,9,9".into() } else { "1,1,9,9".into() });
-    detect(&[], &far, &[]);
-    let (code, message) = refused(std::slice::from_ref(&clip.img), &far, &[]);
-    assert!(code == Some(3) && message.contains("far.txt, line 5: the box 5000,1,9,9"), "{message}");
+    clip.file("far.txt", |t, _| if t == 4 { "5000,1,9,9".into() } else { "1,1,9,9".into() });
+    clip.boxes("far.txt").ends(0);
+    clip.frames("far.txt").refuses(3, "far.txt, line 5: the box 5000,1,9,9");
 }
 
 #[test]
 fn a_tier_is_a_method() {
     let clip = Clip::new();
-    let (frames, boxes) = ([clip.img.clone()], clip.xywh());
     for (tier, method) in [
         ("light", "Agreement"),
         ("default", "Fused deep"),
         ("full", "Fused deep full"),
         ("nanotrack", "Fused deep v3"),
     ] {
-        let text = detect(&frames, &boxes, &["--tier", tier]);
-        assert!(rows(&text).iter().all(|row| row["method"] == method), "{text}");
-        assert_eq!(text, detect(&frames, &boxes, &["--method", method]));
+        let ran = clip.frames(&format!("boxes.txt --tier {tier}")).ends(0);
+        assert!(ran.rows().iter().all(|row| row["method"] == method), "{}", ran.out);
+        assert_eq!(ran.out, clip.frames(&format!("boxes.txt --method '{method}'")).ends(0).out);
     }
-    let (code, message) = refused(&frames, &boxes, &["--tier", "light", "--all"]);
-    assert!(code == Some(2) && message.contains("--tier"), "{message}");
-    let (code, message) = refused(&[], &boxes, &["--tier", "full"]);
-    assert!(code == Some(2) && message.contains("give --frames"), "{message}");
+    clip.frames("boxes.txt --tier light --all").refuses(2, "--tier");
+    clip.boxes("boxes.txt --tier full").refuses(2, "give --frames");
 }
 
 #[test]
 fn the_default_method_is_the_one_recommended_for_the_inputs() {
     let clip = Clip::new();
-    let frames = [clip.img.clone()];
-    let boxes = clip.xywh();
-    let confidence = clip.file("confidence.txt", |t, _| if t < 40 { "0.9".into() } else { "0.1".into() });
-    let companion = clip.file("companion.txt", |t, [x, y, w, h]| match t {
+    clip.file("confidence.txt", |t, _| if t < 40 { "0.9".into() } else { "0.1".into() });
+    clip.file("companion.txt", |t, [x, y, w, h]| match t {
         0..30 => format!("{x},{y},{w},{h}"),
         _ => "2,2,6,6".into(),
     });
-    let (confidence, companion) = (confidence.to_str().unwrap(), companion.to_str().unwrap());
     let one = Inputs { frames: true, ..Inputs::default() };
     for (inputs, more) in [
-        (one, vec![]),
-        (Inputs { confidence: true, ..one }, vec!["--confidence", confidence]),
-        (Inputs { companions: true, ..one }, vec!["--companion", companion]),
+        (one, ""),
+        (Inputs { confidence: true, ..one }, "--confidence confidence.txt"),
+        (Inputs { companions: true, ..one }, "--companion companion.txt"),
         (
             Inputs { companions: true, confidence: true, ..one },
-            vec!["--companion", companion, "--confidence", confidence],
+            "--companion companion.txt --confidence confidence.txt",
         ),
     ] {
-        let text = detect(&frames, &boxes, &more);
-        assert!(rows(&text).iter().all(|row| row["method"] == recommended(inputs)), "{more:?}");
-        let all = detect(&frames, &boxes, &[vec!["--all"], more.clone()].concat());
-        assert_eq!(rows(&all)[0]["method"], recommended(inputs));
-        assert!(all.starts_with(&text), "{more:?}");
-        let names: std::collections::BTreeSet<String> =
-            rows(&all).iter().map(|r| r["method"].clone()).collect();
+        let ran = clip.frames(&format!("boxes.txt {more}")).ends(0);
+        assert!(ran.rows().iter().all(|row| row["method"] == recommended(inputs)), "{more}");
+        let all = clip.frames(&format!("boxes.txt --all {more}")).ends(0);
+        assert_eq!(all.rows()[0]["method"], recommended(inputs));
+        assert!(all.out.starts_with(&ran.out), "{more}");
+        let names: BTreeSet<String> = all.rows().iter().map(|r| r["method"].clone()).collect();
         assert_eq!(names.contains("Confidence"), inputs.confidence);
         assert_eq!(names.contains("Companions"), inputs.companions);
     }
-    let state = |method: &str, file: &str, option: &str| -> Vec<String> {
-        let text = detect(&frames, &boxes, &["--method", method, option, file]);
-        rows(&text).iter().map(|row| row["state"].clone()).collect()
-    };
-    for (method, file, option, first) in
-        [("Confidence", confidence, "--confidence", 40), ("Companions", companion, "--companion", 30)]
+    for (method, more, first) in
+        [("Confidence", "--confidence confidence.txt", 40), ("Companions", "--companion companion.txt", 30)]
     {
-        let states = state(method, file, option);
-        assert_eq!(states.iter().position(|s| s == "lost"), Some(first), "{method}");
+        let rows = clip.frames(&format!("boxes.txt --method {method} {more}")).ends(0).rows();
+        assert_eq!(rows.iter().position(|row| row["state"] == "lost"), Some(first), "{method}");
     }
-    let short = clip.root.path().join("short.txt");
-    std::fs::write(&short, "1,1,9,9\n").unwrap();
-    let (code, message) = refused(&frames, &boxes, &["--companion", short.to_str().unwrap()]);
-    assert!(
-        code == Some(3) && message.contains("short.txt has 1 boxes") && message.contains("60 frames"),
-        "{message}"
-    );
+    clip.place.write("short.txt", "1,1,9,9\n");
+    clip.frames("boxes.txt --companion short.txt").refuses(3, "short.txt has 1 boxes").tells("60 frames");
 }
 
 #[test]
 fn an_absent_target_is_neither_lost_nor_tracked() {
     let clip = Clip::new();
-    let frames = [clip.img.clone()];
-    let boxes = clip.file("boxes.txt", |t, [x, y, w, h]| match t {
-        0..5 => String::new(),
+    clip.file("gaps.txt", |t, [x, y, w, h]| match t {
+        0..5 | 58..60 => String::new(),
         20..23 => "nan,nan,nan,nan".into(),
-        58..60 => String::new(),
         _ => format!("{x},{y},{w},{h}"),
     });
     for method in ["CovF", "Watchdog"] {
-        let text = detect(&frames, &boxes, &["--absent", "--method", method]);
-        let all = rows(&text);
+        let all = clip.frames(&format!("gaps.txt --absent --method {method}")).ends(0).rows();
         let absent: Vec<usize> = (0..FRAMES).filter(|t| all[*t]["state"] == "absent").collect();
         assert_eq!(absent, [0, 1, 2, 3, 4, 20, 21, 22, 58, 59], "{method}");
         assert_eq!([&all[4]["score"], &all[59]["score"]], ["", ""]);
         assert!(all[5..58].iter().all(|row| !row["score"].is_empty()));
     }
     // The track begins with its first box, as if there had been no frame before it.
-    let late = detect(&frames, &boxes, &["--absent", "--method", "CovF"]);
-    let later: Vec<PathBuf> = (6..=58).map(|t| clip.img.join(format!("{t:04}.jpg"))).collect();
-    if later[0].exists() {
-        let cut = clip.root.path().join("cut.txt");
-        let text = std::fs::read_to_string(&boxes).unwrap();
-        let lines: Vec<&str> = text.lines().skip(5).take(53).collect();
-        std::fs::write(&cut, lines.join("\n")).unwrap();
-        let alone = detect(&later, &cut, &["--absent", "--method", "CovF"]);
-        assert_eq!(
-            late.lines().skip(6).take(53).collect::<Vec<_>>(),
-            alone.lines().skip(1).collect::<Vec<_>>()
-        );
-    }
-    let (code, message) = refused(&frames, &boxes, &[]);
-    assert!(code == Some(3) && message.contains("boxes.txt, line 1: an empty line"), "{message}");
+    let late = clip.frames("gaps.txt --absent --method CovF").ends(0).out;
+    let text = clip.place.read("gaps.txt");
+    clip.place.write("cut.txt", text.lines().skip(5).take(53).collect::<Vec<_>>().join("\n"));
+    let later: Vec<String> = (6..=58).map(|t| format!("{IMAGES}/{t:04}.png")).collect();
+    let alone = format!("cut.txt --absent --method CovF --frames {}", later.join(" "));
+    let alone = clip.boxes(&alone).ends(0).out;
+    let numberless = |line: &str| line.split_once(',').unwrap().1.to_string();
+    assert_eq!(
+        late.lines().skip(6).take(53).map(numberless).collect::<Vec<_>>(),
+        alone.lines().skip(1).map(numberless).collect::<Vec<_>>()
+    );
+    clip.frames("gaps.txt").refuses(3, "gaps.txt, line 1: an empty line");
 }
 
 #[test]
 fn frames_are_a_folder_a_pattern_or_files() {
     let clip = Clip::new();
-    let boxes = clip.xywh();
-    let mut files: Vec<PathBuf> = std::fs::read_dir(&clip.img).unwrap().map(|e| e.unwrap().path()).collect();
-    let extension = files[0].extension().unwrap().to_string_lossy().into_owned();
-    files.sort();
-    let want = detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "CovF"]);
-    let pattern = clip.img.join(format!("0*.{extension}"));
-    assert_eq!(detect(&[pattern], &boxes, &["--method", "CovF"]), want);
-    assert_eq!(detect(&files, &boxes, &["--method", "CovF"]), want);
+    let of = |frames: &str| clip.boxes(&format!("boxes.txt --method CovF --frames {frames}"));
+    let want = of(IMAGES).ends(0).out;
+    let mut files: Vec<String> = (1..=FRAMES).map(|t| format!("{IMAGES}/{t:04}.png")).collect();
+    for frames in [format!("{IMAGES}/0*.png"), files.join(" ")] {
+        assert_eq!(of(&frames).ends(0).out, want, "{frames}");
+    }
     // An order that no shell gives is meant.
     files.reverse();
-    let output =
-        trackfail().args(["detect", "--boxes"]).arg(&boxes).arg("--frames").args(&files).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && told.contains("60 frames in the order given: 0060."), "{told}");
-    let some = [clip.img.join(format!("*1.{extension}"))];
-    let (code, message) = refused(&some, &boxes, &["--method", "CovF"]);
-    assert!(code == Some(3) && message.contains("60 boxes") && message.contains("has 6 frames"), "{message}");
-    let (code, message) = refused(&[clip.img.join("none.mp4")], &boxes, &[]);
-    assert!(code == Some(3) && message.contains("none.mp4"), "{message}");
+    of(&files.join(" ")).ends(0).tells("60 frames in the order given: 0060.");
+    of(&format!("{IMAGES}/*1.png")).refuses(3, "60 boxes").tells("has 6 frames");
+    of(&format!("{IMAGES}/none.mp4")).refuses(3, "none.mp4");
 }
 
 /// Row C of public reports: cvat#6180, roboflow/trackers PR 558, and time stamps. The pictures are the same under each name,
@@ -423,74 +315,41 @@ fn frames_are_a_folder_a_pattern_or_files() {
 #[test]
 fn frames_are_in_the_order_of_all_numbers_in_their_names() {
     let clip = Clip::new();
-    let boxes = clip.xywh();
-    let want = scores(&detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "CovF"]));
-    let mut files: Vec<PathBuf> = std::fs::read_dir(&clip.img).unwrap().map(|e| e.unwrap().path()).collect();
-    files.sort();
-    let extension = files[0].extension().unwrap().to_string_lossy().into_owned();
+    let want = clip.scores();
+    let files = clip.place.list(IMAGES);
     let folder = |name: &str, file: &dyn Fn(usize) -> String| {
-        let folder = clip.root.path().join(name);
-        std::fs::create_dir(&folder).unwrap();
+        let folder = clip.place.folder(name);
         for (t, path) in files.iter().enumerate() {
-            std::fs::copy(path, folder.join(format!("{}.{extension}", file(t)))).unwrap();
+            std::fs::copy(path, folder.join(format!("{}.png", file(t)))).unwrap();
         }
-        folder
     };
-    let date = |t: usize| format!("cam_2024-01-02_{:02}-59-{:02}", 9 + (40 + t) / 60, (40 + t) % 60);
-    let all = [
-        folder("paren", &|t| format!("DJI_1000({})", t + 1)),
-        folder("roboflow", &|t| format!("clip_mp4-{}_jpg.rf.{:x}", t + 1, (t + 7) * 40_503 % 65_536)),
-        folder("date", &date),
-    ];
-    for folder in all {
-        for frames in [folder.clone(), folder.join(format!("*.{extension}"))] {
-            let found = scores(&detect(std::slice::from_ref(&frames), &boxes, &["--method", "CovF"]));
-            assert_eq!(found, want, "{}", frames.display());
-        }
+    folder("paren", &|t| format!("DJI_1000({})", t + 1));
+    folder("roboflow", &|t| format!("clip_mp4-{}_jpg.rf.{:x}", t + 1, (t + 7) * 40_503 % 65_536));
+    folder("date", &|t| format!("cam_2024-01-02_{:02}-59-{:02}", 9 + (40 + t) / 60, (40 + t) % 60));
+    let of = |frames: &str| clip.boxes(&format!("boxes.txt --method CovF --frames {frames}"));
+    for frames in ["paren", "paren/*.png", "roboflow", "roboflow/*.png", "date", "date/*.png"] {
+        assert_eq!(scores(&of(frames).ends(0)), want, "{frames}");
     }
-    let extra = folder("extra", &|t| (t + 1).to_string());
-    std::fs::copy(&files[0], extra.join(format!("background.{extension}"))).unwrap();
-    let (code, message) = refused(&[extra], &boxes, &["--method", "CovF"]);
-    assert!(code == Some(3) && message.contains("background.") && message.contains("no number"), "{message}");
-    let cameras = folder("cameras", &|t| format!("cam{}_{:04}", 1 + t % 2, t + 1));
-    let (code, message) = refused(&[cameras], &boxes, &["--method", "CovF"]);
-    assert!(code == Some(3) && message.contains("the order of the frames is in doubt"), "{message}");
+    folder("extra", &|t| (t + 1).to_string());
+    std::fs::copy(&files[0], clip.place.path("extra/background.png")).unwrap();
+    of("extra").refuses(3, "background.").tells("no number");
+    folder("cameras", &|t| format!("cam{}_{:04}", 1 + t % 2, t + 1));
+    of("cameras").refuses(3, "the order of the frames is in doubt");
 }
 
 #[needs(ffmpeg)]
 #[test]
 fn frames_are_a_video() {
     let clip = Clip::new();
-    let boxes = clip.xywh();
-    let mut files: Vec<PathBuf> = std::fs::read_dir(&clip.img).unwrap().map(|e| e.unwrap().path()).collect();
-    files.sort();
-    let extension = files[0].extension().unwrap().to_string_lossy().into_owned();
-    let video = clip.root.path().join("clip.mp4");
-    let made = std::process::Command::new("ffmpeg")
-        .args(["-nostdin", "-v", "error", "-i"])
-        .arg(clip.img.join(format!("%04d.{extension}")))
-        .args(["-c:v", "libx264", "-qp", "0", "-pix_fmt", "yuv444p"])
-        .arg(&video)
-        .status();
-    assert!(made.unwrap().success());
-    let temporary = clip.root.path().join("tmp");
-    std::fs::create_dir(&temporary).unwrap();
-    let run = |path: Option<&str>| {
-        let mut command = trackfail();
-        command.args(["detect", "--method", "RgbHist", "--boxes"]).arg(&boxes).arg("--frames").arg(&video);
-        command.env("TMPDIR", &temporary);
-        path.map(|path| command.env("PATH", path));
-        command.output().unwrap()
-    };
-    let output = run(None);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let of_video = scores(&String::from_utf8(output.stdout).unwrap());
-    let of_files = scores(&detect(std::slice::from_ref(&clip.img), &boxes, &["--method", "RgbHist"]));
+    let coded = "-c:v libx264 -qp 0 -pix_fmt yuv444p clip.mp4";
+    clip.place.shell(&format!("ffmpeg -nostdin -v error -i {IMAGES}/%04d.png {coded}")).ends(0);
+    let temporary = clip.place.folder("tmp");
+    let video = "detect --method RgbHist --boxes boxes.txt --frames clip.mp4";
+    let of_video = scores(&Ran::of(clip.place.command(video).env("TMPDIR", &temporary)).ends(0));
+    let of_files = scores(&clip.frames("boxes.txt --method RgbHist").ends(0));
     // The colors of the video are those of the files but for their coding.
     assert!(of_video.iter().zip(&of_files).all(|(a, b)| (a - b).abs() < 0.1), "{of_video:?} {of_files:?}");
-    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0, "no frame is a file");
-    let output = run(Some("/nowhere"));
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(3), "{message}");
-    assert!(message.contains("no `ffmpeg` on the PATH; install it"), "{message}");
+    assert!(clip.place.list("tmp").is_empty(), "no frame is a file");
+    let none = Ran::of(clip.place.command(video).env("TMPDIR", &temporary).env("PATH", "/nowhere"));
+    none.ends(3).tells("no `ffmpeg` on the PATH; install it");
 }

@@ -1,12 +1,13 @@
 //! Downloads that are interrupted, changed, refused or slow.
 
-use crate::fetch::{arrives, job, nothing_left, options, run, sample, sha256, whole};
-use crate::server::{Request, Server, Step, file, full, head};
+use crate::fetch::{arrives, job, job_of, nothing_left, options, run, sample, sha256, whole};
+use crate::server::{Server, Step, file, full, head};
 use crate::tools::files;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use trackfail::dataset::archive::Packing;
 use trackfail::dataset::fetch::{FetchError, FetchJob, FetchOptions};
+use trackfail_testing::put;
 
 fn download(root: &Path) -> (PathBuf, PathBuf) {
     let folder = root.join(".trackfail/downloads");
@@ -16,11 +17,9 @@ fn download(root: &Path) -> (PathBuf, PathBuf) {
 /// A part of `bytes` from `server`, as a fetch leaves it that is killed.
 fn leave(root: &Path, server: &Server, bytes: &[u8], etag: &str) {
     let (part, note) = download(root);
-    std::fs::create_dir_all(part.parent().unwrap()).unwrap();
-    std::fs::write(part, bytes).unwrap();
+    put(root, part, bytes);
     let mark = if etag.is_empty() { "null".to_owned() } else { format!("{etag:?}") };
-    let text = format!(r#"{{"url":"{}/a.zip","mark":{mark},"total":null}}"#, server.url);
-    std::fs::write(note, text).unwrap();
+    put(root, note, format!(r#"{{"url":"{}","mark":{mark},"total":null}}"#, server.archive()));
 }
 
 #[track_caller]
@@ -29,9 +28,22 @@ pub fn fails(
     change: impl Fn(&mut FetchJob, &mut FetchOptions),
 ) -> (FetchError, tempfile::TempDir) {
     let root = tempfile::tempdir().unwrap();
-    let (mut job, mut options) = (job(&format!("{}/a.zip", server.url), Packing::Zip), options());
+    let (mut job, mut options) = (job_of(server), options());
     change(&mut job, &mut options);
     (run(root.path(), &job, &options).unwrap_err(), root)
+}
+
+/// Fails for good, with these words, and leaves nothing.
+#[track_caller]
+fn refused(server: &Server, change: impl Fn(&mut FetchJob, &mut FetchOptions), words: &str) {
+    let (error, root) = fails(server, change);
+    assert!(error.is_data() && error.to_string().contains(words), "{error}");
+    nothing_left(root.path());
+}
+
+/// The bytes of the sample behind a head of an answer.
+fn behind(fields: &[(&str, &str)]) -> Vec<Step> {
+    vec![head("200 OK", fields), Step::Send(sample())]
 }
 
 #[test]
@@ -54,9 +66,8 @@ fn a_cut_download_goes_on_where_it_was_cut() {
     });
     assert_eq!(sample().len(), 5262);
     arrives(root.path(), &server);
-    let asked = server.asked();
-    assert_eq!(asked.iter().map(Request::from).collect::<Vec<_>>(), [None, Some(999), Some(2000)]);
-    assert_eq!(asked[2].headers["if-range"], "\"1\"");
+    assert_eq!(server.asked_from(), [None, Some(999), Some(2000)]);
+    assert_eq!(server.asked()[2].headers["if-range"], "\"1\"");
 }
 
 #[test]
@@ -65,7 +76,7 @@ fn the_next_fetch_goes_on_after_a_kill() {
     let server = Server::file(sample(), "\"1\"");
     leave(root.path(), &server, &sample()[..1234], "\"1\"");
     arrives(root.path(), &server);
-    assert_eq!(server.asked().iter().map(Request::from).collect::<Vec<_>>(), [Some(1234)]);
+    assert_eq!(server.asked_from(), [Some(1234)]);
 }
 
 #[test]
@@ -86,7 +97,7 @@ fn a_file_that_changed_meanwhile_is_not_glued() {
         });
         leave(root.path(), &server, if field.0 == "X" { b"of the old file" } else { b"the old" }, "\"1\"");
         arrives(root.path(), &server);
-        assert_eq!(server.asked().iter().map(Request::from).skip(1).collect::<Vec<_>>(), [None]);
+        assert_eq!(server.asked_from()[1..], [None]);
     }
 }
 
@@ -96,7 +107,7 @@ fn a_part_without_a_mark_goes_on_only_towards_a_digest() {
         let root = tempfile::tempdir().unwrap();
         let server = Server::file(sample(), "\"1\"");
         leave(root.path(), &server, &sample()[..1234], "");
-        let mut job = job(&format!("{}/a.zip", server.url), Packing::Zip);
+        let mut job = job_of(&server);
         job.archive.sha256 = pinned.then(|| sha256(&sample()));
         run(root.path(), &job, &options()).unwrap();
         whole(root.path());
@@ -107,8 +118,7 @@ fn a_part_without_a_mark_goes_on_only_towards_a_digest() {
 #[test]
 fn servers_without_ranges_send_it_again() {
     let root = tempfile::tempdir().unwrap();
-    let body = sample();
-    let server = Server::new(move |_, _| full("200 OK", &[("Last-Modified", "yesterday")], &body));
+    let server = Server::always(full("200 OK", &[("Last-Modified", "yesterday")], &sample()));
     leave(root.path(), &server, &sample()[..1234], "\"1\"");
     arrives(root.path(), &server);
     assert_eq!(server.asked().len(), 1);
@@ -121,7 +131,7 @@ fn a_part_that_is_not_shorter_than_the_file_is_fetched_from_its_start() {
         let server = Server::file(sample(), "\"1\"");
         leave(root.path(), &server, &[sample().as_slice(), more.as_bytes()].concat(), "\"1\"");
         arrives(root.path(), &server);
-        assert_eq!(server.asked().iter().map(Request::from).skip(1).collect::<Vec<_>>(), [None]);
+        assert_eq!(server.asked_from()[1..], [None]);
     }
 }
 
@@ -129,12 +139,11 @@ fn a_part_that_is_not_shorter_than_the_file_is_fetched_from_its_start() {
 fn a_download_that_was_whole_before_the_kill_is_not_asked_for_again() {
     let root = tempfile::tempdir().unwrap();
     let server = Server::file(sample(), "\"1\"");
-    let url = format!("{}/a.zip", server.url);
     // A disk that refuses is no reason to drop the download.
-    std::fs::write(root.path().join("otb"), "a file in the way").unwrap();
-    assert!(matches!(run(root.path(), &job(&url, Packing::Zip), &options()), Err(FetchError::Disk { .. })));
+    let in_the_way = put(root.path(), "otb", "a file");
+    assert!(matches!(run(root.path(), &job_of(&server), &options()), Err(FetchError::Disk { .. })));
     assert!(download(root.path()).0.is_file());
-    std::fs::remove_file(root.path().join("otb")).unwrap();
+    std::fs::remove_file(in_the_way).unwrap();
     arrives(root.path(), &server);
     assert_eq!(server.asked().len(), 1);
 }
@@ -152,48 +161,33 @@ fn another_file_than_the_pinned_one_is_deleted() {
 #[test]
 fn another_size_than_the_pinned_one_is_refused_before_it_is_downloaded() {
     let server = Server::file(sample(), "\"1\"");
-    let (error, root) = fails(&server, |job, _| job.archive.size = Some(7));
-    assert!(error.is_data() && error.to_string().contains("5262 bytes, expected are 7 "), "{error}");
-    nothing_left(root.path());
+    refused(&server, |job, _| job.archive.size = Some(7), "5262 bytes, expected are 7 ");
     // Without a Content-Length it shows when the bytes come.
-    let body = sample();
-    let server = Server::new(move |_, _| vec![head("200 OK", &[]), Step::Send(body.clone())]);
-    let (error, root) = fails(&server, |job, _| job.archive.size = Some(7));
+    let server_without = Server::always(behind(&[]));
+    let (error, root) = fails(&server_without, |job, _| job.archive.size = Some(7));
     assert!(error.is_data() && error.to_string().contains("expected are 7 "), "{error}");
     assert!(files(root.path()).values().all(|b| b.len() <= 200));
-    let (error, _) = fails(&server, |_, options| options.patience.limit = 5000);
-    assert!(error.is_data() && error.to_string().contains("more than 5000 bytes"), "{error}");
-    let server = Server::file(sample(), "\"1\"");
-    let (error, _) = fails(&server, |_, options| options.patience.limit = 5000);
-    assert!(error.is_data() && error.to_string().contains("more than 5000 bytes"), "{error}");
+    for server in [&server_without, &server] {
+        let (error, _) = fails(server, |_, options| options.patience.limit = 5000);
+        assert!(error.is_data() && error.to_string().contains("more than 5000 bytes"), "{error}");
+    }
 }
 
 #[test]
 fn a_length_that_is_not_true_is_noticed() {
-    let body = sample();
     // Too long: the rest never comes.
-    let server = Server::new(move |_, _| {
-        vec![head("200 OK", &[("Content-Length", "9999")]), Step::Send(body.clone())]
-    });
+    let server = Server::always(behind(&[("Content-Length", "9999")]));
     let (error, _) = fails(&server, |_, _| {});
     assert!(matches!(error, FetchError::Network(_)), "{error}");
     assert_eq!(server.asked().len(), 4);
     // Too short: what is left out is missing in the archive.
-    let body = sample();
-    let server = Server::new(move |_, _| {
-        vec![head("200 OK", &[("Content-Length", "5000")]), Step::Send(body.clone())]
-    });
-    let (error, root) = fails(&server, |_, _| {});
-    assert!(error.is_data() && error.to_string().contains("not a whole zip file"), "{error}");
-    nothing_left(root.path());
+    refused(&Server::always(behind(&[("Content-Length", "5000")])), |_, _| {}, "not a whole zip file");
 }
 
 #[test]
 fn an_answer_without_a_length_ends_with_the_connection() {
     let root = tempfile::tempdir().unwrap();
-    let body = sample();
-    let server = Server::new(move |_, _| vec![head("200 OK", &[]), Step::Send(body.clone())]);
-    arrives(root.path(), &server);
+    arrives(root.path(), &Server::always(behind(&[])));
 }
 
 #[test]
@@ -216,15 +210,12 @@ fn chunks_are_put_together_and_a_missing_last_one_is_noticed() {
 #[test]
 fn drops_are_fine() {
     let root = tempfile::tempdir().unwrap();
-    let server = Server::new(move |_, _| {
-        let length = sample().len().to_string();
-        let mut steps = vec![head("200 OK", &[("Content-Length", &length)])];
-        for drop in sample().chunks(500) {
-            steps.extend([Step::Pause(2), Step::Send(drop.to_vec())]);
-        }
-        steps
-    });
-    arrives(root.path(), &server);
+    let length = sample().len().to_string();
+    let mut steps = vec![head("200 OK", &[("Content-Length", &length)])];
+    for drop in sample().chunks(500) {
+        steps.extend([Step::Pause(2), Step::Send(drop.to_vec())]);
+    }
+    arrives(root.path(), &Server::always(steps));
 }
 
 #[test]
@@ -235,15 +226,13 @@ fn a_stall_is_an_error_after_a_while_and_what_came_is_kept() {
         bytes.truncate(bytes.len().min(1000));
         vec![Step::Send(bytes), Step::Stall]
     });
-    let (error, root) = fails(&server, |_, options| {
-        options.patience.stall = Duration::from_millis(200);
-    });
+    let (error, root) = fails(&server, |_, options| options.patience.stall = Duration::from_millis(200));
     let kept = std::fs::metadata(download(root.path()).0).unwrap().len();
     let words = format!("{kept} bytes have arrived and are kept");
     assert!(matches!(error, FetchError::Network(_)) && error.to_string().contains(&words), "{error}");
     assert!(kept > 500 && error.to_string().contains("attempt 4") && !error.is_data(), "{error}");
     // No answer at all.
-    let server = Server::new(|_, _| vec![Step::Stall]);
+    let server = Server::always(vec![Step::Stall]);
     let (error, _) = fails(&server, |_, options| options.patience.stall = Duration::from_millis(100));
     assert!(matches!(error, FetchError::Network(_)), "{error}");
 }
@@ -264,20 +253,23 @@ fn busy_servers_are_asked_again_and_others_are_not() {
     for status in
         ["404 Not Found", "403 Forbidden", "410 Gone", "401 Who", "204 Nothing", "304 Same", "206 Part"]
     {
-        let server = Server::new(move |_, _| full(status, &[], b""));
+        let server = Server::always(full(status, &[], b""));
         let (error, root) = fails(&server, |_, _| {});
         assert!(error.is_data() && error.to_string().contains(&status[..3]), "{error}");
         assert!(error.to_string().contains("--mirror"), "{error}");
         assert_eq!(server.asked().len(), 1, "{status}");
         nothing_left(root.path());
     }
-    let server = Server::new(|_, _| full("500 Oops", &[], b""));
-    let (error, _) = fails(&server, |_, _| {});
-    assert!(error.to_string().contains("(attempt 4, then given up)"), "{error}");
-    assert!(error.to_string().contains("0 bytes have arrived"), "{error}");
-    let server = Server::new(|_, _| full("429 Slowly", &[("Retry-After", "86400")], b""));
-    let (error, _) = fails(&server, |_, _| {});
-    assert!(error.to_string().contains("answers 429 (attempt 4, then given up)"), "{error}");
+    for (answer, words) in [
+        (full("500 Oops", &[], b""), ["(attempt 4, then given up)", "0 bytes have arrived"]),
+        (
+            full("429 Slowly", &[("Retry-After", "86400")], b""),
+            ["answers 429 (attempt 4, then given up)", ""],
+        ),
+    ] {
+        let (error, _) = fails(&Server::always(answer), |_, _| {});
+        assert!(words.iter().all(|words| error.to_string().contains(words)), "{error}");
+    }
 }
 
 #[test]
@@ -294,24 +286,19 @@ fn redirects_are_followed_to_http_only_and_not_for_ever() {
     arrives(root.path(), &server);
     assert!(server.asked().iter().all(|r| r.from() == Some(100)), "the range goes along");
     for to in ["file:///etc/passwd", "ftp://127.0.0.1/a.zip", "gopher:x", "http://", "//", ""] {
-        let server = Server::new(move |_, _| full("301 Moved", &[("Location", to)], b""));
-        let (error, root) = fails(&server, |_, _| {});
-        assert!(error.is_data() && error.to_string().contains("a redirect"), "{to}: {error}");
+        let server = Server::always(full("301 Moved", &[("Location", to)], b""));
+        refused(&server, |_, _| {}, "a redirect");
         assert!(server.asked().len() <= 11, "{to}");
-        nothing_left(root.path());
     }
-    let server = Server::new(|_, _| full("307 Round", &[("Location", "/a.zip")], b""));
-    let (error, _) = fails(&server, |_, _| {});
-    assert!(error.is_data() && error.to_string().contains("a redirect"), "{error}");
+    let server = Server::always(full("307 Round", &[("Location", "/a.zip")], b""));
+    refused(&server, |_, _| {}, "a redirect");
     assert_eq!(server.asked().len(), 11);
 }
 
 #[test]
 fn a_page_instead_of_a_file_is_called_one() {
-    let server = Server::new(|_, _| full("200 OK", &[], b"\n<!DOCTYPE html>\n<p>Please log in"));
-    let (error, root) = fails(&server, |_, _| {});
-    assert!(error.to_string().contains("a web page"), "{error}");
-    nothing_left(root.path());
+    let server = Server::always(full("200 OK", &[], b"\n<!DOCTYPE html>\n<p>Please log in"));
+    refused(&server, |_, _| {}, "a web page");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Errors name file and line, and set the exit code.
 
-use crate::tools::{output, trackfail};
+use crate::tools::{Place, Ran, trackfail};
 
 const SPEC: &str = r#"schema = 1
 name = "mine/try"
@@ -24,139 +24,144 @@ rows = ["recall"]
 columns = "method"
 "#;
 
-/// Exit code and message of a run with one text of the file replaced by another.
-fn with(from: &str, to: &str) -> (i32, String) {
-    assert!(SPEC.contains(from), "{from}");
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("try.toml");
-    std::fs::write(&path, SPEC.replacen(from, to, 1)).unwrap();
-    let output = trackfail().arg("run").arg(&path).arg("--dry-run").output().unwrap();
-    let text = String::from_utf8_lossy(&output.stderr).replace(&path.display().to_string(), "try.toml");
-    (output.status.code().unwrap(), text)
-}
+/// More of an experiment, from line 21 on.
+const MORE: &str = r#"
+[[figure]]
+name = "f"
+kind = "strips"
+panels = [["error"]]
 
-#[track_caller]
-fn refused(from: &str, to: &str, line: usize, words: &str) {
-    let (code, text) = with(from, to);
-    assert_eq!(code, 2, "{text}");
-    assert!(text.starts_with(&format!("error: try.toml:{line}: ")), "{text}");
-    assert!(text.contains(words), "{text}");
-    // The message, the line of the file, and the mark below it.
-    assert!([1, 3].contains(&text.lines().count()), "{text}");
-}
+[[analysis]]
+name = "a"
+signal = { kind = "uncertainty-change" }
+compute = { kind = "cut-values" }
+suites = ["test"]
 
-#[test]
-fn a_wrong_experiment_names_line_and_nearest_word() {
-    assert_eq!(with("still", "still").0, 0);
-    refused("title", "tittle", 3, "did you mean `title`?");
-    refused("khalid2016/1", "khalid2016/7", 4, "did you mean `khalid2016/1`?");
-    refused("synthetic-vot", "synthetic-vott", 7, "did you mean `synthetic-vot`?");
-    refused("\"still\"", "\"stil\"", 10, "did you mean `still`?");
-    refused("\"rgb-histogram\"", "\"rgb-histogramm\"", 14, "did you mean `rgb-histogram`?");
-    refused("below", "bellow", 15, "did you mean `below`?");
-    refused("0.9", "\"much\"", 15, "`below` must be a number or a table, not \"much\"");
-    refused(
+[[table]]
+name = "u"
+shows = "a.cuts"
+"#;
+
+/// What is right: a text of the file, and what stands in its place.
+const RIGHT: [(&str, &str); 2] =
+    [("still", "still"), ("0.9", r#"{ train = "test", maximise = "recall", grid = { quantiles = 9 } }"#)];
+
+/// What is wrong: a text of the file, what stands in its place, the line that is blamed, and a part of the message.
+const WRONG: &[(&str, &str, usize, &str)] = &[
+    ("title", "tittle", 3, "did you mean `title`?"),
+    ("khalid2016/1", "khalid2016/7", 4, "did you mean `khalid2016/1`?"),
+    ("synthetic-vot", "synthetic-vott", 7, "did you mean `synthetic-vot`?"),
+    ("\"still\"", "\"stil\"", 10, "did you mean `still`?"),
+    ("\"rgb-histogram\"", "\"rgb-histogramm\"", 14, "did you mean `rgb-histogram`?"),
+    ("below", "bellow", 15, "did you mean `below`?"),
+    ("0.9", "\"much\"", 15, "`below` must be a number or a table, not \"much\""),
+    ("\"rgb-histogram\"", "\"distribution-field\", layers = 0", 14, "`layers` must be"),
+    ("[\"recall\"]", "[\"recal\"]", 19, "did you mean `recall`?"),
+    ("rows = [\"recall\"]\n", "", 18, "a table needs `rows` and `columns`, `rank` or `shows`"),
+    ("columns = \"method\"", "columns = \"methods\"", 20, "did you mean `method`?"),
+    ("schema = 1", "schema = 2", 1, "schema 2 is not known"),
+    ("schema = 1", "schema = ", 1, ""),
+    ("mine/try", "../try", 2, "must be words"),
+    // Trackers.
+    ("[[tracker]]", "[[tracker]]\nname = \"still\"\n[[tracker]]", 12, "two trackers are called `still`"),
+    (
         "\"still\"",
         "\"still\"\nruns = \"ten\"",
         11,
         "`runs` must be a whole number from 1 to 1000, not \"ten\"",
-    );
-    refused("\"still\"", "\"still\"\nruns = -1", 11, "`runs` must be a whole number from 1 to 1000, not -1");
-    refused("\"rgb-histogram\"", "\"distribution-field\", layers = 0", 14, "`layers` must be");
-    refused("[\"recall\"]", "[\"recal\"]", 19, "did you mean `recall`?");
-    refused("columns = \"method\"", "columns = \"methods\"", 20, "did you mean `method`?");
-    refused("schema = 1", "schema = 2", 1, "schema 2 is not known");
-    refused("mine/try", "../try", 2, "must be words");
-    refused(
-        "[[tracker]]",
-        "[[tracker]]\nname = \"still\"\n[[tracker]]",
-        12,
-        "two trackers are called `still`",
-    );
-    refused("schema = 1", "schema = ", 1, "");
-}
-
-#[test]
-fn methods_of_some_trackers_and_analyses_are_checked() {
-    let method = "name = \"RAW\"\n";
-    let of = |more: &str| format!("name = \"RAW\"\n{more}\n");
-    refused(method, &of("trackers = [\"stil\"]"), 14, "did you mean `still`?");
-    refused(method, &of("protocol = \"khalid2016/9\""), 14, "did you mean `khalid2016/1`?");
-    refused(
-        "\"still\"",
-        "\"still\"\nruns = 2000",
-        11,
-        "`runs` must be a whole number from 1 to 1000, not 2000",
-    );
-    refused(
+    ),
+    ("\"still\"", "\"still\"\nruns = -1", 11, "`runs` must be a whole number from 1 to 1000, not -1"),
+    ("\"still\"", "\"still\"\nruns = 2000", 11, "`runs` must be a whole number from 1 to 1000, not 2000"),
+    (
         "\"still\"",
         "\"still\"\ntraining_runs = 0",
         11,
         "`training_runs` must be a whole number from 1 to 1000, not 0",
-    );
-    let learns = "\"accumulated-validation\", train = \"training\" }";
-    refused("\"level\", below = 0.9 }", learns, 13, "unknown suite role `training`");
-    let quantiles =
-        |grid: &str| format!("below = {{ train = \"test\", maximise = \"recall\", grid = {{ {grid} }} }}");
-    assert_eq!(with("below = 0.9", &quantiles("quantiles = 9")).0, 0);
-    refused("below = 0.9", &quantiles("quantiles = 1"), 15, "`quantiles` must be 2 to 1000");
-    refused("below = 0.9", &quantiles("quantiles = 9, from = 0.0"), 15, "or `quantiles` alone");
-    let analysis = |compute: &str, suites: &str| {
-        let signal = "signal = { kind = \"uncertainty-change\" }";
-        format!(
-            "[[analysis]]\nname = \"a\"\n{signal}\ncompute = {{ {compute} }}\nsuites = {suites}\n\n[[table]]"
-        )
-    };
-    let kind = "kind = \"cut-values\"";
-    assert_eq!(with("[[table]]", &analysis(kind, "[\"test\"]")).0, 0);
-    refused("[[table]]", &analysis("kind = \"cut-value\"", "[\"test\"]"), 20, "did you mean `cut-values`?");
-    refused("[[table]]", &analysis(kind, "[\"tests\"]"), 21, "did you mean `test`?");
-    refused("[[table]]", &analysis(kind, "[\"test\", \"test\"]"), 21, "takes 1 to 1 suites");
-    let bad = "kind = \"cut-values\", alphas = [0.1, 0.05]";
-    refused("[[table]]", &analysis(bad, "[\"test\"]"), 20, "`alphas` must be");
-    let shows = analysis(kind, "[\"test\"]") + "\nname = \"u\"\nshows = \"a.cut\"\n\n[[table]]";
-    refused("[[table]]", &shows, 25, "did you mean `a.cuts`?");
-    refused("rows = [\"recall\"]\n", "", 18, "a table needs `rows` and `columns`, `rank` or `shows`");
+    ),
+    // A replay cannot leave the data root.
+    ("\"still\"", "\"replay\"\nresults = \"../../etc\"", 11, ""),
+    ("\"still\"", "\"replay\"\nresults = \"/etc\"", 11, ""),
+    // Methods.
+    ("[[method]]", "[[method]]\nname = \"RAW\"\n[[method]]", 15, "method `RAW` is listed twice"),
+    ("\"RAW\"", "\"RAW\"\ntrackers = [\"stil\"]", 14, "did you mean `still`?"),
+    ("\"RAW\"", "\"RAW\"\nprotocol = \"khalid2016/9\"", 14, "did you mean `khalid2016/1`?"),
+    (
+        "\"level\", below = 0.9 }",
+        "\"accumulated-validation\", train = \"training\" }",
+        13,
+        "unknown suite role `training`",
+    ),
+    (
+        "0.9",
+        r#"{ train = "test", maximise = "recall", grid = { quantiles = 1 } }"#,
+        15,
+        "`quantiles` must be 2 to 1000",
+    ),
+    (
+        "0.9",
+        r#"{ train = "test", maximise = "recall", grid = { quantiles = 9, from = 0.0 } }"#,
+        15,
+        "or `quantiles` alone",
+    ),
+    (
+        "0.9 }",
+        "{ train = \"test\", maximise = \"f_score\", grid = { from = 0.1, to = 0.5, step = 0.1 } } }\n\
+         [method.grid]\nbelow = [0.1, 0.2]",
+        17,
+        "`below` is trained",
+    ),
+    // Analyses.
+    ("\"cut-values\"", "\"cut-value\"", 30, "did you mean `cut-values`?"),
+    ("suites = [\"test\"]", "suites = [\"tests\"]", 31, "did you mean `test`?"),
+    ("suites = [\"test\"]", "suites = [\"test\", \"test\"]", 31, "takes 1 to 1 suites"),
+    ("\"cut-values\"", "\"cut-values\", alphas = [0.1, 0.05]", 30, "`alphas` must be"),
+    ("a.cuts", "a.cut", 35, "did you mean `a.cuts`?"),
+    // A figure is refused before the run and not after it.
+    ("[[\"error\"]]", "[[\"error\"]]\nsequences = [\"bal\"]", 26, "did you mean `ball`?"),
+    ("[[\"error\"]]", "[[\"error\"]]\nmetric = \"recall\"", 26, "a `strips` figure has no `metric`"),
+    ("[[\"error\"]]", "[[\"error\"]]\nstills = 13", 26, "`stills` must be 0 to 12"),
+    ("[[\"error\"]]", "[[\"error\"], []]", 23, "none of its rows is empty"),
+    (
+        "[[\"error\"]]",
+        "[[\"signal:never\"]]\n[[method]]\nname = \"never\"\ndetector = { kind = \"never\" }",
+        25,
+        "`never` reads no signal",
+    ),
+    (
+        "[[\"error\"]]",
+        "[[\"score:G\"]]\n[[method]]\nname = \"G\"\nsignal = { kind = \"rgb-histogram\" }\n\
+         detector = { kind = \"level\", below = 0.9 }\ngrid = { below = [0.1, 0.2] }",
+        25,
+        "`G` has a grid",
+    ),
+];
+
+/// A dry run with one text of the file replaced by another.
+fn with(from: &str, to: &str) -> Ran {
+    let text = format!("{SPEC}{MORE}");
+    assert!(text.contains(from), "{from}");
+    Place::with(&[("try.toml", &text.replacen(from, to, 1))]).run("run try.toml --dry-run")
+}
+
+fn refused(from: &str, to: &str, line: usize, words: &str) {
+    let ran = with(from, to).ends(2).tells(words);
+    assert!(ran.err.starts_with(&format!("error: try.toml:{line}: ")), "{to}: {}", ran.err);
+    // The message, the line of the file, and the mark below it.
+    assert!([1, 3].contains(&ran.err.lines().count()), "{}", ran.err);
 }
 
 #[test]
-fn a_method_twice_is_refused() {
-    let twice = "[[method]]\nname = \"RAW\"\n[[method]]";
-    refused("[[method]]", twice, 15, "method `RAW` is listed twice");
-}
-
-#[test]
-fn a_parameter_is_trained_or_in_the_grid_not_both() {
-    let train = |maximise: &str| {
-        format!(
-            "{{ train = \"test\", maximise = \"{maximise}\", grid = {{ from = 0.1, to = 0.5, step = 0.1 }} }}"
-        )
-    };
-    let grid = format!("{} }}\n[method.grid]\nbelow = [0.1, 0.2]", train("f_score"));
-    refused("0.9 }", &grid, 17, "`below` is trained");
+fn a_wrong_experiment_names_line_and_nearest_word() {
+    RIGHT.iter().for_each(|(from, to)| drop(with(from, to).ends(0)));
+    WRONG.iter().for_each(|(from, to, line, words)| refused(from, to, *line, words));
     // Training has no value of these, or would look for the worst one.
     for word in ["score_mean", "fpr", "events"] {
-        refused("0.9", &train(word), 15, "precision, recall, f_score, tp");
+        let grid = "{ from = 0.1, to = 0.5, step = 0.1 }";
+        let train = format!("{{ train = \"test\", maximise = \"{word}\", grid = {grid} }}");
+        refused("0.9", &train, 15, "precision, recall, f_score, tp");
     }
-}
-
-#[test]
-fn a_figure_is_refused_before_the_run_and_not_after_it() {
-    let figure =
-        |more: &str| format!("columns = \"method\"\n[[figure]]\nname = \"f\"\nkind = \"strips\"\n{more}");
-    let refused = |more: &str, line: usize, words: &str| {
-        refused("columns = \"method\"", &figure(more), line, words);
-    };
-    refused("panels = [[\"error\"]]\nsequences = [\"bal\"]", 25, "did you mean `ball`?");
-    refused("panels = [[\"error\"]]\nmetric = \"recall\"", 25, "a `strips` figure has no `metric`");
-    refused("panels = [[\"error\"]]\nstills = 13", 25, "`stills` must be 0 to 12");
-    refused("panels = [[\"error\"], []]", 22, "none of its rows is empty");
-    let never =
-        "panels = [[\"signal:never\"]]\n[[method]]\nname = \"never\"\ndetector = { kind = \"never\" }";
-    refused(never, 24, "`never` reads no signal");
-    let grid = "panels = [[\"score:G\"]]\n[[method]]\nname = \"G\"\nsignal = { kind = \"rgb-histogram\" }\n\
-                detector = { kind = \"level\", below = 0.9 }\ngrid = { below = [0.1, 0.2] }";
-    refused(grid, 24, "`G` has a grid");
+    let label = format!("\"still\"\nlabel = \"{}\"", "x".repeat(65));
+    refused("\"still\"", &label, 11, "1 to 64 characters");
 }
 
 #[test]
@@ -173,236 +178,135 @@ fn published_numbers_belong_to_a_column_once() {
 }
 
 #[test]
-fn a_wrong_label_is_blamed_on_its_own_line() {
-    refused("\"still\"", &format!("\"still\"\nlabel = \"{}\"", "x".repeat(65)), 11, "1 to 64 characters");
-}
-
-#[test]
-fn a_replay_cannot_leave_the_data_root() {
-    for path in ["../../etc", "/etc"] {
-        let (code, text) = with("\"still\"", &format!("\"replay\"\nresults = \"{path}\""));
-        assert_eq!(code, 2, "{text}");
-        assert!(text.contains("try.toml:11: "), "{text}");
-    }
-}
-
-#[test]
 fn exit_codes_are_the_documented_ones() {
-    assert_eq!(output(&["run", "no-such-experiment"]).0, 2);
-    assert_eq!(output(&["frobnicate"]).0, 2);
-    assert_eq!(output(&["data", "render", "synthetic-ott", "/nonexistent"]).0, 2);
-    let (code, _, text) = output(&["run", "khalid2016/table2"]);
-    assert_eq!(code, 3, "{text}");
-    assert!(
-        text.contains("25 of 25 sequences of suite vot2014 are missing: no data root is set")
-            && text.contains("votchallenge.net"),
-        "{text}"
-    );
-    let (code, _, text) = output(&["run", "khalid2016/table2", "--data-root", "/nonexistent"]);
-    assert_eq!(code, 3, "{text}");
-}
-
-#[test]
-fn a_required_claim_that_does_not_hold_is_exit_code_5() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("try.toml");
+    let place = Place::new();
+    for wrong in ["run no-such-experiment", "frobnicate", "data render synthetic-ott /nonexistent"] {
+        place.run(wrong).ends(2);
+    }
+    let words = "25 of 25 sequences of suite vot2014 are missing: no data root is set";
+    place.run("run khalid2016/table2").ends(3).tells(words).tells("votchallenge.net");
+    place.run("run khalid2016/table2 --data-root /nonexistent").ends(3);
     let claim = "\n[[claim]]\ntext = \"impossible\"\nholds = \"recall[RAW] > 1\"\nrequired = true\n";
-    std::fs::write(&path, format!("{SPEC}{claim}")).unwrap();
-    let output = trackfail()
-        .arg("run")
-        .arg(&path)
-        .arg("--results")
-        .arg(dir.path().join("results"))
-        .arg("--reports")
-        .arg(dir.path().join("reports"))
-        .output()
-        .unwrap();
-    assert_eq!(output.status.code(), Some(5), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(dir.path().join("reports/mine/try/index.html").is_file());
+    place.write("try.toml", format!("{SPEC}{claim}"));
+    place.run("run try.toml").ends(5);
+    assert!(place.has("reports/mine/try/index.html"));
 }
 
-/// Runs a spec into `root` and gives the exit code and stderr.
-fn run_in(root: &std::path::Path, spec: &str) -> (i32, String) {
-    let path = root.join("try.toml");
-    std::fs::write(&path, spec).unwrap();
-    let mut command = trackfail();
-    command.arg("run").arg("--quiet").arg(&path).arg("--results").arg(root.join("results"));
-    let output = command.arg("--reports").arg(root.join("reports")).output().unwrap();
-    (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
-fn report_in(root: &std::path::Path, name: &str) -> (i32, String) {
-    let mut command = trackfail();
-    command.args(["report", name, "--results"]).arg(root.join("results"));
-    let output = command.arg("--reports").arg(root.join("reports")).output().unwrap();
-    (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
+/// A place with the results of the experiment.
+fn finished() -> Place {
+    let place = Place::with(&[("try.toml", SPEC)]);
+    let ran = place.run("run --quiet try.toml").ends(0);
+    assert_eq!(ran.err, "");
+    place
 }
 
 #[test]
 fn damaged_results_are_an_error_and_never_a_number() {
-    let dir = tempfile::tempdir().unwrap();
-    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
-    assert_eq!(report_in(dir.path(), "mine/try"), (0, String::new()));
-    let path = dir.path().join("results/mine/try/measures.csv");
-    let good = std::fs::read_to_string(&path).unwrap();
+    let place = finished();
+    assert_eq!(place.run("report mine/try").ends(0).err, "");
+    let name = "results/mine/try/measures.csv";
+    let good = place.read(name);
     let done = good.lines().nth(1).unwrap().split(',').nth(4).unwrap().to_string();
     for bad in [good.replace(&format!(",{done},"), ",x,"), good[..good.len() - 9].to_string()] {
-        std::fs::write(&path, &bad).unwrap();
-        let (code, text) = report_in(dir.path(), "mine/try");
-        assert_eq!(code, 1, "{bad}{text}");
-        assert!(text.contains("measures.csv"), "{text}");
+        place.write(name, bad);
         // The same code for every verb that reads them.
-        let results = dir.path().join("results");
-        for verb in [&["explain", "t", "recall", "RAW"][..], &["compare", "RAW", "RAW", "--in", "mine/try"]] {
-            let output = trackfail().args(verb).arg("--results").arg(&results).output().unwrap();
-            let text = String::from_utf8_lossy(&output.stderr);
-            assert_eq!(output.status.code(), Some(1), "{verb:?} {text}");
-            assert!(text.contains("measures.csv"), "{verb:?} {text}");
+        for verb in ["report mine/try", "explain t recall RAW", "compare RAW RAW --in mine/try"] {
+            place.run(verb).ends(1).tells("measures.csv");
         }
     }
 }
 
 #[test]
 fn compared_results_that_are_damaged_are_no_results() {
-    let dir = tempfile::tempdir().unwrap();
-    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
-    let results = dir.path().join("results");
-    let folder = results.join("mine/try").display().to_string();
-    let compare = |words: &[&str]| {
-        let output = trackfail().arg("compare").args(words).arg("--results").arg(&results).output().unwrap();
-        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
-    };
-    let (inside, folders) = (["RAW", "RAW", "--in", "mine/try"], [folder.as_str(), &folder]);
-    let (code, text) = compare(&[&inside[..], &["--metric", "recal"]].concat());
-    assert!(code == 2 && text.contains("unknown measure `recal`; did you mean `recall`?"), "{text}");
-    for words in [&inside[..], &folders[..]] {
-        let (code, text) = compare(&[words, &["--tracker", "stil"]].concat());
-        assert!(code == 2 && text.contains("did you mean `still`?"), "{text}");
-        let (code, text) = compare(&[words, &["--tracker", "kangaroo"]].concat());
-        assert!(code == 2 && text.trim_end().ends_with("there is: still"), "{text}");
+    let place = finished();
+    let compared =
+        ["compare RAW RAW --in mine/try", "compare results/mine/try results/mine/try --results results"];
+    let unknown = "unknown measure `recal`; did you mean `recall`?";
+    place.run(&format!("{} --metric recal", compared[0])).ends(2).tells(unknown);
+    for compare in compared {
+        place.run(&format!("{compare} --tracker stil")).ends(2).tells("did you mean `still`?");
+        let ran = place.run(&format!("{compare} --tracker kangaroo")).ends(2);
+        assert!(ran.err.trim_end().ends_with("there is: still"), "{}", ran.err);
     }
-    let path = results.join("mine/try/scores.csv");
-    let good = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, &good[..good.len() / 2]).unwrap();
-    for words in [&inside[..], &folders[..]] {
-        let (code, text) = compare(words);
-        assert!(code == 1 && text.contains("scores.csv"), "{code} {text}");
-    }
-    std::fs::remove_file(&path).unwrap();
-    for words in [&inside[..], &folders[..]] {
-        let (code, text) = compare(words);
-        assert!(code == 1 && text.contains("scores.csv"), "{code} {text}");
-    }
+    let name = "results/mine/try/scores.csv";
+    let good = place.read(name);
+    place.write(name, &good[..good.len() / 2]);
+    compared.iter().for_each(|compare| drop(place.run(compare).ends(1).tells("scores.csv")));
+    place.remove(name);
+    compared.iter().for_each(|compare| drop(place.run(compare).ends(1).tells("scores.csv")));
 }
 
 #[test]
 fn all_wrong_experiments_are_told_and_folders_are_none() {
-    let dir = tempfile::tempdir().unwrap();
-    for (name, wrong) in [("a.toml", "tittle"), ("b.toml", "titel")] {
-        std::fs::write(dir.path().join(name), SPEC.replacen("title", wrong, 1)).unwrap();
-    }
-    let run = |words: &[&str]| {
-        let output = trackfail().current_dir(dir.path()).arg("run").args(words).output().unwrap();
-        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
-    };
-    let (code, text) = run(&["a.toml", "b.toml"]);
-    assert!(code == 2 && text.contains("a.toml:3: ") && text.contains("b.toml:3: "), "{code} {text}");
-    let (code, text) = run(&["."]);
-    assert!(code == 2 && text.contains(".: a folder; name an experiment file in it"), "{code} {text}");
+    let [a, b] = ["tittle", "titel"].map(|wrong| SPEC.replacen("title", wrong, 1));
+    let place = Place::with(&[("a.toml", &a), ("b.toml", &b)]);
+    place.run("run a.toml b.toml").ends(2).tells("a.toml:3: ").tells("b.toml:3: ");
+    place.run("run .").ends(2).tells(".: a folder; name an experiment file in it");
 }
 
 #[test]
-fn tables_have_long_numbers_with_an_exponent() {
-    let dir = tempfile::tempdir().unwrap();
+fn long_numbers_have_an_exponent() {
     let grid = "below = 0.9 }\ngrid = { below = [1e-300, 0.5, 1e300] }";
     let tables = "columns = \"method\"\n\n[[table]]\nname = \"u\"\nrows = [\"below\"]\ncolumns = \"tracker\"\n\n\
                   [[table]]\nname = \"v\"\nrows = [\"attribute\"]\ncolumns = \"below\"\n";
     let spec = SPEC.replacen("below = 0.9 }", grid, 1).replacen("columns = \"method\"\n", tables, 1);
-    let path = dir.path().join("try.toml");
-    std::fs::write(&path, spec).unwrap();
-    let output = trackfail().current_dir(dir.path()).args(["run", "try.toml"]).output().unwrap();
-    let printed = String::from_utf8_lossy(&output.stdout);
-    assert!(printed.contains("below = 1e-300") && !printed.contains("0000000000"), "{printed}");
-    let folder = dir.path().join("results/mine/try/tables");
+    let place = Place::with(&[("try.toml", &spec)]);
+    let long = "0000000000";
+    place.run("run try.toml --dry-run").never_says(long);
+    place.run("run try.toml --dry-run --verbose").says("below=1e-300").never_says(long);
+    place.run("run try.toml").says("below = 1e-300").never_says(long);
     for name in ["u", "v"] {
         for end in ["csv", "md", "tex"] {
-            let text = std::fs::read_to_string(folder.join(format!("{name}.{end}"))).unwrap();
-            assert!(!text.contains("0000000000"), "{name}.{end}: {text}");
+            let text = place.read(&format!("results/mine/try/tables/{name}.{end}"));
+            assert!(!text.contains(long), "{name}.{end}: {text}");
         }
     }
-    let page = std::fs::read_to_string(dir.path().join("reports/mine/try/index.html")).unwrap();
-    assert!(page.contains("below = 1e-300"));
-    assert!(std::fs::read_to_string(folder.join("u.md")).unwrap().contains("| 1e300 |"));
-}
-
-#[test]
-fn small_parameters_are_written_with_an_exponent() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("try.toml");
-    let grid = "below = 0.9 }\ngrid = { below = [1e-300, 0.5] }";
-    std::fs::write(&path, SPEC.replacen("below = 0.9 }", grid, 1)).unwrap();
-    let output = trackfail().arg("run").arg(&path).args(["--dry-run"]).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(!text.contains("0000000000"), "{text}");
-    let cells = trackfail().arg("run").arg(&path).args(["--dry-run", "--verbose"]).output().unwrap();
-    let text = String::from_utf8_lossy(&cells.stdout);
-    assert!(text.contains("below=1e-300") && !text.contains("0000000000"), "{text}");
+    assert!(place.read("reports/mine/try/index.html").contains("below = 1e-300"));
+    assert!(place.read("results/mine/try/tables/u.md").contains("| 1e300 |"));
 }
 
 #[test]
 fn report_knows_only_finished_experiments() {
-    let dir = tempfile::tempdir().unwrap();
-    assert_eq!(run_in(dir.path(), SPEC), (0, String::new()));
-    let (code, text) = report_in(dir.path(), "mine/tri");
-    assert_eq!(code, 2, "{text}");
-    assert!(text.contains("did you mean `mine/try`?"), "{text}");
-    for outside in ["../results/mine/try", "/etc"] {
-        assert_eq!(report_in(dir.path(), outside).0, 2);
-    }
+    let place = finished();
+    place.run("report mine/tri").ends(2).tells("did you mean `mine/try`?");
+    ["report ../results/mine/try", "report /etc"].into_iter().for_each(|verb| drop(place.run(verb).ends(2)));
 }
 
 #[test]
 fn a_figure_without_a_value_is_left_out_and_the_report_says_so() {
-    let dir = tempfile::tempdir().unwrap();
     // No tracker that never loses its target has a recall.
     let spec = SPEC
         .replace("\"still\"", "\"scripted\"")
         .replace("below = 0.9 }", "below = 0.9 }\ngrid = { below = [0.8, 0.9] }");
     let sweep = "[[figure]]\nname = \"f\"\nkind = \"sweep\"\nmetric = \"recall\"\nx = \"below\"\n";
-    assert_eq!(run_in(dir.path(), &(spec + sweep)), (0, String::new()));
-    let page = std::fs::read_to_string(dir.path().join("reports/mine/try/index.html")).unwrap();
+    let place = Place::with(&[("try.toml", &(spec + sweep))]);
+    assert_eq!(place.run("run try.toml --quiet").ends(0).err, "");
+    let page = place.read("reports/mine/try/index.html");
     assert!(page.contains("Figure f is not drawn: recall has no value"), "{page}");
 }
 
 #[test]
-fn an_empty_data_root_in_the_environment_is_none() {
-    for arguments in [["run", "--dry-run"], ["data", "list"]] {
-        let output = trackfail().env("TRACKFAIL_DATA", "").args(arguments).output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+fn the_environment_may_list_several_data_roots_and_none() {
+    let place = Place::new();
+    for arguments in ["run --dry-run", "data list"] {
+        Ran::of(place.command(arguments).env("TRACKFAIL_DATA", "")).ends(0);
     }
-}
-
-#[test]
-fn the_environment_may_list_several_data_roots() {
-    let dir = tempfile::tempdir().unwrap();
-    let (one, gone) = (dir.path().join("one"), dir.path().join("gone"));
-    std::fs::create_dir(&one).unwrap();
-    let list = |roots: &[&std::path::Path]| {
-        let roots = std::env::join_paths(roots).unwrap();
-        let output = trackfail().env("TRACKFAIL_DATA", roots).args(["data", "list"]).output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    let list = |roots: [std::path::PathBuf; 2]| {
+        Ran::of(
+            trackfail().args(["data", "list"]).env("TRACKFAIL_DATA", std::env::join_paths(roots).unwrap()),
+        )
     };
-    assert_eq!(list(&[&one, dir.path()]), (Some(0), String::new()));
-    let (code, message) = list(&[&one, &gone]);
-    assert!(code == Some(3) && message.contains("gone: the data root is no folder"), "{code:?} {message}");
+    let one = place.folder("one");
+    assert_eq!(list([one.clone(), place.path("")]).ends(0).err, "");
+    list([one, place.path("gone")]).ends(3).tells("gone: the data root is no folder");
 }
 
 #[test]
 fn a_reader_that_has_gone_is_no_failure() {
-    let dir = tempfile::tempdir().unwrap();
+    let place = Place::new();
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_trackfail"))
         .args(["data", "render", "synthetic-otb", "--sequence", "Girl"])
-        .arg(dir.path().join("suite"))
+        .arg(place.path("suite"))
         .stdout(std::process::Stdio::piped())
         .spawn()
         .unwrap();

@@ -15,6 +15,7 @@ use trackfail::dataset::fetch::{
 };
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
+use trackfail_testing::put;
 
 /// Keeps what it is told.
 #[derive(Default)]
@@ -38,6 +39,11 @@ pub fn options() -> FetchOptions {
         limit: 1 << 20,
     };
     FetchOptions { mirror: None, patience, caps: Caps::default() }
+}
+
+/// Fetches `/a.zip` of a server.
+pub fn job_of(server: &Server) -> FetchJob {
+    job(&server.archive(), Packing::Zip)
 }
 
 pub fn job(url: &str, packing: Packing) -> FetchJob {
@@ -71,7 +77,7 @@ pub fn sample() -> Vec<u8> {
 /// Fetches `/a.zip` of a server into a root where a part may lie, and checks what is there afterwards.
 #[track_caller]
 pub fn arrives(root: &Path, server: &Server) -> Fetched {
-    let fetched = run(root, &job(&format!("{}/a.zip", server.url), Packing::Zip), &options()).unwrap();
+    let fetched = run(root, &job_of(server), &options()).unwrap();
     assert_eq!(fetched.sha256, sha256(&sample()));
     assert_eq!(fetched.placed.new, ["otb/seq"]);
     whole(root);
@@ -115,8 +121,7 @@ fn modes_are_the_usual_ones_whatever_the_archive_says() {
     let root = tempfile::tempdir().unwrap();
     let mut members = [zipped("seq/", b""), zipped("seq/a", b"x"), zipped("seq/img/b", b"y")];
     [0o040_000, 0o104_777, 0o100_000].iter().zip(&mut members).for_each(|(mode, m)| m.mode = *mode);
-    let server = Server::file(zip(&members), "\"1\"");
-    run(root.path(), &job(&format!("{}/a.zip", server.url), Packing::Zip), &options()).unwrap();
+    run(root.path(), &job_of(&Server::file(zip(&members), "\"1\"")), &options()).unwrap();
     let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o7777;
     let (folder, file) = (root.path().join("folder"), root.path().join("file"));
     std::fs::create_dir(&folder).unwrap();
@@ -135,8 +140,7 @@ const ZIP: &str = "UEsDBBQAAAAIAJYmdV11LfqMDwAAAJABAAAYAAAAc2VxL2dyb3VuZHRydXRoX
 fn archives_of_another_writer_come_out_as_they_went_in() {
     let bytes = base64::engine::general_purpose::STANDARD.decode(ZIP).unwrap();
     let root = tempfile::tempdir().unwrap();
-    let mut job = job(&Server::file(bytes.clone(), "\"1\"").url, Packing::Zip);
-    job.archive.url += "/a";
+    let mut job = job_of(&Server::file(bytes.clone(), "\"1\""));
     job.archive.size = Some(bytes.len() as u64);
     job.archive.sha256 = Some(sha256(&bytes).to_uppercase());
     run(root.path(), &job, &options()).unwrap();
@@ -160,7 +164,7 @@ fn only_folders_of_the_list_are_unpacked_and_all_of_them() {
     ];
     let bytes = zip(&members.map(|(name, text)| zipped(name, text.as_bytes())));
     let root = tempfile::tempdir().unwrap();
-    let mut job = job(&format!("{}/a", Server::file(bytes, "\"1\"").url), Packing::Zip);
+    let mut job = job_of(&Server::file(bytes, "\"1\""));
     job.archive.below = Some("all".into());
     job.folders = vec!["otb/seq".into(), "otb/deep/er".into()];
     let fetched = run(root.path(), &job, &options()).unwrap();
@@ -178,7 +182,7 @@ fn a_file_that_is_no_archive_is_kept_as_it_is() {
     job.folders.clear();
     assert_eq!(run(root.path(), &job, &options()).unwrap().placed.new, ["otb/truth.xml"]);
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"<xml/>");
-    std::fs::write(root.path().join("otb/truth.xml"), "mine").unwrap();
+    put(root.path(), "otb/truth.xml", "mine");
     assert_eq!(run(root.path(), &job, &options()).unwrap().placed.kept, ["otb/truth.xml"]);
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
 }
@@ -188,12 +192,9 @@ fn what_the_user_put_there_stays_and_what_a_kill_left_goes() {
     let root = tempfile::tempdir().unwrap();
     let mine = root.path().join("otb/seq");
     std::fs::create_dir_all(&mine).unwrap();
-    let half = root.path().join(".trackfail/unpack-abc/otb/seq");
-    std::fs::create_dir_all(&half).unwrap();
-    std::fs::write(half.join("0001.jpg"), "half").unwrap();
+    put(root.path(), ".trackfail/unpack-abc/otb/seq/0001.jpg", "half");
     let server = Server::file(sample(), "\"1\"");
-    let job = job(&format!("{}/a.zip", server.url), Packing::Zip);
-    let fetched = run(root.path(), &job, &options()).unwrap();
+    let fetched = run(root.path(), &job_of(&server), &options()).unwrap();
     assert_eq!((fetched.placed.kept, fetched.placed.new.len()), (vec!["otb/seq".into()], 0));
     nothing_left(root.path());
     std::fs::remove_dir(&mine).unwrap();
@@ -206,21 +207,18 @@ fn a_folder_that_is_replaced_is_kept_where_it_has_files_of_its_own() {
     let root = tempfile::tempdir().unwrap();
     let server = Server::file(sample(), "\"1\"");
     arrives(root.path(), &server);
-    let mut job = job(&format!("{}/a.zip", server.url), Packing::Zip);
-    job.again = vec!["otb/seq".into()];
-    std::fs::write(root.path().join("otb/seq/groundtruth_rect.txt"), "damaged").unwrap();
+    let job = FetchJob { again: vec!["otb/seq".into()], ..job_of(&server) };
+    put(root.path(), "otb/seq/groundtruth_rect.txt", "damaged");
     let again = || run(root.path(), &job, &options()).unwrap().placed;
     let placed = again();
     assert_eq!((placed.replaced, placed.moved), (vec!["otb/seq".to_string()], Vec::new()));
     whole(root.path());
     for (n, notes) in [(1, "img/notes.txt"), (2, "mine/deep.txt")] {
-        let notes = Path::new(notes);
-        std::fs::create_dir_all(root.path().join("otb/seq").join(notes).parent().unwrap()).unwrap();
-        std::fs::write(root.path().join("otb/seq").join(notes), "mine").unwrap();
+        let mine = put(root.path(), format!("otb/seq/{notes}"), "mine");
         let aside = root.path().join(format!("otb/seq.replaced-{n}"));
         assert_eq!(again().moved, [("otb/seq".to_string(), aside.clone())]);
         assert_eq!(std::fs::read(aside.join(notes)).unwrap(), b"mine");
-        assert!(!root.path().join("otb/seq").join(notes).exists());
+        assert!(!mine.exists());
     }
     assert_eq!(std::fs::read(root.path().join("otb/seq/groundtruth_rect.txt")).unwrap(), b"1,2,3,4\n");
 }
@@ -239,8 +237,7 @@ fn one_fetch_at_a_time() {
 fn an_archive_without_the_folder_names_what_it_begins_with() {
     let server = Server::file(zip(&[zipped("SEQ/a", b""), zipped("readme", b"")]), "\"1\"");
     let (error, root) = fails(&server, |_, _| {});
-    let text = error.to_string();
-    assert!(text.contains("no folder otb/seq, and begins with `SEQ/a`"), "{text}");
+    trackfail_testing::assert_says(error.to_string(), "no folder otb/seq, and begins with `SEQ/a`");
     nothing_left(root.path());
 }
 
@@ -267,7 +264,7 @@ fn the_program_says_how_to_get_what_it_cannot_download() {
 fn the_program_asks_for_consent_and_tells_what_is_not_there() {
     let root = tempfile::tempdir().unwrap();
     let (name, _) = listed(true).expect("a sequence with an address");
-    let server = Server::new(|_, _| full("404 Not Found", &[], b""));
+    let server = Server::always(full("404 Not Found", &[], b""));
     let fetch = |more: &[&str]| {
         let mut command = trackfail();
         command.args(["data", "fetch", &name, "--mirror", &server.url, "--data-root"]).arg(root.path());
@@ -275,30 +272,26 @@ fn the_program_asks_for_consent_and_tells_what_is_not_there() {
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let (code, text) = fetch(&[]);
-    assert_eq!(code, Some(2), "{text}");
-    assert!(text.contains("licence: ") && text.contains("--accept-licence"), "{text}");
+    assert!(code == Some(2) && text.contains("licence: ") && text.contains("--accept-licence"), "{text}");
     assert!(server.asked().is_empty());
     let (code, text) = fetch(&["--accept-licence"]);
-    assert_eq!(code, Some(3), "{text}");
-    assert!(text.contains("licence: ") && text.contains("404"), "{text}");
+    assert!(code == Some(3) && text.contains("licence: ") && text.contains("404"), "{text}");
     let (code, text) = fetch(&[]);
-    assert_eq!(code, Some(3), "{text}");
-    assert!(!text.contains("licence: "), "remembered: {text}");
+    assert!(code == Some(3) && !text.contains("licence: "), "remembered: {text}");
 }
 
 #[test]
 fn the_program_wants_a_data_root_and_known_names() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().to_str().unwrap();
-    let (code, _, err) = output(&["data", "fetch", "vot2014"]);
-    assert_eq!(code, 2, "{err}");
-    assert!(err.contains("--data-root"), "{err}");
-    for (name, words) in
-        [("vot2015x", "vot201"), ("vot2014/bal", "did you mean `ball`"), ("vot2014/", "sequence")]
-    {
-        let (code, _, err) = output(&["data", "fetch", name, "--data-root", folder]);
-        assert_eq!(code, 2, "{err}");
-        assert!(err.contains(words), "{err}");
+    for (arguments, words) in [
+        (&["vot2014"][..], "--data-root"),
+        (&["vot2015x", "--data-root", folder], "vot201"),
+        (&["vot2014/bal", "--data-root", folder], "did you mean `ball`"),
+        (&["vot2014/", "--data-root", folder], "sequence"),
+    ] {
+        let (code, _, err) = output(&[&["data", "fetch"][..], arguments].concat());
+        assert!(code == 2 && err.contains(words), "{code} {err}");
     }
     let (code, out, err) = output(&["data", "fetch", "synthetic-otb", "--data-root", folder]);
     assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));

@@ -73,13 +73,7 @@ fn finished() -> tempfile::TempDir {
             .map(|e| (e.path().strip_prefix(root.path()).unwrap().into(), std::fs::read(e.path()).unwrap()))
             .collect()
     });
-    let root = tempfile::tempdir().unwrap();
-    for (name, bytes) in FILES.iter() {
-        let path = root.path().join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, bytes).unwrap();
-    }
-    root
+    trackfail_testing::folder(FILES.iter())
 }
 
 fn report(root: &Path) -> Ran {
@@ -208,12 +202,12 @@ fn hostile_texts_are_texts_everywhere() {
     let folder = if cfg!(windows) { "d" } else { "=<d>&\"'$#|`\u{1b}[31m\u{202e}\\x" };
     let hostile = run(bad.path(), HOSTILE, folder);
     assert_eq!(hostile.code, 0, "{}", hostile.stderr);
+    assert!(shows_only_text(&hostile.stdout), "{:?}", hostile.stdout);
     assert!(
-        hostile.stdout.contains("<script>") && hostile.stdout.contains("not there: "),
+        ["<script>", "not there: "].iter().all(|words| hostile.stdout.contains(words)),
         "{}",
         hostile.stdout
     );
-    assert!(shows_only_text(&hostile.stdout), "{:?}", hostile.stdout);
 
     // The page and the Markdown have the structure that they have with harmless texts.
     let pages = |name: &str| (read(bad.path(), name), read(good.path(), name));
@@ -232,10 +226,9 @@ fn hostile_texts_are_texts_everywhere() {
     let (table, harmless) = pages("results/mine/hostile/tables/t.tex");
     assert!(is_our_latex(&table) && shows_only_text(&table), "{table}");
     assert_eq!(table.lines().count(), harmless.lines().count());
-    assert!(
-        !is_our_latex(&harmless.replace("word", "\\input{a}"))
-            && !is_our_latex(&harmless.replace("word", "}"))
-    );
+    for bad in ["\\input{a}", "}"] {
+        assert!(!is_our_latex(&harmless.replace("word", bad)), "{bad}");
+    }
     let (table, harmless) = pages("results/mine/hostile/tables/t.md");
     assert!(shows_only_text(&table));
     assert_eq!(table.lines().count(), harmless.lines().count());
@@ -425,10 +418,8 @@ mod links {
     const RESULTS: &str = "results/mine/hostile";
 
     fn outside(root: &Path) -> PathBuf {
-        let outside = root.join("outside");
-        std::fs::create_dir_all(&outside).unwrap();
-        std::fs::write(outside.join("kept.txt"), "kept").unwrap();
-        outside
+        trackfail_testing::put(root, "outside/kept.txt", "kept");
+        root.join("outside")
     }
 
     fn is_untouched(outside: &Path) -> bool {

@@ -1,28 +1,28 @@
 //! Methods that learn, methods of some trackers only, repetitions, and analyses.
 
-use crate::tools::{assert_same_files, rows, trackfail};
-use std::path::Path;
-use std::process::Output;
+use crate::tools::{Place, Ran, assert_same_files};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 const SPEC: &str = r#"schema = 1
 name = "mine/learning"
 title = "A try"
 protocol = "sanmiguel2015/1"
 seed = 7
-
-[suites]
-test = "synthetic-d1"
-train = "synthetic-d1"
-
-[[tracker]]
-name = "color-particle-filter"
-label = "PF"
-particles = 20
-runs = 2
-training_runs = 3
-
-[[tracker]]
-name = "still"
+suites = { test = "synthetic-d1", train = "synthetic-d1" }
+tracker = [
+    { name = "color-particle-filter", label = "PF", particles = 20, runs = 2, training_runs = 3 },
+    { name = "still" },
+]
+table = [
+    { name = "f", rows = ["length"], columns = "method", metric = "f_score", methods = ["AVU", "normal", "EmpTh"] },
+    { name = "cuts", shows = "sums.cuts" },
+]
+figure = [
+    { name = "sweep", kind = "sweep", metric = "f_score", x = "length", methods = ["AVU", "EmpTh"] },
+    { name = "cuts", kind = "chart", shows = "sums.cuts-1" },
+]
 
 [[method]]
 name = "AVU"
@@ -51,70 +51,39 @@ compute = { kind = "cut-values", lengths = [1, 5], shown_lengths = [1, 5, 20] }
 suites = ["train"]
 trackers = ["PF"]
 
-[[table]]
-name = "f"
-rows = ["length"]
-columns = "method"
-metric = "f_score"
-methods = ["AVU", "normal", "EmpTh"]
-
-[[table]]
-name = "cuts"
-shows = "sums.cuts"
-
-[[figure]]
-name = "sweep"
-kind = "sweep"
-metric = "f_score"
-x = "length"
-methods = ["AVU", "EmpTh"]
-
-[[figure]]
-name = "cuts"
-kind = "chart"
-shows = "sums.cuts-1"
-
 [[claim]]
 text = "the convolution is nearer"
 holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]"
 "#;
 
-fn run(folder: &Path, more: &[&str]) -> Output {
-    run_spec(SPEC, folder, more)
+fn run(place: &Place, spec: &str, more: &str) -> Ran {
+    place.write("learning.toml", spec);
+    place.run(&format!("run learning.toml {more}"))
 }
 
-fn run_spec(text: &str, folder: &Path, more: &[&str]) -> Output {
-    let spec = folder.join("learning.toml");
-    std::fs::write(&spec, text).unwrap();
-    let mut command = trackfail();
-    command.arg("run").arg(&spec).args(more);
-    command.arg("--results").arg(folder.join("results")).arg("--reports").arg(folder.join("reports"));
-    command.output().unwrap()
-}
-
-fn told(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// The models of an experiment, by the names of their files.
+fn models(place: &Place, experiment: &str) -> Vec<(String, Value)> {
+    let read = |path: PathBuf| {
+        let model: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        (path.display().to_string(), model)
+    };
+    place.list(&format!("results/mine/{experiment}/models")).into_iter().map(read).collect()
 }
 
 #[test]
 fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
-    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    let first = run(one.path(), &["--jobs", "1"]);
-    assert_eq!(first.status.code(), Some(0), "{}", told(&first));
-    run(two.path(), &["--jobs", "2"]);
-    assert_same_files(one.path(), two.path());
+    let (one, two) = (Place::new(), Place::new());
+    // 18 sequences, 3 runs of training data, and one run of the other tracker; AVU's three lengths and `normal` share a
+    // model; then a threshold and an analysis.
+    run(&one, SPEC, "--jobs 1")
+        .ends(0)
+        .tells("tracks 72 computed, 0 cached")
+        .tells("models 3 computed, 0 cached");
+    run(&two, SPEC, "--jobs 2");
+    assert_same_files(one.root(), two.root());
+    run(&one, SPEC, "--jobs 1").tells("tracks 0 computed, 72 cached").tells("models 0 computed, 3 cached");
 
-    // 18 sequences, 3 runs of training data, and one run of the other tracker.
-    let text = told(&first);
-    assert!(text.contains("tracks 72 computed, 0 cached"), "{text}");
-    // AVU's three lengths and `normal` share a model; then a threshold and an analysis.
-    assert!(text.contains("models 3 computed, 0 cached"), "{text}");
-    let again = told(&run(one.path(), &["--jobs", "1"]));
-    assert!(again.contains("tracks 0 computed, 72 cached"), "{again}");
-    assert!(again.contains("models 0 computed, 3 cached"), "{again}");
-
-    let folder = one.path().join("results/mine/learning");
-    let scores = rows(&std::fs::read_to_string(folder.join("scores.csv")).unwrap());
+    let scores = one.rows("results/mine/learning/scores.csv");
     let cells = |method: &str| {
         scores.iter().filter(|r| r["method"] == method && r["sequence"] != "*").collect::<Vec<_>>()
     };
@@ -123,20 +92,17 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     assert_eq!(cells("RgbHist").len(), 18);
     assert!(cells("RgbHist").iter().all(|r| r["tracker"] == "still"));
 
-    let models: Vec<_> =
-        std::fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
+    let models = models(&one, "learning");
     assert_eq!(models.len(), 5);
     // One model, with the cut value of each length.
     let cut = |length: usize| {
         let end = format!("-avu-length-{length}-pf.json");
-        let path = models.iter().find(|p| p.to_string_lossy().ends_with(&end)).unwrap();
-        let model: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        let model = &models.iter().find(|(name, _)| name.ends_with(&end)).unwrap().1;
         assert_eq!(model["params"], format!("length={length}"));
         model["threshold"].as_f64().unwrap()
     };
     assert!(0.0 < cut(1) && cut(1) < cut(5) && cut(5) < cut(20), "{} {} {}", cut(1), cut(5), cut(20));
-    let model = models.iter().find(|p| p.to_string_lossy().contains("avu")).unwrap();
-    let model: serde_json::Value = serde_json::from_slice(&std::fs::read(model).unwrap()).unwrap();
+    let model = &models.iter().find(|(name, _)| name.contains("avu")).unwrap().1;
     assert_eq!(model["runs"], 3);
     assert_eq!(model["tuned_on_test"], true);
     assert!(model["threshold"].as_f64().unwrap() > 0.0);
@@ -147,47 +113,33 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
 
 #[test]
 fn a_reduced_number_of_runs_is_noted_in_every_table() {
-    let dir = tempfile::tempdir().unwrap();
-    let exported = dir.path().join("exported");
-    run(dir.path(), &["--runs", "1", "--export-tracks", exported.to_str().unwrap()]);
+    let place = Place::new();
+    run(&place, SPEC, "--runs 1 --export-tracks exported").ends(0);
     // The filter's regions are polygons, its first one is the annotation: all lines are boxes.
     for tracker in ["PF", "still"] {
-        let files: Vec<_> = std::fs::read_dir(exported.join(tracker)).unwrap().collect();
+        let files = place.list(&format!("exported/{tracker}"));
         assert_eq!(files.len(), 18);
         for file in files {
-            let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
-            assert!(
-                text.lines().count() > 9 && text.lines().all(|line| line.split(',').count() == 4),
-                "{text}"
-            );
+            let text = std::fs::read_to_string(file).unwrap();
+            let are_boxes = text.lines().all(|line| line.split(',').count() == 4);
+            assert!(text.lines().count() > 9 && are_boxes, "{text}");
         }
     }
-    let tables = dir.path().join("results/mine/learning/tables");
     for name in ["f.md", "cuts.md"] {
-        let table = std::fs::read_to_string(tables.join(name)).unwrap();
-        assert!(
-            table.contains("PF: 1 run of 2") && table.contains("PF: 1 run of 3 to learn from"),
-            "{table}"
-        );
+        let table = place.read(&format!("results/mine/learning/tables/{name}"));
+        let notes = ["PF: 1 run of 2", "PF: 1 run of 3 to learn from"];
+        assert!(notes.iter().all(|note| table.contains(note)), "{table}");
     }
-    let report = std::fs::read_to_string(dir.path().join("reports/mine/learning/report.md")).unwrap();
+    let report = place.read("reports/mine/learning/report.md");
     assert!(report.contains("was tuned on the test suite itself"), "{report}");
 }
 
 #[test]
 fn a_signal_of_the_posterior_is_not_run_on_a_tracker_without_one() {
-    let dir = tempfile::tempdir().unwrap();
-    let spec = dir.path().join("none.toml");
-    let text = "schema = 1\nname = \"none\"\ntitle = \"None\"\nprotocol = \"sanmiguel2015/1\"\n[suites]\n\
-                test = \"synthetic-vot\"\n[[tracker]]\nname = \"still\"\n[[method]]\nname = \"M-model\"\n";
-    std::fs::write(&spec, text).unwrap();
-    let mut command = trackfail();
-    command.arg("run").arg(&spec).arg("--results").arg(dir.path().join("r")).arg("--reports").arg(dir.path());
-    let output = command.output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
-    let said = String::from_utf8_lossy(&output.stdout);
+    let text = "schema = 1\nname = \"none\"\ntitle = \"None\"\nprotocol = \"sanmiguel2015/1\"\n\
+                suites.test = \"synthetic-vot\"\ntracker = [{ name = \"still\" }]\nmethod = [{ name = \"M-model\" }]\n";
     let line = "M-model was not run on still (9 cells): it needs a tracker that gives its posterior";
-    assert!(said.contains(line), "{said}");
+    run(&Place::new(), text, "").ends(0).says(line);
 }
 
 const OTHERS: &str = r#"schema = 1
@@ -195,20 +147,13 @@ name = "mine/others"
 title = "A try"
 protocol = "khalid2016/1"
 seed = 7
-
-[suites]
-test = "synthetic-d1"
-
-[[tracker]]
-name = "still"
-
-[[tracker]]
-name = "ncc"
-
-[[tracker]]
-name = "ncc"
-label = "NCC that learns"
-update_rate = 0.1
+suites.test = "synthetic-d1"
+tracker = [
+    { name = "still" },
+    { name = "ncc" },
+    { name = "ncc", label = "NCC that learns", update_rate = 0.1 },
+]
+table = [{ name = "f", rows = ["f_score", "tp"], columns = "method" }]
 
 [[method]]
 name = "companions"
@@ -224,56 +169,38 @@ detector = { kind = "level", above = { train = "others", maximise = "f_score", g
 name = "joint"
 signal = [{ kind = "companion-overlap" }, { kind = "companion-overlap", statistic = "share" }]
 detector = { kind = "joint-drop", below = [0.5, 0.5] }
-
-[[table]]
-name = "f"
-rows = ["f_score", "tp"]
-columns = "method"
 "#;
 
 #[test]
 fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shards() {
-    let place = |name: &str| (name.to_string(), tempfile::tempdir().unwrap());
-    let [one, two, shards] = ["one", "two", "shards"].map(place);
-    let first = run_spec(OTHERS, one.1.path(), &["--jobs", "1"]);
-    assert_eq!(first.status.code(), Some(0), "{}", told(&first));
-    run_spec(OTHERS, two.1.path(), &["--jobs", "2"]);
-    for shard in ["2/2", "1/2"] {
-        assert!(run_spec(OTHERS, shards.1.path(), &["--shard", shard]).status.success());
-    }
-    assert!(told(&run_spec(OTHERS, shards.1.path(), &[])).contains("tracks 0 computed, 54 cached"));
-    assert_same_files(one.1.path(), two.1.path());
-    assert_same_files(&one.1.path().join("results/mine"), &shards.1.path().join("results/mine"));
+    let (one, two, shards) = (Place::new(), Place::new(), Place::new());
+    run(&one, OTHERS, "--jobs 1").ends(0);
+    run(&two, OTHERS, "--jobs 2");
+    ["--shard 2/2", "--shard 1/2"].into_iter().for_each(|share| drop(run(&shards, OTHERS, share).ends(0)));
+    run(&shards, OTHERS, "").tells("tracks 0 computed, 54 cached");
+    assert_same_files(one.root(), two.root());
+    assert_same_files(&one.path("results/mine"), &shards.path("results/mine"));
 
-    let folder = one.1.path().join("results/mine/others");
-    let models: Vec<_> =
-        std::fs::read_dir(folder.join("models")).unwrap().map(|e| e.unwrap().path()).collect();
+    let models = models(&one, "others");
     assert_eq!(models.len(), 2 * 3);
-    for path in models {
-        let model: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    for (_, model) in models {
         assert_eq!(model["tuned_on_test"], false);
         let folds = model["folds"].as_array().unwrap();
         assert!(folds.iter().all(|fold| fold["value"].is_number()), "{folds:?}");
         let names = folds.iter().flat_map(|fold| fold["left_out"].as_array().unwrap());
-        let mut names: Vec<&str> = names.map(|name| name.as_str().unwrap()).collect();
-        names.sort_unstable();
-        names.dedup();
+        let names: BTreeSet<&str> = names.map(|name| name.as_str().unwrap()).collect();
         assert_eq!((folds.len(), names.len()), (10, 18));
     }
-    let table = std::fs::read_to_string(folder.join("tables/f.md")).unwrap();
+    let table = one.read("results/mine/others/tables/f.md");
     assert!(table.contains("companions, jumps: learned from other videos and other trackers"), "{table}");
 
-    let compact = run_spec(OTHERS, one.1.path(), &["--compact"]);
-    assert_eq!(compact.status.code(), Some(0), "{}", told(&compact));
-    assert!(!folder.join("models").exists());
+    run(&one, OTHERS, "--compact").ends(0);
+    assert!(!one.has("results/mine/others/models"));
 }
 
 #[test]
 fn a_detector_is_given_as_many_signals_as_it_reads() {
-    let dir = tempfile::tempdir().unwrap();
     let text = OTHERS.replace("below = [0.5, 0.5]", "below = [0.5]");
-    let output = run_spec(&text, dir.path(), &[]);
-    assert_eq!(output.status.code(), Some(2));
-    let message = told(&output);
-    assert!(message.contains("method `joint` reads 1 signals, and 2 are given"), "{message}");
+    let words = "method `joint` reads 1 signals, and 2 are given";
+    run(&Place::new(), &text, "").ends(2).tells(words);
 }

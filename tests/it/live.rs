@@ -1,6 +1,6 @@
 //! A monitor at work, and lines for it.
 
-use crate::tools::trackfail;
+use crate::tools::{Place, Ran, words};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -13,15 +13,11 @@ pub struct Live {
 }
 
 impl Live {
-    /// Starts it with arguments.
-    pub fn start(arguments: &[&str]) -> Self {
+    /// Starts it with a line of arguments.
+    pub fn start(place: &Place, line: &str) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-        command
-            .arg("monitor")
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null());
+        command.current_dir(place.root()).arg("monitor").args(words(line));
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
         let mut child = command.spawn().unwrap();
         let input = child.stdin.take();
         let answers = BufReader::new(child.stdout.take().unwrap());
@@ -59,16 +55,19 @@ impl Live {
     }
 }
 
-/// Exit code, stdout and stderr for a whole input.
-pub fn monitor(arguments: &[&str], input: &str) -> (i32, String, String) {
-    let output = trackfail().arg("monitor").args(arguments).write_stdin(input).output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+/// A monitor on a whole input.
+pub fn monitor(place: &Place, line: &str, input: &str) -> Ran {
+    Ran::of(place.command(&format!("monitor {line}")).write_stdin(input))
 }
 
 /// Values as lines.
-pub fn lines(values: impl IntoIterator<Item = Value>) -> String {
+pub fn lines<'a>(values: impl IntoIterator<Item = &'a Value>) -> String {
     values.into_iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// The answers of a monitor.
+pub fn answers(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 /// Boxes that move a pixel a frame, and in frame `jump` by three times their size.

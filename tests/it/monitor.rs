@@ -1,56 +1,41 @@
 //! `trackfail monitor`: JSON lines in, JSON lines out.
 
-use crate::live::{Live, jumping, lines, monitor};
+use crate::live::{Live, answers, jumping, lines, monitor};
+use crate::tools::{Place, Ran, needs};
 #[cfg(target_os = "linux")]
-use crate::tools::resident;
-use crate::tools::{needs, rows, trackfail};
+use crate::tools::{resident, words};
 use base64::Engine as _;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 #[cfg(target_os = "linux")]
-use std::{io::Write, process::Stdio};
+use std::{
+    io::Write,
+    process::{Command, Stdio},
+};
 use trackfail::monitor::{Monitor, MonitorError, Options};
 
-/// Images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a companion's.
-fn rendered(root: &Path) -> (Vec<PathBuf>, Vec<Value>) {
-    let target = root.join("suite");
-    trackfail()
-        .args(["data", "render", "synthetic-otb", "--sequence", "Tennis"])
-        .arg(&target)
-        .assert()
-        .success();
-    let mut images: Vec<PathBuf> = walkdir::WalkDir::new(&target)
-        .into_iter()
-        .map(|e| e.unwrap().into_path())
-        .filter(|p| p.extension().is_some_and(|e| e == "png" || e == "jpg"))
-        .collect();
-    images.sort();
-    let truth = walkdir::WalkDir::new(&target).into_iter().map(|e| e.unwrap().into_path());
-    let truth = truth.filter(|p| p.ends_with("groundtruth_rect.txt")).last().unwrap();
-    let boxes: Vec<Value> = std::fs::read_to_string(truth)
-        .unwrap()
-        .lines()
-        .map(|line| line.split([',', '\t']).map(|v| v.parse::<f64>().unwrap()).collect())
-        .collect();
+/// A place with images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a
+/// companion's.
+fn rendered() -> (Place, Vec<PathBuf>, Vec<Value>) {
+    let place = Place::new();
+    let truth = place.render("synthetic-otb", "Tennis");
+    let numbers = |line: &String| -> Value { line.split(',').map(|v| v.parse::<f64>().unwrap()).collect() };
+    let boxes: Vec<Value> = truth.iter().map(numbers).collect();
+    let images = place.list("suite/Tennis/img");
     let line = |(image, companion): (&PathBuf, &Value)| json!({"frame": image, "box": boxes[0], "companions": [companion], "confidence": 0.5});
     let all = images.iter().zip(&boxes).map(line).collect();
-    (images, all)
+    (place, images, all)
 }
 
 #[test]
 fn every_line_has_its_answer_at_once() {
-    let mut live = Live::start(&["--method", "Displacement"]);
+    let place = Place::new();
+    let mut live = Live::start(&place, "--method Displacement");
     for (t, line) in jumping(30, 20).iter().enumerate() {
         let answer = live.ask(line);
-        let state = if t < 20 { "tracking" } else { "lost" };
-        assert_eq!(
-            (answer["index"].as_u64(), answer["state"].as_str()),
-            (Some(t as u64), Some(state)),
-            "{answer}"
-        );
-        let reasons = answer["reasons"].as_array().unwrap();
-        assert_eq!(reasons.len(), usize::from(t == 20), "{answer}");
+        assert_eq!(answer["index"], t);
+        assert_eq!(answer["state"], if t < 20 { "tracking" } else { "lost" }, "{answer}");
+        assert_eq!(answer["reasons"].as_array().unwrap().len(), usize::from(t == 20), "{answer}");
     }
     assert_eq!(live.ask(&json!({"box": null}))["state"], "absent");
     assert_eq!(live.end(), 0);
@@ -58,66 +43,60 @@ fn every_line_has_its_answer_at_once() {
 
 #[test]
 fn before_the_first_box_the_target_is_absent() {
-    let input = lines([json!({}), json!({"box": null}), json!({"box": [1, 2, 30, 30]})]);
-    let (code, out, err) = monitor(&[], &input);
-    let states: Vec<Value> =
-        out.lines().map(|l| serde_json::from_str::<Value>(l).unwrap()["state"].clone()).collect();
-    assert_eq!((code, states), (0, vec![json!("absent"), json!("absent"), json!("tracking")]));
-    assert!(err.starts_with("method: "), "{err}");
-    assert_eq!(monitor(&[], ""), (0, String::new(), String::new()));
+    let place = Place::new();
+    let input = lines(&[json!({}), json!({"box": null}), json!({"box": [1, 2, 30, 30]})]);
+    let ran = monitor(&place, "", &input).ends(0);
+    let states: Vec<Value> = answers(&ran.out).iter().map(|answer| answer["state"].clone()).collect();
+    assert_eq!(states, ["absent", "absent", "tracking"]);
+    assert!(ran.err.starts_with("method: "), "{}", ran.err);
+    assert_eq!(monitor(&place, "", "").ends(0).all(), "");
 }
 
 #[test]
 fn a_budget_alone_is_enough() {
-    let boxes = lines(jumping(30, 20));
-    let confident = lines(jumping(30, 20).into_iter().map(|mut line| {
-        line["confidence"] = json!(0.5);
-        line
-    }));
-    for (input, method) in [(boxes, "Fused boxes"), (confident, "Fused boxes")] {
-        let (code, out, err) = monitor(&["--budget", "2"], &input);
-        assert_eq!((code, err), (0, format!("method: {method}\n")));
+    let place = Place::new();
+    let boxes = jumping(30, 20);
+    let mut confident = boxes.clone();
+    confident.iter_mut().for_each(|line| line["confidence"] = json!(0.5));
+    let method = "Fused boxes";
+    for input in [lines(&boxes), lines(&confident)] {
+        let ran = monitor(&place, "--budget 2", &input).ends(0).never_says("\"error\"");
+        assert_eq!(ran.err, format!("method: {method}\n"));
         // Of a method that is named, no note says that there are no frames.
         let note = format!(",\"note\":\"without frames: {method}, until frames come\"");
-        assert_eq!(monitor(&["--budget", "2", "--method", method], &input).1, out.replacen(&note, "", 1));
-        assert!(!out.contains("\"error\""), "{out}");
+        let named = monitor(&place, &format!("--budget 2 --method '{method}'"), &input).out;
+        assert_eq!(named, ran.out.replacen(&note, "", 1));
     }
-    let (code, out, err) = monitor(&["--budget", "0"], &lines(jumping(3, 9)));
-    assert!(
-        code == 2 && out.is_empty() && err.contains("it is a number above 0: false alarms per 1000 frames"),
-        "{err}"
-    );
+    let words = "it is a number above 0: false alarms per 1000 frames";
+    monitor(&place, "--budget 0", &lines(&boxes[..3])).refuses(2, words);
 }
 
 #[test]
 fn broken_lines_are_answered_and_the_stream_goes_on() {
-    let root = tempfile::tempdir().unwrap();
-    let (images, all) = rendered(root.path());
-    let text = root.path().join("text.png");
-    std::fs::write(&text, "no image").unwrap();
+    let (place, images, all) = rendered();
+    place.write("text.png", "no image");
+    let of = |line: Value| line.to_string();
+    let frame = |frame: Value| of(json!({"frame": frame, "box": [1, 2, 3, 4]}));
     let gray = |width: usize| json!({"raw": {"width": width, "height": 1, "format": "gray", "data": "AAAA"}});
     let broken = [
         ("{\"box\": [1, 2".to_string(), "EOF"),
         (String::new(), "empty"),
         ("[1, 2, 3, 4]".to_string(), "invalid"),
-        (json!({"boxes": [[1, 2, 3, 4]]}).to_string(), "unknown field `boxes`"),
-        (json!({"box": [1, 2, 3]}).to_string(), "box: "),
-        (json!({"box": [1, 2, 0, 4]}).to_string(), "no area"),
-        (json!({"frame": "missing.png", "box": [1, 2, 3, 4]}).to_string(), "missing.png"),
-        (json!({"frame": text, "box": [1, 2, 3, 4]}).to_string(), "text.png"),
-        (json!({"frame": root.path(), "box": [1, 2, 3, 4]}).to_string(), "not a file"),
-        (json!({"frame": gray(4), "box": [1, 2, 3, 4]}).to_string(), "4 bytes, not 3"),
-        (json!({"frame": gray(3), "box": [1, 2, 3, 4]}).to_string(), "those before had"),
+        (of(json!({"boxes": [[1, 2, 3, 4]]})), "unknown field `boxes`"),
+        (of(json!({"box": [1, 2, 3]})), "box: "),
+        (of(json!({"box": [1, 2, 0, 4]})), "no area"),
+        (frame(json!("missing.png")), "missing.png"),
+        (frame(json!("text.png")), "text.png"),
+        (frame(json!(place.root())), "not a file"),
+        (frame(gray(4)), "4 bytes, not 3"),
+        (frame(gray(3)), "those before had"),
         ("\u{1b}[2J \u{fffd}".to_string(), "protocol"),
     ];
-    let whole = monitor(&["--method", "Watchdog"], &lines(all.clone())).1;
-    let mut input = lines(all[..40].to_vec());
-    input.extend(broken.iter().map(|(line, _)| format!("{line}\n")));
-    input += &lines(all[40..].to_vec());
-    let (code, out, _) = monitor(&["--method", "Watchdog"], &input);
-    assert_eq!((code, out.lines().count()), (0, images.len() + broken.len()));
-    let read = |text: &str| text.lines().map(|l| serde_json::from_str(l).unwrap()).collect::<Vec<Value>>();
-    let (out, whole) = (read(&out), read(&whole));
+    let whole = answers(&monitor(&place, "--method Watchdog", &lines(&all)).out);
+    let between: String = broken.iter().map(|(line, _)| format!("{line}\n")).collect();
+    let input = lines(&all[..40]) + &between + &lines(&all[40..]);
+    let out = answers(&monitor(&place, "--method Watchdog", &input).ends(0).out);
+    assert_eq!(out.len(), images.len() + broken.len());
     for (n, (answer, (line, words))) in out[40..].iter().zip(&broken).enumerate() {
         let error = answer["error"].as_str().unwrap_or_else(|| panic!("{line}: {answer}"));
         assert!(error.contains(words), "{line}: {error}");
@@ -134,8 +113,7 @@ fn broken_lines_are_answered_and_the_stream_goes_on() {
 
 #[test]
 fn one_frame_may_come_in_many_forms() {
-    let root = tempfile::tempdir().unwrap();
-    let (images, all) = rendered(root.path());
+    let (place, images, all) = rendered();
     let mut forms = vec![String::new(); 4];
     for (image, line) in images.iter().zip(&all).take(30) {
         let picture = image::open(image).unwrap().into_rgb8();
@@ -154,110 +132,92 @@ fn one_frame_may_come_in_many_forms() {
             *form += &format!("{line}\n");
         }
     }
-    let answers = forms.iter().map(|input| monitor(&["--method", "First colors"], input).1);
-    let answers: Vec<String> = answers.collect();
+    let answers: Vec<String> =
+        forms.iter().map(|input| monitor(&place, "--method 'First colors'", input).out).collect();
     assert_eq!(answers[0].lines().count(), 30);
     assert!(answers.iter().all(|other| *other == answers[0]));
 }
 
 #[test]
 fn boxes_may_count_from_one() {
-    let root = tempfile::tempdir().unwrap();
-    let (_, all) = rendered(root.path());
-    let shifted = all.iter().map(|line| {
-        let mut line = line.clone();
-        for place in ["/box/0", "/box/1", "/companions/0/0", "/companions/0/1"] {
-            let value = line.pointer_mut(place).unwrap();
+    let (place, _, all) = rendered();
+    let mut shifted = all.clone();
+    for line in &mut shifted {
+        for at in ["/box/0", "/box/1", "/companions/0/0", "/companions/0/1"] {
+            let value = line.pointer_mut(at).unwrap();
             *value = json!(value.as_f64().unwrap() + 1.0);
         }
-        line
-    });
-    for method in ["Watchdog", "Companions"] {
-        let zero = monitor(&["--method", method], &lines(all.clone()));
-        assert_eq!(monitor(&["--method", method, "--base", "1"], &lines(shifted.clone())), zero);
+    }
+    for method in ["--method Watchdog", "--method Companions"] {
+        let zero = monitor(&place, method, &lines(&all)).ends(0);
+        let one = monitor(&place, &format!("{method} --base 1"), &lines(&shifted)).ends(0);
+        assert_eq!((one.out, one.err), (zero.out, zero.err));
     }
 }
 
 #[test]
 fn a_kept_state_goes_on_as_if_nothing_had_happened() {
-    let root = tempfile::tempdir().unwrap();
-    let (_, all) = rendered(root.path());
-    let state = root.path().join("track.state");
-    let state = state.to_str().unwrap();
-    for method in ["Watchdog", "Companions", "Displacement"] {
-        let whole = monitor(&["--method", method], &lines(all.clone())).1;
-        let mut parts = String::new();
-        for part in all.chunks(all.len() / 4) {
-            let (code, out, _) = monitor(&["--method", method, "--state", state], &lines(part.to_vec()));
-            assert_eq!(code, 0);
-            parts += &out;
-        }
+    let (place, _, all) = rendered();
+    for method in ["--method Watchdog", "--method Companions", "--method Displacement"] {
+        let whole = monitor(&place, method, &lines(&all)).out;
+        let state = format!("{method} --state track.state");
+        let part = |part: &[Value]| monitor(&place, &state, &lines(part)).ends(0).out;
+        let parts: String = all.chunks(all.len() / 4).map(part).collect();
         assert_eq!(parts, whole, "{method}");
-        std::fs::remove_file(state).unwrap();
+        place.remove("track.state");
     }
 }
 
 #[test]
 fn a_state_that_cannot_be_used_says_why() {
-    let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("track.state");
-    let state = path.to_str().unwrap();
-    let input = lines(jumping(5, 9));
-    let (code, _, _) = monitor(&["--method", "Displacement", "--state", state], &input);
-    assert_eq!(code, 0);
-    let kept = std::fs::read(&path).unwrap();
-    let refused = |arguments: &[&str], code: i32, words: &str| {
-        let (got, out, err) = monitor(arguments, &input);
-        assert_eq!((got, out.as_str()), (code, ""), "{arguments:?}: {err}");
-        assert!(err.contains(words), "{arguments:?}: {err}");
-    };
-    refused(&["--method", "Scale", "--state", state], 3, "method `Displacement`, not of `Scale`");
-    std::fs::write(&path, &kept[..kept.len() - 3]).unwrap();
-    refused(&["--state", state], 3, "track.state: the state is damaged; remove the file");
-    std::fs::write(&path, "").unwrap();
-    refused(&["--state", state], 3, "not a state");
-    refused(&["--state", root.path().to_str().unwrap()], 2, "no regular file");
-    refused(&["--state", root.path().join("no/such/folder").to_str().unwrap()], 2, "no such folder");
-    refused(&["--method", "Displacment"], 2, "did you mean `Displacement`?");
-    refused(&["--method", "ARTE"], 2, "methods that can monitor: ");
-    refused(&["--state-every", "3"], 2, "--state <FILE>");
+    let place = Place::new();
+    let input = lines(&jumping(5, 9));
+    monitor(&place, "--method Displacement --state track.state", &input).ends(0);
+    let kept = place.bytes("track.state");
+    let refused =
+        |line: &str, code: i32, words: &str| drop(monitor(&place, line, &input).refuses(code, words));
+    refused("--method Scale --state track.state", 3, "method `Displacement`, not of `Scale`");
+    place.write("track.state", &kept[..kept.len() - 3]);
+    refused("--state track.state", 3, "track.state: the state is damaged; remove the file");
+    place.write("track.state", "");
+    refused("--state track.state", 3, "not a state");
+    refused("--state .", 2, "no regular file");
+    refused("--state no/such/folder", 2, "no such folder");
+    refused("--method Displacment", 2, "did you mean `Displacement`?");
+    refused("--method ARTE", 2, "methods that can monitor: ");
+    refused("--state-every 3", 2, "--state <FILE>");
     #[cfg(unix)]
     {
-        refused(&["--state", "/dev/null"], 2, "no regular file");
+        refused("--state /dev/null", 2, "no regular file");
         // A link is written through.
-        std::fs::remove_file(&path).unwrap();
-        let link = root.path().join("link");
-        std::fs::write(&path, &kept).unwrap();
-        std::os::unix::fs::symlink(&path, &link).unwrap();
-        assert_eq!(monitor(&["--state", link.to_str().unwrap()], &input).0, 0);
-        assert!(link.is_symlink() && std::fs::read(&path).unwrap() != kept);
+        place.write("track.state", &kept);
+        std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
+        monitor(&place, "--state link", &input).ends(0);
+        assert!(place.path("link").is_symlink() && place.bytes("track.state") != kept);
     }
 }
 
 #[cfg(unix)]
 #[test]
 fn a_stopped_stream_keeps_its_state() {
-    let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("track.state");
-    let arguments = ["--method", "Displacement", "--state", path.to_str().unwrap()];
+    let place = Place::new();
+    let state = "--method Displacement --state track.state";
     let all = jumping(40, 20);
-    let mut answers = Vec::new();
+    let mut told = Vec::new();
     for (part, signal) in all.chunks(10).zip(["-TERM", "-INT", "-HUP", "-TERM"]) {
-        let mut live = Live::start(&arguments);
-        answers.extend(part.iter().map(|line| live.ask(line)));
+        let mut live = Live::start(&place, state);
+        told.extend(part.iter().map(|line| live.ask(line)));
         live.signal(signal);
         assert_eq!(live.child.wait().unwrap().code(), Some(130), "{signal}");
     }
-    let whole = monitor(&arguments[..2], &lines(all)).1;
-    let whole: Vec<Value> = whole.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
-    assert_eq!(answers, whole);
+    assert_eq!(told, answers(&monitor(&place, "--method Displacement", &lines(&all)).out));
 
     // A process that is killed has kept its state up to a multiple of the lines that were asked for.
-    std::fs::remove_file(&path).unwrap();
-    let mut live = Live::start(&[&arguments[..], &["--state-every", "10"]].concat());
+    place.remove("track.state");
+    let mut live = Live::start(&place, &format!("{state} --state-every 10"));
     jumping(25, 99).iter().for_each(|line| drop(live.ask(line)));
     live.kill();
-    let mut again = Live::start(&arguments);
+    let mut again = Live::start(&place, state);
     assert_eq!(again.ask(&jumping(21, 99)[20])["index"], 20);
     assert_eq!(again.end(), 0);
 }
@@ -265,15 +225,15 @@ fn a_stopped_stream_keeps_its_state() {
 #[cfg(target_os = "linux")]
 #[test]
 fn answers_that_nobody_reads_pile_up_nowhere() {
-    let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("track.state");
-    let mut live = Live::start(&["--method", "Displacement", "--state", path.to_str().unwrap()]);
-    live.ask(&json!({"box": [1, 1, 20, 20]}));
+    let place = Place::new();
+    let mut live = Live::start(&place, "--method Displacement --state track.state");
+    let line = json!({"box": [1, 1, 20, 20]});
+    live.ask(&line);
     let before = resident(live.child.id());
     let mut input = live.input.take().unwrap();
     // Far more than pipes hold; the writer is stuck until the program ends.
     let writer = std::thread::spawn(move || {
-        let line = format!("{}\n", json!({"box": [1, 1, 20, 20]}));
+        let line = format!("{line}\n");
         (0..400_000).take_while(|_| input.write_all(line.as_bytes()).is_ok()).count()
     });
     std::thread::sleep(std::time::Duration::from_secs(2));
@@ -283,67 +243,53 @@ fn answers_that_nobody_reads_pile_up_nowhere() {
     live.signal("-TERM");
     assert_eq!(live.child.wait().unwrap().code(), Some(130));
     assert!(writer.join().unwrap() < 400_000);
-    let (_, out, _) = monitor(&["--state", path.to_str().unwrap()], "{}\n");
-    let answer: Value = serde_json::from_str(&out).unwrap();
+    let answer = answers(&monitor(&place, "--state track.state", "{}\n").out).remove(0);
     assert!(answer["index"].as_u64().unwrap() > 100, "{answer}");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_closed_pipe_ends_the_stream_and_a_full_disk_breaks_it() {
-    let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("track.state");
-    let arguments = ["--method", "Displacement", "--state", path.to_str().unwrap()];
-    let input = lines(jumping(50, 20));
-    let start = |stdout: Stdio| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-        command.arg("monitor").args(arguments).stdin(Stdio::piped()).stdout(stdout).stderr(Stdio::piped());
-        let mut child = command.spawn().unwrap();
-        drop(child.stdout.take());
-        let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
-        let output = child.wait_with_output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
-    };
-    assert_eq!(start(Stdio::piped()), (Some(0), String::new()));
-    std::fs::remove_file(&path).unwrap();
-    let full = std::fs::File::create("/dev/full").unwrap();
-    let (code, message) = start(full.into());
-    assert_eq!(code, Some(1));
-    assert!(message.contains("stdout: No space left on device"), "{message}");
-    assert!(path.is_file(), "the state is kept");
+    let place = Place::new();
+    let state = "monitor --method Displacement --state track.state";
+    let input = lines(&jumping(50, 20));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
+    command.current_dir(place.root()).args(words(state));
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let _ = child.stdin.take().unwrap().write_all(input.as_bytes());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), output.stderr), (Some(0), Vec::new()));
 
+    place.remove("track.state");
+    place.write("lines", &input);
+    let full = place.shell(&format!("trackfail {state} < lines > /dev/full"));
+    full.ends(1).tells("stdout: No space left on device");
+    assert!(place.has("track.state"), "the state is kept");
     // No file may grow beyond nothing: the state cannot be written.
-    std::fs::remove_file(&path).unwrap();
-    let script = "trap '' XFSZ; ulimit -f 0; exec \"$0\" monitor --method Displacement --state \"$1\" --state-every 10";
-    let mut limited = assert_cmd::Command::new("sh");
-    limited.args(["-c", script, env!("CARGO_BIN_EXE_trackfail"), path.to_str().unwrap()]);
-    let output = limited.write_stdin(input).output().unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("track.state") && !path.exists(), "{message}");
+    place.remove("track.state");
+    let limited = format!("trap '' XFSZ; ulimit -f 0; trackfail {state} --state-every 10 < lines");
+    place.shell(&limited).ends(1).tells("track.state");
+    assert!(!place.has("track.state"));
 }
 
-/// The example in Python, started in a folder.
-fn python(folder: &Path, script: &str, arguments: &[&str]) -> String {
+/// The example in Python, or a script that uses it.
+fn python(place: &Place, script: &str, arguments: &[&str]) -> String {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let mut command = Command::new("python3");
-    command.env("PYTHONPATH", &examples).env("PYTHONDONTWRITEBYTECODE", "1").current_dir(folder);
-    let output = command.arg(if script.ends_with(".py") {
-        examples.join(script).into_os_string()
-    } else {
-        "-c".into()
-    });
-    let output = if script.ends_with(".py") { output } else { output.arg(script) };
-    let output = output.args(arguments).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    let mut command = assert_cmd::Command::new("python3");
+    command.env("PYTHONPATH", &examples).env("PYTHONDONTWRITEBYTECODE", "1").current_dir(place.root());
+    match script.ends_with(".py") {
+        true => command.arg(examples.join(script)),
+        false => command.args(["-c", script]),
+    };
+    Ran::of(command.args(arguments)).ends(0).out
 }
 
 #[needs(python)]
 #[test]
 fn the_python_file_asks_and_is_answered() {
-    let root = tempfile::tempdir().unwrap();
-    let (images, all) = rendered(root.path());
+    let (place, images, all) = rendered();
     let boxes = all[0]["box"].to_string();
     let script = r#"
 import pathlib, sys
@@ -369,9 +315,8 @@ with Monitor("--method", "Watchdog", program=program) as monitor:
     except RuntimeError as error:
         print(error)
 "#;
-    let name = |image: &Path| image.to_str().unwrap().to_string();
-    let arguments = [env!("CARGO_BIN_EXE_trackfail"), &name(&images[0]), &name(&images[1]), &boxes];
-    let told = python(root.path(), script, &arguments);
+    let [first, second] = [0, 1].map(|k: usize| images[k].to_str().unwrap());
+    let told = python(&place, script, &[env!("CARGO_BIN_EXE_trackfail"), first, second, &boxes]);
     let told: Vec<&str> = told.lines().collect();
     assert_eq!(told[..2], ["tracking", "absent"]);
     assert!(told[2].starts_with("the frame has 3x2 pixels"), "{told:?}");
@@ -380,22 +325,20 @@ with Monitor("--method", "Watchdog", program=program) as monitor:
     assert!(text.lines().count() <= 60);
 }
 
+/// What the example for trackers of OpenCV says of images that a pattern names.
+fn opencv(place: &Place, more: &[&str], pattern: &str) -> String {
+    let program = ["--program", env!("CARGO_BIN_EXE_trackfail")];
+    python(place, "monitor_opencv.py", &[&program[..], more, &[pattern]].concat())
+}
+
 #[needs(opencv)]
 #[test]
 fn trackers_of_opencv_are_monitored_live() {
-    let root = tempfile::tempdir().unwrap();
-    let (images, all) = rendered(root.path());
-    let pattern =
-        images[0].with_file_name(format!("%04d.{}", images[0].extension().unwrap().to_str().unwrap()));
+    let (place, images, all) = rendered();
     let first: Vec<String> = all[0]["box"].as_array().unwrap().iter().map(Value::to_string).collect();
     for tracker in ["kcf", "csrt"] {
-        let arguments =
-            ["--program", env!("CARGO_BIN_EXE_trackfail"), "--tracker", tracker, "--box", &first.join(",")];
-        let told = python(
-            root.path(),
-            "monitor_opencv.py",
-            &[&arguments[..], &[pattern.to_str().unwrap()]].concat(),
-        );
+        let more = ["--tracker", tracker, "--box", &first.join(",")];
+        let told = opencv(&place, &more, "suite/Tennis/img/%04d.png");
         let mut lines = told.lines();
         assert!(lines.next().unwrap().starts_with("0 tracking"), "{told}");
         assert!(lines.last().unwrap().starts_with(&format!("{} frames, ", images.len())), "{told}");
@@ -428,12 +371,9 @@ fn goes_and_comes_back(folder: &Path) -> Vec<Option<(u32, u32)>> {
 #[needs(opencv)]
 #[test]
 fn a_target_that_comes_back_is_found_and_judged_anew() {
-    let root = tempfile::tempdir().unwrap();
-    let places = goes_and_comes_back(root.path());
-    let pattern = root.path().join("%04d.png");
-    let arguments = ["--program", env!("CARGO_BIN_EXE_trackfail"), "--redetect", "--box", "40,50,32,32"];
-    let told =
-        python(root.path(), "monitor_opencv.py", &[&arguments[..], &[pattern.to_str().unwrap()]].concat());
+    let place = Place::new();
+    let places = goes_and_comes_back(place.root());
+    let told = opencv(&place, &["--redetect", "--box", "40,50,32,32"], "%04d.png");
     let lines: Vec<Vec<&str>> = told.lines().map(|line| line.split_whitespace().collect()).collect();
     let at = |words: &[&str]| lines.iter().position(|line| words.iter().all(|word| line.contains(word)));
     let gone = lines.iter().position(|line| ["lost", "absent"].contains(&line[1])).unwrap();
@@ -449,66 +389,52 @@ fn a_target_that_comes_back_is_found_and_judged_anew() {
 // Before: where the tracker gave no confidence, methods had other states live than of the whole track.
 #[test]
 fn what_it_says_live_is_what_detect_says_of_the_whole() {
-    let root = tempfile::tempdir().unwrap();
-    let (images, all) = rendered(root.path());
+    let (place, _, all) = rendered();
     let Err(MonitorError::Unfit { known, .. }) =
         Monitor::new(&Options { method: Some("AVU".into()), ..Options::default() })
     else {
         panic!("AVU cannot monitor")
     };
-    let [boxes, companions, confidence] =
-        ["boxes", "companions", "confidence"].map(|name| root.path().join(name));
+    let methods: String = known.iter().map(|method| format!(" --method '{method}'")).collect();
+    let detect = "detect --absent --base 0 --boxes-format xywh --format csv --frames suite/Tennis/img --boxes boxes \
+                  --companion companions --confidence confidence";
     // Shares of frames without a confidence and without a box, in eighths. The first frame has both.
     for (k, (silent, absent)) in [(0, 0), (3, 0), (5, 2), (1, 4)].into_iter().enumerate() {
         let lacks = |t: usize, salt: u64, share: u64| {
             t > 0 && (t as u64 + salt + 99 * k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 61 < share
         };
         let mut input = all.clone();
-        let (mut box_lines, mut companion_lines, mut confidence_lines) =
-            (String::new(), String::new(), String::new());
+        let (mut boxes, mut companions, mut confidence) = (String::new(), String::new(), String::new());
         for (t, line) in input.iter_mut().enumerate() {
-            let sure = 0.3 + 0.6 / (1.0 + (t / 7) as f64) + 0.01 * (t % 5) as f64;
             let numbers = |value: &Value| {
                 value.as_array().unwrap().iter().map(Value::to_string).collect::<Vec<_>>().join(",") + "\n"
             };
-            companion_lines += &numbers(&line["companions"][0]);
+            companions += &numbers(&line["companions"][0]);
             if lacks(t, 1, absent) {
                 line["box"] = Value::Null;
-                box_lines += "NaN,NaN,NaN,NaN\n";
+                boxes += "NaN,NaN,NaN,NaN\n";
             } else {
-                box_lines += &numbers(&line["box"]);
+                boxes += &numbers(&line["box"]);
             }
             if lacks(t, 2, silent) {
                 line["confidence"] = Value::Null;
-                confidence_lines += "NaN\n";
+                confidence += "NaN\n";
             } else {
+                let sure = 0.3 + 0.6 / (1.0 + (t / 7) as f64) + 0.01 * (t % 5) as f64;
                 line["confidence"] = json!(sure);
-                confidence_lines += &format!("{sure}\n");
+                confidence += &format!("{sure}\n");
             }
         }
-        for (path, text) in
-            [(&boxes, box_lines), (&companions, companion_lines), (&confidence, confidence_lines)]
-        {
-            std::fs::write(path, text).unwrap();
+        for (name, text) in [("boxes", boxes), ("companions", companions), ("confidence", confidence)] {
+            place.write(name, text);
         }
-        let mut command = trackfail();
-        command.args(["detect", "--absent", "--base", "0", "--boxes-format", "xywh", "--format", "csv"]);
-        command.arg("--frames").arg(images[0].parent().unwrap()).arg("--boxes").arg(&boxes);
-        command.arg("--companion").arg(&companions).arg("--confidence").arg(&confidence);
-        known.iter().for_each(|method| {
-            command.args(["--method", method]);
-        });
-        let whole = command.output().unwrap();
-        assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
-        let whole = rows(&String::from_utf8(whole.stdout).unwrap());
-        let input = lines(input);
+        let whole = place.run(&format!("{detect}{methods}")).ends(0).rows();
         for method in &known {
             let of_method: Vec<_> = whole.iter().filter(|row| row["method"] == *method).collect();
-            let (_, live, _) = monitor(&["--method", method], &input);
-            assert_eq!(of_method.len(), live.lines().count(), "{method}");
-            for (row, line) in of_method.iter().zip(live.lines()) {
-                let answer: Value = serde_json::from_str(line).unwrap();
-                assert_eq!(answer["state"], row["state"], "{method}, {k}: {line} {row:?}");
+            let live = answers(&monitor(&place, &format!("--method '{method}'"), &lines(&input)).out);
+            assert_eq!(of_method.len(), live.len(), "{method}");
+            for (row, answer) in of_method.iter().zip(&live) {
+                assert_eq!(answer["state"], row["state"], "{method}, {k}: {answer} {row:?}");
             }
         }
     }
@@ -516,10 +442,10 @@ fn what_it_says_live_is_what_detect_says_of_the_whole() {
 
 #[test]
 fn a_byte_order_mark_before_the_first_line_is_none_of_it() {
-    let line = json!({ "box": [10, 10, 20, 20] }).to_string() + "\n";
-    let method = ["--method", "Displacement"];
-    let (code, plain, _) = monitor(&method, &line);
-    assert!(code == 0 && !plain.contains("error"), "{plain}");
-    assert_eq!(monitor(&method, &format!("\u{feff}{line}")).1, plain);
-    assert!(monitor(&method, &format!("{line}\u{feff}{line}")).1.contains("expected value"));
+    let place = Place::new();
+    let line = lines(&jumping(1, 9));
+    let monitor = |input: &str| monitor(&place, "--method Displacement", input);
+    let plain = monitor(&line).ends(0).never_says("error");
+    assert_eq!(monitor(&format!("\u{feff}{line}")).out, plain.out);
+    monitor(&format!("{line}\u{feff}{line}")).says("expected value");
 }

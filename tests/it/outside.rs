@@ -1,6 +1,7 @@
 //! Programs that misbehave: nothing waits for them, and nothing of them is left. `ffmpeg` is a shell script here.
 
-use std::path::{Path, PathBuf};
+use crate::tools::{Place, Ran};
+use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -24,30 +25,21 @@ pub fn is_running(pid: &str) -> bool {
 }
 
 /// A folder with a script `ffmpeg`, a file `clip.mp4` and a temporary folder of its own.
-struct Place {
-    dir: tempfile::TempDir,
-}
+struct Decoder(Place);
 
-impl Place {
+impl Decoder {
     fn new() -> Self {
-        let place = Self { dir: tempfile::tempdir().unwrap() };
-        ["programs", "tmp"].into_iter().for_each(|name| std::fs::create_dir(place.path(name)).unwrap());
-        for (name, text) in [("clip.mp4", "a video"), ("boxes.txt", "1,1,9,9\n")] {
-            std::fs::write(place.path(name), text).unwrap();
-        }
-        place
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
+        let place = Place::with(&[("clip.mp4", "a video"), ("boxes.txt", "1,1,9,9\n")]);
+        ["programs", "tmp"].into_iter().for_each(|name| drop(place.folder(name)));
+        Self(place)
     }
 
     /// `detect` on the clip with a script in the place of ffmpeg.
     fn detect(&self, script: &str) -> Command {
-        trackfail_testing::script(&self.path("programs/ffmpeg"), script);
-        let path = format!("{}:{}", self.path("programs").display(), std::env::var("PATH").unwrap());
+        trackfail_testing::script(&self.0.path("programs/ffmpeg"), script);
+        let path = format!("{}:{}", self.0.path("programs").display(), std::env::var("PATH").unwrap());
         let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-        command.current_dir(self.dir.path()).env("PATH", path).env("TMPDIR", self.path("tmp"));
+        command.current_dir(self.0.root()).env("PATH", path).env("TMPDIR", self.0.path("tmp"));
         command.args(["detect", "--frames", "clip.mp4", "--boxes", "boxes.txt"]);
         command
     }
@@ -55,7 +47,7 @@ impl Place {
     /// Waits until the temporary folder is empty and the process has ended.
     fn is_clean(&self, process: &str) {
         let end = Instant::now() + Duration::from_secs(30);
-        let left = || std::fs::read_dir(self.path("tmp")).unwrap().count();
+        let left = || self.0.list("tmp").len();
         while is_running(process) || left() > 0 {
             assert!(Instant::now() < end, "{process} runs, or {} folders are left", left());
             std::thread::sleep(Duration::from_millis(20));
@@ -66,8 +58,8 @@ impl Place {
 // Before: after SIGTERM it waited for the child of the script (23.6 s), after SIGKILL the child went on.
 #[test]
 fn a_decoding_ends_with_us_and_leaves_nothing() {
-    let place = Place::new();
-    let file = place.path("child.pid");
+    let place = Decoder::new();
+    let file = place.0.path("child.pid");
     let hang = format!("sleep 1000 & echo $! > '{}'; wait", file.display());
     // The frames are counted in small, then there are none.
     let later = format!("case \"$*\" in *scale=*) printf 'P6\\n1 1\\n255\\nabc' ;; *) {hang} ;; esac");
@@ -91,26 +83,20 @@ fn a_decoding_ends_with_us_and_leaves_nothing() {
 // Before: it waited for the end of a stderr that the child held open.
 #[test]
 fn what_a_decoder_leaves_running_is_not_waited_for() {
-    let place = Place::new();
-    let file = place.path("child.pid");
+    let place = Decoder::new();
+    let file = place.0.path("child.pid");
     let script =
         format!("sleep 1000 & echo $! > '{}'; echo 'moov atom not found' >&2; exit 1", file.display());
-    let output = place.detect(&script).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(3), "{told}");
-    assert!(told.contains("clip.mp4: this is no video that ffmpeg reads"), "{told}");
-    assert!(told.contains("(ffmpeg: moov atom not found)"), "{told}");
+    let ran = Ran::of(&mut place.detect(&script).into()).ends(3);
+    ran.tells("clip.mp4: this is no video that ffmpeg reads").tells("(ffmpeg: moov atom not found)");
     place.is_clean(&pid(&file));
 }
 
 // Before: it waited for ever.
 #[test]
 fn a_pipe_is_no_video() {
-    let place = Place::new();
-    std::fs::remove_file(place.path("clip.mp4")).unwrap();
-    assert!(Command::new("mkfifo").arg(place.path("clip.mp4")).status().unwrap().success());
-    let output = place.detect("exit 1").output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(3), "{told}");
-    assert!(told.contains("clip.mp4: not a file; frames are a video file"), "{told}");
+    let place = Decoder::new();
+    place.0.shell("rm clip.mp4 && mkfifo clip.mp4").ends(0);
+    let told = "clip.mp4: not a file; frames are a video file";
+    Ran::of(&mut place.detect("exit 1").into()).ends(3).tells(told);
 }

@@ -1,11 +1,11 @@
 //! Parquet files as other programs read them: the rows of `signals.parquet` of methods with a grid, and filters on texts in
 //! pyarrow and DuckDB.
 
-use crate::tools::{needs, output};
+use crate::tools::{Place, Ran, needs};
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use std::collections::BTreeMap;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const FRAMES: usize = 60;
 
@@ -25,18 +25,9 @@ const SPEC: &str = r#"schema = 1
 name = "mine/parquet"
 title = "Grids"
 protocol = "khalid2016/1"
-
-[suites]
-test = "my-boxes"
-
-[[tracker]]
-name = "replay"
-results = "T"
-label = "T"
-
-[[tracker]]
-name = "color-particle-filter"
-label = "PF"
+suites.test = "my-boxes"
+tracker = [{ name = "replay", results = "T", label = "T" }, { name = "color-particle-filter", label = "PF" }]
+table = [{ name = "t", rows = ["detections"], columns = "method", methods = ["plain"] }]
 
 [[method]]
 name = "followed"
@@ -71,39 +62,24 @@ name = "forecasts"
 signal = { kind = "box-motion" }
 detector = { kind = "naive-forecast", window = 20, threshold = 5.0 }
 grid = { horizon = [1, 5] }
-
-[[table]]
-name = "t"
-rows = ["detections"]
-columns = "method"
-methods = ["plain"]
 "#;
 
-/// Runs the experiment and gives its results folder.
-fn results(root: &Path) -> PathBuf {
-    let write = |name: &str, text: &str| {
-        std::fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
-        std::fs::write(root.join(name), text).unwrap();
-    };
+/// A place with the results of the experiment in `r/mine/parquet`.
+fn results() -> Place {
+    let place = Place::with(&[("datasets.lock", LOCK), ("spec.toml", SPEC)]);
     let boxes =
         |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
-    write("datasets.lock", LOCK);
-    write("frames/Walk/groundtruth_rect.txt", &boxes(|t| t + 1));
-    std::fs::create_dir_all(root.join("frames/Walk/img")).unwrap();
+    place.write("frames/Walk/groundtruth_rect.txt", boxes(|t| t + 1));
+    let images = place.folder("frames/Walk/img");
     for t in 0..FRAMES as u32 {
         let inside = |u: u32, v: u32| (t..t + 9).contains(&u) && v < 9;
         let pixel = |u, v| image::Rgb(if inside(u, v) { [250, 80, 10] } else { [u as u8, v as u8, 99] });
         let image = image::RgbImage::from_fn(120, 12, pixel);
-        image.save(root.join(format!("frames/Walk/img/{:04}.png", t + 1))).unwrap();
+        image.save(images.join(format!("{:04}.png", t + 1))).unwrap();
     }
-    write("results/T/Walk.txt", &boxes(|t| t + 1 + if t < 40 { 0 } else { 30 }));
-    write("spec.toml", SPEC);
-    let at = |name: &str| root.join(name).to_str().unwrap().to_owned();
-    let (spec, r, p) = (at("spec.toml"), at("r"), at("p"));
-    let run = ["run", &spec, "--results", &r, "--reports", &p, "--data-root", root.to_str().unwrap()];
-    let (code, said, told) = output(&run);
-    assert_eq!(code, 0, "{said}{told}");
-    root.join("r/mine/parquet")
+    place.write("results/T/Walk.txt", boxes(|t| t + 1 + if t < 40 { 0 } else { 30 }));
+    place.run("run spec.toml --results r --data-root .").ends(0);
+    place
 }
 
 fn table(path: &Path) -> DataFrame {
@@ -128,11 +104,10 @@ fn all_frames(points: &[(&str, &str)]) -> BTreeMap<(String, String), usize> {
 
 #[test]
 fn every_method_has_its_signal_once_where_its_grid_shares_it() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = results(root.path());
-    let conditions = table(&folder.join("conditions.parquet"));
+    let place = results();
+    let conditions = table(&place.path("r/mine/parquet/conditions.parquet"));
     assert_eq!(rows_of_points(&conditions), all_frames(&[("followed", "tau_1=1"), ("followed", "tau_1=2")]));
-    let table = table(&folder.join("signals.parquet"));
+    let table = table(&place.path("r/mine/parquet/signals.parquet"));
     let expected = [
         ("bins", "bins=4"),
         ("bins", "bins=8"),
@@ -170,10 +145,9 @@ for file, column, value in [arg.split("|") for arg in sys.argv[1:]]:
 #[needs(pyarrow)]
 #[test]
 fn texts_are_filtered_in_pyarrow_and_duckdb() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = results(root.path());
-    let mut command = std::process::Command::new("python3");
-    command.args(["-c", FILTERS]).current_dir(&folder);
+    let place = results();
+    let mut command = assert_cmd::Command::new("python3");
+    command.args(["-c", FILTERS]).current_dir(place.path("r/mine/parquet"));
     let asked = [
         ("frames.parquet|method|plain", FRAMES),
         ("signals.parquet|method|levels", FRAMES),
@@ -182,8 +156,6 @@ fn texts_are_filtered_in_pyarrow_and_duckdb() {
         ("truth.parquet|sequence|Walk", FRAMES),
         ("tables/t.parquet|column|plain", 1),
     ];
-    let output = command.args(asked.map(|(what, _)| what)).output().unwrap();
-    let told =
-        String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    let told = Ran::of(command.args(asked.map(|(what, _)| what))).all();
     assert_eq!(told.lines().collect::<Vec<_>>(), asked.map(|(_, rows)| rows.to_string()));
 }

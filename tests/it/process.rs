@@ -5,13 +5,15 @@ use crate::tools::{needs, rows, trackfail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
-use trackfail::dataset::{Frames, Numbering, Sequence};
+use trackfail::dataset::user_frames::without_frames;
+use trackfail::dataset::{Frames, Sequence};
 use trackfail::image::{Frame, encode_png};
 use trackfail::plugin::{self, Configured};
 use trackfail::region::{Rect, Region};
 use trackfail::spec::programs;
 use trackfail::tracker::process::Bind;
 use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
+use trackfail_testing::put;
 
 const FRAMES: u32 = 140;
 
@@ -80,19 +82,20 @@ struct Place {
 impl Place {
     fn new() -> Self {
         let place = Self { dir: tempfile::tempdir().unwrap() };
-        let folder = place.path("data/otb/Couple");
-        std::fs::create_dir_all(folder.join("img")).unwrap();
         let mut truth = String::new();
         for t in 0..FRAMES {
-            std::fs::write(place.image(t), encode_png(&frame(t)).unwrap()).unwrap();
+            place.put(place.image(t), encode_png(&frame(t)).unwrap());
             let (x, y) = self::place(t);
             truth += &format!("{},{},16,12\n", x + 1, y + 1);
         }
-        std::fs::write(folder.join("groundtruth_rect.txt"), truth).unwrap();
-        std::fs::create_dir(place.path("programs")).unwrap();
-        std::fs::write(place.path("programs/tracker.sh"), STILL).unwrap();
+        place.put("data/otb/Couple/groundtruth_rect.txt", truth);
+        place.put("programs/tracker.sh", STILL);
         place.plugins(PLUGINS);
         place
+    }
+
+    fn put(&self, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) {
+        put(self.dir.path(), name, bytes);
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -104,8 +107,7 @@ impl Place {
     }
 
     fn plugins(&self, text: &str) {
-        let text = text.replace("PROGRAM", env!("CARGO_BIN_EXE_trackfail"));
-        std::fs::write(self.path("programs/plugins.toml"), text).unwrap();
+        self.put("programs/plugins.toml", text.replace("PROGRAM", env!("CARGO_BIN_EXE_trackfail")));
     }
 
     /// A run of a built-in tracker beside a program.
@@ -118,11 +120,12 @@ impl Place {
              detector = {{ kind = \"level\", below = 0.97 }}\n\
              [[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"tracker\"\nmethods = [\"Hist\"]\n"
         );
-        std::fs::write(self.path("try.toml"), text).unwrap();
+        self.put("try.toml", text);
         let mut command = trackfail();
-        command.arg("run").arg(self.path("try.toml")).arg("--data-root").arg(self.path("data"));
-        command.arg("--results").arg(self.path("results")).arg("--reports").arg(self.path("reports"));
-        command.arg("--allow-missing");
+        command.arg("run").arg(self.path("try.toml")).arg("--allow-missing");
+        for (flag, folder) in [("--data-root", "data"), ("--results", "results"), ("--reports", "reports")] {
+            command.arg(flag).arg(self.path(folder));
+        }
         command
     }
 
@@ -142,15 +145,10 @@ impl Place {
     fn sequence(&self) -> Sequence {
         let (x, y) = self::place(0);
         let first = Region::Rect(Rect::new(f64::from(x), f64::from(y), 16.0, 12.0));
-        Sequence {
-            name: "Couple".into(),
-            numbering: Numbering { first: 1, official: (1, FRAMES) },
-            truth: (0..FRAMES).map(|t| (t == 0).then(|| first.clone())).collect(),
-            attributes: vec![],
-            frame_attributes: vec![],
-            digest: Default::default(),
-            frames: Frames::Files((0..FRAMES).map(|t| self.image(t)).collect::<Vec<_>>().into()),
-        }
+        let files: Vec<PathBuf> = (0..FRAMES).map(|t| self.image(t)).collect();
+        let mut sequence = without_frames("Couple", files.len());
+        (sequence.truth[0], sequence.frames) = (Some(first), Frames::Files(files.into()));
+        sequence
     }
 }
 
@@ -203,18 +201,13 @@ fn a_program_is_run_once_until_it_or_its_version_changes() {
     assert_eq!(computed(&place.run("still", "still-in-sh")), 0);
     place.plugins(&PLUGINS.replacen("version = \"1\"", "version = \"2\"", 1));
     assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
-    std::fs::write(place.path("programs/tracker.sh"), format!("# changed\n{STILL}")).unwrap();
+    place.put("programs/tracker.sh", format!("# changed\n{STILL}"));
     assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
     // A report is made of results alone.
     std::fs::remove_dir_all(place.path("programs")).unwrap();
     let mut report = trackfail();
-    report
-        .arg("report")
-        .arg("--results")
-        .arg(place.path("results"))
-        .arg("--reports")
-        .arg(place.path("again"));
-    let output = report.output().unwrap();
+    report.arg("report").arg("--results").arg(place.path("results"));
+    let output = report.arg("--reports").arg(place.path("again")).output().unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
 }
 
@@ -232,18 +225,14 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
         stderr(&output)
     };
     let text = message(dry(&place, "still-in-sh"));
-    assert!(
-        text.contains("try.toml:11: unknown program `still-in-sh`: there is no plugins.toml here"),
-        "{text}"
-    );
+    let words = "try.toml:11: unknown program `still-in-sh`: there is no plugins.toml here";
+    assert!(text.contains(words), "{text}");
     let file = place.path("programs/plugins.toml");
     let mut named = dry(&place, "still-in-hs");
     named.arg("--plugins").arg(&file);
     let text = message(named);
-    assert!(
-        text.contains("plugins.toml: unknown program `still-in-hs`; did you mean `still-in-sh`?"),
-        "{text}"
-    );
+    let words = "plugins.toml: unknown program `still-in-hs`; did you mean `still-in-sh`?";
+    assert!(text.contains(words), "{text}");
     let good = |command: &mut assert_cmd::Command| {
         let output = command.output().unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
@@ -256,29 +245,33 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
     let listed = good(trackfail().args(["list", "trackers"]).current_dir(place.dir.path()));
     let line = listed.lines().find(|l| l.contains("still-in-sh")).unwrap();
     assert!(line.contains("process") && line.contains("speaks lines, from plugins.toml"), "{line}");
-    std::fs::write(place.path("plugins.toml"), "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n").unwrap();
+    place.put("plugins.toml", "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n");
     let text = message(dry(&place, "still-in-sh"));
     assert!(text.contains("plugins.toml:3: unknown key `verson`") && text.contains("`version`?"), "{text}");
     // An experiment cannot say what is run.
     let spec = std::fs::read_to_string(place.path("try.toml")).unwrap();
-    std::fs::write(place.path("bad.toml"), spec.replace("label = ", "command = [\"true\"]\nlabel = "))
-        .unwrap();
-    let text = message({
-        let mut command = trackfail();
-        command.arg("run").arg(place.path("bad.toml")).arg("--plugins").arg(&file);
-        command
-    });
-    assert!(text.contains("unknown key `command`"), "{text}");
+    place.put("bad.toml", spec.replace("label = ", "command = [\"true\"]\nlabel = "));
+    let mut bad = trackfail();
+    bad.arg("run").arg(place.path("bad.toml")).arg("--plugins").arg(&file);
+    trackfail_testing::assert_says(message(bad), "unknown key `command`");
     let mut absent = dry(&place, "still-in-sh");
     absent.args(["--plugins", "absent.toml"]);
     assert!(message(absent).contains("absent.toml:1: "));
 }
 
 #[test]
-fn a_program_that_breaks_fails_its_cells_alone() {
+fn a_program_that_ends_fails_its_cells_alone_and_it_is_told_how() {
     let place = Place::new();
+    for (program, words) in [
+        ("absent", ["cannot start `", "No such file or directory (os error 2)"]),
+        ("killed", ["it ended (signal: 11", "its stderr ends with: gone"]),
+    ] {
+        let text = stderr(&place.run("still", program));
+        assert!(words.iter().all(|words| text.contains(words)), "{program}: {text}");
+    }
     let output = place.run("still", "broken");
     assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    assert!(stderr(&output).contains("it ended (exit status: 7)"), "{}", stderr(&output));
     let scores = std::fs::read_to_string(place.path("results/mine/try/scores.csv")).unwrap();
     let line = scores.lines().find(|l| l.contains(",mine,") && l.contains("Couple")).unwrap();
     assert!(line.contains("failed: broken: frame 2 of Couple: it ended (exit status: 7)"), "{line}");
@@ -322,21 +315,6 @@ fn no_process_is_left_after_a_run() {
 }
 
 #[test]
-fn the_end_of_a_program_is_told_as_it_was() {
-    let place = Place::new();
-    for (program, words) in [
-        ("absent", "cannot start `"),
-        ("absent", "No such file or directory (os error 2)"),
-        ("broken", "it ended (exit status: 7)"),
-        ("killed", "it ended (signal: 11"),
-        ("killed", "its stderr ends with: gone"),
-    ] {
-        let text = stderr(&place.run("still", program));
-        assert!(text.contains(words), "{program}: {text}");
-    }
-}
-
-#[test]
 fn a_served_tracker_is_the_tracker() {
     let place = Place::new();
     let sequence = place.sequence();
@@ -375,10 +353,8 @@ fn a_session_ends_well_or_with_a_reason() {
     // A posterior has a likelihood, and the seed counts.
     let sampled = |seed: &str| {
         let polygon = start.replace("8,10,16,12", "8,10,24,10,24,22,8,22");
-        serve(
-            &["color-particle-filter", "--seed", seed, "--params", "{ particles = 50 }"],
-            &format!("{polygon}@@TRAX:frame {b}\n"),
-        )
+        let arguments = ["color-particle-filter", "--seed", seed, "--params", "{ particles = 50 }"];
+        serve(&arguments, &format!("{polygon}@@TRAX:frame {b}\n"))
     };
     let (code, said, told) = sampled("1");
     assert!(code == 0 && said.lines().nth(2).unwrap().contains("\" \"confidence=0."), "{said}{told}");
@@ -444,7 +420,7 @@ with trax.Server(formats, [trax.Image.PATH], tracker_name="peer") as server:
 #[test]
 fn a_tracker_written_with_vot_trax_is_followed() {
     let place = Place::new();
-    std::fs::write(place.path("programs/peer.py"), PEER_SERVER).unwrap();
+    place.put("programs/peer.py", PEER_SERVER);
     let block = |name: &str, more: &str| {
         format!("[tracker.{name}]\ncommand = [\"python3\", \"peer.py\"{more}]\nversion = \"1\"\n")
     };
@@ -483,7 +459,7 @@ sys.exit(served.wait(30))
 #[test]
 fn our_trackers_are_followed_by_the_client_of_vot_trax() {
     let place = Place::new();
-    std::fs::write(place.path("client.py"), PEER_CLIENT).unwrap();
+    place.put("client.py", PEER_CLIENT);
     let mut client = Command::new("python3");
     client.arg(place.path("client.py")).arg(env!("CARGO_BIN_EXE_trackfail"));
     let output = client.args((0..20).map(|t| place.image(t))).output().unwrap();

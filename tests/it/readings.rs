@@ -1,28 +1,17 @@
 //! Readings beside published numbers, and restarts under both protocols, on rendered sequences.
 
-use crate::tools::{rows, trackfail};
-use std::path::Path;
+use crate::tools::{Place, Row, number};
 
 const EXPERIMENT: &str = r#"
 schema = 1
 name = "mine/readings"
 title = "Readings"
 protocol = "khalid2016/1"
-
-[suites]
-test = "synthetic-vot"
-
-[[tracker]]
-name = "ncc"
-label = "NCC"
-protocol = "vot-reset"
-
-[[tracker]]
-name = "ncc"
-label = "NCC follows"
-like = "NCC"
-update_rate = 0.1
-protocol = "vot-reset"
+suites.test = "synthetic-vot"
+tracker = [
+    { name = "ncc", label = "NCC", protocol = "vot-reset" },
+    { name = "ncc", label = "NCC follows", like = "NCC", update_rate = 0.1, protocol = "vot-reset" },
+]
 
 [[method]]
 name = "RgbHist"
@@ -64,21 +53,20 @@ row = "score_mean_std"
 values = { RgbHist = ".67±.16" }
 "#;
 
-fn run(folder: &Path, text: &str) -> assert_cmd::assert::Assert {
-    std::fs::write(folder.join("my.toml"), text).unwrap();
-    trackfail().current_dir(folder).args(["run", "my.toml", "--quiet"]).assert()
+/// A place with the results of the experiment.
+fn finished() -> Place {
+    let place = Place::with(&[("my.toml", EXPERIMENT)]);
+    place.run("run my.toml --quiet").ends(0);
+    place
 }
 
 #[test]
 fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
-    let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), EXPERIMENT).success();
-    let results = folder.path().join("results/mine/readings");
-    let readings = rows(&std::fs::read_to_string(results.join("readings.csv")).unwrap());
+    let place = finished();
+    let readings = place.rows("results/mine/readings/readings.csv");
     let of = |tracker: &str, method: &str, statistic: &str| {
-        let is_it = |r: &&std::collections::BTreeMap<String, String>| {
-            r["tracker"] == tracker && r["method"] == method && r["statistic"] == statistic
-        };
+        let is_it =
+            |r: &&Row| r["tracker"] == tracker && r["method"] == method && r["statistic"] == statistic;
         readings.iter().find(is_it).unwrap_or_else(|| panic!("{tracker}, {method}, {statistic}")).clone()
     };
     // Both readings of the tracker and all of the method belong to one group, with the same published numbers and units.
@@ -93,8 +81,6 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
         }
     }
     // The discrepancy is the root mean square of the three differences in their units.
-    let number =
-        |row: &std::collections::BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
     let squares = ["recall", "score_mean", "score_std"].map(|statistic| {
         let row = of("NCC", "RgbHist 16 bins", statistic);
         (number(&row, "difference") / number(&row, "scale")).powi(2)
@@ -105,22 +91,17 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
     let first: f64 =
         readings.iter().filter(|r| r["statistic"] == "discrepancy").map(|r| number(r, "first")).sum();
     assert!((first - 1.0).abs() < 1e-9, "{first}");
-    let reports = folder.path().join("reports/mine/readings");
-    assert!(reports.join("figures/readings-rgbhist-ncc.svg").is_file());
-    let table = std::fs::read_to_string(results.join("tables/readings.md")).unwrap();
+    assert!(place.has("reports/mine/readings/figures/readings-rgbhist-ncc.svg"));
+    let table = place.read("results/mine/readings/tables/readings.md");
     assert!(table.contains("RgbHist (as it is)") && table.contains("RgbHist anew on NCC follows"), "{table}");
 }
 
 #[test]
 fn nobody_is_paid_for_a_restart() {
-    let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), EXPERIMENT).success();
-    let results = folder.path().join("results/mine/readings");
-    let scores = rows(&std::fs::read_to_string(results.join("scores.csv")).unwrap());
+    let place = finished();
+    let scores = place.rows("results/mine/readings/scores.csv");
     let pooled = |method: &str, key: &str| -> u64 {
-        let is_it = |r: &&std::collections::BTreeMap<String, String>| {
-            r["sequence"] == "*" && r["tracker"] == "NCC" && r["method"] == method
-        };
+        let is_it = |r: &&Row| r["sequence"] == "*" && r["tracker"] == "NCC" && r["method"] == method;
         scores.iter().find(is_it).unwrap()[key].parse().unwrap()
     };
     // The oracle finds every failure under both; pieces leave out what was skipped.
@@ -133,26 +114,20 @@ fn nobody_is_paid_for_a_restart() {
     assert!(pooled("RgbHist anew", "tp") <= pooled("RgbHist", "tp"));
     assert!(pooled("RgbHist anew", "detections") < pooled("RgbHist", "detections"));
     // `explain` counts as the run did.
-    let pieces = rows(&std::fs::read_to_string(results.join("pieces.csv")).unwrap());
+    let pieces = place.rows("results/mine/readings/pieces.csv");
     assert!(pieces.iter().all(|p| p["first"].parse::<u32>().unwrap() <= p["last"].parse::<u32>().unwrap()));
     let sequence = &pieces[0]["sequence"];
-    trackfail()
-        .current_dir(folder.path())
-        .args(["explain", "mine/readings/detection", "recall", "RgbHist anew", "--tracker", "NCC"])
-        .args(["--sequence", sequence])
-        .assert()
-        .success();
+    let explain = "explain mine/readings/detection recall 'RgbHist anew' --tracker NCC --sequence";
+    place.run(&format!("{explain} '{sequence}'")).ends(0);
 }
 
 #[test]
 fn wrong_readings_are_told_by_name() {
-    let folder = tempfile::tempdir().unwrap();
     let wrong = |from: &str, to: &str, words: &[&str]| {
         let text = EXPERIMENT.replace(from, to);
         assert_ne!(text, EXPERIMENT);
-        let output = run(folder.path(), &text).failure();
-        let error = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
-        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+        let ran = Place::with(&[("my.toml", &text)]).run("run my.toml --quiet").ends(2);
+        words.iter().fold(ran, |ran, word| ran.tells(word));
     };
     wrong("like = \"RgbHist\"\nsignal", "like = \"RbgHist\"\nsignal", &["RbgHist", "RgbHist"]);
     wrong("like = \"NCC\"", "like = \"KCF\"", &["KCF", "NCC"]);

@@ -1,9 +1,8 @@
 //! Restarts of the reset protocol: pages, figures and `explain` count as the run did, under both protocols.
 
-use crate::tools::trackfail;
+use crate::tools::Place;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::Path;
 use trackfail::report::explain::explain;
 use trackfail::report::figures;
 use trackfail::report::sequences::Collector;
@@ -22,42 +21,20 @@ const SPEC: &str = r#"schema = 1
 name = "mine/restarts"
 title = "t"
 protocol = "khalid2016/1"
-[suites]
-test = "synthetic-vot"
+suites.test = "synthetic-vot"
+method = [
+    { name = "late", detector = { kind = "periodic", period = 15 } },
+    { name = "late anew", detector = { kind = "periodic", period = 15 }, protocol = "khalid2016/2" },
+    { name = "early anew", detector = { kind = "periodic", period = 15, phase = 10 }, protocol = "khalid2016/2" },
+    { name = "histogram", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
+    { name = "histogram anew", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "khalid2016/2" },
+    { name = "signed", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "sanmiguel2015/1" },
+    { name = "frames", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "frames/1" },
+]
 [[tracker]]
 name = "scripted"
 protocol = "vot-reset"
 losses = [{ frame = 42, length = 5 }, { frame = 88, length = 5 }]
-[[method]]
-name = "late"
-detector = { kind = "periodic", period = 15 }
-[[method]]
-name = "late anew"
-detector = { kind = "periodic", period = 15 }
-protocol = "khalid2016/2"
-[[method]]
-name = "early anew"
-detector = { kind = "periodic", period = 15, phase = 10 }
-protocol = "khalid2016/2"
-[[method]]
-name = "histogram"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.9 }
-[[method]]
-name = "histogram anew"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.9 }
-protocol = "khalid2016/2"
-[[method]]
-name = "signed"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.9 }
-protocol = "sanmiguel2015/1"
-[[method]]
-name = "frames"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.9 }
-protocol = "frames/1"
 [[table]]
 name = "t"
 rows = ["tp", "recall", "delay_median", "score_mean", "score_std", "auroc", "found_at_5", "aurc", "range_f", "nab"]
@@ -72,16 +49,16 @@ kind = "strips"
 panels = [["error"], ["score:late anew"]]
 "#;
 
-fn run(root: &Path) -> Results {
-    std::fs::write(root.join("a.toml"), SPEC).unwrap();
-    trackfail().current_dir(root).args(["run", "a.toml", "-q"]).assert().success();
-    Results::read(&root.join("results/mine/restarts")).unwrap()
+fn run() -> (Place, Results) {
+    let place = Place::with(&[("a.toml", SPEC)]);
+    place.run("run a.toml -q").ends(0);
+    let results = Results::read(&place.path("results/mine/restarts")).unwrap();
+    (place, results)
 }
 
 #[test]
 fn the_table_of_counts_is_that_of_the_run() {
-    let root = tempfile::tempdir().unwrap();
-    let results = run(root.path());
+    let (_place, results) = run();
     let mut collector = Collector::new(&results);
     results.each_track(|tracks| collector.add(tracks)).unwrap();
     let tallies = collector.finish().unwrap().tallies();
@@ -104,9 +81,8 @@ fn the_table_of_counts_is_that_of_the_run() {
 
 #[test]
 fn the_page_marks_what_the_run_counted() {
-    let root = tempfile::tempdir().unwrap();
-    let results = run(root.path());
-    let page = std::fs::read_to_string(root.path().join("reports/mine/restarts/index.html")).unwrap();
+    let (place, results) = run();
+    let page = place.read("reports/mine/restarts/index.html");
     let (_, series) = page.split_once("id=\"series\">").unwrap();
     let (series, _) = series.split_once("</script>").unwrap();
     let all: Value = serde_json::from_str(series).unwrap();
@@ -153,8 +129,7 @@ fn drawn(results: &Results, tracks: &[TrackSeries]) -> Vec<String> {
 // An alarm in a restart's own frame counts for nothing, so figures are the same without it.
 #[test]
 fn figures_show_what_the_run_counted() {
-    let root = tempfile::tempdir().unwrap();
-    let results = run(root.path());
+    let (_place, results) = run();
     let tracks = results.all_tracks().unwrap();
     let without = |method: &str, frames: &[usize]| {
         let mut tracks = tracks.clone();
@@ -174,8 +149,7 @@ fn figures_show_what_the_run_counted() {
 
 #[test]
 fn explain_takes_the_frames_that_count() {
-    let root = tempfile::tempdir().unwrap();
-    let mut results = run(root.path());
+    let (_place, mut results) = run();
     // The number of an attribute that all sequences have is made of the frames again.
     let names: Vec<String> = results.manifest.suite.present.iter().map(|(name, _)| name.clone()).collect();
     results.manifest.suite.attributes =

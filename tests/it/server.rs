@@ -51,6 +51,11 @@ impl Server {
         Self { url, asked }
     }
 
+    /// Gives the same answer to all requests.
+    pub fn always(answer: Vec<Step>) -> Self {
+        Self::new(move |_, _| answer.clone())
+    }
+
     /// Serves one file, with ranges, under an ETag.
     pub fn file(body: Vec<u8>, etag: &str) -> Self {
         let etag = etag.to_owned();
@@ -59,6 +64,16 @@ impl Server {
 
     pub fn asked(&self) -> Vec<Request> {
         self.asked.lock().expect("no panic").clone()
+    }
+
+    /// Indices of the first bytes that were asked for.
+    pub fn asked_from(&self) -> Vec<Option<usize>> {
+        self.asked().iter().map(Request::from).collect()
+    }
+
+    /// Address of the archive that tests fetch.
+    pub fn archive(&self) -> String {
+        format!("{}/a.zip", self.url)
     }
 }
 

@@ -3,12 +3,13 @@
 #[path = "../tools/slurm.rs"]
 mod scripts;
 
-use crate::tools::trackfail;
+use crate::tools::{Place, Ran, trackfail};
+use assert_cmd::Command;
 use proptest::prelude::*;
-use scripts::{HOSTILE, calls, executable, expected, script};
+use scripts::{HOSTILE, calls, expected, script};
 use std::path::Path;
-use std::process::{Command, Output};
 use trackfail::cli::slurm::SCRIPT;
+use trackfail_testing::script as executable;
 
 /// Shell function that prints its arguments, each followed by a NUL, and a mark at the end of the call.
 const PRINT_CALL: &str = r#"printf '%s\0' "$@"; printf '\036'"#;
@@ -32,9 +33,8 @@ proptest! {
         for shell in ["sh", "bash"] {
             for (part, share) in [("share", Some("2")), ("report", None)] {
                 let mut command = Command::new(shell);
-                let output = command.arg(&path).arg(part).env("SLURM_ARRAY_TASK_ID", "2").output().unwrap();
-                prop_assert!(output.status.success(), "{}", text(&output.stderr));
-                prop_assert_eq!(calls(&output.stdout), vec![expected(&root, &results, share)]);
+                let ran = Ran::of(command.arg(&path).arg(part).env("SLURM_ARRAY_TASK_ID", "2")).ends(0);
+                prop_assert_eq!(calls(ran.out.as_bytes()), vec![expected(&root, &results, share)]);
             }
         }
     }
@@ -47,12 +47,12 @@ fn a_script_that_is_no_task_of_an_array_does_nothing() {
     executable(&program, PRINT_CALL);
     let path = script(folder.path(), &program, "results", &[]);
     let mut command = Command::new("sh");
-    let output = command.arg(path).arg("share").env_remove("SLURM_ARRAY_TASK_ID").output().unwrap();
-    assert!(!output.status.success() && output.stdout.is_empty());
+    let ran = Ran::of(command.arg(path).arg("share").env_remove("SLURM_ARRAY_TASK_ID"));
+    assert!(ran.code != Some(0) && ran.out.is_empty(), "{ran:?}");
 }
 
 /// `trackfail slurm quickstart --shards 3` in `root`, with an sbatch of these commands.
-fn slurm(root: &Path, sbatch: Option<&str>, more: &[&str]) -> Output {
+fn slurm(root: &Path, sbatch: Option<&str>, more: &[&str]) -> Ran {
     let bin = root.join("bin");
     std::fs::create_dir_all(&bin).unwrap();
     if let Some(commands) = sbatch {
@@ -60,11 +60,7 @@ fn slurm(root: &Path, sbatch: Option<&str>, more: &[&str]) -> Output {
     }
     let mut command = trackfail();
     command.current_dir(root).env("PATH", &bin).env("RECORD", root.join("record"));
-    command.args(["slurm", "quickstart", "--shards", "3"]).args(more).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+    Ran::of(command.args(["slurm", "quickstart", "--shards", "3"]).args(more))
 }
 
 const RECORD_CALL: &str = r#"{ printf '%s\0' "$@"; printf '\036'; } >> "$RECORD"; echo '41;east'"#;
@@ -74,9 +70,8 @@ fn jobs_are_submitted_alike_by_the_program_and_by_the_script() {
     let temporary = tempfile::tempdir().unwrap();
     let root = temporary.path().canonicalize().unwrap().join(HOSTILE);
     std::fs::create_dir(&root).unwrap();
-    let output = slurm(&root, Some(RECORD_CALL), &["--submit"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "shards: job 41\nreport: job 41\n");
+    let told = "shards: job 41\nreport: job 41\n";
+    assert_eq!(slurm(&root, Some(RECORD_CALL), &["--submit"]).ends(0).out, told);
     let (folder, record) = (root.join("slurm"), root.join("record"));
     let by_program = calls(&std::fs::read(&record).unwrap());
     let [chdir, script] =
@@ -91,19 +86,16 @@ fn jobs_are_submitted_alike_by_the_program_and_by_the_script() {
     std::fs::remove_file(&record).unwrap();
     let mut command = Command::new("/bin/sh");
     command.arg(&script).env("PATH", root.join("bin")).env("RECORD", &record);
-    assert_eq!(text(&command.output().unwrap().stdout), "shards: job 41\nreport: job 41\n");
+    assert_eq!(Ran::of(&mut command).out, told);
     assert_eq!(calls(&std::fs::read(&record).unwrap()), by_program);
 }
 
 #[test]
 fn the_same_arguments_give_the_same_script_with_the_lines_of_the_user() {
-    let root = tempfile::tempdir().unwrap();
-    std::fs::write(root.path().join("plugins.toml"), "").unwrap();
+    let place = Place::with(&[("plugins.toml", "")]);
     let written = |more: &[&str]| {
-        let output = slurm(root.path(), None, more);
-        assert!(output.status.success(), "{}", text(&output.stderr));
-        assert!(text(&output.stdout).contains("\nsubmit: sh '"), "{}", text(&output.stdout));
-        std::fs::read_to_string(root.path().join("slurm").join(SCRIPT)).unwrap()
+        slurm(place.root(), None, more).ends(0).says("\nsubmit: sh '");
+        place.read(&format!("slurm/{SCRIPT}"))
     };
     let plain = written(&[]);
     assert_eq!(plain, written(&[]));
@@ -128,35 +120,25 @@ fn the_same_arguments_give_the_same_script_with_the_lines_of_the_user() {
 
 #[test]
 fn lines_of_the_user_neither_change_the_job_nor_set_what_the_script_sets() {
-    let root = tempfile::tempdir().unwrap();
+    let place = Place::new();
     for (line, words) in [
         ("#SBATCH --array=1-9", "the script sets --array itself"),
         (" #SBATCH -o x.log", "the script sets -o itself"),
         ("a\nb", "one line"),
     ] {
-        let output = slurm(root.path(), None, &["--line", line]);
-        assert_eq!(output.status.code(), Some(2), "{line}");
-        assert!(text(&output.stderr).contains(words), "{line}: {}", text(&output.stderr));
+        slurm(place.root(), None, &["--line", line]).ends(2).tells(words);
     }
-    let output = slurm(root.path(), None, &["--line", "set -- x; echo \"before $#\" >&2"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let script = root.path().join("slurm").join(SCRIPT);
-    let job = Command::new("/bin/bash").arg(&script).arg("shar").output().unwrap();
-    let told = text(&job.stderr);
-    assert_eq!(job.status.code(), Some(2), "{told}");
-    assert!(told.contains("before 1") && told.contains("`shar` is neither share nor report"), "{told}");
+    slurm(place.root(), None, &["--line", "set -- x; echo \"before $#\" >&2"]).ends(0);
+    let job = Ran::of(Command::new("/bin/bash").arg(place.path("slurm").join(SCRIPT)).arg("shar"));
+    job.ends(2).tells("before 1").tells("`shar` is neither share nor report");
 }
 
 #[test]
 fn what_sbatch_refuses_is_told() {
     let refused = |sbatch: Option<&str>, said: &str, words: &[&str]| {
-        let root = tempfile::tempdir().unwrap();
-        let output = slurm(root.path(), sbatch, &["--submit"]);
-        let told = text(&output.stderr);
-        assert_eq!((output.status.code(), text(&output.stdout)), (Some(1), said.to_string()), "{told}");
-        for words in words {
-            assert!(told.contains(words), "{told}");
-        }
+        let ran = slurm(Place::new().root(), sbatch, &["--submit"]).ends(1);
+        assert_eq!(ran.out, said);
+        words.iter().fold(ran, |ran, words| ran.tells(words));
     };
     refused(None, "", &["sbatch", "not found", SCRIPT, "not all is submitted"]);
     refused(Some("echo 'no such partition' >&2; exit 1"), "", &["no such partition\n", "exit status: 1"]);
@@ -167,13 +149,9 @@ fn what_sbatch_refuses_is_told() {
 #[test]
 fn wrong_arguments_are_refused_before_anything_is_written() {
     let refused = |code: i32, more: &[&str], words: &str| {
-        let root = tempfile::tempdir().unwrap();
-        let output = slurm(root.path(), Some(RECORD_CALL), more);
-        let told = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{more:?}: {told}");
-        assert!(told.contains(words), "{more:?}: {told}");
-        let names: Vec<_> = std::fs::read_dir(root.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-        assert_eq!(names, ["bin"], "{more:?}");
+        let place = Place::new();
+        slurm(place.root(), Some(RECORD_CALL), more).ends(code).tells(words);
+        assert_eq!(place.list(""), [place.path("bin")], "{more:?}");
     };
     refused(2, &["no-such-experiment", "--submit"], "no-such-experiment: no such file");
     refused(2, &["--time", "4 h"], "want letters, digits");
@@ -186,7 +164,6 @@ fn wrong_arguments_are_refused_before_anything_is_written() {
     refused(3, &["--data-root", "nowhere"], "the data root is no folder");
     refused(3, &["khalid2016/table1"], "sequences of suite otb-dtef20 are missing");
     for shards in ["0", "1001", "-1", "two"] {
-        let output = trackfail().args(["slurm", "quickstart", "--shards", shards]).output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{shards}");
+        Place::new().run(&format!("slurm quickstart --shards {shards}")).ends(2);
     }
 }

@@ -1,54 +1,37 @@
 //! The main job without any data: quickstart, its files, its determinism.
 
-use crate::tools::{assert_same_files, output, rows, trackfail};
-use std::path::Path;
+use crate::tools::{Place, Row, assert_same_files};
 
 const COLUMNS: &str = "suite,sequence,tracker,run,method,params,tp,fp,fn,tn,events,detections,precision,\
 recall,f_score,fpr,status";
 
-fn quickstart(folder: &Path, jobs: &str) {
-    let (results, reports) = (folder.join("results"), folder.join("reports"));
-    trackfail()
-        .arg("run")
-        .args(["--jobs", jobs, "--quiet"])
-        .arg("--results")
-        .arg(&results)
-        .arg("--reports")
-        .arg(&reports)
-        .assert()
-        .success()
-        .stdout("");
-}
-
 #[test]
 fn quickstart_writes_the_same_files_with_one_and_two_threads() {
-    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    quickstart(one.path(), "1");
-    quickstart(two.path(), "2");
-    assert_same_files(one.path(), two.path());
+    let (one, two) = (Place::new(), Place::new());
+    for (place, jobs) in [(&one, 1), (&two, 2)] {
+        assert_eq!(place.run(&format!("run --jobs {jobs} --quiet")).ends(0).out, "");
+    }
+    assert_same_files(one.root(), two.root());
 
-    let folder = one.path().join("results/quickstart");
-    for name in ["frames.parquet", "signals.parquet", "truth.parquet", "measures.csv", "manifest.json"] {
-        assert!(folder.join(name).is_file(), "{name}");
+    let results = ["frames.parquet", "signals.parquet", "truth.parquet", "measures.csv", "manifest.json"];
+    let tables = ["tables/table1.csv", "tables/table1.md", "tables/table1.tex"];
+    for name in results.into_iter().chain(tables) {
+        assert!(one.path(&format!("results/quickstart/{name}")).is_file(), "{name}");
     }
-    for ending in ["csv", "md", "tex"] {
-        assert!(folder.join("tables").join(format!("table1.{ending}")).is_file());
-    }
-    let reports = one.path().join("reports/quickstart");
     for name in
         ["index.html", "report.md", "figures/example.svg", "figures/example.png", "figures/example.pdf"]
     {
-        assert!(reports.join(name).is_file(), "{name}");
+        assert!(one.path(&format!("reports/quickstart/{name}")).is_file(), "{name}");
     }
 
-    let scores = std::fs::read_to_string(folder.join("scores.csv")).unwrap();
+    let scores = one.read("results/quickstart/scores.csv");
     assert_eq!(scores.lines().next().unwrap(), COLUMNS);
-    let rows = rows(&scores);
-    let number = |r: &std::collections::BTreeMap<String, String>, k: &str| r[k].parse::<u64>().unwrap();
+    let rows = one.rows("results/quickstart/scores.csv");
+    let number = |r: &Row, k: &str| r[k].parse::<u64>().unwrap();
     let cells: Vec<_> = rows.iter().filter(|r| r["sequence"] != "*").collect();
     assert!(cells.iter().all(|r| r["status"] == "ok"));
     for pooled in rows.iter().filter(|r| r["sequence"] == "*") {
-        let same = |key: &str, r: &std::collections::BTreeMap<String, String>| r[key] == pooled[key];
+        let same = |key: &str, r: &Row| r[key] == pooled[key];
         let mine = cells.iter().filter(|r| same("method", r) && same("tracker", r));
         for key in ["tp", "fp", "fn", "tn", "events", "detections"] {
             let sum: u64 = mine.clone().map(|r| number(r, key)).sum();
@@ -65,39 +48,26 @@ fn quickstart_writes_the_same_files_with_one_and_two_threads() {
     assert!(number(pooled("oracle"), "events") >= 10, "the suite must have failures to detect");
 
     // The report comes from results alone, and again with the same bytes.
-    let again = tempfile::tempdir().unwrap();
-    trackfail()
-        .args(["report", "quickstart", "--results"])
-        .arg(one.path().join("results"))
-        .arg("--reports")
-        .arg(again.path())
-        .assert()
-        .success();
-    assert_same_files(&one.path().join("reports"), again.path());
+    one.run("report quickstart --reports again").ends(0);
+    assert_same_files(&one.path("reports"), &one.path("again"));
 }
 
 #[test]
 fn a_rendered_suite_is_read_back_as_it_was() {
-    let root = tempfile::tempdir().unwrap();
+    let place = Place::new();
     for (suite, truth) in [("synthetic-otb", "groundtruth_rect.txt"), ("synthetic-vot", "groundtruth.txt")] {
-        let target = root.path().join(suite);
-        trackfail().args(["data", "render", suite]).arg(&target).assert().success();
-        let first = std::fs::read_dir(&target)
-            .unwrap()
-            .map(|e| e.unwrap().path())
-            .filter(|p| p.is_dir())
-            .min()
-            .unwrap();
+        let render = format!("data render {suite} {suite}");
+        place.run(&render).ends(0);
+        let first = place.list(suite).into_iter().find(|path| path.is_dir()).unwrap();
         assert!(first.join(truth).is_file());
         // A second time would mix two renderings.
-        trackfail().args(["data", "render", suite]).arg(&target).assert().failure();
+        assert_ne!(place.run(&render).code, Some(0));
     }
 }
 
 #[test]
 fn help_names_every_verb() {
-    let (code, text, _) = output(&["--help"]);
-    assert_eq!(code, 0);
+    let text = Place::new().run("--help").ends(0).out;
     for verb in ["run", "report", "list", "data", "detect", "slurm"] {
         assert!(text.contains(&format!("\n  {verb}")), "{verb}");
     }
@@ -105,21 +75,15 @@ fn help_names_every_verb() {
 
 #[test]
 fn lists_name_what_there_is() {
+    let place = Place::new();
     let contains = |what: &str, words: &[&str]| {
-        let (code, text, _) = output(&["list", what, "--format", "csv"]);
-        assert_eq!(code, 0, "{what}");
-        for word in words {
-            assert!(text.contains(word), "{what}: {word}");
-        }
+        let ran = place.run(&format!("list {what} --format csv")).ends(0);
+        words.iter().fold(ran, |ran, word| ran.says(word));
     };
-    contains(
-        "experiments",
-        &["quickstart", "khalid2016/table1", "khalid2016/table2", "sanmiguel2015/fig13-d1"],
-    );
-    contains(
-        "suites",
-        &["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
-    );
+    let experiments = ["quickstart", "khalid2016/table1", "khalid2016/table2", "sanmiguel2015/fig13-d1"];
+    contains("experiments", &experiments);
+    let suites = ["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"];
+    contains("suites", &suites);
     fn kinds<T: ?Sized>(list: &[trackfail::plugin::Entry<T>]) -> Vec<&str> {
         list.iter().map(|entry| entry.kind).collect()
     }
@@ -128,6 +92,6 @@ fn lists_name_what_there_is() {
     contains("detectors", &kinds(trackfail::detector::DETECTORS));
     contains("analyses", &kinds(trackfail::analysis::ANALYSES));
     contains("protocols", &["khalid2016/1", "sanmiguel2015/1"]);
-    let (_, json, _) = output(&["list", "detectors", "--format", "json"]);
+    let json = place.run("list detectors --format json").out;
     assert!(serde_json::from_str::<serde_json::Value>(&json).unwrap().is_array());
 }

@@ -1,14 +1,6 @@
 //! Verbs that tell what there is and what would be done: schema, new, completions, list, dry runs.
 
-use crate::tools::{output, trackfail};
-use std::path::Path;
-
-fn good(folder: &Path, arguments: &[&str]) -> String {
-    let output = trackfail().current_dir(folder).args(arguments).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {told}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::tools::{Place, output};
 
 #[test]
 fn the_schema_is_the_one_in_the_repository() {
@@ -25,61 +17,46 @@ fn the_schema_is_the_one_in_the_repository() {
 
 #[test]
 fn a_new_experiment_runs_and_is_not_overwritten() {
-    let dir = tempfile::tempdir().unwrap();
-    let here = dir.path();
-    let told = good(here, &["new", "mine/first"]);
+    let place = Place::new();
+    let told = place.run("new mine/first").ends(0).out;
     assert!(told.starts_with("experiment: first.toml\n"), "{told}");
-    let text = std::fs::read_to_string(here.join("first.toml")).unwrap();
+    let text = place.read("first.toml");
     let schema = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap();
-    assert_eq!(std::fs::read_to_string(here.join(schema)).unwrap(), output(&["schema"]).1);
-    good(here, &["run", "first.toml", "--quiet"]);
-    let scores = std::fs::read_to_string(here.join("results/mine/first/scores.csv")).unwrap();
+    assert_eq!(place.read(schema), output(&["schema"]).1);
+    place.run("run first.toml --quiet").ends(0);
+    let scores = place.read("results/mine/first/scores.csv");
     assert!(scores.contains(",DTEF,") && !scores.contains("failed"), "{scores}");
-    let kept = std::fs::read_to_string(here.join("results/mine/first/experiment.toml")).unwrap();
+    let kept = place.read("results/mine/first/experiment.toml");
     assert!(!kept.contains("#:schema") && text.ends_with(&kept), "{kept}");
 
-    std::fs::write(here.join("first.toml"), "mine").unwrap();
-    let refused = trackfail().current_dir(here).args(["new", "first"]).output().unwrap();
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        String::from_utf8_lossy(&refused.stderr).contains("first.toml is there already; --force replaces it")
-    );
-    assert_eq!(std::fs::read_to_string(here.join("first.toml")).unwrap(), "mine");
-    good(here, &["new", "first", "--force"]);
+    place.write("first.toml", "mine");
+    place.run("new first").ends(2).tells("first.toml is there already; --force replaces it");
+    assert_eq!(place.read("first.toml"), "mine");
+    place.run("new first --force").ends(0);
     // Before: the schema was replaced without a word.
-    good(here, &["new", "second"]);
-    std::fs::write(here.join(schema), "mine").unwrap();
-    let refused = trackfail().current_dir(here).args(["new", "third"]).output().unwrap();
-    assert_eq!(refused.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(told.contains("trackfail.schema.json is there already; --force replaces it"), "{told}");
-    assert_eq!(std::fs::read_to_string(here.join(schema)).unwrap(), "mine");
-    assert!(!here.join("third.toml").exists());
-    for bad in ["../first", "", "First", "a//b", "/a", "quickstart", "khalid2016/table1"] {
-        let refused = trackfail().current_dir(here).args(["new", bad]).output().unwrap();
-        assert_eq!(refused.status.code(), Some(2), "{bad}");
+    place.run("new second").ends(0);
+    place.write(schema, "mine");
+    place.run("new third").ends(2).tells("trackfail.schema.json is there already; --force replaces it");
+    assert_eq!(place.read(schema), "mine");
+    assert!(!place.has("third.toml"));
+    for bad in ["../first", "''", "First", "a//b", "/a", "quickstart", "khalid2016/table1"] {
+        place.run(&format!("new {bad}")).ends(2);
     }
 }
 
 #[test]
 fn a_verb_with_swapped_letters_is_recognized() {
-    for (arguments, near) in
-        [("rnu", "'run'"), ("lsit", "'list'"), ("detcet", "'detect'"), ("data dad", "'add'")]
-    {
-        let (code, _, told) = output(&arguments.split(' ').collect::<Vec<_>>());
-        assert!(code == 2 && told.contains("similar") && told.contains(near), "{arguments}: {told}");
-    }
-    assert!(!output(&["xyzxyz"]).2.contains("similar"));
+    let place = Place::new();
+    let near = [("rnu", "'run'"), ("lsit", "'list'"), ("detcet", "'detect'"), ("data dad", "'add'")];
+    near.into_iter().for_each(|(line, near)| drop(place.run(line).ends(2).tells("similar").tells(near)));
+    place.run("xyzxyz").never_says("similar");
 }
 
 #[test]
 fn shells_complete_every_verb() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let (code, script, told) = output(&["completions", shell]);
-        assert_eq!(code, 0, "{told}");
-        for word in ["detect", "slurm", "completions", "dry-run"] {
-            assert!(script.contains(word), "{shell}: {word}");
-        }
+        let ran = Place::new().run(&format!("completions {shell}")).ends(0);
+        ran.says("detect").says("slurm").says("completions").says("dry-run");
     }
     let check = |shell: &str, arguments: &[&str], script: &str| {
         let Ok(output) = std::process::Command::new(shell).args(arguments).arg(script).output() else {
@@ -95,13 +72,13 @@ fn shells_complete_every_verb() {
 
 #[test]
 fn list_alone_tells_what_can_be_listed() {
-    let (code, text, told) = output(&["list"]);
-    assert_eq!(code, 0, "{told}");
+    let place = Place::new();
+    let text = place.run("list").ends(0).out;
     for what in
         ["experiments", "suites", "methods", "trackers", "signals", "detectors", "analyses", "protocols"]
     {
         assert!(text.contains(&format!("\n {what} ")), "{text}");
-        assert_eq!(output(&["list", what, "--format", "json"]).0, 0, "{what}");
+        place.run(&format!("list {what} --format json")).ends(0);
     }
 }
 
@@ -109,76 +86,57 @@ const SPEC: &str = r#"schema = 1
 name = "mine/try"
 title = "A try"
 protocol = "khalid2016/1"
-
-[suites]
-test = "synthetic-vot"
-
-[[tracker]]
-name = "still"
-
-[[method]]
-name = "histogram"
-signal = { kind = "rgb-histogram" }
-detector = { kind = "level", below = 0.9 }
-
-[[method]]
-name = "never"
-detector = { kind = "never" }
+suites.test = "synthetic-vot"
+tracker = [{ name = "still" }]
+method = [
+    { name = "histogram", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
+    { name = "never", detector = { kind = "never" } },
+]
 "#;
 
 #[test]
 fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
-    let dir = tempfile::tempdir().unwrap();
-    let here = dir.path();
-    std::fs::write(here.join("try.toml"), SPEC).unwrap();
-    let dry = |more: &[&str]| good(here, &[&["run", "try.toml", "--dry-run"], more].concat());
-    let first = dry(&[]);
+    let place = Place::with(&[("try.toml", SPEC)]);
+    let run = |more: &str| place.run(&format!("run try.toml {more}")).ends(0).out;
+    let first = run("--dry-run");
     assert!(first.starts_with("mine/try: A try\n  data "), "{first}");
     for words in [": 0 cached, 0 stale, ", " at hand\n", "\n  analyses  none\n", "\n  time      not known"] {
         assert!(first.contains(words), "{words}\n{first}");
     }
     assert!(first.lines().count() < 9, "{first}");
-    let cells = dry(&["--verbose"]);
+    let cells = run("--dry-run --verbose");
     assert!(cells.starts_with(&first) && cells.matches(" missing").count() > 10, "{cells}");
     assert!(cells.contains(" because") && cells.contains(" it was never computed here"), "{cells}");
     // Programs get the cells, as ever.
-    assert!(dry(&["--format", "csv"]).starts_with("sequence,tracker,run,method,params,state\n"));
+    assert!(run("--dry-run --format csv").starts_with("sequence,tracker,run,method,params,state\n"));
 
     let states = |told: &str| -> Vec<String> {
         told.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().to_string()).collect()
     };
-    let shards = |of: &str| states(&dry(&["--shard", of, "--format", "csv"]));
+    let shards = |of: &str| states(&run(&format!("--dry-run --shard {of} --format csv")));
     assert_eq!(shards("1/3"), ["to do", "to do", "to do"]);
-    good(here, &["run", "try.toml", "--quiet", "--shard", "2/3"]);
+    run("--quiet --shard 2/3");
     assert_eq!(shards("1/3"), ["to do", "done", "to do"]);
-    good(here, &["run", "try.toml", "--quiet", "--shard", "3/3"]);
+    run("--quiet --shard 3/3");
     assert_eq!(shards("3/3"), ["to do", "done", "done"]);
-    let told = dry(&["--shard", "1/3"]);
+    let told = run("--dry-run --shard 1/3");
     assert!(told.contains("(share 1 of 3)\n") && told.contains("\n2 of 3 shares are done\n"), "{told}");
     // The shares have found what the tracker costs.
     assert!(told.contains("\n  time      about "), "{told}");
-    good(here, &["run", "try.toml", "--quiet"]);
-    assert!(dry(&[]).contains("\n  time      nothing is left to compute\n"));
-    let (code, _, told) = output(&["run", "--verbose"]);
-    assert!(code == 2 && told.contains("--dry-run"), "{told}");
+    run("--quiet");
+    assert!(run("--dry-run").contains("\n  time      nothing is left to compute\n"));
+    place.run("run --verbose").ends(2).tells("--dry-run");
 }
 
 /// Cells of many sequences that fail for one cause are told in one line, by a whole run and by a share.
 #[cfg(unix)]
 #[test]
 fn cells_that_fail_for_the_same_cause_are_told_once() {
-    let dir = tempfile::tempdir().unwrap();
-    let here = dir.path();
     let program = "[tracker.mine]\nversion = \"1\"\nprotocol = \"lines\"\ncommand = [\"sh\", \"-c\", \"echo Traceback >&2; echo no module named numpy >&2; exit 1\"]\n";
-    std::fs::write(here.join("plugins.toml"), program).unwrap();
-    let spec = SPEC.replace("name = \"still\"", "name = \"process\"\nprogram = \"mine\"");
-    std::fs::write(here.join("try.toml"), spec).unwrap();
-    for more in [&[][..], &["--shard", "1/1"]] {
-        let run = trackfail().current_dir(here).args(["run", "try.toml"]).args(more).output().unwrap();
-        assert_eq!(run.status.code(), Some(4));
-        let [said, told] =
-            [&run.stdout, &run.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-        let all = said + &told;
+    let spec = SPEC.replace("name = \"still\"", "name = \"process\", program = \"mine\"");
+    let place = Place::with(&[("plugins.toml", program), ("try.toml", &spec)]);
+    for more in ["", "--shard 1/1"] {
+        let all = place.run(&format!("run try.toml {more}")).ends(4).all();
         let lines: Vec<&str> = all.lines().filter(|line| line.starts_with("failed: ")).collect();
         assert_eq!(
             lines,

@@ -11,6 +11,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trackfail_testing::conditions::{BROWSERS, runs};
 
+/// What the line above the viewer says.
+pub const READOUT: &str = "document.getElementById('readout').textContent";
+
+/// The width of the picture that the viewer shows.
+pub const PICTURE_WIDTH: &str = "(async () => { const i = new Image(); i.src = document.querySelector('#stage image').href.baseVal; await i.decode(); return i.width; })()";
+
 /// How long the browser may think about anything.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -131,15 +137,44 @@ impl Browser {
         value.as_str().unwrap_or_else(|| panic!("{expression}: {value}")).to_string()
     }
 
-    /// Asserts that an expression becomes true soon.
+    /// Asserts that an expression becomes true, as long as that takes on a busy machine.
     pub fn becomes(&mut self, expression: &str) {
-        for _ in 0..200 {
-            if self.value(expression) == true {
-                return;
-            }
+        let end = Instant::now() + Duration::from_secs(60);
+        while self.value(expression) != true {
+            let told = "document.getElementById('readout')?.textContent";
+            assert!(Instant::now() < end, "not true: {expression}; {}", self.value(told));
             std::thread::sleep(Duration::from_millis(25));
         }
-        panic!("not true: {expression}; {}", self.value("document.getElementById('readout')?.textContent"));
+    }
+
+    /// The number of the frame that the viewer shows.
+    pub fn frame(&mut self) -> i64 {
+        let text = self.text(READOUT);
+        text.split(' ').nth(1).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{text}"))
+    }
+
+    pub fn has_no_sideways_scroll(&mut self) {
+        let widths = self.value("[document.documentElement.scrollWidth, innerWidth]");
+        assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
+    }
+
+    /// Opens a file on a desk and on a phone, light and dark; it must fit, and neither complain nor ask for addresses other
+    /// than `allowed`.
+    pub fn on_all_screens(
+        &mut self,
+        name: &str,
+        file: &Path,
+        allowed: impl Fn(&str) -> bool,
+        works: impl Fn(&mut Self, bool),
+    ) {
+        for (width, dark) in [(1400, false), (1400, true), (390, false), (390, true)] {
+            self.screen(width, 900, dark);
+            self.open(file);
+            self.has_no_sideways_scroll();
+            works(self, dark);
+            assert_eq!(self.complaints(&allowed), Vec::<String>::new());
+            self.picture(&format!("{name}-{width}-{}", if dark { "dark" } else { "light" }));
+        }
     }
 
     /// Presses a key where the focus is.

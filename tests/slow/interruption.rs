@@ -1,6 +1,6 @@
 //! Killed, interrupted, out of space, not allowed: a run goes on from what is whole, or says why not.
 
-use crate::tools::{assert_same_files, needs, trackfail};
+use crate::tools::{Place, Ran, assert_same_files, needs, trackfail};
 use sha2::{Digest, Sha256};
 use std::io::Write;
 use std::path::Path;
@@ -11,10 +11,8 @@ fn start(folder: &Path) -> Child {
     Command::new(env!("CARGO_BIN_EXE_trackfail"))
         .env_remove("HOME")
         .env_remove("TRACKFAIL_DATA")
-        .args(["run", "--quiet", "--results"])
-        .arg(folder.join("results"))
-        .arg("--reports")
-        .arg(folder.join("reports"))
+        .current_dir(folder)
+        .args(["run", "--quiet"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -39,11 +37,11 @@ fn scattered(n: u32) -> impl Iterator<Item = f64> {
 
 #[test]
 fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
-    let (whole, killed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    assert!(start(whole.path()).wait().unwrap().success());
+    let (whole, killed) = (Place::new(), Place::new());
+    assert!(start(whole.root()).wait().unwrap().success());
     let (mut kills, mut finished) = (0, 0);
     for moment in scattered(400) {
-        let mut run = start(killed.path());
+        let mut run = start(killed.root());
         std::thread::sleep(Duration::from_secs_f64(moment));
         if run.try_wait().unwrap().is_some() {
             finished += 1;
@@ -52,15 +50,15 @@ fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
             run.wait().unwrap();
             kills += 1;
         }
-        assert_whole_or_unfinished(&killed.path().join("results/quickstart"));
+        assert_whole_or_unfinished(&killed.path("results/quickstart"));
         if kills == 50 {
             break;
         }
     }
     assert_eq!(kills, 50, "{finished} runs were over before they could be killed");
-    assert!(start(killed.path()).wait().unwrap().success());
-    assert_same_files(whole.path(), killed.path());
-    let left: Vec<_> = walkdir::WalkDir::new(killed.path())
+    assert!(start(killed.root()).wait().unwrap().success());
+    assert_same_files(whole.root(), killed.root());
+    let left: Vec<_> = walkdir::WalkDir::new(killed.root())
         .into_iter()
         .filter_map(|e| Some(e.ok()?.path().to_path_buf()))
         .filter(|p| p.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b".trackfail-tmp-")))
@@ -71,11 +69,11 @@ fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_is_done_and_exits_130() {
-    let dir = tempfile::tempdir().unwrap();
-    let packs = dir.path().join("results/.store/packs");
+    let place = Place::new();
+    let packs = place.path("results/.store/packs");
     for signal in ["-INT", "-TERM"] {
         let before = std::fs::read_dir(&packs).map_or(0, Iterator::count);
-        let mut run = start(dir.path());
+        let mut run = start(place.root());
         // As soon as something is kept.
         while std::fs::read_dir(&packs).map_or(0, Iterator::count) <= before {
             assert!(run.try_wait().unwrap().is_none(), "it was over before it could be interrupted");
@@ -83,12 +81,13 @@ fn ctrl_c_keeps_what_is_done_and_exits_130() {
         }
         assert!(Command::new("kill").arg(signal).arg(run.id().to_string()).status().unwrap().success());
         assert_eq!(run.wait().unwrap().code(), Some(130), "{signal}");
-        assert!(!dir.path().join("results/quickstart/manifest.json").exists());
+        assert!(!place.has("results/quickstart/manifest.json"));
     }
-    let whole = tempfile::tempdir().unwrap();
-    assert!(start(dir.path()).wait().unwrap().success());
-    assert!(start(whole.path()).wait().unwrap().success());
-    assert_same_files(whole.path(), dir.path());
+    let whole = Place::new();
+    for place in [&place, &whole] {
+        assert!(start(place.root()).wait().unwrap().success());
+    }
+    assert_same_files(whole.root(), place.root());
 }
 
 /// A small file system in memory, mounted; its test is marked `#[needs(mount)]`.
@@ -131,16 +130,7 @@ fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
     assert!(start(small.dir.path()).wait().unwrap().success());
     let to = copy.path().join("copy");
     assert!(Command::new("cp").arg("-a").arg(small.dir.path()).arg(&to).status().unwrap().success());
-    let again = |results: &Path| {
-        let run = trackfail()
-            .args(["run", "--quiet", "--force", "--results"])
-            .arg(results.join("results"))
-            .arg("--reports")
-            .arg(results.join("reports"))
-            .output()
-            .unwrap();
-        (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
-    };
+    let again = || Ran::of(trackfail().current_dir(small.dir.path()).args(["run", "--quiet", "--force"]));
 
     let filler = small.dir.path().join("filler");
     let room = vec![0_u8; 1 << 20];
@@ -152,29 +142,21 @@ fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
         }
     }
     drop(file);
-    let (code, text) = again(small.dir.path());
-    assert_eq!(code, Some(1), "{text}");
-    assert!(text.starts_with("error: quickstart: ") && text.contains("No space left"), "{text}");
+    let full = again().ends(1).tells("No space left");
+    assert!(full.err.starts_with("error: quickstart: "), "{}", full.err);
     std::fs::remove_file(&filler).unwrap();
     assert_same_files(&to, small.dir.path());
     assert_whole_or_unfinished(&small.dir.path().join("results/quickstart"));
     assert!(small.dir.path().join("results/quickstart/manifest.json").exists());
 
     small.remount("ro");
-    let (code, text) = again(small.dir.path());
-    assert_eq!(code, Some(1), "{text}");
-    assert!(text.contains("Read-only file system"), "{text}");
-    let report = trackfail()
-        .args(["report", "--results"])
-        .arg(small.dir.path().join("results"))
-        .arg("--reports")
-        .arg(copy.path().join("reports"))
-        .output()
-        .unwrap();
-    assert_eq!(report.status.code(), Some(1), "tables are written beside the results");
+    again().ends(1).tells("Read-only file system");
+    let mut report = trackfail();
+    report.current_dir(small.dir.path()).args(["report", "--reports"]).arg(copy.path().join("reports"));
+    // Tables are written beside the results.
+    Ran::of(&mut report).ends(1);
     small.remount("rw");
     assert_same_files(&to, small.dir.path());
-    let (code, text) = again(small.dir.path());
-    assert_eq!(code, Some(0), "{text}");
+    again().ends(0);
     assert_same_files(&to, small.dir.path());
 }

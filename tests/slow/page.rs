@@ -1,7 +1,7 @@
 //! The page of an experiment in a real browser: sorting, filters, strips and viewer, from disk, by mouse and
 //! by keyboard, on a desk and on a phone, light and dark.
 
-use crate::browser::Browser;
+use crate::browser::{Browser, PICTURE_WIDTH, READOUT};
 use crate::tools::needs;
 use crate::tools::page::page_of_a_run;
 use serde_json::json;
@@ -53,18 +53,7 @@ fn series(names: [&str; 2]) -> Sequences {
     }
 }
 
-const READOUT: &str = "document.getElementById('readout').textContent";
 const SHOWN: &str = "document.querySelectorAll('#sequence-table tbody tr:not([hidden])').length";
-
-fn frame(browser: &mut Browser) -> i64 {
-    let text = browser.text(READOUT);
-    text.split(' ').nth(1).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{text}"))
-}
-
-fn has_no_sideways_scroll(browser: &mut Browser) {
-    let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
-    assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
-}
 
 fn choose(browser: &mut Browser, id: &str, text: &str) {
     let text = serde_json::to_string(text).unwrap();
@@ -79,22 +68,22 @@ fn choose(browser: &mut Browser, id: &str, text: &str) {
 #[test]
 fn a_page_works_from_disk() {
     let mut browser = Browser::start();
-    let root = tempfile::tempdir().unwrap();
-    let page = page_of_a_run(root.path());
+    let place = page_of_a_run();
+    let page = place.path("reports/mine/page/index.html");
     let own = format!("file://{}", page.parent().unwrap().display());
-    for (width, dark) in [(1400, false), (1400, true), (390, false), (390, true)] {
-        browser.screen(width, 900, dark);
-        browser.open(&page);
-        browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
-        let ground = browser.text("getComputedStyle(document.body).backgroundColor");
-        assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
-        has_no_sideways_scroll(&mut browser);
-        assert_eq!(browser.text(FAINT), "");
-        works(&mut browser);
-        assert_eq!(browser.text(FAINT), "");
-        assert_eq!(browser.complaints(|url| url.starts_with(&own)), Vec::<String>::new());
-        browser.picture(&format!("page-{width}-{}", if dark { "dark" } else { "light" }));
-    }
+    browser.on_all_screens(
+        "page",
+        &page,
+        |url| url.starts_with(&own),
+        |browser, dark| {
+            browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
+            let ground = browser.text("getComputedStyle(document.body).backgroundColor");
+            assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
+            assert_eq!(browser.text(FAINT), "");
+            works(browser);
+            assert_eq!(browser.text(FAINT), "");
+        },
+    );
     // All numbers are there without JavaScript, and nothing that does not work.
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
@@ -112,12 +101,8 @@ fn a_page_works_from_disk() {
 }
 
 fn works(browser: &mut Browser) {
-    assert!(
-        browser
-            .text("document.querySelector('.verdicts').innerText")
-            .contains("1 holds · 0 undecided · 1 does not hold")
-    );
-
+    let verdicts = browser.text("document.querySelector('.verdicts').innerText");
+    assert!(verdicts.contains("1 holds · 0 undecided · 1 does not hold"), "{verdicts}");
     headings_sort(browser);
     number_leads_to_its_sequences(browser);
     folded_table_opens(browser);
@@ -148,14 +133,14 @@ fn link_leads_to_a_frame(browser: &mut Browser) {
 
 /// Playing goes on by itself to the end and stops there.
 fn it_plays(browser: &mut Browser) {
-    let before = frame(browser);
+    let before = browser.frame();
     let button = "document.getElementById('play')";
     choose(browser, "speed", "60 frames/s");
     browser.click(button, 0.5);
     browser.becomes(&format!("Number({READOUT}.split(' ')[1]) > {before}"));
     assert_eq!(browser.text(&format!("{button}.ariaPressed")), "true");
     browser.becomes(&format!("{button}.ariaPressed === 'false'"));
-    assert_eq!(frame(browser), 90);
+    assert_eq!(browser.frame(), 90);
 }
 
 /// Sorting by keyboard: largest first, smallest first, the first order.
@@ -229,34 +214,34 @@ fn viewer_moves(browser: &mut Browser) {
     browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
     browser.value("document.querySelector('.strip').focus()");
     browser.press("Home");
-    let first = frame(browser);
+    let first = browser.frame();
     browser.press("ArrowRight");
-    assert_eq!(frame(browser), first + 1);
+    assert_eq!(browser.frame(), first + 1);
     browser.press("ArrowLeft");
-    assert_eq!(frame(browser), first);
+    assert_eq!(browser.frame(), first);
     let marks = "[...document.querySelectorAll('#strip .jump')].map(g => Number(g.dataset.f))";
     browser.press("n");
     let next = "(() => { const row = document.querySelector('#sequence-table tr.open').dataset; \
         const said = JSON.parse(document.getElementById('series').textContent).data[`${row.s}-${row.t}`].said[1]; \
         return Math.min(...said.marks.flatMap(m => m.slice(0, 2)).filter(f => f > 0)); })()";
     let next = browser.value(next).as_i64().unwrap();
-    assert_eq!(frame(browser), first + next);
+    assert_eq!(browser.frame(), first + next);
     browser.press("p");
     browser.press("End");
-    let last = frame(browser);
+    let last = browser.frame();
     browser.click("document.querySelector('[data-do=back]')", 0.5);
-    assert_eq!(frame(browser), last - 1);
+    assert_eq!(browser.frame(), last - 1);
     assert_eq!(browser.text("document.querySelector('.strip').ariaValueNow"), (last - 1).to_string());
 
     // By mouse: a mark of the strip, a place of the strip, an entry of the list.
     let mark = browser.value(&format!("{marks}.at(-1)")).as_i64().unwrap();
     browser.click("document.querySelector('#strip .jump:last-of-type .hit-area')", 0.5);
-    assert_eq!(frame(browser), first + mark);
+    assert_eq!(browser.frame(), first + mark);
     browser.click("document.getElementById('strip')", 0.5);
-    let middle = frame(browser);
+    let middle = browser.frame();
     assert!((last / 4..=3 * last / 4).contains(&middle), "{middle} of {last}");
     browser.click("document.querySelector('#marks button')", 0.5);
-    assert_eq!(frame(browser), first + browser.value(&format!("{marks}[0]")).as_i64().unwrap());
+    assert_eq!(browser.frame(), first + browser.value(&format!("{marks}[0]")).as_i64().unwrap());
 }
 
 /// The marks that the viewer draws are those that the table counts.
@@ -292,8 +277,7 @@ fn picture_is_shown(browser: &mut Browser) {
         browser.press("ArrowRight");
     }
     assert_eq!(browser.value("document.querySelectorAll('#stage image').length"), 1);
-    let width = "(async () => { const i = new Image(); i.src = document.querySelector('#stage image').href.baseVal; await i.decode(); return i.width; })()";
-    assert_eq!(browser.value(width), browser.value(&format!("{with_stills}.size[0]")));
+    assert_eq!(browser.value(PICTURE_WIDTH), browser.value(&format!("{with_stills}.size[0]")));
 }
 
 /// From a number to its formula, its sequences and its strip, by keyboard, and back.
@@ -384,7 +368,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
         browser.screen(width, 900, false);
         browser.open(&url);
         browser.becomes(&format!("{READOUT}.startsWith('Frame 21 (21 of 60) · Oₜ 1, lost · score 0.0032, threshold 0.004 · no alarm · hit')"));
-        has_no_sideways_scroll(&mut browser);
+        browser.has_no_sideways_scroll();
         let shown = browser.text("document.querySelector('#show-sequence').options[0].text");
         assert!(shown.contains("</script><script>alert(1)") && shown.contains("\u{fffd}"), "{shown}");
         assert_eq!(browser.value("document.scripts.length"), 2);

@@ -3,7 +3,6 @@
 use crate::browser::Browser;
 use crate::tools::needs;
 use std::path::Path;
-use std::time::{Duration, Instant};
 use trackfail::report::claims::ClaimCounts;
 use trackfail::report::site;
 
@@ -43,15 +42,6 @@ fn gallery(reports: &Path) {
     std::fs::write(reports.join("old/index.html"), "page").unwrap();
 }
 
-/// Waits until an expression is true, as long as it takes on a busy machine.
-fn soon(browser: &mut Browser, expression: &str) {
-    let end = Instant::now() + Duration::from_secs(60);
-    while browser.value(expression) != true {
-        assert!(Instant::now() < end, "not true: {expression}");
-        std::thread::sleep(Duration::from_millis(25));
-    }
-}
-
 #[needs(chromium)]
 #[test]
 fn the_site_works_in_a_browser() {
@@ -60,24 +50,13 @@ fn the_site_works_in_a_browser() {
     let reports = root.path().join("reports");
     gallery(&reports);
     assert_eq!(site::write_index(&reports).unwrap().len(), 1);
-    let fits = |browser: &mut Browser| {
-        let widths = browser.value("[document.documentElement.scrollWidth, innerWidth]");
-        assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
+    let is_file = |url: &str| url.starts_with("file://");
+    browser.on_all_screens("site", &reports.join("index.html"), is_file, |browser, _| {
         assert_eq!(browser.value("document.querySelectorAll('#reports .list > li').length"), 3);
         assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
-    };
-    let screens = [(1400, false), (1400, true), (390, false), (390, true)];
-    for (width, dark) in screens {
-        browser.screen(width, 900, dark);
-        browser.open(&reports.join("index.html"));
-        fits(&mut browser);
-        browser.picture(&format!("site-{width}-{}", if dark { "dark" } else { "light" }));
-        assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
-    }
+    });
     browser.click("document.querySelector('#reports .links a')", 0.5);
-    soon(
-        &mut browser,
-        "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
-    );
-    assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+    browser
+        .becomes("document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')");
+    assert_eq!(browser.complaints(is_file), Vec::<String>::new());
 }

@@ -6,8 +6,9 @@ mod scripts;
 
 use crate::tools::{assert_same_files, needs, trackfail};
 use cluster::{Cluster, wait_for};
-use scripts::{HOSTILE, calls, executable, expected, script};
+use scripts::{HOSTILE, calls, expected, script};
 use std::process::Command;
+use trackfail_testing::script as executable;
 
 /// Numbers of the array's and the report's job, read from the program's output.
 fn job_numbers(told: &str) -> [String; 2] {

@@ -8,5 +8,5 @@ mod program;
 
 #[cfg(target_os = "linux")]
 pub use program::resident;
-pub use program::trackfail;
-pub use trackfail_testing::{assert_same_files, needs, real_data, rows};
+pub use program::{Place, Ran, Row, trackfail};
+pub use trackfail_testing::{assert_same_files, needs, real_data};

@@ -1,6 +1,13 @@
-//! Starts the program as the tests do.
+//! Starts the program as the tests do, in a folder of its own, and asks what it came to.
+
+// Each of the two programs of tests uses its part.
+#![allow(dead_code)]
 
 use assert_cmd::Command;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use trackfail_testing::rows;
 
 /// The program, in an environment without the user's settings.
 pub fn trackfail() -> Command {
@@ -9,10 +16,201 @@ pub fn trackfail() -> Command {
     command
 }
 
+/// The words of a line; one with blanks in it stands between `'`.
+pub fn words(line: &str) -> Vec<String> {
+    let part = |(k, part): (usize, &str)| -> Vec<String> {
+        if k % 2 == 1 { vec![part.into()] } else { part.split_whitespace().map(String::from).collect() }
+    };
+    line.split('\'').enumerate().flat_map(part).collect()
+}
+
+/// A row of a CSV file by the names of its columns.
+pub type Row = BTreeMap<String, String>;
+
+/// The number in a column.
+#[track_caller]
+pub fn number(row: &Row, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: {row:?}"))
+}
+
+/// A folder in which a test runs the program; names of files are those below it.
+pub struct Place(tempfile::TempDir);
+
+impl Place {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn with(files: &[(&str, &str)]) -> Self {
+        let place = Self::new();
+        files.iter().for_each(|(name, text)| place.write(name, text));
+        place
+    }
+
+    pub fn root(&self) -> &Path {
+        self.0.path()
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Writes a file, and makes its folder.
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        self.folder(Path::new(name).parent().unwrap().to_str().unwrap());
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    pub fn folder(&self, name: &str) -> PathBuf {
+        std::fs::create_dir_all(self.path(name)).unwrap();
+        self.path(name)
+    }
+
+    #[track_caller]
+    pub fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    #[track_caller]
+    pub fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    #[track_caller]
+    pub fn rows(&self, name: &str) -> Vec<Row> {
+        rows(&self.read(name))
+    }
+
+    #[track_caller]
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.path(name).exists()
+    }
+
+    pub fn remove(&self, name: &str) {
+        std::fs::remove_file(self.path(name)).unwrap();
+    }
+
+    /// What is in a folder, in the order of the names.
+    pub fn list(&self, folder: &str) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.path(folder)).unwrap_or_else(|e| panic!("{folder}: {e}"));
+        let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+        paths.sort();
+        paths
+    }
+
+    /// Renders a sequence below the folder `suite`, and gives the lines of its ground truth.
+    pub fn render(&self, suite: &str, sequence: &str) -> Vec<String> {
+        self.run(&format!("data render {suite} --sequence {sequence} suite")).ends(0);
+        self.read(&format!("suite/{sequence}/groundtruth_rect.txt")).lines().map(String::from).collect()
+    }
+
+    pub fn command(&self, line: &str) -> Command {
+        let mut command = trackfail();
+        command.current_dir(self.root()).args(words(line));
+        command
+    }
+
+    pub fn run(&self, line: &str) -> Ran {
+        Ran::of(&mut self.command(line))
+    }
+
+    /// Runs a line of a shell in which `trackfail` is the program.
+    pub fn shell(&self, line: &str) -> Ran {
+        let mut shell = Command::new("sh");
+        let text = format!("trackfail() {{ \"$PROGRAM\" \"$@\"; }}\n{line}");
+        Ran::of(
+            shell
+                .args(["-c", &text])
+                .current_dir(self.root())
+                .env("PROGRAM", env!("CARGO_BIN_EXE_trackfail"))
+                .env_remove("TRACKFAIL_DATA")
+                .env_remove("TRACKFAIL_PLUGINS"),
+        )
+    }
+}
+
+/// What a run came to: its exit code, and what it printed.
+#[derive(Debug)]
+pub struct Ran {
+    pub code: Option<i32>,
+    pub out: String,
+    pub err: String,
+}
+
+impl Ran {
+    pub fn of(command: &mut Command) -> Self {
+        let output = command.output().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        Self { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    }
+
+    /// Asserts the exit code.
+    #[track_caller]
+    pub fn ends(self, code: i32) -> Self {
+        assert_eq!(self.code, Some(code), "{}{}", self.out, self.err);
+        self
+    }
+
+    /// Asserts that words are on stdout.
+    #[track_caller]
+    pub fn says(self, words: &str) -> Self {
+        assert!(self.out.contains(words), "{words}\n{}{}", self.out, self.err);
+        self
+    }
+
+    /// Asserts that words are on stderr.
+    #[track_caller]
+    pub fn tells(self, words: &str) -> Self {
+        assert!(self.err.contains(words), "{words}\n{}{}", self.out, self.err);
+        self
+    }
+
+    /// Asserts the exit code, words on stderr, and that nothing is on stdout.
+    #[track_caller]
+    pub fn refuses(self, code: i32, words: &str) -> Self {
+        assert_eq!(self.out, "", "{}", self.err);
+        self.ends(code).tells(words)
+    }
+
+    /// Asserts that words are on one of the two streams.
+    #[track_caller]
+    pub fn shows(self, words: &str) -> Self {
+        assert!(self.all().contains(words), "{words}\n{}{}", self.out, self.err);
+        self
+    }
+
+    /// Asserts that words are nowhere.
+    #[track_caller]
+    pub fn never_says(self, words: &str) -> Self {
+        assert!(!self.all().contains(words), "{words}\n{}{}", self.out, self.err);
+        self
+    }
+
+    /// Both streams.
+    pub fn all(&self) -> String {
+        format!("{}{}", self.out, self.err)
+    }
+
+    /// The rows of a table in CSV on stdout.
+    pub fn rows(&self) -> Vec<Row> {
+        rows(&self.out)
+    }
+}
+
 /// Resident memory of a process in KiB.
 #[cfg(target_os = "linux")]
 pub fn resident(id: u32) -> u64 {
+    memory(id, "VmRSS:")
+}
+
+/// A line of what the system knows of the memory of a process, in KiB.
+#[cfg(target_os = "linux")]
+pub fn memory(id: u32, name: &str) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap();
     line.trim().trim_end_matches(" kB").parse().unwrap()
 }

@@ -1,8 +1,7 @@
-//! Helpers of the tests of batch scripts: a script, its words, and a program that prints or records them.
+//! Helpers of the tests of batch scripts: a script, its words, and what a program has printed.
 
 use crate::tools::trackfail;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use trackfail::cli::output::quoted;
 use trackfail::cli::slurm::SCRIPT;
 
@@ -38,15 +37,6 @@ pub fn expected(root: &Path, results: &str, share: Option<&str>) -> Vec<String> 
         None => ["--reports".to_string(), path("reports")],
     });
     words
-}
-
-/// A program made of shell commands. It is put in place by another process: a file that this one has
-/// open for writing, if only in a child that another thread just forked, cannot be started.
-pub fn executable(path: &Path, commands: &str) {
-    let source = path.with_extension("source");
-    std::fs::write(&source, format!("#!/bin/sh\n{commands}\n")).unwrap();
-    let done = Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status().unwrap();
-    assert!(done.success());
 }
 
 /// The calls that were printed.

@@ -55,11 +55,8 @@ mod tests {
         let frame = decode(&bytes).unwrap();
         let digest: String =
             Sha256::digest(frame.bytes()).iter().take(8).map(|b| format!("{b:02x}")).collect();
-        assert_eq!(
-            (DECODER, digest.as_str()),
-            GOLDEN,
-            "pixels have changed: raise DECODER, then put both here"
-        );
+        let remedy = "pixels have changed: raise DECODER, then put both here";
+        assert_eq!((DECODER, digest.as_str()), GOLDEN, "{remedy}");
         let png = encode_png(&frame).unwrap();
         assert_eq!(decode(&png).unwrap(), frame, "and PNG files have the pixels they were given");
     }

@@ -19,3 +19,5 @@ pub mod num;
 pub mod plugin;
 pub mod region;
 pub mod sequence;
+#[cfg(test)]
+mod testing;

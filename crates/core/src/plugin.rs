@@ -373,10 +373,8 @@ mod tests {
         let message = |value| read(value).unwrap_err().message;
         let want = Params { below: 2.0, windows: vec![3] };
         assert_eq!(read(serde_json::json!({ "below": 2, "windows": [3] })), Ok(want));
-        assert_eq!(
-            message(serde_json::json!({ "below": 0.5, "windows": [1, -2] })),
-            "`windows[1]`: invalid value: integer `-2`, expected u32"
-        );
+        let negative = message(serde_json::json!({ "below": 0.5, "windows": [1, -2] }));
+        assert_eq!(negative, "`windows[1]`: invalid value: integer `-2`, expected u32");
         assert_eq!(message(serde_json::json!({})), "missing field `below`");
         assert!(message(serde_json::json!({ "above": 1 })).contains("unknown field `above`"));
     }
@@ -384,21 +382,15 @@ mod tests {
     #[test]
     fn an_unknown_word_leads_to_the_known_ones() {
         let message = |known: &[&str]| unknown("signal", "histgram", known.iter().copied());
-        assert_eq!(
-            message(&["posterior", "histogram"]),
-            "unknown signal `histgram`; did you mean `histogram`?"
-        );
-        assert_eq!(message(&["a", "b"]), "unknown signal `histgram`; there is: a, b");
-        assert_eq!(message(&[]), "unknown signal `histgram`: there is none yet");
-    }
-
-    #[test]
-    fn several_words_with_one_part_are_suggested() {
-        let known = ["DTEF", "Fused boxes", "Fused deep", "RAW"];
-        assert_eq!(
-            unknown("method", "Fusd", known),
-            "unknown method `Fusd`; did you mean `Fused boxes` or `Fused deep`?"
-        );
+        for (known, end) in [
+            (&["posterior", "histogram"][..], "; did you mean `histogram`?"),
+            (&["a", "b"], "; there is: a, b"),
+            (&[], ": there is none yet"),
+        ] {
+            assert_eq!(message(known), format!("unknown signal `histgram`{end}"));
+        }
+        let fused = unknown("method", "Fusd", ["DTEF", "Fused boxes", "Fused deep", "RAW"]);
+        assert_eq!(fused, "unknown method `Fusd`; did you mean `Fused boxes` or `Fused deep`?");
     }
 
     #[test]

@@ -264,6 +264,7 @@ fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     #[test]
     fn octagon_of_two_unit_squares() {
@@ -276,34 +277,30 @@ mod tests {
 
     #[test]
     fn rejects_numbers_that_are_not_a_region() {
-        assert_eq!(Region::from_numbers(&[0.0, f64::NAN, 1.0, 1.0]), Err(RegionError::NotFinite));
-        assert_eq!(Region::from_numbers(&[0.0, 0.0, 0.0, 1.0]), Err(RegionError::Empty));
-        assert_eq!(Region::from_numbers(&[0.0, 0.0, 1e-200, 1e-200]), Err(RegionError::Empty));
-        assert_eq!(Region::from_numbers(&[0.0, -1e16, 1.0, 1.0]), Err(RegionError::TooFar));
-        assert_eq!(Region::from_numbers(&[0.0, 0.0, 1e308, 1e308]), Err(RegionError::TooFar));
-        assert_eq!(Region::from_numbers(&[0.0; 5]), Err(RegionError::Count(5)));
-        let dart = [0.0, 0.0, 2.0, 1.0, 0.0, 2.0, 0.5, 1.0];
-        assert_eq!(Region::from_numbers(&dart), Err(RegionError::NotConvex));
         // Pentagram: every turn has the same sign, yet it is not convex.
-        let star: Vec<f64> = (0..5)
-            .flat_map(|k| {
-                let a = f64::from(k) * 4.0 * std::f64::consts::PI / 5.0;
-                [a.cos(), a.sin()]
-            })
-            .collect();
-        assert_eq!(Region::from_numbers(&star), Err(RegionError::NotConvex));
+        let angles = (0..5).map(|k| f64::from(k) * 4.0 * std::f64::consts::PI / 5.0);
+        let star: Vec<f64> = angles.flat_map(|a| [a.cos(), a.sin()]).collect();
+        for (numbers, error) in [
+            (&[0.0, f64::NAN, 1.0, 1.0][..], RegionError::NotFinite),
+            (&[0.0, 0.0, 0.0, 1.0], RegionError::Empty),
+            (&[0.0, 0.0, 1e-200, 1e-200], RegionError::Empty),
+            (&[0.0, -1e16, 1.0, 1.0], RegionError::TooFar),
+            (&[0.0, 0.0, 1e308, 1e308], RegionError::TooFar),
+            (&[0.0; 5], RegionError::Count(5)),
+            (&[0.0, 0.0, 2.0, 1.0, 0.0, 2.0, 0.5, 1.0], RegionError::NotConvex),
+            (&star, RegionError::NotConvex),
+        ] {
+            assert_eq!(Region::from_numbers(numbers), Err(error), "{numbers:?}");
+        }
     }
 
     #[test]
     fn a_turned_box_keeps_centre_and_sides() {
-        let (c, s) = (0.3_f64.cos(), 0.3_f64.sin());
-        let p: Vec<_> = [(-20.0, -10.0), (20.0, -10.0), (20.0, 10.0), (-20.0, 10.0)]
-            .iter()
-            .map(|&(u, v)| (100.0 + c * u - s * v, 50.0 + s * u + c * v))
-            .collect();
-        let r = Region::Polygon(p).rect();
-        assert!((r.x - 80.0).abs() < 1e-9 && (r.y - 40.0).abs() < 1e-9);
-        assert!((r.w - 40.0).abs() < 1e-9 && (r.h - 20.0).abs() < 1e-9);
+        let (s, c) = 0.3_f64.sin_cos();
+        let p = [(-20.0, -10.0), (20.0, -10.0), (20.0, 10.0), (-20.0, 10.0)]
+            .map(|(u, v)| (100.0 + c * u - s * v, 50.0 + s * u + c * v));
+        let r = Region::Polygon(p.to_vec()).rect();
+        assert_near([r.x, r.y, r.w, r.h], [80.0, 40.0, 40.0, 20.0], 1e-9, "");
     }
 
     fn rects() -> impl Strategy<Value = Rect> {

@@ -167,9 +167,11 @@ pub(crate) fn number(path: &Path) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Numbering, Render, content_digest};
+    use crate::user_frames::without_frames;
+    use crate::{Render, content_digest};
     use std::sync::Arc;
     use trackfail_core::region::{Rect, Region};
+    use trackfail_testing::{folder, put};
 
     struct Ramp;
     impl Render for Ramp {
@@ -184,37 +186,42 @@ mod tests {
     }
 
     fn sequence(frames: Frames) -> Sequence {
-        let truth = vec![Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.5))), None, None];
         Sequence {
-            name: "ramp".into(),
-            numbering: Numbering { first: 1, official: (1, 3) },
-            truth,
+            truth: vec![Some(Region::Rect(Rect::new(1.0, 2.0, 3.0, 4.5))), None, None],
             attributes: vec!["occlusion".into()],
             frame_attributes: vec![("occlusion".into(), vec![false, true, false])],
-            digest: Default::default(),
             frames,
+            ..without_frames("ramp", 3)
         }
     }
 
-    fn on_disk(folder: &Path) -> Sequence {
-        let paths: Vec<_> = (0..3).map(|t| folder.join(format!("{:04}.png", t + 1))).collect();
-        paths.iter().enumerate().for_each(|(t, p)| write_png(p, &Ramp.render(t)));
+    /// The sequence of three files, as they are.
+    fn named(folder: &Path) -> Sequence {
+        let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
         sequence(Frames::Files(paths.into()))
+    }
+
+    fn on_disk(folder: &Path) -> Sequence {
+        (0..3).for_each(|t| write_png(&folder.join(format!("{:04}.png", t + 1)), &Ramp.render(t)));
+        named(folder)
+    }
+
+    fn rendered() -> Sequence {
+        sequence(Frames::Rendered(Arc::new(Ramp), 3))
     }
 
     #[test]
     fn rendered_and_written_sequences_have_one_content_digest() {
         let folder = tempfile::tempdir().unwrap();
         let files = on_disk(folder.path());
-        let rendered = sequence(Frames::Rendered(Arc::new(Ramp), 3));
         let digest = content_digest(&files).unwrap();
-        assert_eq!(digest, content_digest(&rendered).unwrap());
-        assert_eq!(digest, rendered.digest().unwrap());
+        assert_eq!(digest, content_digest(&rendered()).unwrap());
+        assert_eq!(digest, rendered().digest().unwrap());
         assert_ne!(digest, files.digest().unwrap());
-        let mut other = sequence(Frames::Rendered(Arc::new(Ramp), 3));
+        let mut other = rendered();
         other.truth[2] = other.truth[0].clone();
         assert_ne!(digest, content_digest(&other).unwrap());
-        let mut other = sequence(Frames::Rendered(Arc::new(Ramp), 3));
+        let mut other = rendered();
         other.numbering.first = 2;
         assert_ne!(digest, content_digest(&other).unwrap());
     }
@@ -226,10 +233,8 @@ mod tests {
     //   h += b'\1' + struct.pack('<4d', 1, 2, 3, 4.5) + b'\0\0'; hashlib.sha256(h).hexdigest()
     #[test]
     fn the_files_digest_is_the_documented_one() {
-        let folder = tempfile::tempdir().unwrap();
-        let paths: Vec<_> = (1..4).map(|t| folder.path().join(format!("{t:04}.png"))).collect();
-        paths.iter().zip(["a", "b", "c"]).for_each(|(p, text)| std::fs::write(p, text).unwrap());
-        assert_eq!(sequence(Frames::Files(paths.into())).digest().unwrap(), FILES_DIGEST);
+        let folder = folder([("0001.png", "a"), ("0002.png", "b"), ("0003.png", "c")]);
+        assert_eq!(named(folder.path()).digest().unwrap(), FILES_DIGEST);
     }
     const FILES_DIGEST: &str = "d41b977944f14091783ce55f5f7bfc3338620de2567e9935d4ddf6cd940683ad";
 
@@ -238,17 +243,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let files = on_disk(folder.path());
         let before = files.digest().unwrap().to_owned();
-        let path = folder.path().join("0002.png");
-        let mut bytes = std::fs::read(&path).unwrap();
+        let mut bytes = std::fs::read(folder.path().join("0002.png")).unwrap();
         bytes.push(0);
-        std::fs::write(&path, bytes).unwrap();
+        put(folder.path(), "0002.png", bytes);
         assert_eq!(files.digest().unwrap(), before, "remembered");
-        assert_ne!(on_disk_again(folder.path()).digest().unwrap(), before);
-    }
-
-    fn on_disk_again(folder: &Path) -> Sequence {
-        let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
-        sequence(Frames::Files(paths.into()))
+        assert_ne!(named(folder.path()).digest().unwrap(), before);
     }
 
     #[test]
@@ -313,17 +312,18 @@ mod tests {
     #[test]
     fn numbers_come_from_names() {
         let folder = tempfile::tempdir().unwrap();
-        let touch = |name: &str| std::fs::write(folder.path().join(name), b"").unwrap();
         assert!(matches!(numbered_images(folder.path()), Err(DatasetError::Content { .. })));
-        ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"].iter().for_each(|n| touch(n));
+        for name in ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"] {
+            put(folder.path(), name, "");
+        }
         let images = numbered_images(folder.path()).unwrap();
         assert_eq!(images.keys().copied().collect::<Vec<_>>(), [9, 10]);
         assert!(take_range(folder.path(), &images, (9, 11)).is_err());
-        touch("b09.jpg");
-        assert!(numbered_images(folder.path()).unwrap_err().to_string().contains("img_9.jpeg"));
-        std::fs::remove_file(folder.path().join("b09.jpg")).unwrap();
-        touch("title.jpg");
-        assert!(numbered_images(folder.path()).unwrap_err().to_string().contains("title.jpg: no number"));
+        for (more, words) in [("b09.jpg", "img_9.jpeg"), ("title.jpg", "title.jpg: no number")] {
+            let path = put(folder.path(), more, "");
+            assert!(numbered_images(folder.path()).unwrap_err().to_string().contains(words));
+            std::fs::remove_file(path).unwrap();
+        }
     }
 
     #[trackfail_testing::needs(real_data)]

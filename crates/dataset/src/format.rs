@@ -115,45 +115,4 @@ impl<'de> Deserialize<'de> for &'static FormatEntry {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use trackfail_testing::damaged;
-
-    #[test]
-    fn words_are_unique_and_help_texts_are_there() {
-        for format in FORMATS {
-            assert_eq!(FORMATS.iter().filter(|f| f.word == format.word).count(), 1, "{format:?}");
-            assert!(!format.summary.is_empty() && (format.reads)(format.truth_file), "{format:?}");
-            assert_eq!(find(format.word), Some(format));
-        }
-        assert_eq!(find("xml"), None);
-    }
-
-    // What is no ground truth is an error everywhere, and boxes have an area.
-    #[test]
-    fn empty_files_are_no_ground_truth() {
-        for format in FORMATS {
-            assert!((format.parse_truth)(Path::new("a"), b"").is_err(), "{format:?}");
-        }
-    }
-
-    const BOXES: &[u8] =
-        b"\xEF\xBB\xBF1,1,10,20\r\n-4\t7\t1.5\t2\r\n0,0,0,0\nNaN NaN NaN NaN\n3 4, 5 6\n367,101,41,16";
-    const REGIONS: &[u8] = b"1,2,3,4\r\n0,0,0,5,6,5,6,0\n1.5,2.5,9e1,-7.25,11,12\nnan,nan,nan,nan\n";
-    const WITHOUT_AREA: &[u8] =
-        b"367,101,41,16\n366,103,45,16\r\n1,1,-1,-1\n0,0,0,0\nnan,nan,nan,nan\n3.5\t4\t5\t6";
-
-    proptest! {
-        #[test]
-        fn damaged_truth_is_read_or_refused(
-            bytes in prop_oneof![damaged(BOXES), damaged(REGIONS), damaged(WITHOUT_AREA)],
-        ) {
-            for format in FORMATS {
-                if let Ok(truth) = (format.parse_truth)(Path::new("a.txt"), &bytes) {
-                    prop_assert!(truth.iter().flatten().all(|r| r.area() > 0.0), "{format:?}");
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -60,7 +60,8 @@ impl FrameCache {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Frames, Numbering, Render};
+    use crate::user_frames::without_frames;
+    use crate::{Frames, Render};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Frames of 4 x 2 pixels, 24 bytes, that count how often they are made.
@@ -74,16 +75,8 @@ mod tests {
 
     fn counted() -> (Arc<Sequence>, Arc<AtomicUsize>) {
         let count = Arc::new(AtomicUsize::new(0));
-        let sequence = Sequence {
-            name: "counted".into(),
-            numbering: Numbering { first: 1, official: (1, 9) },
-            truth: vec![None; 9],
-            attributes: vec![],
-            frame_attributes: vec![],
-            digest: Default::default(),
-            frames: Frames::Rendered(Arc::new(Counted(count.clone())), 9),
-        };
-        (Arc::new(sequence), count)
+        let frames = Frames::Rendered(Arc::new(Counted(count.clone())), 9);
+        (Arc::new(Sequence { frames, ..without_frames("counted", 9) }), count)
     }
 
     // By hand: room for three frames of 24 bytes.

@@ -82,16 +82,15 @@ pub fn is_old(path: &Path) -> bool {
 mod tests {
     use super::*;
     use std::time::{Duration, SystemTime};
+    use trackfail_testing::put;
 
     #[test]
     fn old_folders_of_the_prefix_are_removed() {
         let root = tempfile::tempdir().unwrap();
         for (name, age) in [(".work-a", 0), (".work-b", 2), (".other", 2)] {
-            let folder = root.path().join(name);
-            std::fs::create_dir(&folder).unwrap();
-            std::fs::write(folder.join("a"), "").unwrap();
+            put(root.path(), format!("{name}/a"), "");
             let time = SystemTime::now() - Duration::from_secs(age * OLD);
-            File::open(&folder).unwrap().set_modified(time).unwrap();
+            File::open(root.path().join(name)).unwrap().set_modified(time).unwrap();
         }
         sweep(root.path(), ".work-");
         let left = [".work-a", ".work-b", ".other"].map(|name| root.path().join(name).exists());
@@ -105,12 +104,10 @@ mod tests {
         let held = new();
         // A killed process holds no lock; a folder of the user's has none.
         let names = ["frames-killed", "frames-of-mine", "others"].map(|name| root.path().join(name));
-        for name in &names {
-            std::fs::create_dir(name).unwrap();
-            std::fs::write(name.join("000001.png"), "").unwrap();
+        for (folder, file) in [(0, "000001.png"), (1, "000001.png"), (2, "000001.png"), (0, LOCK), (2, LOCK)]
+        {
+            put(&names[folder], file, "");
         }
-        std::fs::write(names[0].join(LOCK), "").unwrap();
-        std::fs::write(names[2].join(LOCK), "").unwrap();
         let other = new();
         assert_eq!(names.each_ref().map(|name| name.exists()), [false, true, true]);
         let paths = [&held, &other].map(|folder| folder.path().to_path_buf());

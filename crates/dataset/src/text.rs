@@ -276,20 +276,17 @@ mod tests {
 
     #[test]
     fn byte_order_mark_line_ends_and_missing_last_end() {
-        let f = file(b"\xEF\xBB\xBF1,2\r\n3,4\r\n\r\n");
-        let text = read(f.path()).unwrap();
-        assert_eq!(lines(f.path(), &text).unwrap(), [(1, "1,2"), (2, "3,4")]);
-        assert_eq!(lines(f.path(), "a\nb").unwrap(), [(1, "a"), (2, "b")]);
-        assert_eq!(lines_or_empty(f.path(), "\na\r\n \n").unwrap(), [(1, ""), (2, "a"), (3, "")]);
-        assert!(lines_or_empty(f.path(), " \n\n").is_err());
-    }
-
-    #[test]
-    fn faults_name_their_line() {
-        let f = file(b"1,2\n3,\xFF\n");
-        assert!(matches!(read(f.path()), Err(DatasetError::Line { line: 2, .. })));
-        assert!(matches!(lines(f.path(), "1\n\n2\n"), Err(DatasetError::Line { line: 2, .. })));
-        assert!(matches!(lines(f.path(), "\r\n \n"), Err(DatasetError::Content { .. })));
+        let path = Path::new("a.txt");
+        let text = read(file(b"\xEF\xBB\xBF1,2\r\n3,4\r\n\r\n").path()).unwrap();
+        assert_eq!(lines(path, &text).unwrap(), [(1, "1,2"), (2, "3,4")]);
+        assert_eq!(lines(path, "a\nb").unwrap(), [(1, "a"), (2, "b")]);
+        assert_eq!(lines_or_empty(path, "\na\r\n \n").unwrap(), [(1, ""), (2, "a"), (3, "")]);
+        assert!(lines_or_empty(path, " \n\n").is_err());
+        // Faults name their line.
+        let of_bytes = read(file(b"1,2\n3,\xFF\n").path());
+        assert!(matches!(of_bytes, Err(DatasetError::Line { line: 2, .. })));
+        assert!(matches!(lines(path, "1\n\n2\n"), Err(DatasetError::Line { line: 2, .. })));
+        assert!(matches!(lines(path, "\r\n \n"), Err(DatasetError::Content { .. })));
         assert!(matches!(read(Path::new("/no/such/file")), Err(DatasetError::Io { .. })));
     }
 

@@ -136,10 +136,11 @@ fn sequence(name: &Path, first: u32, count: usize, frames: Frames) -> Sequence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackfail_testing::needs;
+    use trackfail_testing::{assert_says, needs, put};
 
-    fn touch(folder: &Path, names: &[&str]) {
-        names.iter().for_each(|name| std::fs::write(folder.join(name), b"").unwrap());
+    /// A folder of empty files.
+    fn folder_of(names: &[&str]) -> tempfile::TempDir {
+        trackfail_testing::folder(names.iter().map(|name| (name, "")))
     }
 
     fn shown(frames: &UserFrames) -> (u32, Vec<String>) {
@@ -150,9 +151,8 @@ mod tests {
 
     #[test]
     fn folders_patterns_and_files() {
-        let root = tempfile::tempdir().unwrap();
+        let root = folder_of(&["8.jpg", "9.jpg", "10.jpg", "notes.txt"]);
         let folder = root.path();
-        touch(folder, &["8.jpg", "9.jpg", "10.jpg", "notes.txt"]);
         let all = vec!["8.jpg".to_string(), "9.jpg".into(), "10.jpg".into()];
         for given in [vec![folder.to_path_buf()], vec![folder.join("*.jpg")], vec![folder.join("*")]] {
             assert_eq!(shown(&load(&given, &|| false).unwrap()), (8, all.clone()), "{given:?}");
@@ -168,18 +168,9 @@ mod tests {
 
     #[test]
     fn a_list_in_an_order_of_its_own_is_kept() {
-        let root = tempfile::tempdir().unwrap();
-        let all = [
-            "8.jpg",
-            "9.jpg",
-            "10.jpg",
-            "img (1).png",
-            "img (2).png",
-            "img (10).png",
-            "cam1_2.png",
-            "cam2_1.png",
-        ];
-        touch(root.path(), &all);
+        let brackets = ["img (1).png", "img (2).png", "img (10).png"];
+        let others = ["8.jpg", "9.jpg", "10.jpg", "cam1_2.png", "cam2_1.png"];
+        let root = folder_of(&[&brackets[..], &others].concat());
         let listed = |names: &[&str]| {
             let given: Vec<PathBuf> = names.iter().map(|name| root.path().join(name)).collect();
             load(&given, &|| false)
@@ -192,12 +183,9 @@ mod tests {
         let kept =
             |count: usize, names: &str| Some(format!("{count} frames in the order given: {names}, ..."));
         // In the order of numbers, of bytes, and of a locale that leaves out the brackets.
-        for names in [
-            ["img (1).png", "img (2).png", "img (10).png"],
-            ["img (1).png", "img (10).png", "img (2).png"],
-            ["img (10).png", "img (1).png", "img (2).png"],
-        ] {
-            assert_eq!(found(&names), (1, "img (1).png img (2).png img (10).png".into(), None), "{names:?}");
+        for order in [[0, 1, 2], [0, 2, 1], [2, 0, 1]] {
+            let names = order.map(|k| brackets[k]);
+            assert_eq!(found(&names), (1, brackets.join(" "), None), "{names:?}");
         }
         let (first, names, note) = found(&["10.jpg", "9.jpg", "8.jpg"]);
         assert_eq!((first, &*names, note), (1, "10.jpg 9.jpg 8.jpg", kept(3, "10.jpg, 9.jpg, 8.jpg")));
@@ -207,35 +195,34 @@ mod tests {
         }
         let doubt = load(&[root.path().join("cam*")], &|| false).unwrap_err();
         assert!(doubt.to_string().contains("in doubt"), "{doubt}");
-        let twice = listed(&["9.jpg", "8.jpg", "9.jpg"]).unwrap_err().to_string();
-        assert!(twice.contains("9.jpg: a frame given twice"), "{twice}");
+        assert_says(listed(&["9.jpg", "8.jpg", "9.jpg"]).unwrap_err(), "9.jpg: a frame given twice");
     }
 
     #[test]
     fn a_folder_of_a_dataset_has_the_name_of_the_sequence() {
-        let root = tempfile::tempdir().unwrap();
-        let folder = root.path().join("Girl/img");
-        std::fs::create_dir_all(&folder).unwrap();
-        touch(&folder, &["1.jpg"]);
-        for path in [root.path().join("Girl"), folder] {
+        let root = folder_of(&["Girl/img/1.jpg"]);
+        for path in ["Girl", "Girl/img"].map(|name| root.path().join(name)) {
             assert_eq!(load(&[path], &|| false).unwrap().sequence.name, "Girl");
         }
     }
 
     #[test]
     fn what_is_not_there_is_told() {
-        let root = tempfile::tempdir().unwrap();
-        touch(root.path(), &["a.jpg", "b.jpg", "notes.txt"]);
+        let root = folder_of(&["a.jpg", "b.jpg", "notes.txt"]);
         let message = |names: &[&str]| {
             let names: Vec<PathBuf> = names.iter().map(|name| root.path().join(name)).collect();
             load(&names, &|| false).unwrap_err().to_string()
         };
-        assert!(message(&["none.mp4"]).contains("none.mp4"));
-        assert!(message(&["none"]).contains("check that the file is there"));
-        assert!(message(&["*.gif"]).contains("no .jpg or .png file fits"));
-        assert!(message(&["***/x"]).contains("no pattern"));
-        assert!(message(&["a.jpg", "notes.txt"]).contains("notes.txt: one of several files"));
-        assert!(message(&["a.jpg", "none.jpg", "notes.txt"]).contains("notes.txt"));
+        for (names, words) in [
+            (&["none.mp4"][..], "none.mp4"),
+            (&["none"], "check that the file is there"),
+            (&["*.gif"], "no .jpg or .png file fits"),
+            (&["***/x"], "no pattern"),
+            (&["a.jpg", "notes.txt"], "notes.txt: one of several files"),
+            (&["a.jpg", "none.jpg", "notes.txt"], "notes.txt"),
+        ] {
+            assert!(message(names).contains(words), "{names:?}: {}", message(names));
+        }
         assert!(load(&[], &|| false).is_err());
     }
 
@@ -244,11 +231,8 @@ mod tests {
     fn a_video_has_frames_and_a_rate() {
         let root = tempfile::tempdir().unwrap();
         let clip = root.path().join("clip.mp4");
-        let made = std::process::Command::new("ffmpeg")
-            .args(["-nostdin", "-v", "error", "-f", "lavfi", "-i", "testsrc=size=64x48:rate=30000/1001"])
-            .args(["-frames:v", "9"])
-            .arg(&clip)
-            .status();
+        let words = "-nostdin -v error -f lavfi -i testsrc=size=64x48:rate=30000/1001 -frames:v 9";
+        let made = std::process::Command::new("ffmpeg").args(words.split(' ')).arg(&clip).status();
         assert!(made.unwrap().success());
         let frames = load(std::slice::from_ref(&clip), &|| false).unwrap();
         let sequence = &frames.sequence;
@@ -257,12 +241,7 @@ mod tests {
         assert!((frames.rate.unwrap() - 29.97).abs() < 0.01);
         assert!(sequence.frame(8).is_ok());
         assert!(matches!(sequence.frame(9), Err(DatasetError::NoFrame { .. })));
-        std::fs::write(&clip, b"no video").unwrap();
-        assert!(
-            load(&[clip], &|| false)
-                .unwrap_err()
-                .to_string()
-                .contains("clip.mp4: this is no video that ffmpeg reads")
-        );
+        put(root.path(), "clip.mp4", "no video");
+        assert_says(load(&[clip], &|| false).unwrap_err(), "clip.mp4: this is no video that ffmpeg reads");
     }
 }

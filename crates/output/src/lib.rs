@@ -14,4 +14,6 @@ pub mod report;
 pub mod results;
 pub mod sampling;
 pub mod table;
+#[cfg(test)]
+mod testing;
 pub mod user_file;

@@ -4,9 +4,12 @@
 pub mod conditions;
 
 use proptest::prelude::*;
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use tempfile::TempDir;
 pub use trackfail_needs::{met_when_compiled, needs};
 
 /// A data root with links to [the real data that tests look at](conditions::REAL_DATA), and nothing else, so that no
@@ -47,6 +50,55 @@ fn link(place: &Path, path: &Path) -> std::io::Result<()> {
 #[cfg(not(unix))]
 fn link(_: &Path, _: &Path) -> std::io::Result<()> {
     Err(std::io::Error::other("tests on real data need links"))
+}
+
+/// Writes a file below a folder, makes the folders on the way to it, and gives its path.
+///
+/// # Panics
+/// If it cannot be written.
+pub fn put(root: &Path, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> PathBuf {
+    let path = root.join(name);
+    std::fs::create_dir_all(path.parent().unwrap_or(root)).expect("a folder that can be written to");
+    std::fs::write(&path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    path
+}
+
+/// A new folder with files; of two of one name the later one is there.
+///
+/// # Panics
+/// If it cannot be made.
+pub fn folder<N: AsRef<Path>, B: AsRef<[u8]>>(files: impl IntoIterator<Item = (N, B)>) -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    for (name, bytes) in files {
+        put(folder.path(), name, bytes);
+    }
+    folder
+}
+
+/// Fails unless there are as many numbers as wanted, each at most so far from its own; `what` is told with them.
+///
+/// # Panics
+/// If they differ by more.
+#[track_caller]
+pub fn assert_near<G, W>(got: G, want: W, within: f64, what: impl Display)
+where
+    G: IntoIterator<Item: Borrow<f64>>,
+    W: IntoIterator<Item: Borrow<f64>>,
+{
+    let got: Vec<f64> = got.into_iter().map(|v| *Borrow::<f64>::borrow(&v)).collect();
+    let want: Vec<f64> = want.into_iter().map(|v| *Borrow::<f64>::borrow(&v)).collect();
+    let is_near = got.len() == want.len() && got.iter().zip(&want).all(|(a, b)| (a - b).abs() <= within);
+    assert!(is_near, "{what}: {got:?} is not {want:?} within {within}");
+}
+
+/// Fails unless a text, such as a message, has these words in it.
+///
+/// # Panics
+/// If it has not.
+#[track_caller]
+pub fn assert_says(text: impl Display, words: impl AsRef<str>) {
+    let (text, words) = (text.to_string(), words.as_ref());
+    assert!(text.contains(words), "`{words}` is not in: {text}");
 }
 
 /// Every file below a folder with its bytes. `run.json`, which differs from run to run, and the store, which is a

@@ -91,6 +91,7 @@ impl ColorNames {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trackfail_testing::assert_near;
 
     /// The ten values of a color that is not quantized.
     fn names(rgb: [f64; 3]) -> [f64; NAMES] {
@@ -99,10 +100,7 @@ mod tests {
 
     #[test]
     fn lab_of_known_colors() {
-        let near = |rgb: [f64; 3], want: [f64; 3]| {
-            let got = lab(rgb);
-            assert!(got.iter().zip(want).all(|(a, b)| (a - b).abs() < 0.02), "{got:?} {want:?}");
-        };
+        let near = |rgb: [f64; 3], want: [f64; 3]| assert_near(lab(rgb), want, 0.02, "");
         near([0.0; 3], [0.0; 3]);
         near([255.0; 3], [100.0, 0.0, 0.0]);
         // Published values of the sRGB primaries (D65).

@@ -177,9 +177,12 @@ mod tests {
     }
 
     fn picture() -> DynamicImage {
-        DynamicImage::from(RgbImage::from_fn(37, 23, |x, y| {
-            Rgb([(x * 7) as u8, (y * 11) as u8, ((x * y) % 251) as u8])
-        }))
+        picture_of(37, 23)
+    }
+
+    fn picture_of(width: u32, height: u32) -> DynamicImage {
+        let color = |x: u32, y: u32| Rgb([(x * 7) as u8, (y * 11) as u8, ((x * y) % 251) as u8]);
+        DynamicImage::from(RgbImage::from_fn(width, height, color))
     }
 
     #[test]
@@ -286,11 +289,8 @@ mod tests {
 
     #[test]
     fn an_end_marker_does_not_hide_a_cut() {
-        let large = DynamicImage::from(RgbImage::from_fn(120, 90, |x, y| {
-            Rgb([(x * 7) as u8, (y * 11) as u8, ((x * y) % 251) as u8])
-        }));
-        for bytes in [SAMPLES[0].1, SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &encode(&large, ImageFormat::Jpeg)]
-        {
+        let large = encode(&picture_of(120, 90), ImageFormat::Jpeg);
+        for bytes in [SAMPLES[0].1, SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &large] {
             assert_eq!(cuts_with_an_end(bytes), Vec::<usize>::new());
         }
     }
@@ -415,10 +415,9 @@ mod tests {
             from = data;
         }
         let error = size(&bytes).unwrap_err();
-        assert!(
-            matches!(error, ImageError::TooMuchMemory { memory: 250_000_000..260_000_000, .. }),
-            "{error}"
-        );
+        let is_that_much =
+            matches!(error, ImageError::TooMuchMemory { memory: 250_000_000..260_000_000, .. });
+        assert!(is_that_much, "{error}");
         let deep = DynamicImage::new_rgba16(5000, 4000);
         let error = size(&encode(&deep, ImageFormat::Png)).unwrap_err();
         assert!(matches!(error, ImageError::TooMuchMemory { .. }), "{error}");
@@ -483,8 +482,8 @@ mod tests {
     #[test]
     fn sides_are_limited() {
         let wide = DynamicImage::from(GrayImage::new(MAX_SIDE + 1, 1));
-        let bytes = encode(&wide, ImageFormat::Png);
-        assert!(matches!(decode(&bytes), Err(ImageError::TooLarge { width: 16_385, .. })));
+        let decoded = decode(&encode(&wide, ImageFormat::Png));
+        assert!(matches!(decoded, Err(ImageError::TooLarge { width: 16_385, .. })));
     }
 
     /// A chunk of a PNG file.

@@ -16,14 +16,3 @@ pub fn encode_png(frame: &Frame) -> Result<Vec<u8>, ImageError> {
         .map_err(|e| ImageError::Encode(e.to_string()))?;
     Ok(bytes)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn is_lossless() {
-        let frame = Frame::from_fn(17, 9, |x, y| [(x * 15) as u8, (y * 28) as u8, (x * y) as u8]);
-        assert_eq!(crate::image::decode(&encode_png(&frame).unwrap()).unwrap(), frame);
-    }
-}

@@ -367,6 +367,7 @@ fn cut(v: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::oracle;
     use proptest::prelude::*;
     use serde::Deserialize;
 
@@ -402,8 +403,7 @@ mod tests {
 
     #[test]
     fn agrees_with_a_transcription_in_numpy() {
-        let cases: Vec<Case> =
-            serde_json::from_str(include_str!("../../../../tests/oracles/hog.json")).unwrap();
+        let cases: Vec<Case> = serde_json::from_value(oracle("hog")).unwrap();
         assert!(cases.len() >= 5);
         for case in cases {
             let patch = pixels(case.width, case.height, case.planes);

@@ -264,6 +264,7 @@ mod tests {
     use super::*;
     use crate::image::Frame;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     const TEMPLATE: Template = Template { width: 8, height: 8 };
 
@@ -289,9 +290,7 @@ mod tests {
     fn samples_agree_with_scipy() {
         let image = image(24, 20, |j, i| ((7 * j + 13 * i + i * j) % 251) as u8);
         let out = sampled(TEMPLATE, &image, &[11.7, 9.4, 1.5, 0.3, 0.6, 0.2]);
-        for (at, want) in [0, 9, 27, 36, 55, 63].into_iter().zip(SCIPY) {
-            assert!((f64::from(out[at]) - want).abs() < 1e-4, "{at}: {} {want}", out[at]);
-        }
+        assert_near([0, 9, 27, 36, 55, 63].map(|at| f64::from(out[at])), SCIPY, 1e-4, "");
     }
     const SCIPY: [f64; 6] = [
         150.68600174811303,
@@ -338,7 +337,7 @@ mod tests {
             for _ in 0..2 {
                 corners.reverse();
                 let again = TEMPLATE.geometry(&Region::Polygon(corners.clone())).unwrap();
-                again.iter().zip(turned).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{again:?}"));
+                assert_near(again, turned, 1e-12, start);
             }
         }
         let rect = Region::Rect(Rect::new(3.25, 4.5, 12.0, 30.0));
@@ -367,17 +366,12 @@ mod tests {
                 s * (st * cp * cp - ct * cp * sp + r * (ct * cp * sp + st * sp * sp)),
                 s * (r * (ct * cp * cp + st * cp * sp) - st * cp * sp + ct * sp * sp),
             ];
-            for (a, b) in matrix(&g).iter().zip(expanded) {
-                prop_assert!((a - b).abs() < 1e-12 * s * (1.0 + r), "{a} {b}");
-            }
+            assert_near(matrix(&g), expanded, 1e-12 * s * (1.0 + r), "");
         }
 
         #[test]
         fn geometry_and_matrix_are_inverse(g in geometries()) {
-            let again = geometry((g[0], g[1]), matrix(&g)).unwrap();
-            for (a, b) in again.iter().zip(g) {
-                prop_assert!((a - b).abs() < 1e-9, "{again:?} {g:?}");
-            }
+            assert_near(geometry((g[0], g[1]), matrix(&g)).unwrap(), g, 1e-9, "");
         }
 
         // Every matrix that does not mirror, also those whose geometry is not unique.
@@ -391,9 +385,7 @@ mod tests {
                 prop_assert_eq!(found.is_some(), determinant > 0.0);
                 if let Some(g) = found {
                     prop_assert!(g[5] > -FRAC_PI_4 && g[5] <= FRAC_PI_4);
-                    for (a, b) in matrix(&g).iter().zip(m) {
-                        prop_assert!((a - b).abs() < 1e-9, "{a} {b}");
-                    }
+                    assert_near(matrix(&g), m, 1e-9, "");
                 }
             }
         }
@@ -423,9 +415,8 @@ mod tests {
             let still = image(128, 128, texture);
             let moved = image(128, 128, |j, i| texture(j.wrapping_sub(dx).min(127), i.wrapping_sub(dy).min(127)));
             let there = [g[0] + dx as f64, g[1] + dy as f64, g[2], g[3], g[4], g[5]];
-            for (a, b) in sampled(TEMPLATE, &still, &g).iter().zip(sampled(TEMPLATE, &moved, &there)) {
-                prop_assert!((a - b).abs() < 1e-3, "{a} {b}");
-            }
+            let [a, b] = [(&still, &g), (&moved, &there)].map(|(image, g)| sampled(TEMPLATE, image, g));
+            assert_near(a.into_iter().map(f64::from), b.into_iter().map(f64::from), 1e-3, "");
         }
     }
 }

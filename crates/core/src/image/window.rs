@@ -71,11 +71,8 @@ mod tests {
         let at = |x, y, w, h| Window { x, y, w, h }.shifted_inside(&frame);
         assert_eq!(at(-3, 7, 4, 4), Window { x: 0, y: 4, w: 4, h: 4 });
         assert_eq!(at(2, 2, 12, 3), Window { x: 0, y: 2, w: 12, h: 3 });
-        assert_eq!(
-            Window { x: -3, y: 7, w: 4, h: 4 }.clipped(&frame),
-            Some(Window { x: 0, y: 7, w: 1, h: 1 })
-        );
-        assert_eq!(Window { x: 10, y: 0, w: 4, h: 4 }.clipped(&frame), None);
+        let clipped = [(-3, 7), (10, 0)].map(|(x, y)| Window { x, y, w: 4, h: 4 }.clipped(&frame));
+        assert_eq!(clipped, [Some(Window { x: 0, y: 7, w: 1, h: 1 }), None]);
     }
 
     #[test]

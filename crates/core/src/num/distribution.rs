@@ -196,8 +196,9 @@ mod tests {
     use super::*;
     use crate::num::kolmogorov::one_sample;
     use crate::num::special::ln_gamma;
+    use crate::testing::{cases, number, numbers};
     use proptest::prelude::*;
-    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     /// Natural logarithm of the density at `x`, minus infinity outside the support.
     fn ln_pdf(law: &Fitted, x: f64) -> f64 {
@@ -220,44 +221,24 @@ mod tests {
         }
     }
 
-    fn numbers(v: &Value) -> Vec<f64> {
-        v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
-    }
-
     // scipy.stats.<family>.fit(x, floc=0), see `families` in tests/oracles/avu.py. SciPy's
     // optimisers stop up to 1e-6 off the maximum.
     #[test]
     fn fits_agree_with_scipy() {
-        let oracle: Value = serde_json::from_str(include_str!("../../../../tests/oracles/avu.json")).unwrap();
-        for case in oracle["families"].as_array().unwrap() {
+        for case in cases("avu", "families") {
             let (mut x, points) = (numbers(&case["x"]), numbers(&case["points"]));
             x.sort_by(f64::total_cmp);
             for family in Family::ALL {
                 let (law, want) = (fit(family, &x).unwrap(), &case["families"][family.name()]);
-                for (i, &v) in points.iter().enumerate() {
-                    let (pdf, cdf) = (numbers(&want["pdf"])[i], numbers(&want["cdf"])[i]);
-                    assert!(
-                        (ln_pdf(&law, v).exp() - pdf).abs() < 2e-6 * pdf,
-                        "{} {v}: {} {pdf}",
-                        law.name(),
-                        ln_pdf(&law, v).exp()
-                    );
-                    assert!(
-                        (law.cdf(v) - cdf).abs() < 2e-6 * cdf,
-                        "{} {v}: {} {cdf}",
-                        law.name(),
-                        law.cdf(v)
-                    );
+                for ((v, pdf), cdf) in points.iter().zip(numbers(&want["pdf"])).zip(numbers(&want["cdf"])) {
+                    let got = [ln_pdf(&law, *v).exp() / pdf, law.cdf(*v) / cdf];
+                    assert_near(got, [1.0; 2], 2e-6, format!("{} {v}", law.name()));
                 }
                 let likelihood: f64 = x.iter().map(|&v| ln_pdf(&law, v)).sum();
-                let best = want["log_likelihood"].as_f64().unwrap();
-                assert!(
-                    likelihood >= best - 1e-9 && likelihood < best + 1e-6,
-                    "{} {likelihood} {best}",
-                    law.name()
-                );
+                let best = number(&want["log_likelihood"]);
+                assert!(likelihood >= best - 1e-9 && likelihood < best + 1e-6, "{law:?} {likelihood} {best}");
                 let d = one_sample(&x, |v| law.cdf(v));
-                assert!((d - want["ks"].as_f64().unwrap()).abs() < 1e-6, "{} {d}", law.name());
+                assert_near([d], [number(&want["ks"])], 1e-6, law.name());
             }
         }
     }

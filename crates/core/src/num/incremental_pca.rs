@@ -149,6 +149,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     /// Numbers with a falling spectrum: row `t` of the matrix in the Python calls below.
     fn vector(t: usize) -> Vec<f64> {
@@ -181,15 +182,11 @@ mod tests {
     fn batches_agree_with_numpy() {
         for sizes in [&[20][..], &[5, 5, 5, 5], &[1, 13, 6]] {
             let pca = batches(sizes, 1.0, 99);
-            assert_eq!(pca.singular_values.len(), SINGULAR.len());
-            for (ours, theirs) in pca.singular_values.iter().zip(SINGULAR) {
-                assert!((ours - theirs).abs() < 1e-12 * SINGULAR[0], "{sizes:?}: {ours} {theirs}");
-            }
+            let what = format!("{sizes:?}");
+            assert_near(&pca.singular_values, SINGULAR, 1e-12 * SINGULAR[0], &what);
             let first = &pca.basis()[0];
-            for j in 0..12 {
-                assert!((first[j] * first[0].signum() - FIRST[j]).abs() < 1e-12, "{sizes:?}");
-                assert!((pca.mean()[j] - MEAN[j]).abs() < 1e-13, "{sizes:?}");
-            }
+            assert_near(first.iter().map(|v| v * first[0].signum()), FIRST, 1e-12, &what);
+            assert_near(pca.mean(), MEAN, 1e-13, &what);
         }
     }
     const SINGULAR: [f64; 10] = [
@@ -239,9 +236,7 @@ mod tests {
     #[test]
     fn forgetting_shrinks_the_older_part() {
         let pca = batches(&[8, 12], 0.9, 99);
-        for (ours, theirs) in pca.singular_values[..4].iter().chain(&pca.mean()[..2]).zip(FORGOTTEN) {
-            assert!((ours - theirs).abs() < 1e-12, "{ours} {theirs}");
-        }
+        assert_near(pca.singular_values[..4].iter().chain(&pca.mean()[..2]), FORGOTTEN, 1e-12, "");
     }
     const FORGOTTEN: [f64; 6] = [
         6.0705759139060715,

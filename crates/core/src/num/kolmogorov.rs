@@ -94,22 +94,18 @@ fn survival(z: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{cases, number, numbers};
     use proptest::prelude::*;
-    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     // scipy.stats.ks_2samp, see `two_samples` in tests/oracles/avu.py; one case has many ties.
     #[test]
     fn two_samples_agree_with_scipy() {
-        let oracle: Value = serde_json::from_str(include_str!("../../../../tests/oracles/avu.json")).unwrap();
-        for case in oracle["two_samples"].as_array().unwrap() {
-            let sorted = |key: &str| {
-                let mut x: Vec<f64> =
-                    case[key].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
-                x.sort_by(f64::total_cmp);
-                x
-            };
-            let got = two_samples(&sorted("a"), &sorted("b"));
-            assert!((got - case["statistic"].as_f64().unwrap()).abs() < 1e-14, "{got}");
+        for case in cases("avu", "two_samples") {
+            let [mut a, mut b] = ["a", "b"].map(|key| numbers(&case[key]));
+            a.sort_by(f64::total_cmp);
+            b.sort_by(f64::total_cmp);
+            assert_near([two_samples(&a, &b)], [number(&case["statistic"])], 1e-14, "");
         }
     }
 
@@ -125,10 +121,7 @@ mod tests {
     // [float(kolmogorov(z(d, e))) for d, e in ((.02, 100), (.05, 100), (.0946, 100), (.1, 100), (.3, 40), (.9, 2))]
     #[test]
     fn p_values_agree_with_scipy() {
-        for (d, size, want) in P {
-            let got = p_value(d, size);
-            assert!((got - want).abs() < 1e-12, "{d} {size}: {got}");
-        }
+        assert_near(P.map(|(d, size, _)| p_value(d, size)), P.map(|p| p.2), 1e-12, "");
         assert_eq!((p_value(0.0, 10.0), p_value(1.0, 1e6)), (1.0, 0.0));
     }
     const P: [(f64, f64, f64); 6] = [

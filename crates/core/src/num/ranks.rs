@@ -127,10 +127,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    fn near(a: f64, b: f64) -> bool {
-        (a - b).abs() < 1e-9
-    }
+    use trackfail_testing::assert_near;
 
     // SciPy 1.17.1: r = numpy.array(BLOCKS); scipy.stats.friedmanchisquare(*r.T);
     // numpy.mean([scipy.stats.rankdata(-x) for x in r], axis=0)
@@ -139,11 +136,11 @@ mod tests {
         let blocks: Vec<Vec<f64>> = BLOCKS.iter().map(|b| b.to_vec()).collect();
         let found = friedman(&blocks, true).unwrap();
         let expected = [1.4166666666666667, 2.0, 2.5833333333333335];
-        assert!(found.mean_ranks.iter().zip(expected).all(|(a, b)| near(*a, b)), "{found:?}");
+        assert_near(&found.mean_ranks, expected, 1e-9, "");
         let (statistic, p) = found.test.unwrap();
-        assert!(near(statistic, 5.444444444444438) && near(p, 0.06572852861653068), "{statistic} {p}");
+        assert_near([statistic, p], [5.444444444444438, 0.06572852861653068], 1e-9, "");
         let turned = friedman(&blocks, false).unwrap();
-        assert!(turned.mean_ranks.iter().zip(expected).all(|(a, b)| near(*a, 4.0 - b)));
+        assert_near(turned.mean_ranks, expected.map(|rank| 4.0 - rank), 1e-9, "");
     }
     const BLOCKS: [[f64; 3]; 6] =
         [[0.9, 0.5, 0.4], [0.7, 0.7, 0.2], [0.8, 0.6, 0.6], [0.3, 0.4, 0.1], [0.9; 3], [0.6, 0.2, 0.5]];
@@ -160,8 +157,7 @@ mod tests {
             (0.90, 3, 2.9023802134282515),
             (0.90, 10, 4.129346398236873),
         ] {
-            let found = studentized_range(level, k).unwrap();
-            assert!((found - expected).abs() < 1e-7, "{level} {k}: {found}");
+            assert_near([studentized_range(level, k).unwrap()], [expected], 1e-7, k);
         }
         // scipy.stats.studentized_range.cdf(3, 4, numpy.inf)
         assert!((range_cdf(3.0, 4) - 0.8537285189523403).abs() < 1e-7);
@@ -172,7 +168,7 @@ mod tests {
     #[test]
     fn critical_differences_by_hand() {
         let z = Normal::standard().inverse_cdf(0.975);
-        assert!(near(studentized_range(0.95, 2).unwrap(), 2.0_f64.sqrt() * z));
+        assert_near([studentized_range(0.95, 2).unwrap()], [2.0_f64.sqrt() * z], 1e-9, "");
         assert!((studentized_range(0.95, 4).unwrap() / 2.0_f64.sqrt() - 2.569).abs() < 5e-4);
         assert!((critical_difference(0.95, 4, 14).unwrap() - 1.25).abs() < 5e-3);
         assert_eq!((critical_difference(0.95, 1, 14), critical_difference(0.95, 4, 0)), (None, None));
@@ -181,8 +177,7 @@ mod tests {
     // statsmodels.stats.multitest.multipletests([.01, .04, .03, .005, .5], method="holm")[1]
     #[test]
     fn holm_is_statsmodels() {
-        let found = holm(&[0.01, 0.04, 0.03, 0.005, 0.5]);
-        assert!(found.iter().zip([0.04, 0.09, 0.09, 0.025, 0.5]).all(|(a, b)| near(*a, b)), "{found:?}");
+        assert_near(holm(&[0.01, 0.04, 0.03, 0.005, 0.5]), [0.04, 0.09, 0.09, 0.025, 0.5], 1e-9, "");
         assert!(holm(&[]).is_empty());
     }
 
@@ -200,7 +195,7 @@ mod tests {
         fn ranks_add_up(values in prop::collection::vec((0..6_i32).prop_map(f64::from), 1..20)) {
             let n = values.len() as f64;
             let found = ranks(&values, true);
-            prop_assert!(near(found.iter().sum(), n * (n + 1.0) / 2.0));
+            prop_assert!((found.iter().sum::<f64>() - n * (n + 1.0) / 2.0).abs() < 1e-9);
             for (i, a) in values.iter().enumerate() {
                 for (j, b) in values.iter().enumerate() {
                     prop_assert_eq!(a > b, found[i] < found[j]);

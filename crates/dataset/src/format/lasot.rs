@@ -69,45 +69,19 @@ fn with_area(row: [f64; 4]) -> Result<Option<Region>, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use trackfail_core::region::Rect;
-
-    fn folder(frames: u32, files: &[(&str, &str)]) -> tempfile::TempDir {
-        let dir = tempfile::tempdir().unwrap();
-        std::fs::create_dir(dir.path().join("img")).unwrap();
-        for n in 1..=frames {
-            let path = dir.path().join(format!("img/{n:08}.jpg"));
-            ::image::RgbImage::new(8, 6).save(path).unwrap();
-        }
-        for (name, text) in files {
-            std::fs::write(dir.path().join(name), text).unwrap();
-        }
-        dir
-    }
-
-    const FOUR: [(&str, &str); 4] = [
-        ("groundtruth.txt", "367,101,41,16\n366,103,45,16\n1,1,-1,-1\n363,103,43,17\n"),
-        ("full_occlusion.txt", "0,0,1,0"),
-        ("out_of_view.txt", "0,0,0,1\n"),
-        ("nlp.txt", "white airplane\n"),
-    ];
-
-    fn four(changes: &[(&str, &str)]) -> Result<Sequence, DatasetError> {
-        load(folder(4, &[&FOUR[..], changes].concat()).path(), &Entry::default())
-    }
+    use super::super::tests::{changed, place, read, rect};
 
     #[test]
     fn truth_and_labels() {
-        let dir = folder(4, &FOUR);
-        let s = load(dir.path(), &Entry::default()).unwrap();
-        let rect = |x, y, w, h| Some(Region::Rect(Rect::new(x, y, w, h)));
+        let dir = changed("lasot", &[]);
+        ::image::RgbImage::new(8, 6).save(dir.path().join("img/00000001.jpg")).unwrap();
+        let s = read("lasot", &dir).unwrap();
         assert_eq!(s.truth, [rect(366.0, 100.0, 41.0, 16.0), rect(365.0, 102.0, 45.0, 16.0), None, None]);
         assert_eq!(s.frame_attributes[0], ("full_occlusion".into(), vec![false, false, true, false]));
         assert_eq!(s.frame_attributes[1], ("out_of_view".into(), vec![false, false, false, true]));
         assert_eq!(s.attributes, ["full_occlusion", "out_of_view"]);
         assert_eq!((s.numbering.official, s.size().unwrap()), ((1, 4), (8, 6)));
-        let plain = load(folder(1, &[("groundtruth.txt", "0,0,3,3")]).path(), &Entry::default()).unwrap();
+        let plain = read("lasot", &place("lasot", 1..=1, &[("groundtruth.txt", "0,0,3,3")])).unwrap();
         assert_eq!((plain.truth, plain.frame_attributes.len()), (vec![rect(-1.0, -1.0, 3.0, 3.0)], 0));
     }
 
@@ -117,36 +91,8 @@ mod tests {
         let text = "1,1,2,2\n613,731,247,-11\n5,5,0,3\nNaN,NaN,NaN,NaN";
         let none =
             [("groundtruth.txt", text), ("full_occlusion.txt", "0,0,0,0"), ("out_of_view.txt", "0 0 0 0")];
-        let s = four(&none).unwrap();
+        let s = read("lasot", &changed("lasot", &none)).unwrap();
         assert_eq!(s.truth.iter().flatten().count(), 1);
         assert!(s.attributes.is_empty());
-    }
-
-    #[test]
-    fn faults_name_file_and_line_or_both_counts() {
-        for (file, text, words) in [
-            ("groundtruth.txt", "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", "3 numbers"]),
-            ("groundtruth.txt", "1,1,2,2\n1,inf,2,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
-            ("groundtruth.txt", "1,1,2,2\n1,nan,2,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
-            ("groundtruth.txt", "1,1,2,2\n1,1,-inf,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
-            ("full_occlusion.txt", "0,0,0", ["full_occlusion.txt", "3 labels for 4"]),
-            ("full_occlusion.txt", "0,0,0,7", ["full_occlusion.txt, line 1", "`7`"]),
-            ("out_of_view.txt", "0,0,0,0,0", ["out_of_view.txt", "5 labels for 4"]),
-        ] {
-            let error = four(&[(file, text)]).unwrap_err().to_string();
-            assert!(words.iter().all(|w| error.contains(w)), "{file}, {text:?}: {error}");
-        }
-        let dir = folder(3, &FOUR);
-        let error = load(dir.path(), &Entry::default()).unwrap_err().to_string();
-        assert!(error.contains("3 images, but 4 lines"), "{error}");
-    }
-
-    proptest! {
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..3_usize) {
-            let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);
-            std::fs::write(dir.path().join(FOUR[file].0), &bytes).unwrap();
-            let _ = load(dir.path(), &Entry::default());
-        }
     }
 }

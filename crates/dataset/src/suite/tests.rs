@@ -5,10 +5,44 @@ use crate::lock::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use trackfail_testing::{needs, real_data};
+use tempfile::{TempDir, tempdir};
+use trackfail_core::region::Rect;
+use trackfail_testing::{needs, put, real_data};
 
 fn suite(name: &str) -> Suite {
     Catalog::default().suite(name).unwrap()
+}
+
+/// A data root of its own.
+fn at(root: &TempDir) -> [PathBuf; 1] {
+    [root.path().to_path_buf()]
+}
+
+/// Writes a sequence of the layout of OTB or VOT: so many lines of ground truth, and empty images of these numbers.
+fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item = u32>) {
+    let is_otb = folder.starts_with("otb/");
+    let truth = if is_otb { "groundtruth_rect.txt" } else { "groundtruth.txt" };
+    put(root, format!("{folder}/{truth}"), "1,1,2,2\n".repeat(lines));
+    for n in images {
+        let image = if is_otb { format!("img/{n:04}.jpg") } else { format!("{n:08}.jpg") };
+        put(root, format!("{folder}/{image}"), "");
+    }
+}
+
+/// What is said of a copy that differs.
+fn difference(finding: Finding) -> String {
+    match finding {
+        Finding::Differs(fact) => fact,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// What is said of a copy that is missing.
+fn hint(finding: Finding) -> String {
+    match finding {
+        Finding::Missing(missing) => missing.how_to_get,
+        other => panic!("{other:?}"),
+    }
 }
 
 #[test]
@@ -74,11 +108,8 @@ fn archives_are_consistent_and_all_are_used() {
         assert!(seen.insert(&a.name), "{} twice", a.name);
         assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
         // Names of files below the data root.
-        assert!(
-            inside(a.url.rsplit('/').next().unwrap()) && !a.name.contains('/') && inside(&a.name),
-            "{}",
-            a.name
-        );
+        let file = a.url.rsplit('/').next().unwrap();
+        assert!(inside(file) && !a.name.contains('/') && inside(&a.name), "{}", a.name);
         assert!(inside(&a.into) && a.below.as_deref().is_none_or(inside), "{}", a.name);
         assert!(a.sha256.as_deref().is_none_or(hexadecimal), "{}", a.name);
         assert!(used.contains(a.name.as_str()), "{} belongs to no sequence", a.name);
@@ -149,13 +180,16 @@ fn otb_2013_has_as_many_frames_as_annotated() {
     }
 }
 
+fn pets_annotation(root: &Path) -> crate::format::cvml::Annotation {
+    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
+    crate::format::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap()
+}
+
 // python3: {o.get('id') for f in root for o in f.find('objectlist')}, and first and last frame + 1 of each.
 #[needs(real_data)]
 #[test]
 fn pets_entries_are_the_presence_of_the_annotated_people() {
-    let root = real_data();
-    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
-    let annotation = crate::format::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let annotation = pets_annotation(&real_data());
     let ids: Vec<u32> = annotation.objects().collect();
     assert_eq!(ids, (1..=19).collect::<Vec<_>>());
     for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").entries()) {
@@ -194,15 +228,11 @@ fn d1_real_has_six_people_and_a_face() {
 #[test]
 fn the_people_of_d1_real_are_those_of_its_rule() {
     let root = real_data();
-    let xml = root.join("pets2009/S2L1/PETS2009-S2L1.xml");
-    let annotation = crate::format::cvml::parse(&xml, &crate::text::read(&xml).unwrap()).unwrap();
+    let annotation = pets_annotation(&root);
     let mut by_rule = Vec::new();
     for id in annotation.objects() {
-        let inside = |n: &u32| {
-            annotation
-                .region(id, *n)
-                .is_some_and(|r| r.x >= 0.0 && r.y >= 0.0 && r.x + r.w <= 768.0 && r.y + r.h <= 576.0)
-        };
+        let fits = |r: Rect| r.x >= 0.0 && r.y >= 0.0 && r.x + r.w <= 768.0 && r.y + r.h <= 576.0;
+        let inside = |n: &u32| annotation.region(id, *n).is_some_and(fits);
         let Some(first) = (1..=160).find(inside) else { continue };
         let last = (first..=160).take_while(|n| annotation.region(id, *n).is_some()).last().unwrap();
         if last - first + 1 >= 60 {
@@ -221,9 +251,9 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
 
 #[test]
 fn without_data_all_are_missing_and_say_how_to_get_them() {
-    let nothing = tempfile::tempdir().unwrap();
+    let nothing = tempdir().unwrap();
     for name in pinned_suite_names() {
-        for roots in [&[][..], &[nothing.path().to_path_buf()]] {
+        for roots in [&[][..], &at(&nothing)] {
             let loaded = suite(name).load(roots);
             assert_eq!((loaded.sequences.len(), loaded.missing.len()), (0, loaded.wanted));
             assert!(loaded.missing.iter().all(|m| m.how_to_get.contains("http")));
@@ -232,21 +262,14 @@ fn without_data_all_are_missing_and_say_how_to_get_them() {
     }
 }
 
-/// OTB's sequence Crossing, of 120 frames, with the first few of them on disk.
-fn write_crossing(root: &Path, frames: usize) {
-    let folder = root.join("otb/Crossing");
-    std::fs::create_dir_all(folder.join("img")).unwrap();
-    std::fs::write(folder.join("groundtruth_rect.txt"), "1,1,9,9\n".repeat(120)).unwrap();
-    (1..=frames).for_each(|k| std::fs::write(folder.join(format!("img/{k:04}.jpg")), "").unwrap());
-}
-
+// OTB's sequence Crossing has 120 frames.
 #[test]
 fn the_first_root_that_has_all_of_a_sequence_is_taken() {
-    let roots: Vec<_> = (0..4).map(|_| tempfile::tempdir().unwrap()).collect();
+    let roots: Vec<_> = (0..4).map(|_| tempdir().unwrap()).collect();
     let paths: Vec<PathBuf> = roots.iter().map(|root| root.path().to_path_buf()).collect();
-    write_crossing(&paths[1], 119);
-    write_crossing(&paths[2], 120);
-    write_crossing(&paths[3], 120);
+    for (root, frames) in [(1, 119), (2, 120), (3, 120)] {
+        write(&paths[root], "otb/Crossing", 120, 1..=frames);
+    }
     let taken = |roots: &[PathBuf]| {
         let loaded = suite("otb-dtef20").load(roots);
         assert_eq!((loaded.sequences.len(), loaded.roots.len(), loaded.broken.len()), (1, 1, 0));
@@ -262,87 +285,62 @@ fn the_first_root_that_has_all_of_a_sequence_is_taken() {
 
 #[test]
 fn a_short_copy_is_broken_and_differs() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("vot2014/ball");
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("00000001.jpg"), b"").unwrap();
-    std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4").unwrap();
+    let root = tempdir().unwrap();
+    write(root.path(), "vot2014/ball", 1, [1]);
     let vot = suite("vot2014");
-    let loaded = vot.load(&[root.path().to_path_buf()]);
+    let loaded = vot.load(&at(&root));
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
-    let checked = vot.verify(&[root.path().to_path_buf()]);
+    let checked = vot.verify(&at(&root));
     assert!(matches!(&checked[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
     assert!(matches!(checked[1].finding, Finding::Missing(_)));
 }
 
-/// otb/Deer (71 frames) with empty images of the given numbers.
-fn deer(numbers: impl IntoIterator<Item = u32>) -> tempfile::TempDir {
-    let root = tempfile::tempdir().unwrap();
-    let img = root.path().join("otb/Deer/img");
-    std::fs::create_dir_all(&img).unwrap();
-    std::fs::write(root.path().join("otb/Deer/groundtruth_rect.txt"), "1,1,2,2\n".repeat(71)).unwrap();
-    for n in numbers {
-        std::fs::write(img.join(format!("{n:04}.jpg")), b"").unwrap();
-    }
-    root
-}
-
+// OTB's sequence Deer has 71 frames.
 #[test]
 fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
-    let finding = |root: &tempfile::TempDir| {
-        let all = suite("otb-2013").verify(&[root.path().to_path_buf()]);
+    let finding = |images: Vec<u32>| {
+        let root = tempdir().unwrap();
+        write(root.path(), "otb/Deer", 71, images);
+        let all = suite("otb-2013").verify(&at(&root));
         all.into_iter().find(|c| c.name == "Deer").unwrap().finding
     };
-    assert_eq!(finding(&deer(1..=71)), Finding::NoDigestPinned);
-    match finding(&deer(1..=50)) {
-        Finding::Missing(m) => assert!(m.how_to_get.starts_with("frames 51 to 71 are not in otb/Deer; ")),
-        other => panic!("{other:?}"),
-    }
+    assert_eq!(finding((1..=71).collect()), Finding::NoDigestPinned);
+    let told = hint(finding((1..=50).collect()));
+    assert!(told.starts_with("frames 51 to 71 are not in otb/Deer; "), "{told}");
     // Other frames than those of the range do not matter.
-    assert!(matches!(finding(&deer(100..=120)), Finding::Missing(_)));
+    hint(finding((100..=120).collect()));
     for gap in [1, 30] {
-        match finding(&deer((1..=71).filter(|&n| n != gap))) {
-            Finding::Differs(fact) => assert!(fact.contains(&format!("frame {gap} is missing")), "{fact}"),
-            other => panic!("{other:?}"),
-        }
+        let fact = difference(finding((1..=71).filter(|&n| n != gap).collect()));
+        assert!(fact.contains(&format!("frame {gap} is missing")), "{fact}");
     }
 }
 
 #[test]
 fn a_clip_without_its_annotation_or_its_frames_is_missing() {
-    let root = tempfile::tempdir().unwrap();
+    let root = tempdir().unwrap();
     let folder = root.path().join("caviar/Walk1");
     std::fs::create_dir_all(&folder).unwrap();
     let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
                <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
-    let finding = || suite("caviar").verify(&[root.path().to_path_buf()]).swap_remove(0).finding;
-    let hint = || match finding() {
-        Finding::Missing(m) => m.how_to_get,
-        other => panic!("{other:?}"),
-    };
-    assert!(hint().starts_with("no annotation (.xml) in caviar/Walk1; "));
-    std::fs::write(folder.join("Walk1.mpg"), "").unwrap();
-    assert!(hint().starts_with("no annotation (.xml) in caviar/Walk1; "));
-    std::fs::write(folder.join("wk1gt.xml"), xml).unwrap();
+    let finding = || suite("caviar").verify(&at(&root)).swap_remove(0).finding;
+    assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
+    let clip = put(&folder, "Walk1.mpg", "");
+    assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
+    put(&folder, "wk1gt.xml", xml);
     assert_eq!(finding(), Finding::NoDigestPinned);
-    std::fs::remove_file(folder.join("Walk1.mpg")).unwrap();
-    assert!(hint().starts_with("no images or video in caviar/Walk1; "));
+    std::fs::remove_file(clip).unwrap();
+    assert!(hint(finding()).starts_with("no images or video in caviar/Walk1; "));
 }
 
 #[test]
 fn an_entry_without_range_takes_what_is_there() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("vot2013/cup");
-    std::fs::create_dir_all(&folder).unwrap();
-    for n in 1..=3 {
-        std::fs::write(folder.join(format!("{n:08}.jpg")), b"").unwrap();
-    }
-    std::fs::write(folder.join("groundtruth.txt"), "1,2,3,4\n".repeat(3)).unwrap();
+    let root = tempdir().unwrap();
+    write(root.path(), "vot2013/cup", 3, 1..=3);
     let vot = suite("vot2013");
-    let loaded = vot.load(&[root.path().to_path_buf()]);
+    let loaded = vot.load(&at(&root));
     assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
-    let found = vot.verify(&[root.path().to_path_buf()]);
+    let found = vot.verify(&at(&root));
     assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
 }
 
@@ -371,18 +369,9 @@ fn real_data_are_as_pinned() {
 }
 
 /// A copy of one folder under another root.
-fn copied(root: &Path, folder: &str) -> tempfile::TempDir {
-    let copy = tempfile::tempdir().unwrap();
-    for entry in walkdir::WalkDir::new(root.join(folder)).follow_links(true) {
-        let entry = entry.unwrap();
-        let to = copy.path().join(entry.path().strip_prefix(root).unwrap());
-        if entry.file_type().is_dir() {
-            std::fs::create_dir_all(to).unwrap();
-        } else {
-            std::fs::copy(entry.path(), to).unwrap();
-        }
-    }
-    copy
+fn copied(root: &Path, folder: &str) -> TempDir {
+    let files = trackfail_testing::files(&root.join(folder)).into_iter();
+    trackfail_testing::folder(files.map(|(name, bytes)| (Path::new(folder).join(name), bytes)))
 }
 
 /// Changes the byte in the middle of a file that `is` accepts into `to`.
@@ -399,21 +388,17 @@ fn change(path: &PathBuf, is: fn(u8) -> bool, to: u8) {
 fn one_changed_byte_in_each_kind_of_file_is_named() {
     let root = real_data();
     let digit = |b: u8| b.is_ascii_digit();
+    let of_vot = ["00000077.jpg", "groundtruth.txt", "occlusion.label", "camera_motion.label"];
     let cases: [(&str, &str, &str, &[&str]); 3] = [
         ("otb-dtef20", "Couple", "otb/Couple", &["img/0077.jpg", "groundtruth_rect.txt"]),
-        (
-            "vot2014",
-            "sphere",
-            "vot2014/sphere",
-            &["00000077.jpg", "groundtruth.txt", "occlusion.label", "camera_motion.label"],
-        ),
+        ("vot2014", "sphere", "vot2014/sphere", &of_vot),
         ("pets2009-s2l1-160", "person-17", "pets2009/S2L1", &["img1/000150.jpg", "PETS2009-S2L1.xml"]),
     ];
     for (suite_name, sequence, folder, files) in cases {
         let copy = copied(&root, folder);
         let pinned = pinned_suite(suite_name).unwrap();
         let entry = pinned.sequence.iter().find(|e| e.name == sequence).unwrap();
-        let check = || pinned.check(entry, &[copy.path().to_path_buf()]);
+        let check = || pinned.check(entry, &at(&copy));
         assert_eq!(check(), Finding::Same, "{folder}");
         for file in files {
             let path = copy.path().join(folder).join(file);
@@ -432,29 +417,19 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
                 }
                 _ => change(&path, digit, b'9'),
             }
-            match check() {
-                Finding::Differs(fact) => {
-                    assert!(fact.starts_with(&format!("{file} is another file: ")), "{fact}");
-                }
-                other => panic!("{folder}/{file}: {other:?}"),
-            }
+            let fact = difference(check());
+            assert!(fact.starts_with(&format!("{file} is another file: ")), "{fact}");
             std::fs::write(&path, before).unwrap();
         }
         assert_eq!(check(), Finding::Same, "{folder}");
         let frame = copy.path().join(folder).join(files[0]);
         let spare = frame.with_extension("png");
         std::fs::copy(&frame, &spare).unwrap();
-        match check() {
-            Finding::Differs(fact) => assert!(fact.contains(" does not belong there; "), "{fact}"),
-            other => panic!("{folder}: {other:?}"),
-        }
+        let fact = difference(check());
+        assert!(fact.contains(" does not belong there; "), "{fact}");
         std::fs::remove_file(spare).unwrap();
         std::fs::remove_file(&frame).unwrap();
-        match check() {
-            Finding::Differs(fact) => {
-                assert!(fact.starts_with(&format!("{} is missing; ", files[0])), "{fact}")
-            }
-            other => panic!("{folder}: {other:?}"),
-        }
+        let fact = difference(check());
+        assert!(fact.starts_with(&format!("{} is missing; ", files[0])), "{fact}");
     }
 }

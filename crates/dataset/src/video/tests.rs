@@ -6,28 +6,19 @@ use crate::user_frames::without_frames;
 use crate::{Frames, Sequence};
 use std::sync::Arc;
 use trackfail_core::image::ImageError;
-use trackfail_testing::needs;
+use trackfail_testing::{assert_says, needs, put};
 
 /// ffmpeg's test picture, 64x48, `frames` of them.
 fn testsrc(frames: u32, output: &[&str]) -> Vec<u8> {
-    let frames = frames.to_string();
-    let done = Command::new("ffmpeg")
-        .args([
-            "-nostdin",
-            "-v",
-            "error",
-            "-f",
-            "lavfi",
-            "-i",
-            "testsrc=size=64x48:rate=25",
-            "-frames:v",
-            &frames,
-        ])
-        .args(output)
-        .output()
-        .unwrap();
+    let input = format!("-nostdin -v error -f lavfi -i testsrc=size=64x48:rate=25 -frames:v {frames}");
+    let done = Command::new("ffmpeg").args(input.split(' ')).args(output).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     done.stdout
+}
+
+/// What is told of a video that a program decodes into a folder.
+fn decoded(path: &Path, folder: &Path, program: impl AsRef<OsStr>) -> Result<(), String> {
+    decode(path, folder, program.as_ref(), DEFAULT_LIMITS, &|| false).map_err(|e| e.to_string())
 }
 
 fn mpeg(path: &Path, frames: u32) {
@@ -48,13 +39,9 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     testsrc(7, &["-c:v", "ffv1", "-pix_fmt", "bgr0", path.to_str().unwrap()]);
     let pixels = testsrc(7, &["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]);
     let s = Sequence {
-        name: "clip".into(),
         numbering: crate::Numbering { first: 3, official: (1, 7) },
-        truth: vec![None; 4],
-        attributes: Vec::new(),
-        frame_attributes: Vec::new(),
-        digest: Default::default(),
         frames: Frames::Video(Arc::new(Video::new(path.clone(), cache(root.path()), (3, 6)))),
+        ..without_frames("clip", 4)
     };
     assert_eq!(s.size().unwrap(), (64, 48));
     for (t, expected) in pixels.chunks(64 * 48 * 3).skip(2).take(4).enumerate() {
@@ -65,10 +52,9 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     assert_eq!(count(&folder), 7);
     assert_eq!(count(&cache(root.path())), 1, "nothing else is left");
     // Decoded frames are not decoded again: a new handle gets by without a program.
-    decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap();
+    decoded(&path, &folder, "no-such-ffmpeg").unwrap();
     std::fs::remove_file(folder.join("000004.png")).unwrap();
-    let again = Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err().to_string();
-    assert!(again.contains("frame 4 is not in it"), "{again}");
+    assert_says(Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err(), "frame 4 is not in it");
 }
 
 /// The frames of a user's video.
@@ -112,11 +98,9 @@ fn a_video_that_changes_after_it_was_counted_is_refused() {
         let video = opened(&path).unwrap();
         mpeg(&other, frames);
         std::fs::rename(&other, &path).unwrap();
-        let error = video.frame(19).unwrap_err().to_string();
-        assert!(error.contains("a.mpg: it has changed since its frames were counted"), "{error}");
+        assert_says(video.frame(19).unwrap_err(), "a.mpg: it has changed since its frames were counted");
         std::fs::write(&path, "no video").unwrap();
-        let error = video.frame(0).unwrap_err().to_string();
-        assert!(error.contains("a.mpg: this is no video that ffmpeg reads"), "{error}");
+        assert_says(video.frame(0).unwrap_err(), "a.mpg: this is no video that ffmpeg reads");
         std::fs::remove_file(&path).unwrap();
     }
 }
@@ -131,18 +115,12 @@ fn pictures_that_are_whole_and_not_too_large_are_read() {
     for large in ["P6\n16385 1\n255\n", "P6\n16000 16000\n255\n"] {
         assert!(matches!(read(large.as_bytes()), Some(Err(ImageError::TooLarge { .. }))), "{large}");
     }
-    for other in [
-        "",
-        "P6\n",
-        "P6\n1 1\n255\nab",
-        "P5\n1 1\n255\nabc",
-        "P6\n1 1\n65535\nabcdef",
-        "P6\n0 1\n255\n",
-        "P6\n-1 1\n255\nabc",
-        "P6\n99999999999 1\n255\nabc",
-    ] {
-        assert!(read(other.as_bytes()).is_none(), "{other}");
+    for size in
+        ["0 1\n255\n", "-1 1\n255\nabc", "99999999999 1\n255\nabc", "", "1 1\n255\nab", "1 1\n65535\nabcdef"]
+    {
+        assert!(read(format!("P6\n{size}").as_bytes()).is_none(), "{size}");
     }
+    assert!(read(b"").is_none() && read(b"P5\n1 1\n255\nabc").is_none());
     assert!(read(&[b'P'; 1 << 10]).is_none() && read(&[0xFF; 1 << 10]).is_none());
 }
 
@@ -151,16 +129,10 @@ fn pictures_that_are_whole_and_not_too_large_are_read() {
 fn a_clip_with_its_annotation_is_a_sequence() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("caviar/Walk2");
-    std::fs::create_dir_all(&folder).unwrap();
+    let one = r#"<frame number="N"><objectlist><object id="0"><box xc="N" yc="9" w="4" h="6"/></object></objectlist></frame>"#;
+    let frames: String = (5..20).map(|n| one.replace('N', &n.to_string())).collect();
+    put(&folder, "wk2gt.xml", format!("<dataset>{frames}</dataset>"));
     mpeg(&folder.join("Walk2.mpg"), 20);
-    let frame = |n: u32| {
-        format!(
-            "<frame number=\"{n}\"><objectlist><object id=\"0\"><box xc=\"{n}\" yc=\"9\" w=\"4\" h=\"6\"/>\
-             </object></objectlist></frame>"
-        )
-    };
-    let frames: String = (5..20).map(frame).collect();
-    std::fs::write(folder.join("wk2gt.xml"), format!("<dataset>{frames}</dataset>")).unwrap();
     let loaded = crate::suite::Catalog::default().suite("caviar").unwrap().load(&[root.path().to_path_buf()]);
     let [walk] = loaded.sequences.as_slice() else { panic!("{:?}", loaded.broken) };
     assert_eq!((walk.len(), walk.number(0)), (15, 6));
@@ -171,8 +143,10 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     mpeg(&root.path().join("short.mpg"), 10);
     std::fs::rename(root.path().join("short.mpg"), short).unwrap();
     let entry = Entry { folder: "caviar/Walk2".into(), ..Entry::default() };
-    let error = cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err().to_string();
-    assert!(error.contains("frame 11 is not in it, frames 6 to 20 are needed"), "{error}");
+    assert_says(
+        cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err(),
+        "frame 11 is not in it, frames 6 to 20 are needed",
+    );
 }
 
 #[needs(ffmpeg)]
@@ -187,7 +161,7 @@ fn names_are_no_options_protocols_or_patterns() {
         let path = odd.join(name);
         mpeg(&path, 2);
         let folder = odd.join(k.to_string());
-        decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap();
+        decoded(&path, &folder, "ffmpeg").unwrap();
         assert_eq!(count(&folder), 2, "{name}");
     }
 }
@@ -195,12 +169,9 @@ fn names_are_no_options_protocols_or_patterns() {
 #[test]
 fn no_ffmpeg_says_what_to_install() {
     let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("a.mpg");
-    std::fs::write(&path, "x").unwrap();
+    let path = put(root.path(), "a.mpg", "x");
     let folder = root.path().join("frames/x");
-    let error = decode(&path, &folder, OsStr::new("no-such-ffmpeg"), DEFAULT_LIMITS, &|| false)
-        .unwrap_err()
-        .to_string();
+    let error = decoded(&path, &folder, "no-such-ffmpeg").unwrap_err();
     assert!(error.contains("a.mpg") && error.contains("install"), "{error}");
     assert_eq!(count(folder.parent().unwrap()), 0);
 }
@@ -216,8 +187,7 @@ fn what_is_no_video_is_an_error_with_what_ffmpeg_says() {
         ["", "no video\n", "#EXTM3U\n#EXTINF:1,\n/etc/hostname\n", "ffconcat version 1.0\nfile b.mpg\n"]
     {
         std::fs::write(&path, content).unwrap();
-        let error =
-            decode(&path, &folder, OsStr::new("ffmpeg"), DEFAULT_LIMITS, &|| false).unwrap_err().to_string();
+        let error = decoded(&path, &folder, "ffmpeg").unwrap_err();
         let words = "a.mpg: this is no video that ffmpeg reads; fetch the file again (ffmpeg: ";
         // What it says neither names the file again nor spreads over lines.
         assert!(error.contains(words) && error.matches("a.mpg").count() == 1, "{error}");
@@ -261,11 +231,10 @@ fn script(folder: &Path, text: &str) -> PathBuf {
 #[test]
 fn what_ffmpeg_leaves_running_is_not_waited_for() {
     let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("a.mpg");
-    std::fs::write(&path, "x").unwrap();
+    let path = put(root.path(), "a.mpg", "x");
     let program = script(root.path(), "echo > 000001.png; sleep 1000 & exit 0");
     let folder = root.path().join("frames/x");
-    decode(&path, &folder, program.as_os_str(), DEFAULT_LIMITS, &|| false).unwrap();
+    decoded(&path, &folder, program).unwrap();
     assert_eq!(count(&folder), 1);
     // The same with a child that is waited for, until the user interrupts.
     let program = script(root.path(), "echo > 000001.png; sleep 1000; exit 0");
@@ -280,13 +249,14 @@ fn what_ffmpeg_leaves_running_is_not_waited_for() {
 #[test]
 fn an_end_by_a_signal_is_no_damage() {
     let root = tempfile::tempdir().unwrap();
-    let path = root.path().join("a.mpg");
-    std::fs::write(&path, "x").unwrap();
+    let path = put(root.path(), "a.mpg", "x");
     let program = script(root.path(), "echo > 000001.png; kill -s KILL $$");
     let limits = VideoLimits { damage_ends_it: true, ..DEFAULT_LIMITS };
     let folder = root.path().join("frames");
-    let error = decode(&path, &folder, program.as_os_str(), limits, &|| false).unwrap_err().to_string();
-    assert!(error.contains("ffmpeg did not finish (signal: 9"), "{error}");
+    assert_says(
+        decode(&path, &folder, program.as_os_str(), limits, &|| false).unwrap_err(),
+        "ffmpeg did not finish (signal: 9",
+    );
 }
 
 #[cfg(unix)]
@@ -326,8 +296,7 @@ fn damage_ends_the_decoding_of_a_users_video() {
         let mut bytes = whole.clone();
         bytes[place..place + 600].fill(0);
         std::fs::write(&path, bytes).unwrap();
-        let error = opened(&path).err().unwrap().to_string();
-        assert!(error.contains(&format!("a.avi: {words}")), "{error}");
+        assert_says(opened(&path).err().unwrap(), format!("a.avi: {words}"));
     }
 }
 
@@ -340,8 +309,7 @@ fn limits_end_it_and_leave_nothing() {
     let folder = root.path().join("frames/x");
     let with =
         |limits| decode(&path, &folder, OsStr::new("ffmpeg"), limits, &|| false).map_err(|e| e.to_string());
-    let few = with(VideoLimits { frames: 9, ..DEFAULT_LIMITS }).unwrap_err();
-    assert!(few.contains("more than 9 frames"), "{few}");
+    assert_says(with(VideoLimits { frames: 9, ..DEFAULT_LIMITS }).unwrap_err(), "more than 9 frames");
     assert_eq!(count(folder.parent().unwrap()), 0);
     with(VideoLimits { frames: 10, ..DEFAULT_LIMITS }).unwrap();
     assert_eq!(count(&folder), 10);
@@ -357,9 +325,7 @@ fn time_and_bytes_are_limited() {
         command.arg("600");
         run(command, out.path(), limits, &|| false).unwrap().status.unwrap_err()
     };
-    let time = sleep(VideoLimits { time: Duration::ZERO, ..DEFAULT_LIMITS });
-    assert!(time.contains("more than 0 s"), "{time}");
+    assert_says(sleep(VideoLimits { time: Duration::ZERO, ..DEFAULT_LIMITS }), "more than 0 s");
     std::fs::write(out.path().join("000001.png"), [0; 100]).unwrap();
-    let bytes = sleep(VideoLimits { bytes: 99, ..DEFAULT_LIMITS });
-    assert!(bytes.contains("more than 99 bytes"), "{bytes}");
+    assert_says(sleep(VideoLimits { bytes: 99, ..DEFAULT_LIMITS }), "more than 99 bytes");
 }

@@ -277,35 +277,35 @@ mod tests {
             "recall[ARTE*, length=1] <= recall[ARTE*, length=5, Struck]",
         );
         same("1 < 2 || (for all length in 1: recall[ARTE*] > 0)", "1 < 2 || recall[ARTE*, length=1] > 0");
-        let e = |text: &str| parse(text, &words()).unwrap_err().remove(0).message;
-        assert_eq!(
-            e("for all lenght: recall[ARTE*] > 0"),
-            "unknown grid axis `lenght`; did you mean `length`?"
-        );
-        assert_eq!(e("for all length: recall[RAW] > 0"), "nothing in the claim varies with `length`");
-        assert_eq!(
-            e("for all length: for all length: recall[ARTE*] > 0"),
-            "`for all length` changes nothing: the claim behind it gives `length` already"
-        );
-        assert_eq!(e("for all width: recall[ARTE*] > 0"), "nothing in the claim varies with `width`");
-        assert_eq!(e("for all length in 5, 7: recall[ARTE*] > 0"), "no grid has length = 7; there are 1, 5");
-        assert_eq!(e("for all length recall[ARTE*] > 0"), "a `:` is missing after `for all AXIS`");
-        assert!(e("for all length: recall[ARTE*]").contains("comparison"));
     }
 
     #[test]
-    fn wrong_words_name_the_nearest() {
-        let e = |text: &str| parse(text, &words()).unwrap_err().remove(0).message;
-        assert_eq!(e("recal[DTEF] > 0"), "unknown metric `recal`; did you mean `recall`?");
-        assert_eq!(
-            e("finding[model.component] > 0"),
-            "unknown finding `model.component`; did you mean `model.components`?"
-        );
-        assert_eq!(e("recall[DTFE] > 0"), "unknown method `DTFE`; did you mean `DTEF`?");
-        assert_eq!(e("recall[RAW, lenght=5] > 0"), "unknown grid axis `lenght`; did you mean `length`?");
-        assert!(e("recall[RAW]").starts_with("a claim must compare"));
-        assert!(e("1 < 2 < 3").contains("join"));
-        assert!(e(&"(".repeat(2000)).contains("too deeply"));
+    fn what_is_wrong_is_told_and_words_name_the_nearest() {
+        let fault = |text: &str| parse(text, &words()).unwrap_err().remove(0).message;
+        for (text, message) in [
+            ("recal[DTEF] > 0", "unknown metric `recal`; did you mean `recall`?"),
+            (
+                "finding[model.component] > 0",
+                "unknown finding `model.component`; did you mean `model.components`?",
+            ),
+            ("recall[DTFE] > 0", "unknown method `DTFE`; did you mean `DTEF`?"),
+            ("recall[RAW, lenght=5] > 0", "unknown grid axis `lenght`; did you mean `length`?"),
+            ("for all lenght: recall[ARTE*] > 0", "unknown grid axis `lenght`; did you mean `length`?"),
+            ("for all length: recall[RAW] > 0", "nothing in the claim varies with `length`"),
+            (
+                "for all length: for all length: recall[ARTE*] > 0",
+                "`for all length` changes nothing: the claim behind it gives `length` already",
+            ),
+            ("for all width: recall[ARTE*] > 0", "nothing in the claim varies with `width`"),
+            ("for all length in 5, 7: recall[ARTE*] > 0", "no grid has length = 7; there are 1, 5"),
+            ("for all length recall[ARTE*] > 0", "a `:` is missing after `for all AXIS`"),
+        ] {
+            assert_eq!(fault(text), message, "{text}");
+        }
+        assert!(fault("recall[RAW]").starts_with("a claim must compare"));
+        assert!(fault("for all length: recall[ARTE*]").contains("comparison"));
+        assert!(fault("1 < 2 < 3").contains("join"));
+        assert!(fault(&"(".repeat(2000)).contains("too deeply"));
     }
 
     #[test]

@@ -216,10 +216,8 @@ deterministic = true
         let programs = read(FULL).unwrap();
         let mine = programs.find(Role::Tracker, "my-tracker").unwrap();
         assert_eq!(mine.command, ["./bin/track", "--fast"]);
-        assert_eq!(
-            (mine.protocol, mine.regions, mine.deterministic),
-            (Protocol::Lines, Regions::Polygon, true)
-        );
+        let speaks = (mine.protocol, mine.regions, mine.deterministic);
+        assert_eq!(speaks, (Protocol::Lines, Regions::Polygon, true));
         assert_eq!(mine.confidence.as_deref(), Some("score"));
         assert_eq!(mine.digest, [Path::new("/home/ann/bin/track"), Path::new("/models/a.bin")]);
         assert_eq!((mine.start_timeout.as_millis(), mine.answer_timeout.as_millis()), (2500, 500));
@@ -228,29 +226,17 @@ deterministic = true
         assert_eq!((other.start_timeout.as_secs(), other.answer_timeout.as_secs()), (30, 30));
         let of = |role| programs.find(role, "other").unwrap();
         assert_eq!([of(Role::Signal).version.as_str(), &of(Role::Detector).version], ["3", "4"]);
-        assert_eq!(
-            (of(Role::Signal).protocol, of(Role::Detector).protocol),
-            (Protocol::Json, Protocol::Json)
-        );
+        assert_eq!([Role::Signal, Role::Detector].map(|role| of(role).protocol), [Protocol::Json; 2]);
         assert_eq!(of(Role::Signal).answer_timeout.as_millis(), 1500);
         assert!(programs.find(Role::Detector, "my-tracker").is_err());
         let unknown = programs.find(Role::Tracker, "my-traker").unwrap_err().to_string();
         assert_eq!(unknown, "plugins.toml: unknown program `my-traker`; did you mean `my-tracker`?");
-        assert!(
-            read("")
-                .unwrap()
-                .find(Role::Signal, "x")
-                .unwrap_err()
-                .to_string()
-                .contains("plugins.toml names no signal")
-        );
-        assert!(
-            Programs::default()
-                .find(Role::Tracker, "x")
-                .unwrap_err()
-                .to_string()
-                .contains("there is no plugins.toml here")
-        );
+        for (programs, role, words) in [
+            (read("").unwrap(), Role::Signal, "plugins.toml names no signal"),
+            (Programs::default(), Role::Tracker, "there is no plugins.toml here"),
+        ] {
+            assert!(programs.find(role, "x").unwrap_err().to_string().contains(words), "{words}");
+        }
     }
 
     #[test]

@@ -228,8 +228,7 @@ mod tests {
         assert_eq!(names, ["manifest.json", "scores.csv", "tables/new.csv"].map(PathBuf::from));
         assert_eq!(files(&dir.path().join("aside")).unwrap().len(), 0);
         file::write(&target.join("tables/index.html"), b"of an experiment called tables").unwrap();
-        let refused = write(&["manifest.json"]).unwrap_err().to_string();
-        assert!(refused.contains("another experiment"), "{refused}");
+        trackfail_testing::assert_says(write(&["manifest.json"]).unwrap_err(), "another experiment");
         assert_eq!(std::fs::read_to_string(target.join("manifest.json")).unwrap(), "manifest.json");
         assert!(target.join("tables/new.csv").exists(), "the earlier results are as they were");
     }

@@ -42,6 +42,27 @@ fn records() -> Vec<Record> {
     ]
 }
 
+/// The contents of [`records`] that a store has as they were put; a record that is there is not another one.
+fn found(store: &Store, what: &str) -> [bool; 4] {
+    fn is<T: DeserializeOwned + PartialEq>(
+        store: &Store,
+        stage: Stage,
+        rows: usize,
+        put: &T,
+        what: &str,
+    ) -> bool {
+        let got: Option<T> = store.get(&recipe(stage, 1).address(), rows);
+        assert!(got.as_ref().is_none_or(|got| got == put), "{what}: another {stage:?}");
+        got.is_some()
+    }
+    [
+        is(store, Stage::Track, 2, &states(), what),
+        is(store, Stage::Signal, 2, &vec![0.1, f64::MIN_POSITIVE], what),
+        is(store, Stage::Model, 1, &(3_u64, Some(0.5)), what),
+        is(store, Stage::Labels, 2, &(vec![true, false], None::<f64>), what),
+    ]
+}
+
 fn store_of(records: &[Record]) -> (tempfile::TempDir, Store) {
     let dir = tempfile::tempdir().unwrap();
     let store = Store::open(dir.path()).unwrap();
@@ -59,9 +80,7 @@ fn only_pack(dir: &Path) -> PathBuf {
 fn records_are_read_back_now_and_after_opening_again() {
     let (dir, store) = store_of(&records());
     let check = |store: &Store| {
-        assert_eq!(store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2), Some(states()));
-        let signal = store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2);
-        assert_eq!(signal, Some(vec![0.1, f64::MIN_POSITIVE]));
+        assert_eq!(found(store, ""), [true; 4]);
         assert_eq!(store.get::<Vec<f64>>(&recipe(Stage::Signal, 2).address(), 2), None);
         assert_eq!((store.len(), store.problems()), (4, vec![]));
         assert!(store.knows(Stage::Labels, "a/labels") && !store.knows(Stage::Track, "a/labels"));
@@ -109,16 +128,8 @@ fn every_changed_byte_is_detected() {
         changed[at] ^= 0x10;
         std::fs::write(&pack, &changed).unwrap();
         let store = Store::open_read_only(dir.path()).unwrap();
-        let track = store.get::<Vec<TrackerState>>(&recipe(Stage::Track, 1).address(), 2);
-        assert!(track.is_none() || track == Some(states()), "byte {at}");
-        let signal = store.get::<Vec<f64>>(&recipe(Stage::Signal, 1).address(), 2);
-        assert!(signal.is_none() || signal == Some(vec![0.1, f64::MIN_POSITIVE]), "byte {at}");
-        let model = store.get::<(u64, Option<f64>)>(&recipe(Stage::Model, 1).address(), 1);
-        assert!(model.is_none() || model == Some((3, Some(0.5))), "byte {at}");
-        let labels = store.get::<(Vec<bool>, Option<f64>)>(&recipe(Stage::Labels, 1).address(), 2);
-        assert!(labels.is_none() || labels == Some((vec![true, false], None)), "byte {at}");
-        let lost = [track.is_none(), signal.is_none(), model.is_none(), labels.is_none()];
-        assert!(lost.contains(&true) && !store.problems().is_empty(), "byte {at} is not covered");
+        let found = found(&store, &format!("byte {at}"));
+        assert!(found.contains(&false) && !store.problems().is_empty(), "byte {at} is not covered");
     }
 }
 
@@ -137,10 +148,8 @@ fn merging_adds_new_records_and_refuses_contradicting_ones() {
 fn eviction_removes_the_least_recently_used_packs_but_none_in_use() {
     let dir = tempfile::tempdir().unwrap();
     for n in 0..3 {
-        let store = Store::open(dir.path()).unwrap();
-        store
-            .put(&[record(name("x"), recipe(Stage::Signal, n), 2, &vec![f64::from(n); 2]).unwrap()])
-            .unwrap();
+        let signal = record(name("x"), recipe(Stage::Signal, n), 2, &vec![f64::from(n); 2]).unwrap();
+        Store::open(dir.path()).unwrap().put(&[signal]).unwrap();
     }
     // Whatever the order of writing: the third is the oldest, the first the newest.
     let age = |n: u32, seconds: u64| {

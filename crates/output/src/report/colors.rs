@@ -39,7 +39,7 @@ pub fn style(experiment: &Experiment, method: &str) -> (Style, Marker) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::operating::tests::experiment;
+    use crate::testing::experiment;
 
     const OWN: (&str, &str) =
         ("own", "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\", below = 0.5 }");

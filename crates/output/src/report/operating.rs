@@ -50,20 +50,9 @@ fn nearest(method: &Method) -> Option<(&Variant, f64)> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-    use trackfail_engine::spec::read::parse;
-
-    /// An experiment with one tracker and these methods, each a name and further lines, and what stands below them.
-    pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experiment {
-        let method = |(name, lines): &(&str, &str)| format!("[[method]]\nname = \"{name}\"\n{lines}\n");
-        let methods: String = methods.iter().map(method).collect();
-        let text = format!(
-            "schema = 1\nname = \"a\"\ntitle = \"a\"\n{paper}\nprotocol = \"khalid2016/1\"\nseed = 1\n\
-             [suites]\ntest = \"synthetic-otb\"\ntrain = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n{methods}{below}"
-        );
-        parse("a.toml", &text).unwrap()
-    }
+    use crate::testing::experiment;
 
     fn ranked_params(paper: &str, methods: &[(&str, &str)]) -> Vec<Option<String>> {
         let experiment = experiment(paper, methods, "");

@@ -207,15 +207,13 @@ mod tests {
             .into_iter()
             .map(|m| (m.frame(), m.outcome, m.distance(), m.nearest))
             .collect();
-        assert_eq!(
-            told,
-            [
-                (20, EventOutcome::Hit, Some(-2), None),
-                (30, EventOutcome::FalseAlarm, Some(10), Some((20, Some(18)))),
-                (45, EventOutcome::Missed, Some(7), Some((52, None))),
-                (52, EventOutcome::FalseAlarm, Some(7), Some((45, None))),
-            ]
-        );
+        let expected = [
+            (20, EventOutcome::Hit, Some(-2), None),
+            (30, EventOutcome::FalseAlarm, Some(10), Some((20, Some(18)))),
+            (45, EventOutcome::Missed, Some(7), Some((52, None))),
+            (52, EventOutcome::FalseAlarm, Some(7), Some((45, None))),
+        ];
+        assert_eq!(told, expected);
         let frame = trackfail_methods::score::segmentation::PROTOCOL.frame.unwrap();
         let stretches = trace.stretches(frame);
         assert_eq!(stretches[0], (0..18, (Some(false), false, Some(Place::TruePositive))));

@@ -227,6 +227,7 @@ pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::judged_method;
     use trackfail_core::direction::Direction;
 
     /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
@@ -236,17 +237,8 @@ mod tests {
             'A' => TargetState::Absent,
             _ => TargetState::Tracking,
         };
-        let states: Vec<TargetState> = states.chars().map(state).collect();
-        let method = JudgedMethod {
-            name: "M".into(),
-            threshold,
-            direction: Direction::LowerIsBetter,
-            is_probability: true,
-            score: score.iter().map(|s| Some(*s)).collect(),
-            label: states.iter().map(|s| *s == TargetState::Lost).collect(),
-            changes: vec![0; states.len()],
-            states,
-        };
+        let (states, score) = (states.chars().map(state).collect(), score.iter().map(|s| Some(*s)).collect());
+        let method = judged_method("M", states, score, threshold);
         JudgedTrack { target: None, first: 1, methods: vec![method] }
     }
 
@@ -335,14 +327,9 @@ mod tests {
     #[test]
     fn rows_by_hand() {
         let score = [0.1, 0.97, 0.9, 0.3, 0.2, 0.1, 0.99, 0.98];
-        assert_eq!(
-            rows(&judged(".LLL..AL", &score, Some(0.8))),
-            [
-                "2|4|lost|.97|alarm: .97 > .80; then not surely found again",
-                "7|7|absent||no box",
-                "8|8|lost|.98|alarm: .98 > .80"
-            ]
-        );
+        let all = rows(&judged(".LLL..AL", &score, Some(0.8)));
+        assert_eq!(all[0], "2|4|lost|.97|alarm: .97 > .80; then not surely found again");
+        assert_eq!(all[1..], ["7|7|absent||no box", "8|8|lost|.98|alarm: .98 > .80"]);
         // A score on the other side of the threshold is no reason.
         assert_eq!(rows(&judged("..LL", &[0.1, 0.1, 0.09, 0.1], Some(0.83)))[0], "3|4|lost|.10|alarm");
         // Low scores speak for a loss.
@@ -368,13 +355,12 @@ mod tests {
             let track = judged(".", &[score], Some(threshold));
             comparison(&track.methods[0], 0).unwrap()
         };
-        assert_eq!(of(0.97, 0.8), ".97 > .80");
-        assert_eq!(of(0.8042, 0.8), ".804 > .800");
-        assert_eq!(of(0.0051, 0.004), ".005 > .004");
-        assert_eq!(of(2.5, 2.3), "2.50 > 2.30");
-        assert_eq!(of(-0.25, 0.5), "-.25 < .50");
-        assert_eq!(of(0.8, 0.8), ".800000 = .800000");
-        assert_eq!(of(1e300, 2.0), "1.00e300 > 2.00");
+        assert_eq!(
+            [of(0.97, 0.8), of(0.8042, 0.8), of(0.0051, 0.004)],
+            [".97 > .80", ".804 > .800", ".005 > .004"]
+        );
+        assert_eq!([of(2.5, 2.3), of(-0.25, 0.5)], ["2.50 > 2.30", "-.25 < .50"]);
+        assert_eq!([of(0.8, 0.8), of(1e300, 2.0)], [".800000 = .800000", "1.00e300 > 2.00"]);
     }
 
     #[test]

@@ -78,15 +78,11 @@ mod tests {
     #[test]
     fn rows_by_hand() {
         let text = |target| String::from_utf8(csv(&[&track(target)]).unwrap()).unwrap();
-        assert_eq!(
-            text(None),
-            "frame,method,score,label,change,state\n1,level,,0,0,absent\n2,level,0.9,0,0,tracking\n\
-             3,level,0.1,1,1,lost\n4,level,0.75,0,-1,absent\n5,level,0.25,1,1,lost\n6,level,,0,0,absent\n"
-        );
-        assert!(
-            text(Some(7))
-                .starts_with("frame,method,score,label,change,state,target\n1,level,,0,0,absent,7\n")
-        );
+        let rows = "1,level,,0,0,absent\n2,level,0.9,0,0,tracking\n3,level,0.1,1,1,lost\n\
+                    4,level,0.75,0,-1,absent\n5,level,0.25,1,1,lost\n6,level,,0,0,absent\n";
+        let header = "frame,method,score,label,change,state";
+        assert_eq!(text(None), format!("{header}\n{rows}"));
+        assert!(text(Some(7)).starts_with(&format!("{header},target\n1,level,,0,0,absent,7\n")));
         let method = &track(None).methods[0];
         assert_eq!(method.losses(), [2..3, 4..5]);
         assert_eq!(method.stretches().count(), 6);

@@ -110,16 +110,10 @@ mod tests {
     // The samples of a are better than those of b by .25 and .75; both differ from c only on other tracks.
     #[test]
     fn only_methods_on_the_same_tracks_are_compared() {
-        let cells = ["a", "b", "c"].map(|method| Cell {
-            sequence: 0,
-            tracker: "t".into(),
-            run: 0,
-            method: method.into(),
-            params: String::new(),
-            job: 0,
-            signal: None,
-            threshold: None,
-            result: Err(CellError::Missing(String::new())),
+        let cells = ["a", "b", "c"].map(|method| {
+            let [tracker, method, params] = ["t", method, ""].map(String::from);
+            let (signal, threshold, result) = (None, None, Err(CellError::Missing(String::new())));
+            Cell { sequence: 0, tracker, run: 0, method, params, job: 0, signal, threshold, result }
         });
         let rows = [
             row(&cells[0], [0.75, 0.5, 1.0], &[(0, 0), (1, 0)]),
@@ -131,9 +125,8 @@ mod tests {
         let [pair] = read.as_slice() else { panic!("{read:?}") };
         assert_eq!((pair.method.as_str(), pair.other.as_str()), ("a", "b"));
         let (low, high) = pair.auroc.bounds.unwrap();
-        assert!(
-            pair.auroc.value == Some(0.5) && (0.25..0.27).contains(&low) && (0.73..=0.75).contains(&high)
-        );
+        assert_eq!(pair.auroc.value, Some(0.5));
+        assert!((0.25..0.27).contains(&low) && (0.73..=0.75).contains(&high));
         assert_eq!(pair.found_at_5, Difference::default());
         let turned = pair.turned();
         assert_eq!((turned.auroc.value, turned.auroc.bounds), (Some(-0.5), Some((-high, -low))));

@@ -54,10 +54,8 @@ mod tests {
             std::fs::write(&path, columns_markdown()).unwrap();
         }
         let page = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(
-            page == columns_markdown(),
-            "docs/columns.md is stale: UPDATE=1 cargo test -p trackfail-output columns"
-        );
+        let remedy = "docs/columns.md is stale: UPDATE=1 cargo test -p trackfail-output columns";
+        assert!(page == columns_markdown(), "{remedy}");
     }
 
     #[test]
@@ -88,11 +86,8 @@ mod tests {
         for file in files() {
             let names: std::collections::BTreeSet<&str> = file.columns.iter().map(|c| c.name).collect();
             assert_eq!(names.len(), file.columns.len(), "{}", file.name);
-            assert!(
-                file.columns.iter().all(|c| !c.meaning.is_empty() && !c.meaning.contains('|')),
-                "{}",
-                file.name
-            );
+            let is_explained = |c: &Column| !c.meaning.is_empty() && !c.meaning.contains('|');
+            assert!(file.columns.iter().all(is_explained), "{}", file.name);
         }
     }
 }

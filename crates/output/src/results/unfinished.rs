@@ -141,20 +141,8 @@ mod tests {
             cell("a", "z", "m", false, "it broke"),
             cell("a", "z", "m", false, "a: it hung"),
             cell("b", "z", "m", false, "suite/b/z/0/m: b: it hung"),
-            cell(
-                "a",
-                "w",
-                "m",
-                false,
-                "mine: frame 1 of a: it ended; its stderr ends with: Trace | no numpy",
-            ),
-            cell(
-                "b",
-                "w",
-                "m",
-                false,
-                "mine: frame 7 of b: it ended; its stderr ends with: Trace | no numpy",
-            ),
+            cell("a", "w", "m", false, "mine: frame 1 of a: it ended; its stderr ends with: A | no numpy"),
+            cell("b", "w", "m", false, "mine: frame 7 of b: it ended; its stderr ends with: A | no numpy"),
             cell("a", "v", "m", false, "frame 3 of a: it ran away"),
             cell("b", "v", "m", false, "frame 3 of b: it ran away"),
         ];
@@ -205,10 +193,8 @@ mod tests {
         let mut many: Vec<NotRun> =
             (0..6).flat_map(|t| [entry(t, "a", "needs x"), entry(t, "b", "needs x")]).collect();
         many.push(entry(3, "c", "needs y"));
-        assert_eq!(
-            not_run(&many),
-            ["Not run on 6 trackers: a, b; each needs x", "Not run on t3: c; each needs y"]
-        );
+        let told = ["Not run on 6 trackers: a, b; each needs x", "Not run on t3: c; each needs y"];
+        assert_eq!(not_run(&many), told);
         many.insert(0, entry(7, "", "has no track on a, as declared: it is short"));
         assert_eq!(not_run(&many).len(), 3);
         assert_eq!(not_run(&many)[0], "t7 has no track on a, as declared: it is short (2 cells)");

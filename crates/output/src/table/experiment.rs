@@ -178,10 +178,8 @@ mod tests {
         assert_eq!(note(&[("PF", 10, 10)]), ", 10 runs");
         assert_eq!(note(&[("PF", 1, 10)]), ", 1 run of 10");
         assert_eq!(note(&[("PF", 10, 10), ("FT", 10, 10)]), ", 10 runs per tracker");
-        assert_eq!(
-            note(&[("PF", 3, 3), ("KCF", 1, 1), ("FT", 3, 3), ("ST", 2, 3)]),
-            ", PF, FT: 3 runs, ST: 2 runs of 3"
-        );
+        let mixed = note(&[("PF", 3, 3), ("KCF", 1, 1), ("FT", 3, 3), ("ST", 2, 3)]);
+        assert_eq!(mixed, ", PF, FT: 3 runs, ST: 2 runs of 3");
         assert_eq!(runs_note(&[("PF", 9, 9)], " to learn from"), ", 9 runs to learn from");
     }
 }

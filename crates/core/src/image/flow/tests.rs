@@ -1,6 +1,7 @@
 //! Flow against OpenCV, and its laws.
 
 use super::*;
+use crate::testing::{cases, count, number};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -18,32 +19,26 @@ fn image(width: usize, height: usize, [dx, dy, zoom]: [f64; 3]) -> Vec<u8> {
     (0..width * height).map(pixel).collect()
 }
 
-fn number(case: &Value, key: &str) -> usize {
-    case[key].as_u64().unwrap() as usize
-}
-
 fn points(case: &Value, key: &str) -> Vec<Point> {
-    let pair = |v: &Value| (v[0].as_f64().unwrap(), v[1].as_f64().unwrap());
+    let pair = |v: &Value| (number(&v[0]), number(&v[1]));
     case[key].as_array().unwrap().iter().map(pair).collect()
 }
 
 // `tests/oracles/flow.json`, written by `python3 tests/oracles/flow.py`.
 #[test]
 fn places_are_those_of_opencv() {
-    let oracle: Value = serde_json::from_str(include_str!("../../../../../tests/oracles/flow.json")).unwrap();
     let (mut compared, mut far) = (0, Vec::new());
-    for case in oracle["cases"].as_array().unwrap() {
-        let (width, height) = (number(case, "width"), number(case, "height"));
+    for case in &cases("flow", "cases") {
+        let [width, height, levels, window, iterations] =
+            ["width", "height", "levels", "window", "iterations"].map(|key| count(&case[key]));
         let motion: [f64; 3] = serde_json::from_value(case["motion"].clone()).unwrap();
         let pixels = [image(width, height, [0.0, 0.0, 1.0]), image(width, height, motion)];
         for (pixels, sum) in pixels.iter().zip(case["byte_sums"].as_array().unwrap()) {
             let own: u64 = pixels.iter().map(|v| u64::from(*v)).sum();
             assert_eq!(Some(own), sum.as_u64(), "not the oracle's image");
         }
-        let (levels, window) = (number(case, "levels"), number(case, "window"));
         let [first, second] = pixels.map(|pixels| Pyramid::new(width, height, pixels, levels, window));
-        let epsilon = case["epsilon"].as_f64().unwrap();
-        let method = LucasKanade { window, iterations: number(case, "iterations"), epsilon };
+        let method = LucasKanade { window, iterations, epsilon: number(&case["epsilon"]) };
         let starts = [points(case, "points"), points(case, "found")];
         let ends = [method.follow(&first, &second, &starts[0]), method.follow(&second, &first, &starts[1])];
         for ((ours, key), status) in ends.iter().zip(["found", "back"]).zip(["status", "status_back"]) {

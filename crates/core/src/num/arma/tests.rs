@@ -1,16 +1,9 @@
 use super::*;
+use crate::testing::{cases, count, number, numbers};
 use proptest::prelude::*;
-use serde_json::Value;
+use trackfail_testing::assert_near;
 
-fn numbers(v: &Value) -> Vec<f64> {
-    v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
-}
-
-/// `tests/oracles/arma.json`, written by `python3 tests/oracles/arma.py`.
-fn oracle(part: &str) -> Vec<Value> {
-    let all: Value = serde_json::from_str(include_str!("../../../../../tests/oracles/arma.json")).unwrap();
-    all[part].as_array().unwrap().clone()
-}
+const STARTS: [Presample; 2] = [Presample::Backcast, Presample::DropFirst];
 
 /// The model with given parameters, and the innovations it infers from a window.
 fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
@@ -26,10 +19,6 @@ fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> 
     })
 }
 
-fn close(got: f64, want: f64, within: f64) -> bool {
-    (got - want).abs() <= within
-}
-
 fn spread(y: &[f64]) -> f64 {
     let mean = y.iter().sum::<f64>() / y.len() as f64;
     (y.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / y.len() as f64).sqrt()
@@ -38,22 +27,18 @@ fn spread(y: &[f64]) -> f64 {
 // scipy.optimize.differential_evolution over (c, phi, theta), polished; see `global_fit` in arma.py.
 #[test]
 fn finds_the_global_minimum_of_scipy() {
-    for case in oracle("fits") {
+    for case in cases("arma", "fits") {
         let y = numbers(&case["y"]);
-        let order =
-            [case["order"][0].as_u64().unwrap() as usize, case["order"][1].as_u64().unwrap() as usize];
+        let order = [0, 1].map(|k| count(&case["order"][k]));
         let start: Presample = serde_json::from_value(case["start"].clone()).unwrap();
         let got = fit(&y, order, start).unwrap();
         let label = format!("{} {order:?} {start:?}", case["name"]);
-        let sse = case["sse"].as_f64().unwrap();
-        let s = spread(&y);
+        let sse = number(&case["sse"]);
         assert!(got.sse <= sse * (1.0 + 1e-6), "{label}: {} above {sse}", got.sse);
         // Above first order the search may do better than the oracle; it only must not do worse.
         if order.iter().all(|&k| k <= 1) {
-            assert!(close(got.sse, sse, 1e-6 * sse), "{label}: {} is not {sse}", got.sse);
-            for (got, want) in got.forecast(5).iter().zip(numbers(&case["forecast"])) {
-                assert!(close(*got, want, 2e-4 * s), "{label}: {got} is not {want}");
-            }
+            assert_near([got.sse], [sse], 1e-6 * sse, &label);
+            assert_near(got.forecast(5), numbers(&case["forecast"]), 2e-4 * spread(&y), &label);
         }
     }
 }
@@ -66,50 +51,35 @@ fn agrees_with_the_method_notes() {
         0.50, 0.46, 0.49,
     ];
     let back = fit(&y, [1, 1], Presample::Backcast).unwrap();
-    assert!(close(back.constant, 0.403618, 2e-5), "{}", back.constant);
-    assert!(close(back.ar[0], 0.228428, 2e-5), "{}", back.ar[0]);
-    assert!(close(back.ma[0], 0.942768, 2e-5), "{}", back.ma[0]);
-    assert!(close(back.sse, 0.0457849, 1e-7), "{}", back.sse);
-    for (got, want) in back.forecast(5).iter().zip([0.512378, 0.520660, 0.522551, 0.522983, 0.523082]) {
-        assert!(close(*got, want, 2e-6), "{got} is not {want}");
-    }
+    assert_near([back.constant, back.ar[0], back.ma[0]], [0.403618, 0.228428, 0.942768], 2e-5, "");
+    assert_near([back.sse], [0.0457849], 1e-7, "");
+    assert_near(back.forecast(5), [0.512378, 0.520660, 0.522551, 0.522983, 0.523082], 2e-6, "");
     let dropped = fit(&y, [1, 1], Presample::DropFirst).unwrap();
     assert!(dropped.ma[0] > 0.99999);
-    assert!(close(dropped.sse, 0.0420339, 1e-7), "{}", dropped.sse);
-    for (got, want) in dropped.forecast(5).iter().zip([0.497237, 0.491613, 0.490836, 0.490728, 0.490713]) {
-        assert!(close(*got, want, 2e-6), "{got} is not {want}");
-    }
+    assert_near([dropped.sse], [0.0420339], 1e-7, "");
+    assert_near(dropped.forecast(5), [0.497237, 0.491613, 0.490836, 0.490728, 0.490713], 2e-6, "");
 }
 
 // statsmodels.tsa.ar_model.AutoReg(y, lags=p, trend="c").fit(): conditional least squares.
 #[test]
 fn a_pure_autoregression_is_least_squares() {
-    for case in oracle("autoreg") {
-        let y = numbers(&case["y"]);
-        let ar = numbers(&case["ar"]);
+    for case in cases("arma", "autoreg") {
+        let (y, ar, sse) = (numbers(&case["y"]), numbers(&case["ar"]), number(&case["sse"]));
         let got = fit(&y, [ar.len(), 0], Presample::DropFirst).unwrap();
-        let sse = case["sse"].as_f64().unwrap();
-        assert!(close(got.sse, sse, 1e-9 * sse), "{} is not {sse}", got.sse);
-        for (got, want) in got.ar.iter().zip(&ar) {
-            assert!(close(*got, *want, 1e-5), "{got} is not {want}");
-        }
-        for (got, want) in got.forecast(5).iter().zip(numbers(&case["forecast"])) {
-            assert!(close(*got, want, 1e-5 * spread(&y)), "{got} is not {want}");
-        }
+        assert_near([got.sse], [sse], 1e-9 * sse, "");
+        assert_near(&got.ar, &ar, 1e-5, "");
+        assert_near(got.forecast(5), numbers(&case["forecast"]), 1e-5 * spread(&y), "");
     }
 }
 
 // statsmodels.tsa.arima.model.ARIMA(y, order=(p, 0, q), trend="c").filter(parameters).forecast(6).
 #[test]
 fn forecasts_are_those_of_the_kalman_filter() {
-    for case in oracle("predictions") {
-        let y = numbers(&case["y"]);
-        let (ar, ma) = (numbers(&case["ar"]), numbers(&case["ma"]));
-        for start in [Presample::Backcast, Presample::DropFirst] {
-            let model = given(&y, case["constant"].as_f64().unwrap(), &ar, &ma, start).unwrap();
-            for (got, want) in model.forecast(6).iter().zip(numbers(&case["forecast"])) {
-                assert!(close(*got, want, 1e-9), "{got} is not {want}");
-            }
+    for case in cases("arma", "predictions") {
+        let [y, ar, ma] = ["y", "ar", "ma"].map(|key| numbers(&case[key]));
+        for start in STARTS {
+            let model = given(&y, number(&case["constant"]), &ar, &ma, start).unwrap();
+            assert_near(model.forecast(6), numbers(&case["forecast"]), 1e-9, "");
         }
     }
 }
@@ -117,15 +87,10 @@ fn forecasts_are_those_of_the_kalman_filter() {
 // scipy.signal.lfilter([1, -phi], [1, theta], y - c / (1 - sum(phi)), zi=lfiltic(...)).
 #[test]
 fn innovations_are_those_of_a_linear_filter() {
-    for case in oracle("filters") {
-        let y = numbers(&case["y"]);
-        let (ar, ma) = (numbers(&case["ar"]), numbers(&case["ma"]));
-        let model = given(&y, case["constant"].as_f64().unwrap(), &ar, &ma, Presample::DropFirst).unwrap();
-        let want = numbers(&case["innovations"]);
-        assert_eq!(model.innovations.len(), want.len());
-        for (got, want) in model.innovations.iter().zip(want) {
-            assert!(close(*got, want, 1e-14), "{got} is not {want}");
-        }
+    for case in cases("arma", "filters") {
+        let [y, ar, ma] = ["y", "ar", "ma"].map(|key| numbers(&case[key]));
+        let model = given(&y, number(&case["constant"]), &ar, &ma, Presample::DropFirst).unwrap();
+        assert_near(&model.innovations, numbers(&case["innovations"]), 1e-14, "");
     }
 }
 
@@ -146,13 +111,14 @@ fn backcast_by_hand() {
 #[test]
 fn order_zero_is_the_mean() {
     let model = fit(&[1.0, 2.0, 3.0, 6.0], [0, 0], Presample::Backcast).unwrap();
-    assert!(close(model.constant, 3.0, 1e-15) && close(model.sse, 14.0, 1e-13));
+    assert_near([model.constant], [3.0], 1e-15, "");
+    assert_near([model.sse], [14.0], 1e-13, "");
     assert_eq!(model.forecast(2), [model.constant; 2]);
 }
 
 #[test]
 fn a_constant_window_repeats_its_value() {
-    for start in [Presample::Backcast, Presample::DropFirst] {
+    for start in STARTS {
         for value in [0.0, 0.1, -3e300, 1e-310] {
             let model = fit(&[value; 20], [1, 1], start).unwrap();
             assert_eq!(model.forecast(5), [value; 5]);
@@ -177,7 +143,7 @@ fn wrong_input_is_refused() {
 #[test]
 fn high_orders_are_no_worse_than_low_ones() {
     let y: Vec<f64> = (0..24).map(|t| f64::from((t * t * 7 + 3 * t) % 11) + 0.2 * f64::from(t)).collect();
-    for start in [Presample::Backcast, Presample::DropFirst] {
+    for start in STARTS {
         let low = fit(&y, [0, 1], start).unwrap().sse;
         let high = fit(&y, [0, 5], start).unwrap().sse;
         assert!(high <= low * (1.0 + 1e-9), "{high} above {low}");
@@ -192,7 +158,7 @@ fn window() -> impl Strategy<Value = Vec<f64>> {
 }
 
 fn start() -> impl Strategy<Value = Presample> {
-    prop_oneof![Just(Presample::Backcast), Just(Presample::DropFirst)]
+    prop::sample::select(STARTS.to_vec())
 }
 
 proptest! {
@@ -203,9 +169,7 @@ proptest! {
         let moved: Vec<f64> = y.iter().map(|v| v + f64::from(by)).collect();
         let (a, b) = (fit(&y, [1, 1], start).unwrap(), fit(&moved, [1, 1], start).unwrap());
         prop_assert_eq!(a.sse.to_bits(), b.sse.to_bits());
-        for (a, b) in a.forecast(5).iter().zip(b.forecast(5)) {
-            prop_assert!(close(a + f64::from(by), b, 1e-11), "{} and {}", a, b);
-        }
+        assert_near(a.forecast(5).iter().map(|v| v + f64::from(by)), b.forecast(5), 1e-11, "");
     }
 
     #[test]
@@ -221,9 +185,7 @@ proptest! {
     fn negating_negates(y in window(), start in start()) {
         let negative: Vec<f64> = y.iter().map(|v| -v).collect();
         let (a, b) = (fit(&y, [1, 1], start).unwrap(), fit(&negative, [1, 1], start).unwrap());
-        for (a, b) in a.forecast(5).iter().zip(b.forecast(5)) {
-            prop_assert_eq!(*a, -b);
-        }
+        prop_assert_eq!(a.forecast(5), b.forecast(5).iter().map(|v| -v).collect::<Vec<_>>());
     }
 
     // The fit is a minimum: no model near it has a smaller sum of squares.
@@ -241,8 +203,6 @@ proptest! {
     fn first_order_forecasts_are_geometric(y in window(), start in start()) {
         let model = fit(&y, [1, 1], start).unwrap();
         let path = model.forecast(8);
-        for k in 1..8 {
-            prop_assert!(close(path[k], model.constant + model.ar[0] * path[k - 1], 1e-12));
-        }
+        assert_near(&path[1..], path[..7].iter().map(|v| model.constant + model.ar[0] * v), 1e-12, "");
     }
 }

@@ -1,17 +1,7 @@
 use super::*;
 use crate::num::seed;
+use crate::testing::{cases, count, number, numbers, oracle};
 use proptest::prelude::*;
-use serde_json::Value;
-
-fn numbers(v: &Value) -> Vec<f64> {
-    v.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
-}
-
-/// `tests/oracles/avu.json`, written by `python3 tests/oracles/avu.py`.
-fn oracle(part: &str) -> Value {
-    let all: Value = serde_json::from_str(include_str!("../../../../../tests/oracles/avu.json")).unwrap();
-    all[part].clone()
-}
 
 fn component(weight: f64, shape: f64, scale: f64) -> Component {
     Component { weight, shape, scale }
@@ -41,7 +31,7 @@ fn relative(got: f64, want: f64) -> f64 {
 // scipy.stats.gamma; see `functions` in avu.py.
 #[test]
 fn functions_agree_with_scipy() {
-    let oracle = oracle("functions");
+    let oracle = &oracle("avu")["functions"];
     let parts = oracle["components"].as_array().unwrap().iter().map(numbers);
     let m = Mixture::new(parts.map(|c| component(c[0], c[1], c[2])).collect()).unwrap();
     for row in oracle["rows"].as_array().unwrap().iter().map(numbers) {
@@ -49,8 +39,8 @@ fn functions_agree_with_scipy() {
             assert!(relative(*got, *want) < 1e-11, "{row:?}: {got}");
         }
     }
-    assert!(relative(m.mean(), oracle["mean"].as_f64().unwrap()) < 1e-14);
-    assert!(relative(m.variance(), oracle["variance"].as_f64().unwrap()) < 1e-13);
+    assert!(relative(m.mean(), number(&oracle["mean"])) < 1e-14);
+    assert!(relative(m.variance(), number(&oracle["variance"])) < 1e-13);
 }
 
 #[test]
@@ -80,14 +70,14 @@ fn one_component_is_the_gamma_of_greatest_likelihood() {
 // scipy.optimize.minimize on all parameters and the samples themselves, 60 starts; see `fit` in avu.py.
 #[test]
 fn reaches_the_likelihood_of_scipy() {
-    for case in oracle("mixtures").as_array().unwrap() {
+    for case in cases("avu", "mixtures") {
         let x = numbers(&case["x"]);
         for want in case["fits"].as_array().unwrap() {
-            let k = want["k"].as_u64().unwrap() as usize;
+            let k = count(&want["k"]);
             let options = FitOptions { tolerance: 1e-12, ..FitOptions::default() };
             let fit = fit(&binned(&x), k, &options).unwrap();
             let ours = log_likelihood(&fit.mixture, &x);
-            assert!((ours - want["log_likelihood"].as_f64().unwrap()).abs() < 1e-4, "{k}: {ours} {want}");
+            assert!((ours - number(&want["log_likelihood"])).abs() < 1e-4, "{k}: {ours} {want}");
             assert!((fit.log_likelihood - ours).abs() < 1e-3, "{k}: {} {ours}", fit.log_likelihood);
             for (got, want) in fit.mixture.components.iter().zip(want["components"].as_array().unwrap()) {
                 for (got, want) in [got.weight, got.shape, got.scale].iter().zip(numbers(want)) {

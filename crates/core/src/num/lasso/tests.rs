@@ -2,6 +2,7 @@
 
 use super::*;
 use proptest::prelude::*;
+use trackfail_testing::assert_near;
 
 const LENGTH: usize = 21;
 
@@ -33,9 +34,7 @@ fn agrees_with_scikit_learn() {
     for (sign, want) in [(Sign::Free, FREE), (Sign::NonNegative, POSITIVE)] {
         let mut b = vec![0.0; 9];
         solved(&lasso(0.1, sign), &dictionary, &y, &mut b);
-        for (b, want) in b.iter().zip(want) {
-            assert!((f64::from(*b) - want).abs() < 2e-5, "{sign:?}: {b} {want}");
-        }
+        assert_near(b.into_iter().map(f64::from), want, 2e-5, format!("{sign:?}"));
     }
 }
 const FREE: [f64; 9] = [
@@ -69,9 +68,8 @@ fn with_errors_agrees_with_scikit_learn() {
     for (sign, want) in [(Sign::Free, FREE_ERRORS), (Sign::NonNegative, POSITIVE_ERRORS)] {
         let (z, e, outcome) = lasso(0.08, sign).with_errors(&atoms, &y);
         assert!(outcome.residual <= 1e-6);
-        for (ours, want) in [z[0], z[1], z[2], e[0], e[5], e[17]].into_iter().zip(want) {
-            assert!((f64::from(ours) - want).abs() < 2e-5, "{sign:?}: {ours} {want}");
-        }
+        let ours = [z[0], z[1], z[2], e[0], e[5], e[17]].map(f64::from);
+        assert_near(ours, want, 2e-5, format!("{sign:?}"));
     }
 }
 

@@ -1,46 +1,12 @@
+use super::super::tests::{changed, place, read, rect};
 use super::*;
-use proptest::prelude::*;
-use trackfail_core::region::{Rect, Region};
-
-const META: &str = "[METAINFO]\nurl: http://x/y\nanno_fps: 10Hz\nobject_class: Jet Ski\nmotion_class: sliding\n\
-                    root_class: Artifact\nresolution: (64, 48)\n";
-
-fn folder(frames: u32, files: &[(&str, &str)]) -> tempfile::TempDir {
-    let dir = tempfile::tempdir().unwrap();
-    for n in 1..=frames {
-        let path = dir.path().join(format!("{n:08}.jpg"));
-        ::image::RgbImage::new(64, 48).save(path).unwrap();
-    }
-    for (name, text) in files {
-        std::fs::write(dir.path().join(name), text).unwrap();
-    }
-    dir
-}
-
-const FIVE: [(&str, &str); 5] = [
-    (
-        "groundtruth.txt",
-        "10.0000,8.0000,20.0000,10.0000\n12.0000,8.0000,20.0000,10.0000\n14.5000,9.0000,20.0000,10.0000\n\
-         0.0000,0.0000,0.0000,0.0000\n20.0000,10.0000,16.0000,12.5000\n",
-    ),
-    ("absence.label", "0\n0\n0\n1\n0\n"),
-    ("cover.label", "8\n8\n3\n0\n6\n"),
-    ("cut_by_image.label", "0\n0\n0\n0\n1\n"),
-    ("meta_info.ini", META),
-];
-
-fn five(changes: &[(&str, &str)]) -> Result<Sequence, DatasetError> {
-    load(folder(5, &[&FIVE[..], changes].concat()).path(), &Entry { name: "x".into(), ..Entry::default() })
-}
-
-fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
-    Some(Region::Rect(Rect::new(x, y, w, h)))
-}
+use trackfail_testing::assert_near;
 
 #[test]
 fn truth_labels_and_meta() {
-    let dir = folder(5, &FIVE);
-    let s = load(dir.path(), &Entry { name: "x".into(), ..Entry::default() }).unwrap();
+    let dir = changed("got10k", &[]);
+    ::image::RgbImage::new(64, 48).save(dir.path().join("00000001.jpg")).unwrap();
+    let s = read("got10k", &dir).unwrap();
     assert_eq!(s.truth[0], rect(9.0, 7.0, 20.0, 10.0));
     assert_eq!(s.truth[3], None);
     assert_eq!((s.number(0), s.numbering.official, s.size().unwrap()), (1, (1, 5), (64, 48)));
@@ -56,7 +22,7 @@ fn truth_labels_and_meta() {
     assert_eq!(s.attributes, all);
 }
 
-// python3 (got10k 0.1.3, on the files of FIVE as d/val/GOT-10k_Val_000001 and the results below):
+// python3 (got10k 0.1.3, on the files of the sample as d/val/GOT-10k_Val_000001 and the results below):
 //   p = ExperimentGOT10k('d', 'val', 'results', 'reports').report(['T'])
 //   p['T']['overall']['ao'], p['T']['overall']['sr']     0.6602849143610013 0.8333333333333334
 //   rect_iou(boxes[1:], anno[1:], bound=(64, 48))        [1.0, 0.8181818181818182, 0.0, 0.5810276679841897]
@@ -69,7 +35,7 @@ fn overlaps_are_those_of_the_got10k_toolkit() {
         "10.000,8.000,20.000,10.000\n14.000,10.000,20.000,10.000\n40.000,30.000,5.000,5.000\n\
          18.000,9.000,20.000,10.000\n20.000,10.000,16.000,12.500\n",
     ];
-    let s = five(&[]).unwrap();
+    let s = read("got10k", &changed("got10k", &[])).unwrap();
     let mut overlaps = Vec::new();
     for text in runs {
         let boxes = (FORMAT.parse_truth)(Path::new("run.txt"), text.as_bytes()).unwrap();
@@ -81,12 +47,8 @@ fn overlaps_are_those_of_the_got10k_toolkit() {
         }
     }
     let want = [1.0, 0.8181818181818182, 0.5810276679841897, 0.5625, 0.0, 1.0];
-    assert_eq!(overlaps.len(), want.len());
-    for (got, want) in overlaps.iter().zip(want) {
-        assert!((got - want).abs() < 1e-12, "{got} {want}");
-    }
-    let mean = overlaps.iter().sum::<f64>() / 6.0;
-    assert!((mean - 0.6602849143610013).abs() < 1e-12, "{mean}");
+    assert_near(&overlaps, want, 1e-12, "");
+    assert_near([overlaps.iter().sum::<f64>() / 6.0], [0.6602849143610013], 1e-12, "mean");
     let above = overlaps.iter().filter(|o| **o > 0.5).count();
     assert_eq!(above, 5, "5 of 6 are 0.8333333333333334");
 }
@@ -94,7 +56,8 @@ fn overlaps_are_those_of_the_got10k_toolkit() {
 #[test]
 fn absent_is_what_either_label_or_the_box_says() {
     let truths = |changes: &[(&str, &str)]| {
-        five(changes).unwrap().truth.iter().map(Option::is_some).collect::<Vec<bool>>()
+        let s = read("got10k", &changed("got10k", changes)).unwrap();
+        s.truth.iter().map(Option::is_some).collect::<Vec<bool>>()
     };
     assert_eq!(truths(&[("absence.label", "0\n1\n0\n0\n0")]), [true, false, true, false, true]);
     assert_eq!(truths(&[("cover.label", "8\n8\n0\n8\n8")]), [true, true, false, false, true]);
@@ -107,51 +70,14 @@ fn absent_is_what_either_label_or_the_box_says() {
 
 #[test]
 fn files_beside_the_truth_may_be_missing() {
-    let s =
-        load(folder(2, &[("groundtruth.txt", "1,1,2,2\r\n1 1\t3 2\r\n")]).path(), &Entry::default()).unwrap();
+    let truth = [("groundtruth.txt", "1,1,2,2\r\n1 1\t3 2\r\n")];
+    let s = read("got10k", &place("got10k", 1..=2, &truth)).unwrap();
     assert!(s.attributes.is_empty() && s.frame_attributes.is_empty());
     assert_eq!(s.truth[1], rect(0.0, 0.0, 3.0, 2.0));
 }
 
 #[test]
-fn faults_name_file_and_line_or_both_counts() {
-    for (file, text, words) in [
-        (
-            "groundtruth.txt",
-            "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2\n1,1,2,2",
-            ["groundtruth.txt, line 2", "3 numbers"],
-        ),
-        ("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,0,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 3", ""]),
-        ("groundtruth.txt", "1,1,2,2\n1,1,inf,2\n1,1,1,2\n1,1,2,2\n1,1,2,2", ["groundtruth.txt, line 2", ""]),
-        ("groundtruth.txt", "1,1,2,2\n\n1,1,2,2", ["groundtruth.txt, line 2", "empty line"]),
-        ("groundtruth.txt", "", ["groundtruth.txt", "empty"]),
-        ("absence.label", "0\n0\n0\n1\n", ["absence.label", "4 labels for 5"]),
-        ("absence.label", "0\n0\n0\n2\n0", ["absence.label, line 4", "`2`"]),
-        ("cover.label", "8\n8\n9\n0\n6", ["cover.label, line 3", "`9`"]),
-        ("cover.label", "8\n8\n8\n0\n6\n8", ["cover.label", "6 labels for 5"]),
-        ("cut_by_image.label", "", ["cut_by_image.label", "0 labels for 5"]),
-        ("meta_info.ini", "[METAINFO]\nurl", ["meta_info.ini, line 2", "key: value"]),
-    ] {
-        let error = five(&[(file, text)]).unwrap_err().to_string();
-        assert!(words.iter().all(|w| error.contains(w)), "{file}, {text:?}: {error}");
-    }
-    let count = |frames, lines: usize| {
-        let text = "1,1,2,2\n".repeat(lines);
-        load(folder(frames, &[("groundtruth.txt", &text)]).path(), &Entry::default()).unwrap_err().to_string()
-    };
-    assert!(count(3, 2).contains("3 images, but 2 lines"), "{}", count(3, 2));
-    assert!(count(2, 3).contains("2 images, but 3 lines"));
-    assert!(count(9, 1).contains("9 images, but 1 lines") && count(9, 1).contains("test set"));
-    let gap = folder(3, &[("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,2,2")]);
-    std::fs::rename(gap.path().join("00000002.jpg"), gap.path().join("00000004.jpg")).unwrap();
-    assert!(load(gap.path(), &Entry::default()).unwrap_err().to_string().contains("frame 2 is missing"));
-}
-
-proptest! {
-    #[test]
-    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), file in 0..5_usize) {
-        let dir = folder(1, &[("groundtruth.txt", "1,2,3,4")]);
-        std::fs::write(dir.path().join(FIVE[file].0), &bytes).unwrap();
-        let _ = load(dir.path(), &Entry::default());
-    }
+fn a_gap_is_told() {
+    let dir = place("got10k", [1, 3, 4], &[("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,2,2")]);
+    assert!(read("got10k", &dir).unwrap_err().to_string().contains("frame 2 is missing"));
 }

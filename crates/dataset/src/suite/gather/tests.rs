@@ -2,21 +2,14 @@ use super::super::user::{parse, with_sections};
 use super::super::{Catalog, Finding, Suite, SuiteContent};
 use super::*;
 use std::sync::Arc;
+use trackfail_testing::put;
 
 fn format(word: &str) -> &'static FormatEntry {
     crate::format::find(word).unwrap()
 }
 
-fn write(root: &Path, path: &str, bytes: &[u8]) {
-    let path = below(root, path);
-    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-    std::fs::write(path, bytes).unwrap();
-}
-
 fn image(root: &Path, path: &str) {
-    let path = below(root, path);
-    std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-    ::image::RgbImage::new(8, 6).save(path).unwrap();
+    ::image::RgbImage::new(8, 6).save(put(root, path, "")).unwrap();
 }
 
 /// `lasot/airplane/airplane-{1,2}`, `got/GOT-10k_Val_000001`, `otb/{Two,One}` and `vot/ball`, of two frames each.
@@ -32,7 +25,7 @@ fn root() -> tempfile::TempDir {
         ("vot/ball/0000000", &["vot/ball/groundtruth.txt"]),
     ] {
         [1, 2].iter().for_each(|n| image(root.path(), &format!("{images}{n}.png")));
-        truths.iter().for_each(|t| write(root.path(), t, boxes));
+        truths.iter().for_each(|t| drop(put(root.path(), t, boxes)));
     }
     root
 }
@@ -53,8 +46,8 @@ fn read(section: &str) -> Suite {
 fn a_folder_of_each_layout_becomes_a_suite() {
     let root = root();
     // OTB's Jogging has a third file, Human4 an empty one.
-    write(root.path(), "otb/Two/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n");
-    write(root.path(), "otb/One/groundtruth_rect.1.txt", b"");
+    put(root.path(), "otb/Two/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n");
+    put(root.path(), "otb/One/groundtruth_rect.1.txt", b"");
     for (format, folder, names) in [
         (format("lasot"), "lasot", &["airplane-1", "airplane-2"][..]),
         (format("lasot"), "lasot/airplane", &["airplane-1", "airplane-2"]),
@@ -73,10 +66,8 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         assert_eq!(first, if format.word == "vot" { 1.0 } else { 0.0 }, "{folder}");
         let entry = &suite.entries()[0];
         assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
-        assert!(
-            suite.verify(&[root.path().to_path_buf()]).iter().all(|c| c.finding == Finding::Same),
-            "{folder}"
-        );
+        let verified = suite.verify(&[root.path().to_path_buf()]);
+        assert!(verified.iter().all(|c| c.finding == Finding::Same), "{folder}");
     }
 }
 
@@ -85,11 +76,11 @@ fn a_changed_frame_or_truth_is_told() {
     let root = root();
     let suite = read(&gather(&wanted("mine", format("lasot"), "lasot"), root.path()).unwrap());
     let first = || suite.verify(&[root.path().to_path_buf()]).swap_remove(0).finding;
-    write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
+    put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
     assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
-    write(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");
+    put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");
     assert_eq!(first(), Finding::Same);
-    write(root.path(), "lasot/airplane/airplane-1/img/00000001.png", b"x");
+    put(root.path(), "lasot/airplane/airplane-1/img/00000001.png", b"x");
     assert!(matches!(first(), Finding::Differs(_)));
     std::fs::remove_dir_all(root.path().join("lasot")).unwrap();
     assert!(matches!(first(), Finding::Missing(m) if m.how_to_get.contains("one of your own")));
@@ -119,17 +110,17 @@ fn what_cannot_become_a_suite_is_named() {
     let one = GatherRequest { only: Some(&names[..1]), ..some };
     assert_eq!(read(&gather(&one, root.path()).unwrap()).sequence_names(), ["airplane-2"]);
     image(root.path(), "lasot/kite/airplane-1/img/00000001.png");
-    write(root.path(), "lasot/kite/airplane-1/groundtruth.txt", b"1,1,2,2");
+    put(root.path(), "lasot/kite/airplane-1/groundtruth.txt", b"1,1,2,2");
     let twice = fails(&wanted("mine", format("lasot"), "lasot"));
     assert!(twice.contains("airplane/airplane-1") && twice.contains("kite/airplane-1"), "{twice}");
-    write(root.path(), "got/GOT-10k_Val_000001/groundtruth.txt", b"1,1,2,2");
+    put(root.path(), "got/GOT-10k_Val_000001/groundtruth.txt", b"1,1,2,2");
     assert!(fails(&wanted("mine", format("got10k"), "got")).contains("2 images, but 1 lines"));
 }
 
 #[test]
 fn more_ground_truth_than_frames_is_told() {
     let root = root();
-    write(root.path(), "otb/One/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n3,1,2,2\n");
+    put(root.path(), "otb/One/groundtruth_rect.txt", b"1,1,2,2\n2,1,2,2\n3,1,2,2\n");
     let error = gather(&wanted("mine", format("otb"), "otb"), root.path()).unwrap_err().to_string();
     assert!(error.contains("One: 3 lines of ground truth for 2 frames"), "{error}");
 }
@@ -137,9 +128,9 @@ fn more_ground_truth_than_frames_is_told() {
 #[test]
 fn ground_truth_without_a_box_is_named() {
     let root = root();
-    write(root.path(), "otb/Two/groundtruth_rect.2.txt", b"0,0,0,0\nnan,nan,nan,nan\n");
-    write(root.path(), "vot/ball/groundtruth.txt", b"0\nnan,nan,nan,nan\n");
-    write(root.path(), "got/GOT-10k_Val_000001/absence.label", b"1\n1\n");
+    put(root.path(), "otb/Two/groundtruth_rect.2.txt", b"0,0,0,0\nnan,nan,nan,nan\n");
+    put(root.path(), "vot/ball/groundtruth.txt", b"0\nnan,nan,nan,nan\n");
+    put(root.path(), "got/GOT-10k_Val_000001/absence.label", b"1\n1\n");
     for (word, folder, file) in [
         ("otb", "otb", "Two/groundtruth_rect.2.txt"),
         ("vot", "vot", "ball/groundtruth.txt"),
@@ -149,7 +140,7 @@ fn ground_truth_without_a_box_is_named() {
         assert!(error.contains(&format!("{file}: no frame has a box")), "{error}");
     }
     // One frame is enough.
-    write(root.path(), "vot/ball/groundtruth.txt", b"0\n1,1,2,2\n");
+    put(root.path(), "vot/ball/groundtruth.txt", b"0\n1,1,2,2\n");
     assert!(gather(&wanted("mine", format("vot"), "vot"), root.path()).is_ok());
 }
 

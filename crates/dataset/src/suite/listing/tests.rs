@@ -1,7 +1,7 @@
 use super::super::Catalog;
 use super::*;
 use crate::lock::pinned_suites;
-use trackfail_testing::{needs, real_data};
+use trackfail_testing::{needs, put, real_data};
 
 fn format(word: &str) -> &'static FormatEntry {
     crate::format::find(word).unwrap()
@@ -18,12 +18,7 @@ fn entry(line: &str) -> Entry {
 
 /// A root with one folder of files, each with its name for content, and the folder's section.
 fn seen(format: &'static FormatEntry, names: &[&str]) -> (tempfile::TempDir, String) {
-    let root = tempfile::tempdir().unwrap();
-    for name in names {
-        let path = below(root.path(), &format!("a/b/{name}"));
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, name).unwrap();
-    }
+    let root = trackfail_testing::folder(names.iter().map(|name| (format!("a/b/{name}"), name)));
     let text = section("a/b", root.path(), format).unwrap();
     (root, text)
 }
@@ -33,16 +28,16 @@ fn seen(format: &'static FormatEntry, names: &[&str]) -> (tempfile::TempDir, Str
 fn a_section_is_written_and_read_back() {
     let names = ["img/0004.jpg", "img/0003.jpg", "img/0006.png", "groundtruth_rect.txt", "notes.txt"];
     let (_root, text) = seen(format("otb"), &names);
-    assert_eq!(
-        text,
-        "a/b\n groundtruth_rect.txt 1adb3141\n img/0003.jpg acc47e4d\n img/0004.jpg c9e133f6\n img/0006.png 81304915\n"
-    );
     let expected = [
         ("groundtruth_rect.txt", "1adb3141"),
         ("img/0003.jpg", "acc47e4d"),
         ("img/0004.jpg", "c9e133f6"),
         ("img/0006.png", "81304915"),
     ];
+    assert_eq!(
+        text,
+        "a/b\n".to_string() + &expected.map(|(name, digest)| format!(" {name} {digest}\n")).concat()
+    );
     let among_others = format!("# seen\na\n b 12345678\n{text}a/b/c\n d 12345678\n");
     assert_eq!(listed(&among_others, "a/b"), expected);
     assert!(listed(&among_others, "b").is_empty());
@@ -57,8 +52,7 @@ fn the_first_difference_is_named() {
         r#"{ name = "x", folder = "a/b", target = 1, range = [2, 3], official = [1, 9], digest = "" }"#,
     );
     let first = || compare(&entry, format("otb"), root.path(), &files, |_| true);
-    let write =
-        |name: &str, text: &str| std::fs::write(below(root.path(), &format!("a/b/{name}")), text).unwrap();
+    let write = |name: &str, text: &str| drop(put(root.path(), format!("a/b/{name}"), text));
     assert_eq!(first(), None);
     // Neither another target's truth nor frames outside the range have to do with it.
     write("groundtruth_rect.2.txt", "x");
@@ -81,16 +75,16 @@ fn videos_and_labels_are_files_too() {
     let files = listed(&text, "a/b");
     let clip = entry(r#"{ name = "x", folder = "a/b" }"#);
     assert_eq!(compare(&clip, format("cvml"), root.path(), &files, |_| true), None);
-    std::fs::write(root.path().join("a/b/clip.mpg"), "clip.mpG").unwrap();
+    put(root.path(), "a/b/clip.mpg", "clip.mpG");
     let found = compare(&clip, format("cvml"), root.path(), &files, |_| true).unwrap();
     assert!(found.starts_with("clip.mpg is another file"), "{found}");
 
     let (root, text) = seen(format("vot"), &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
     let files = listed(&text, "a/b");
     let labels = |wanted| compare(&clip, format("vot"), root.path(), &files, wanted);
-    std::fs::write(root.path().join("a/b/00000000.jpg"), "x").unwrap();
+    put(root.path(), "a/b/00000000.jpg", "x");
     assert_eq!(labels(|_| true), None, "frame 0 is no part of a VOT sequence");
-    std::fs::write(root.path().join("a/b/b.label"), "1").unwrap();
+    put(root.path(), "a/b/b.label", "1");
     assert_eq!(labels(|_| true).unwrap(), "b.label does not belong there");
 }
 

@@ -4,7 +4,8 @@ use super::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
-use trackfail_dataset::{Frames, Numbering, Render, Sequence};
+use trackfail_dataset::user_frames::without_frames;
+use trackfail_dataset::{Frames, Render, Sequence};
 use trackfail_methods::signal::SIGNALS;
 use trackfail_methods::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
@@ -29,14 +30,15 @@ fn gray(good: usize) -> Arc<Gray> {
 
 fn sequence(frames: usize, gray: &Arc<Gray>) -> Arc<Sequence> {
     Arc::new(Sequence {
-        name: "gray".into(),
-        numbering: Numbering { first: 1, official: (1, frames as u32) },
         truth: vec![Some(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0))); frames],
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
         frames: Frames::Rendered(gray.clone(), frames),
+        ..without_frames("gray", frames)
     })
+}
+
+fn run(sequence: &Arc<Sequence>, frames: &Arc<FrameCache>, bad: Bad) -> TrackerRun {
+    let (sequence, frames, config) = (sequence.clone(), frames.clone(), Arc::new(bad));
+    TrackerRun { sequence, frames, config, run: 0, seed: 1, data_roots: Vec::new() }
 }
 
 /// Longest time of a task, where there is a limit; a slow frame takes longer.
@@ -91,17 +93,9 @@ fn make_signal(
         restarts: Default::default(),
     };
     let frames = Arc::new(FrameCache::new(0));
-    let run = |bad: Bad| TrackerRun {
-        sequence: sequence.clone(),
-        frames: frames.clone(),
-        config: Arc::new(bad),
-        run: 0,
-        seed: 1,
-        data_roots: Vec::new(),
-    };
     let others = |k: usize| (0..configs.len()).filter(move |other| *other != k);
     let tasks = configs.iter().enumerate().map(|(k, bad)| Task {
-        run: run(*bad),
+        run: run(sequence, &frames, *bad),
         states,
         signals: vec![&signal],
         companions: others(k).map(|other| ("another", Some(other))).collect(),
@@ -135,6 +129,11 @@ fn alone() -> (Vec<TrackerState>, Vec<Vec<f64>>) {
 
 const THREADS: [usize; 3] = [1, 2, 5];
 
+#[track_caller]
+fn assert_panic(reason: &str, message: &str) {
+    assert!(reason.starts_with("gray: panicked at crates/engine") && reason.ends_with(message), "{reason}");
+}
+
 #[test]
 fn a_failing_tracker_fails_no_other() {
     let alone = alone();
@@ -143,11 +142,7 @@ fn a_failing_tracker_fails_no_other() {
         let bad = [Bad::Panics, Bad::Never, Bad::IsSlow, Bad::Errs, Bad::Never];
         let made = make(threads, &sequence(6, &gray(6)), &bad);
         let reason = |k: usize| made[k].as_ref().unwrap_err().to_string();
-        assert!(
-            reason(0).starts_with("gray: panicked at crates/engine") && reason(0).ends_with("out of wits"),
-            "{}",
-            reason(0)
-        );
+        assert_panic(&reason(0), "out of wits");
         assert_eq!(reason(2), "gray: took longer than 1 s (--timeout)");
         assert_eq!(reason(3), "lost its file");
         assert_eq!((made[1].as_ref(), made[4].as_ref()), (Ok(&alone), Ok(&alone)));
@@ -159,13 +154,7 @@ fn frames_that_cannot_be_decoded_fail_the_trackers_that_get_to_them() {
     for threads in THREADS {
         let mut made = make(threads, &sequence(6, &gray(4)), &[Bad::Never, Bad::Never, Bad::Errs]);
         assert_eq!(made.remove(2).unwrap_err().to_string(), "lost its file");
-        for made in made {
-            let reason = made.unwrap_err().to_string();
-            assert!(
-                reason.starts_with("gray: panicked at crates/engine") && reason.ends_with("no frame 4"),
-                "{reason}"
-            );
-        }
+        made.into_iter().for_each(|made| assert_panic(&made.unwrap_err().to_string(), "no frame 4"));
     }
 }
 
@@ -226,15 +215,7 @@ fn signals_of_regions_need_no_frame() {
 
 #[test]
 fn an_interrupted_pass_ends() {
-    let sequence = sequence(6, &gray(6));
-    let run = TrackerRun {
-        sequence,
-        frames: Arc::new(FrameCache::new(0)),
-        config: Arc::new(Bad::Never),
-        run: 0,
-        seed: 1,
-        data_roots: Vec::new(),
-    };
+    let run = run(&sequence(6, &gray(6)), &Arc::new(FrameCache::new(0)), Bad::Never);
     let limits = RunLimits::default();
     let task = Task { run, states: None, signals: Vec::new(), companions: Vec::new() };
     let stop = || limits.stop.set();

@@ -4,7 +4,8 @@ use super::*;
 use trackfail_core::plugin;
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
-use trackfail_dataset::{Frames, Numbering, Render, Sequence};
+use trackfail_dataset::user_frames::without_frames;
+use trackfail_dataset::{Frames, Render, Sequence};
 use trackfail_methods::tracker::TRACKERS;
 
 const FRAMES: usize = 60;
@@ -34,13 +35,9 @@ impl Render for Square {
 
 fn sequence() -> Arc<Sequence> {
     Arc::new(Sequence {
-        name: "square".into(),
-        numbering: Numbering { first: 1, official: (1, FRAMES as u32) },
         truth: (0..FRAMES).map(|t| Some(Region::Rect(place(t)))).collect(),
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
         frames: Frames::Rendered(Arc::new(Square), FRAMES),
+        ..without_frames("square", FRAMES)
     })
 }
 

@@ -127,12 +127,7 @@ holds = "recall[RAW] > 0"
 
 /// Writes files into a folder and reads the first.
 fn read(files: &[(&str, &str)]) -> Result<crate::spec::Experiment, SpecError> {
-    let dir = tempfile::tempdir().unwrap();
-    for (name, text) in files {
-        let path = dir.path().join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
+    let dir = trackfail_testing::folder(files.iter().copied());
     let read = read_file(&dir.path().join(files[0].0), &Catalog::default(), None);
     read.map_err(|e| {
         let plain = |text: &str| text.replace(&format!("{}/", dir.path().display()), "");
@@ -140,9 +135,8 @@ fn read(files: &[(&str, &str)]) -> Result<crate::spec::Experiment, SpecError> {
     })
 }
 
-#[test]
-fn groups_are_written_out() {
-    let expected = r#"schema = 1
+/// [`BASE`] without its groups.
+const WRITTEN_OUT: &str = r#"schema = 1
 name = "base"
 title = "Base"
 protocol = "khalid2016/1"
@@ -198,7 +192,10 @@ values = { RAW = ".1" }
 text = "more"
 holds = "recall[RAW] > 0"
 "#;
-    assert_eq!(read(&[("base.toml", BASE)]).unwrap().source, expected);
+
+#[test]
+fn groups_are_written_out() {
+    assert_eq!(read(&[("base.toml", BASE)]).unwrap().source, WRITTEN_OUT);
 }
 
 const CHILD: &str = r#"schema = 1
@@ -240,73 +237,28 @@ holds = "recall[RAW] < 1"
 
 #[test]
 fn an_experiment_gives_what_differs() {
-    let expected = r#"schema = 1
-name = "child"
-title = "Base"
-protocol = "khalid2016/1"
-seed = 7
-
-[suites]
-test = "synthetic-vot"
-train = "synthetic-d1"
-
-[[tracker]]
-name = "still"
-runs = 3
-
-[[tracker]]
-name = "kcf"
-
-[[method]]
-name = "never"
-detector = { kind = "never" }
-
-[[method]]
-name = "always"
-detector = { kind = "always" }
-
-[[method]]
-name = "RLHist"
-trackers = ["still"]
-grid = { below = [0.8] }
-
-[[method]]
-name = "RAW"
-signal = { kind = "rgb-histogram" }
-detector = { kind = "level", below = 0.5 }
-
-[[table]]
-name = "t"
-rows = ["recall"]
-columns = "method"
-methods = ["RAW", "never", "always"]
-caption = "Recall"
-
-# Beside the others.
-[[table]]
-name = "u"
-rows = ["precision"]
-columns = "method"
-methods = ["never", "always"]
-
-[[published]]
-table = "t"
-tracker = "SP"
-row = "recall"
-values = { RAW = ".1" }
-
-[[claim]]
-text = "more"
-holds = "recall[RAW] > 0"
-
-[[claim]]
-text = "less"
-holds = "recall[RAW] < 1"
-
-[[figure]]
-name = "f"
-kind = "machine"
-"#;
+    let mut expected = WRITTEN_OUT.to_string();
+    for (of_base, of_child) in [
+        ("name = \"base\"", "name = \"child\""),
+        ("khalid2016/1\"\n", "khalid2016/1\"\nseed = 7\n"),
+        ("test = \"synthetic-vot\"\n", "test = \"synthetic-vot\"\ntrain = \"synthetic-d1\"\n"),
+        ("name = \"ncc\"\nlabel = \"NCC\"\nruns = 3\n", "name = \"kcf\"\n"),
+        (
+            "[[method]]\nname = \"RgbHist\"\ntrackers = [\"still\", \"NCC\"]\ngrid = { below = [0.5, 0.9] }\n\n",
+            "",
+        ),
+        ("trackers = [\"still\", \"NCC\"]", "trackers = [\"still\"]"),
+        ("below = 0.9 }", "below = 0.5 }"),
+        (
+            "\"always\"]\n",
+            "\"always\"]\ncaption = \"Recall\"\n\n# Beside the others.\n[[table]]\nname = \"u\"\nrows = [\"precision\"]\n\
+             columns = \"method\"\nmethods = [\"never\", \"always\"]\n",
+        ),
+    ] {
+        assert_eq!(expected.matches(of_base).count(), 1, "{of_base}");
+        expected = expected.replace(of_base, of_child);
+    }
+    expected += "\n[[claim]]\ntext = \"less\"\nholds = \"recall[RAW] < 1\"\n\n[[figure]]\nname = \"f\"\nkind = \"machine\"\n";
     assert_eq!(read(&[("child.toml", CHILD), ("base.toml", BASE)]).unwrap().source, expected);
 }
 
@@ -332,54 +284,41 @@ fn refused(child: &str, files: &[(&str, &str)], words: &str) {
 
 #[test]
 fn errors_name_both_files_and_their_lines() {
-    let base = [("base.toml", BASE)];
-    let child = |from: &str, to: &str| {
-        assert!(CHILD.contains(from));
-        CHILD.replacen(from, to, 1)
+    let changed = |text: &str, from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        text.replacen(from, to, 1)
     };
-    let broken = |from: &str, to: &str| BASE.replacen(from, to, 1);
-    refused(&child("seed", "sead"), &base, "child.toml:4: unknown key `sead` ... did you mean `seed`?");
-    refused(&child("0.5", "\"x\""), &base, "child.toml:16: ");
-    refused(
-        CHILD,
-        &[("base.toml", &broken("title", "tittle"))],
-        "base.toml:3: unknown key `tittle` ... (extended by child.toml:2)",
-    );
-    refused(
-        CHILD,
-        &[("base.toml", &broken("[0.8]", "0.8"))],
-        "base.toml:19: `below` must be a list that is not empty, not 0.8 ... (extended by child.toml:2)",
-    );
-    refused(
-        CHILD,
-        &[("base.toml", &broken("rgb-histogram", "rgb-histogran"))],
-        "base.toml:24: unknown signal `rgb-histogran`",
-    );
-    refused(CHILD, &[("base.toml", "schema = ")], "base.toml:1: ... (extended by child.toml:2)");
-    refused(&child("[\"RgbHist\"]", "[\"RAW\"]"), &base, "child.toml:14: method `RAW` needs a signal");
-    refused(&child("[\"RgbHist\"]", "[\"anchors\"]"), &base, "child.toml:23: nothing is left of");
-    refused(
-        &child("[\"RgbHist\"]", "[\"RgbHits\"]"),
-        &base,
-        "child.toml:8: unknown method of the base `RgbHits`; did you mean `RgbHist`?",
-    );
-    refused(
-        &child("method = [\"Rgb", "methods = [\"Rgb"),
-        &base,
-        "child.toml:8: unknown key `methods`; did you mean `method`?",
-    );
-    refused(&child("[\"NCC\"]", "\"NCC\""), &base, "child.toml:9: `tracker` must be a list, not \"NCC\"");
-    refused(
-        &child(
+    for (from, to, words) in [
+        ("seed", "sead", "child.toml:4: unknown key `sead` ... did you mean `seed`?"),
+        ("0.5", "\"x\"", "child.toml:16: "),
+        ("[\"RgbHist\"]", "[\"RAW\"]", "child.toml:14: method `RAW` needs a signal"),
+        ("[\"RgbHist\"]", "[\"anchors\"]", "child.toml:23: nothing is left of"),
+        ("RgbHist", "RgbHits", "child.toml:8: unknown method of the base `RgbHits`; did you mean `RgbHist`?"),
+        ("method = [", "methods = [", "child.toml:8: unknown key `methods`; did you mean `method`?"),
+        ("[\"NCC\"]", "\"NCC\"", "child.toml:9: `tracker` must be a list, not \"NCC\""),
+        (
             "[[figure]]",
             "[[claim]]\ntext = \"less\"\nholds = \"1 > 0\"\n[[table]]\nname = \"u\"\n[[figure]]",
+            "child.toml: 2 errors ... child.toml:33: table `u` is listed twice",
         ),
-        &base,
-        "child.toml: 2 errors ... child.toml:33: table `u` is listed twice",
-    );
+    ] {
+        refused(&changed(CHILD, from, to), &[("base.toml", BASE)], words);
+    }
+    for (from, to, words) in [
+        ("title", "tittle", "base.toml:3: unknown key `tittle` ... (extended by child.toml:2)"),
+        (
+            "[0.8]",
+            "0.8",
+            "base.toml:19: `below` must be a list that is not empty, not 0.8 ... (extended by child.toml:2)",
+        ),
+        ("rgb-histogram", "rgb-histogran", "base.toml:24: unknown signal `rgb-histogran`"),
+        (BASE, "schema = ", "base.toml:1: ... (extended by child.toml:2)"),
+    ] {
+        refused(CHILD, &[("base.toml", &changed(BASE, from, to))], words);
+    }
     let third = "schema = 1\n\nextends = \"third.toml\"\n";
-    let bad = broken("name = \"base\"", "name = \"Base\"");
-    let third_base = bad.replacen("schema = 1", "schema = 1\nextends = \"last.toml\"", 1);
+    let bad = changed(BASE, "name = \"base\"", "name = \"Base\"");
+    let third_base = changed(&bad, "schema = 1", "schema = 1\nextends = \"last.toml\"");
     refused(
         &CHILD.replacen("base.toml", "third.toml", 1).replace("name = \"child\"\n", ""),
         &[("third.toml", &third_base), ("last.toml", BASE)],
@@ -395,26 +334,17 @@ fn errors_name_both_files_and_their_lines() {
 #[test]
 fn bases_stay_in_the_folder_and_lead_nowhere_in_a_circle() {
     let child = |base: &str| format!("schema = 1\nextends = \"{base}\"\n");
-    refused(&child("child.toml"), &[], "child.toml:2: `child.toml` extends itself");
     let circle = child("child.toml");
-    refused(
-        &child("a.toml"),
-        &[("a.toml", &circle)],
-        "a.toml:2: `child.toml` extends itself (extended by child.toml:2)",
-    );
+    refused(&circle, &[], "child.toml:2: `child.toml` extends itself");
+    let words = "a.toml:2: `child.toml` extends itself (extended by child.toml:2)";
+    refused(&child("a.toml"), &[("a.toml", &circle)], words);
     for outside in ["../a.toml", "/etc/a.toml", "./a/../../a.toml", "a/../a.toml"] {
-        refused(
-            &child(outside),
-            &[("a.toml", BASE)],
-            "child.toml:2: `extends` must name a file in the folder",
-        );
+        let words = "child.toml:2: `extends` must name a file in the folder";
+        refused(&child(outside), &[("a.toml", BASE)], words);
     }
     refused(&child("nowhere.toml"), &[], "child.toml:2: nowhere.toml: ");
-    refused(
-        &child("quikstart"),
-        &[],
-        "child.toml:2: unknown built-in experiment `quikstart`; did you mean `quickstart`?",
-    );
+    let words = "child.toml:2: unknown built-in experiment `quikstart`; did you mean `quickstart`?";
+    refused(&child("quikstart"), &[], words);
     let names: Vec<String> = (0..9).map(|k| format!("f{k}.toml")).collect();
     let texts: Vec<String> = (1..10).map(|k| child(&format!("f{k}.toml"))).collect();
     let files: Vec<(&str, &str)> =
@@ -422,56 +352,32 @@ fn bases_stay_in_the_folder_and_lead_nowhere_in_a_circle() {
     refused(&child("f0.toml"), &files, "f6.toml:2: more than 8 files extend one another");
     let unread = parse("a.toml", &child("b.toml")).err().unwrap();
     assert_eq!(unread.message, "only an experiment that is read from a file can extend a file");
-    refused(
-        &format!("{BASE}[without]\ntable = [\"t\"]\n"),
-        &[],
-        "child.toml:45: [without] is for experiments",
-    );
+    let without = format!("{BASE}[without]\ntable = [\"t\"]\n");
+    refused(&without, &[], "child.toml:45: [without] is for experiments");
 }
 
 #[cfg(unix)]
 #[test]
 fn a_link_does_not_lead_out_of_the_folder() {
-    let dir = tempfile::tempdir().unwrap();
-    std::fs::create_dir(dir.path().join("mine")).unwrap();
-    std::fs::write(dir.path().join("base.toml"), BASE).unwrap();
+    let dir = trackfail_testing::folder([("base.toml", BASE), ("mine/child.toml", CHILD)]);
     std::os::unix::fs::symlink("../base.toml", dir.path().join("mine/base.toml")).unwrap();
-    let path = dir.path().join("mine/child.toml");
-    std::fs::write(&path, CHILD).unwrap();
-    let error = read_file(&path, &Catalog::default(), None).err().unwrap();
+    let error = read_file(&dir.path().join("mine/child.toml"), &Catalog::default(), None).err().unwrap();
     assert!(error.message.starts_with("`extends` must name a file in the folder"), "{error}");
 }
 
 #[test]
 fn wrong_groups_are_refused() {
-    let with = |more: &str| format!("{BASE}{more}");
-    refused(&with("[[method-group]]\ngroup = \"g\"\n"), &[], "child.toml:44: `methods` is missing");
-    refused(
-        &with("[[method-group]]\nmethods = [1]\n"),
-        &[],
-        "child.toml:45: `methods` must be text in quotes or a table, not 1",
-    );
-    refused(&with("[[method-group]]\nmethods = \"RAW\"\n"), &[], "child.toml:45: `methods` must be a list");
-    refused(
-        &with("[[method-group]]\nmethods = [\"RAW\"]\n"),
-        &[],
-        "child.toml:45: method `RAW` is listed twice",
-    );
-    refused(
-        &with("[[method-group]]\nshared = 1\nmethods = [\"CovF\"]\n"),
-        &[],
-        "child.toml:45: unknown key `shared`",
-    );
-    refused(
-        &with("[[method-group]]\ngroup = \"RAW\"\nmethods = [\"CovF\"]\n"),
-        &[],
-        "child.toml:45: `RAW` is the name of a method already",
-    );
-    refused(
-        &with("[[method-group]]\ngroup = \"anchors\"\nmethods = [\"CovF\"]\n"),
-        &[],
-        "child.toml:45: two groups are called `anchors`",
-    );
+    for (group, words) in [
+        ("group = \"g\"", "child.toml:44: `methods` is missing"),
+        ("methods = [1]", "child.toml:45: `methods` must be text in quotes or a table, not 1"),
+        ("methods = \"RAW\"", "child.toml:45: `methods` must be a list"),
+        ("methods = [\"RAW\"]", "child.toml:45: method `RAW` is listed twice"),
+        ("shared = 1\nmethods = [\"CovF\"]", "child.toml:45: unknown key `shared`"),
+        ("group = \"RAW\"\nmethods = [\"CovF\"]", "child.toml:45: `RAW` is the name of a method already"),
+        ("group = \"anchors\"\nmethods = [\"CovF\"]", "child.toml:45: two groups are called `anchors`"),
+    ] {
+        refused(&format!("{BASE}[[method-group]]\n{group}\n"), &[], words);
+    }
     let table = BASE.replacen("[[tracker-group]]", "[tracker-group]", 1);
     refused(&table, &[], "child.toml:7: write [[tracker-group]]");
 }

@@ -18,6 +18,16 @@ fn refused(text: &str) -> SpecError {
     }
 }
 
+/// An experiment with more behind its tracker and its method.
+fn whole(more: &str) -> String {
+    format!("{HEAD}{TRACKER}{METHOD}{more}")
+}
+
+/// An experiment with other lines for its tracker and its method.
+fn with(tracker: &str, method: &str) -> String {
+    format!("{HEAD}[[tracker]]\n{tracker}\n[[method]]\n{method}\n")
+}
+
 fn many(count: usize, item: impl Fn(usize) -> String) -> String {
     (0..count).map(item).collect()
 }
@@ -64,26 +74,29 @@ fn deep_nesting_is_refused() {
 #[test]
 fn long_words_are_shortened_in_messages() {
     let long = "x".repeat(1 << 20);
+    let table = |name: &str, row: &str| {
+        whole(&format!("[[table]]\nname = \"{name}\"\nrows = [\"{row}\"]\ncolumns = \"method\""))
+    };
+    let head = |from: &str, to: &str| HEAD.replace(from, to) + TRACKER + METHOD;
+    let (still, raw) = ("name = \"still\"", "name = \"RAW\"");
     for text in [
-        format!("{HEAD}{long} = 1\n{TRACKER}{METHOD}"),
-        format!("{HEAD}{TRACKER}{long} = 1\n{METHOD}"),
-        format!("{HEAD}{TRACKER}label = \"{long}\"\n{METHOD}"),
-        format!("{HEAD}[[tracker]]\nname = \"{long}\"\n{METHOD}"),
-        format!("{HEAD}[[tracker]]\nname = \"replay\"\nresults = \"../{long}\"\n{METHOD}"),
-        format!("{HEAD}{TRACKER}[[method]]\nname = \"{long}\"\n"),
-        format!("{HEAD}{TRACKER}{METHOD}signal.kind = \"{long}\"\ndetector.kind = \"never\"\n"),
-        format!("{HEAD}{TRACKER}{METHOD}detector.kind = \"{long}\"\n"),
-        format!("{HEAD}{TRACKER}{METHOD}detector = {{ kind = \"never\" }}\ngrid.{long} = [1]\n"),
-        format!(
-            "{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"{long}\"\nrows = [\"recall\"]\ncolumns = \"method\""
-        ),
-        format!("{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"t\"\nrows = [\"{long}\"]\ncolumns = \"method\""),
-        format!("{HEAD}{TRACKER}{METHOD}[[claim]]\ntext = \"t\"\nholds = \"{long}\""),
-        format!("{HEAD}{TRACKER}{METHOD}[[claim]]\ntext = \"t\"\nholds = \"recall[{}] > 1\"", &long[..4000]),
-        HEAD.replace("name = \"a\"", &format!("name = \"{long}\"")) + TRACKER + METHOD,
-        HEAD.replace("synthetic-vot", &long) + TRACKER + METHOD,
-        HEAD.replace("khalid2016/1", &long) + TRACKER + METHOD,
-        HEAD.replace("schema = 1", &format!("schema = {}", "1".repeat(1 << 20))) + TRACKER + METHOD,
+        head("title", &long),
+        with(&format!("{still}\n{long} = 1"), raw),
+        with(&format!("{still}\nlabel = \"{long}\""), raw),
+        with(&format!("name = \"{long}\""), raw),
+        with(&format!("name = \"replay\"\nresults = \"../{long}\""), raw),
+        with(still, &format!("name = \"{long}\"")),
+        whole(&format!("signal.kind = \"{long}\"\ndetector.kind = \"never\"\n")),
+        whole(&format!("detector.kind = \"{long}\"\n")),
+        whole(&format!("detector = {{ kind = \"never\" }}\ngrid.{long} = [1]\n")),
+        table(&long, "recall"),
+        table("t", &long),
+        whole(&format!("[[claim]]\ntext = \"t\"\nholds = \"{long}\"")),
+        whole(&format!("[[claim]]\ntext = \"t\"\nholds = \"recall[{}] > 1\"", &long[..4000])),
+        head("\"a\"", &format!("\"{long}\"")),
+        head("synthetic-vot", &long),
+        head("khalid2016/1", &long),
+        head("schema = 1", &format!("schema = {}", "1".repeat(1 << 20))),
     ] {
         refused(&text);
     }
@@ -91,31 +104,29 @@ fn long_words_are_shortened_in_messages() {
 
 #[test]
 fn huge_numbers_are_refused() {
-    let method =
-        |detector: &str| format!("{HEAD}{TRACKER}{METHOD}signal.kind = \"rgb-histogram\"\n{detector}");
+    let still = |line: &str| with(&format!("name = \"still\"\n{line}"), "name = \"RAW\"");
+    let detector =
+        |text: &str| whole(&format!("signal.kind = \"rgb-histogram\"\ndetector = {{ kind = {text} }}\n"));
+    let level = |below: &str| detector(&format!("\"level\", below = {below}"));
+    let trained =
+        |grid: &str| level(&format!("{{ train = \"test\", maximise = \"recall\", grid = {{ {grid} }} }}"));
+    let arma =
+        |order: &str| detector(&format!("\"arma-forecast\", horizon = 5, threshold = 1, order = {order}"));
     for text in [
         format!("{HEAD}seed = -1\n{TRACKER}{METHOD}"),
         format!("{HEAD}seed = 18446744073709551616\n{TRACKER}{METHOD}"),
-        format!("{HEAD}{TRACKER}runs = 1001\n{METHOD}"),
-        format!("{HEAD}{TRACKER}runs = 0\n{METHOD}"),
-        format!("{HEAD}{TRACKER}runs = 4294967296\n{METHOD}"),
-        format!("{HEAD}{TRACKER}runs = 1e300\n{METHOD}"),
-        method("detector = { kind = \"level\", below = inf }"),
-        method("detector = { kind = \"level\", below = nan }"),
-        method("detector = { kind = \"level\", below = 1e999 }"),
-        method("detector = { kind = \"level\", below = 0 }\ngrid = { below = [nan] }"),
-        method(
-            "detector = { kind = \"level\", below = { train = \"test\", maximise = \"recall\", grid = { from = 0, to = 1e300, step = 1e-300 } } }",
-        ),
-        method(
-            "detector = { kind = \"level\", below = { train = \"test\", maximise = \"recall\", grid = { from = 1, to = 0, step = 0 } } }",
-        ),
-        method(
-            "detector = { kind = \"arma-forecast\", order = [1000000, 9], window = 20, horizon = 5, threshold = 1 }",
-        ),
-        method(
-            "detector = { kind = \"arma-forecast\", order = [1, 1], window = 9223372036854775807, horizon = 5, threshold = 1 }",
-        ),
+        still("runs = 1001"),
+        still("runs = 0"),
+        still("runs = 4294967296"),
+        still("runs = 1e300"),
+        level("inf"),
+        level("nan"),
+        level("1e999"),
+        level("0") + "grid = { below = [nan] }",
+        trained("from = 0, to = 1e300, step = 1e-300"),
+        trained("from = 1, to = 0, step = 0"),
+        arma("[1000000, 9], window = 20"),
+        arma("[1, 1], window = 9223372036854775807"),
     ] {
         refused(&text);
     }
@@ -126,22 +137,11 @@ fn long_lists_are_refused() {
     let methods = |n| many(n, |i| format!("[[method]]\nname = \"m{i}\"\ndetector.kind = \"never\"\n"));
     let trackers = |n| many(n, |i| format!("[[tracker]]\nname = \"still\"\nlabel = \"t{i}\"\n"));
     assert!(parse("a", &format!("{HEAD}{}{}", trackers(256), methods(256))).is_ok());
-    let words = |text: &str, words: &str| {
-        let e = refused(text);
-        assert!(e.message.contains(words), "{}", e.message);
-    };
-    words(
-        &format!("{HEAD}{}{METHOD}", trackers(60_000)),
-        "`tracker` must be a list of at most 256, not a list of 60000",
-    );
-    words(&format!("{HEAD}{TRACKER}{}", methods(60_000)), "not a list of 60000");
     let repeated = trackers(256).replace("\nlabel", "\nruns = 1000\nlabel");
-    words(&format!("{HEAD}{repeated}{}", methods(9)), "2304000 cells a sequence");
     let numbers = many(300_000, |i| format!("{i},"));
     let grid = format!(
         "detector = {{ kind = \"level\", below = 1 }}\nsignal.kind = \"rgb-histogram\"\ngrid.below = [{numbers}]"
     );
-    words(&format!("{HEAD}{TRACKER}{METHOD}{grid}"), "this makes 300000");
     let trained = |i| {
         format!(
             "[[method]]\nname = \"m{i}\"\nsignal.kind = \"rgb-histogram\"\ndetector = {{ kind = \"level\", \
@@ -149,81 +149,65 @@ fn long_lists_are_refused() {
         )
     };
     assert!(parse("a", &format!("{HEAD}{TRACKER}{}", many(20, trained))).is_ok());
-    words(&format!("{HEAD}{TRACKER}{}", many(200, trained)), "more than 20000 detectors");
     let roles = many(17, |i| format!("suites.r{i} = \"synthetic-vot\"\n"));
-    words(
-        &format!("{HEAD}{roles}{TRACKER}{METHOD}"),
-        "`suites` must be a table of at most 16, not a table of 18",
-    );
     let list = |item: &str, n: usize| vec![format!("\"{item}\""); n].join(",");
     let table = |i: usize, rows: usize| {
         format!("[[table]]\nname = \"t{i}\"\nrows = [{}]\ncolumns = \"method\"\n", list("recall", rows))
     };
-    let whole = |more: &str| format!("{HEAD}{TRACKER}{METHOD}{more}");
-    words(&whole(&many(257, |i| table(i, 1))), "not a list of 257");
-    words(&whole(&table(0, 65)), "`rows` must be a list of at most 64, not a list of 65");
-    let methods = format!("methods = [{}]", list("RAW", 257));
-    words(&whole(&(table(0, 1) + &methods)), "`methods` must be a list of at most 256, not a list of 257");
     let figure = |more: &str| whole(&format!("[[figure]]\nname = \"f\"\nkind = \"strips\"\n{more}"));
-    words(&figure(&format!("panels = [[{}]]", list("error", 65))), "a list of 65");
-    words(&figure(&format!("panels = [{}]", "[],".repeat(65))), "a list of 65");
-    words(&figure(&format!("panels = [{}]", "[\"error\", \"error\"],".repeat(33))), "`panels`, at most 64");
-    words(
-        &figure(&format!("panels = [[\"error\"]]\nsequences = [{}]", list("ball", 65))),
-        "`sequences` must be a list of at most 64, not a list of 65",
-    );
+    let shown = format!("methods = [{}]", list("RAW", 257));
     let claims = many(1025, |_| "[[claim]]\ntext = \"t\"\nholds = \"1 > 0\"\n".into());
-    words(&whole(&claims), "`claim` must be a list of at most 1024, not a list of 1025");
+    let sequences = format!("panels = [[\"error\"]]\nsequences = [{}]", list("ball", 65));
+    for (text, words) in [
+        (
+            format!("{HEAD}{}{METHOD}", trackers(60_000)),
+            "`tracker` must be a list of at most 256, not a list of 60000",
+        ),
+        (format!("{HEAD}{TRACKER}{}", methods(60_000)), "not a list of 60000"),
+        (format!("{HEAD}{repeated}{}", methods(9)), "2304000 cells a sequence"),
+        (whole(&grid), "this makes 300000"),
+        (format!("{HEAD}{TRACKER}{}", many(200, trained)), "more than 20000 detectors"),
+        (
+            format!("{HEAD}{roles}{TRACKER}{METHOD}"),
+            "`suites` must be a table of at most 16, not a table of 18",
+        ),
+        (whole(&many(257, |i| table(i, 1))), "not a list of 257"),
+        (whole(&table(0, 65)), "`rows` must be a list of at most 64, not a list of 65"),
+        (whole(&(table(0, 1) + &shown)), "`methods` must be a list of at most 256, not a list of 257"),
+        (figure(&format!("panels = [[{}]]", list("error", 65))), "a list of 65"),
+        (figure(&format!("panels = [{}]", "[],".repeat(65))), "a list of 65"),
+        (figure(&format!("panels = [{}]", "[\"error\", \"error\"],".repeat(33))), "`panels`, at most 64"),
+        (figure(&sequences), "`sequences` must be a list of at most 64, not a list of 65"),
+        (whole(&claims), "`claim` must be a list of at most 1024, not a list of 1025"),
+    ] {
+        let e = refused(&text);
+        assert!(e.message.contains(words), "{}", e.message);
+    }
 }
 
 #[test]
 fn names_that_become_paths_stay_in_their_folder() {
     let long = "a".repeat(300);
-    let bad = [
-        "",
-        ".",
-        "..",
-        "../a",
-        "a/../b",
-        "/a",
-        "a/",
-        "a//b",
-        "./a",
-        "\\\\a",
-        "a\\\\b",
-        "C:a",
-        "c:/a",
-        "a\\u0000b",
-        "a\\nb",
-        "\u{e9}",
-        "a\u{202e}b",
-        "A",
-        "a b",
-        "~",
-        "-/../a",
-        "a.",
-        "con ",
-        &long,
-    ];
-    for bad in bad {
+    let paths = ["", ".", "..", "../a", "a/../b", "/a", "a/", "a//b", "./a", "a\\\\b", "a\\u0000b"];
+    let words = "\\\\a|C:a|c:/a|a\\nb|\u{e9}|a\u{202e}b|A|a b|~|-/../a|a.|con ";
+    for bad in paths.into_iter().chain(words.split('|')).chain([long.as_str()]) {
         let name = HEAD.replace("name = \"a\"", &format!("name = \"{bad}\""));
-        assert_eq!(refused(&(name + TRACKER + METHOD)).line, 2, "{bad}");
         let table = format!("[[table]]\nname = \"{bad}\"\nrows = [\"recall\"]\ncolumns = \"method\"\n");
-        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{table}")).line, 11, "{bad}");
         let figure = format!("[[figure]]\nname = \"{bad}\"\nkind = \"strips\"\npanels = [[\"error\"]]\n");
-        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{figure}")).line, 11, "{bad}");
-        let suite = HEAD.replace("synthetic-vot", bad);
-        assert_eq!(refused(&(suite + TRACKER + METHOD)).line, 5, "{bad}");
+        for (text, line) in [
+            (name + TRACKER + METHOD, 2),
+            (whole(&table), 11),
+            (whole(&figure), 11),
+            (HEAD.replace("synthetic-vot", bad) + TRACKER + METHOD, 5),
+        ] {
+            assert_eq!(refused(&text).line, line, "{bad}");
+        }
     }
     // Table and figure names are one word; experiments may have folders.
-    refused(&format!(
-        "{HEAD}{TRACKER}{METHOD}[[table]]\nname = \"a/b\"\nrows = [\"recall\"]\ncolumns = \"method\""
-    ));
-    for bad in
-        ["", ".", "..", "../a", "a/../b", "/a", "/etc/passwd", "a/", "a//b", "./a", "a\\\\b", "a\\u0000b"]
-    {
-        let tracker = format!("[[tracker]]\nname = \"replay\"\nresults = \"{bad}\"\n");
-        assert_eq!(refused(&format!("{HEAD}{tracker}{METHOD}")).line, 8, "{bad}");
+    refused(&whole("[[table]]\nname = \"a/b\"\nrows = [\"recall\"]\ncolumns = \"method\""));
+    for bad in paths.into_iter().chain(["/etc/passwd"]) {
+        let tracker = format!("name = \"replay\"\nresults = \"{bad}\"");
+        assert_eq!(refused(&with(&tracker, "name = \"RAW\"")).line, 8, "{bad}");
     }
 }
 
@@ -232,22 +216,25 @@ fn labels_are_no_formulas_and_no_control_sequences() {
     for bad in
         ["=1", "+1", "-1", "@SUM(A1)", "a\\tb", "\\ra", "\\u001b[2J", "a\\u009bb", "a\u{202e}b", "a\u{2028}b"]
     {
-        let label = format!("{HEAD}{TRACKER}label = \"{bad}\"\n{METHOD}");
-        assert_eq!(refused(&label).line, 8, "{bad}");
-        let method = format!("{HEAD}{TRACKER}[[method]]\nname = \"{bad}\"\ndetector.kind = \"never\"\n");
-        assert_eq!(refused(&method).line, 9, "{bad}");
-        let table = "[[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"method\"\n";
-        let row = format!(
-            "[[published]]\ntable = \"t\"\ntracker = \"{bad}\"\nrow = \"recall\"\nvalues.RAW = \".1\"\n"
+        let never = format!("name = \"{bad}\"\ndetector.kind = \"never\"");
+        let published = format!(
+            "[[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"method\"\n\
+             [[published]]\ntable = \"t\"\ntracker = \"{bad}\"\nrow = \"recall\"\nvalues.RAW = \".1\"\n"
         );
-        assert_eq!(refused(&format!("{HEAD}{TRACKER}{METHOD}{table}{row}")).line, 16, "{bad}");
+        for (text, line) in [
+            (format!("{HEAD}{TRACKER}label = \"{bad}\"\n{METHOD}"), 8),
+            (with("name = \"still\"", &never), 9),
+            (whole(&published), 16),
+        ] {
+            assert_eq!(refused(&text).line, line, "{bad}");
+        }
     }
     // SiamRPN++ is a tracker's name; panels of figures join methods by `+`.
     for good in ["\u{5d0}-1 <b>&'`$#", "SiamRPN++"] {
         assert!(parse("a", &format!("{HEAD}{TRACKER}label = \"{good}\"\n{METHOD}")).is_ok(), "{good}");
     }
-    let method = format!("{HEAD}{TRACKER}[[method]]\nname = \"A+B\"\ndetector.kind = \"never\"\n");
-    assert_eq!(refused(&method).line, 9);
+    let joined = with("name = \"still\"", "name = \"A+B\"\ndetector.kind = \"never\"");
+    assert_eq!(refused(&joined).line, 9);
 }
 
 const WHOLE: &str = include_str!("../../../../../experiments/khalid2016/figures.toml");

@@ -74,10 +74,8 @@ mod tests {
         let (a, b, c) = (of("A", "x=1"), of("B's", "x=1"), of("B's", "x=2"));
         assert_eq!(command("q/t", &a, &[&a]), "trackfail explain q/t f_score M");
         assert_eq!(command("q/t", &a, &[&a, &b]), "trackfail explain q/t f_score M --tracker A");
-        assert_eq!(
-            command("q t", &c, &[&a, &b, &c]),
-            r"trackfail explain 'q t' f_score M --tracker 'B'\''s' --method 'M[x=2]'"
-        );
+        let quoted_words = r"trackfail explain 'q t' f_score M --tracker 'B'\''s' --method 'M[x=2]'";
+        assert_eq!(command("q t", &c, &[&a, &b, &c]), quoted_words);
         assert_eq!(quoted(""), "''");
     }
 }

@@ -266,17 +266,13 @@ mod tests {
         let is_name = |mark: &&Mark| matches!(mark, Mark::Name(..));
         let marks = &figure.rows[0][0].marks;
         assert_eq!(marks.iter().filter(is_name).count(), 14);
-        let bars: Vec<_> = marks
-            .iter()
-            .filter_map(|mark| match mark {
-                Mark::Line { points, .. } if points.len() == 2 => Some(points.clone()),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(
-            (bars.len(), &bars[2], &bars[3]),
-            (28, &vec![(0.0, 0.0), (1.0, 0.0)], &vec![(0.0, -1.0), (0.0, 2.0)])
-        );
+        let bar = |mark: &Mark| match mark {
+            Mark::Line { points, .. } if points.len() == 2 => Some(points.clone()),
+            _ => None,
+        };
+        let bars: Vec<_> = marks.iter().filter_map(bar).collect();
+        assert_eq!(bars[2..4], [[(0.0, 0.0), (1.0, 0.0)], [(0.0, -1.0), (0.0, 2.0)]]);
+        assert_eq!(bars.len(), 28);
         assert!(figure.legend.is_empty());
     }
 

@@ -39,66 +39,33 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackfail_engine::spec::read::parse;
-    use trackfail_methods::score::Pooled;
+    use crate::testing::{items, parsed};
 
     fn experiment() -> Experiment {
-        let text = r#"
-            schema = 1
-            name = "a"
-            title = "a"
-            protocol = "sanmiguel2015/1"
-            suites = { test = "synthetic-d1", train = "synthetic-d1" }
-            [[tracker]]
-            name = "color-particle-filter"
-            label = "PF"
-            [[method]]
-            name = "AVU"
-            grid = { length = [5, 20] }
-            [[table]]
-            name = "f"
-            rows = ["length"]
-            columns = "method"
-            metric = "f_score"
-            [[table]]
-            name = "both"
-            rows = ["precision", "recall"]
-            columns = "method"
-            [[published]]
-            table = "f"
-            tracker = "PF"
-            row = "20"
-            values = { AVU = ".40" }
-            [[published]]
-            table = "f"
-            tracker = "PF"
-            row = "5"
-            values = { AVU = ".38±.02" }
-            [[published]]
-            table = "both"
-            tracker = "PF"
-            row = "precision"
-            values = { AVU = ".3" }
-            [[published]]
-            table = "both"
-            tracker = "PF"
-            row = "recall"
-            values = { AVU = ".6" }
-        "#;
-        parse("a.toml", text).unwrap()
+        let suites = "suites = { test = 'synthetic-d1', train = 'synthetic-d1' }\n";
+        let tables = [
+            "name = 'f'; rows = ['length']; columns = 'method'; metric = 'f_score'",
+            "name = 'both'; rows = ['precision', 'recall']; columns = 'method'",
+        ];
+        let published = [
+            "table = 'f'; tracker = 'PF'; row = '20'; values = { AVU = '.40' }",
+            "table = 'f'; tracker = 'PF'; row = '5'; values = { AVU = '.38±.02' }",
+            "table = 'both'; tracker = 'PF'; row = 'precision'; values = { AVU = '.3' }",
+            "table = 'both'; tracker = 'PF'; row = 'recall'; values = { AVU = '.6' }",
+        ];
+        parsed(
+            &("protocol = 'sanmiguel2015/1'\n".to_string()
+                + suites
+                + &items("tracker", &["name = 'color-particle-filter'; label = 'PF'"])
+                + &items("method", &["name = 'AVU'; grid = { length = [5, 20] }"])
+                + &items("table", &tables)
+                + &items("published", &published)),
+        )
     }
 
     fn measure(tracker: &str) -> Measure {
-        Measure {
-            tracker: tracker.into(),
-            method: "AVU".into(),
-            params: "length=5".into(),
-            attribute: None,
-            pooled: Pooled::default(),
-            done: 1,
-            failed: 0,
-            not_there: 0,
-        }
+        let [tracker, method, params] = [tracker, "AVU", "length=5"].map(String::from);
+        Measure { tracker, method, params, done: 1, ..Measure::default() }
     }
 
     #[test]

@@ -1,27 +1,23 @@
 use super::*;
-use crate::report::operating::tests;
 use crate::table::build::{group, table};
+use crate::testing::{self, items};
 
 /// Precision and F over thresholds, in tables and figures; the table of F lacks the method CovF.
 fn experiment() -> Experiment {
-    let table = |name: &str, metric: &str, methods: &str| {
-        format!(
-            "[[table]]\nname = \"{name}\"\nrows = [\"threshold\"]\ncolumns = \"method\"\nmetric = \"{metric}\"\n{methods}\n"
-        )
-    };
-    let figure = |name: &str, kind: &str, metric: &str, x: &str| {
-        format!("[[figure]]\nname = \"{name}\"\nkind = \"{kind}\"\nmetric = \"{metric}\"\nx = \"{x}\"\n")
-    };
-    let below = [
-        table("precision", "precision", ""),
-        table("one", "f_score", "methods = [\"DTEF\"]"),
-        table("two", "f_score", "methods = [\"DTEF\", \"NAIVE\"]"),
-        figure("precision", "sweep", "precision", "threshold"),
-        figure("f", "sweep", "f_score", "threshold") + "methods = [\"DTEF\", \"NAIVE\"]\n",
-        figure("roc", "curve", "recall", "fpr"),
+    let tables = [
+        "name = 'precision'; metric = 'precision'",
+        "name = 'one'; metric = 'f_score'; methods = ['DTEF']",
+        "name = 'two'; metric = 'f_score'; methods = ['DTEF', 'NAIVE']",
+    ]
+    .map(|keys| format!("{keys}; rows = ['threshold']; columns = 'method'"));
+    let figures = [
+        "name = 'precision'; kind = 'sweep'; metric = 'precision'; x = 'threshold'",
+        "name = 'f'; kind = 'sweep'; metric = 'f_score'; x = 'threshold'; methods = ['DTEF', 'NAIVE']",
+        "name = 'roc'; kind = 'curve'; metric = 'recall'; x = 'fpr'",
     ];
+    let below = items("table", &tables.each_ref().map(String::as_str)) + &items("figure", &figures);
     let grid = "grid = { threshold = [0.002, 0.004] }";
-    tests::experiment("", &[("DTEF", grid), ("NAIVE", grid), ("CovF", "")], &below.concat())
+    testing::experiment("", &[("DTEF", grid), ("NAIVE", grid), ("CovF", "")], &below)
 }
 
 fn first_figure(metric: Metric, best: &str) -> String {

@@ -1,9 +1,9 @@
 use super::tables::{diagram, intervals, pairs, ranked};
 use super::*;
 use crate::figure::Mark;
-use crate::report::operating::tests::experiment;
 use crate::sampling::{counts_of_column, mean_of_sum, metric_of_sum};
 use crate::table::layout::Row;
+use crate::testing::{experiment, items};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
 
@@ -188,45 +188,45 @@ fn many_trackers_are_counted_and_few_are_named() {
     let [x, y, z, u, v] = ["x", "y", "z", "u", "v"].map(|name| [name]);
     let [x, y, z, u, v] = [&x[..], &y, &z, &u, &v];
     let even: &[&str] = &["good", "as good"];
-    assert!(told(&[("A", x)]).starts_with("Largest F1 score on A: x, 0.857"));
-    assert_eq!(
-        told(&[("A", x), ("B", y), ("EVEN", even)]),
-        "Largest F1 score, of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; \
-         on 2 of them the lead is more than chance."
-    );
-    assert_eq!(
-        told(&[("EVEN", even)]),
-        "Largest F1 score on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000)."
-    );
     let three: &[&str] = &["good", "as good", "too"];
-    assert_eq!(
-        told(&[("EVEN", three)]),
-        "Largest F1 score on EVEN: good, as good and 1 more are equal, 0.857."
-    );
-    assert_eq!(
-        told(&[("A", x), ("B", y), ("C", y), ("D", z), ("E", u), ("F", v), ("G", u), ("H", even)]),
-        "Largest F1 score, of 8 trackers: y on 2, u on 2, x on 1, 2 more methods on 2, two or more equal at the top on 1; \
-         on 7 of them the lead is more than chance."
-    );
+    let eight = [("A", x), ("B", y), ("C", y), ("D", z), ("E", u), ("F", v), ("G", u), ("H", even)];
+    assert!(told(&[("A", x)]).starts_with("Largest F1 score on A: x, 0.857"));
+    for (fields, sentence) in [
+        (
+            &[("A", x), ("B", y), ("EVEN", even)][..],
+            ", of 3 trackers: x on 1 (A 0.857), y on 1 (B 0.857), two or more equal at the top on 1; on 2 of them the lead \
+             is more than chance.",
+        ),
+        (
+            &[("EVEN", even)],
+            " on EVEN: good and as good are equal, 0.857 (95 % of their difference: 0.000 to 0.000).",
+        ),
+        (&[("EVEN", three)], " on EVEN: good, as good and 1 more are equal, 0.857."),
+        (
+            &eight,
+            ", of 8 trackers: y on 2, u on 2, x on 1, 2 more methods on 2, two or more equal at the top on 1; on 7 of them \
+             the lead is more than chance.",
+        ),
+    ] {
+        assert_eq!(told(fields), format!("Largest F1 score{sentence}"));
+    }
 }
 
 #[test]
 fn a_report_is_ordered_by_a_metric_that_orders_by_itself_where_it_can() {
     let of = |tables: &str| ordering_metric(&experiment("", &[("DTEF", "")], tables)).name();
-    let rows = |list: &str| format!("[[table]]\nname = \"t\"\nrows = [{list}]\ncolumns = \"method\"\n");
-    assert_eq!(of(&rows("\"events\", \"recall\", \"f_score\"")), "f_score");
-    assert_eq!(of(&rows("\"recall\", \"fpr\", \"informedness\"")), "informedness");
-    assert_eq!(of(&rows("\"events\", \"recall\"")), "recall");
-    assert_eq!(of(&rows("\"reverse_runs\", \"fpr\"")), "fpr");
-    assert_eq!(of(&rows("\"events\"")), "f_score");
-    assert_eq!(of(""), "f_score");
+    let rows = |list: &str| items("table", &[&format!("name = 't'; rows = [{list}]; columns = 'method'")]);
+    assert_eq!(of(&rows("'events', 'recall', 'f_score'")), "f_score");
+    assert_eq!(of(&rows("'recall', 'fpr', 'informedness'")), "informedness");
+    let single = ["'events', 'recall'", "'reverse_runs', 'fpr'", "'events'"].map(|list| of(&rows(list)));
+    assert_eq!((single, of("")), (["recall", "fpr", "f_score"], "f_score"));
 }
 
 #[test]
 fn a_published_value_has_a_sign_and_a_word() {
-    let table = "[[table]]\nname = \"t\"\nrows = [\"f_score\"]\ncolumns = \"method\"\n";
+    let table = &items("table", &["name = 't'; rows = ['f_score']; columns = 'method'"]);
     let published =
-        "[[published]]\ntable = \"t\"\ntracker = \"NCC\"\nrow = \"f_score\"\nvalues = { DTEF = \".191\" }\n";
+        items("published", &["table = 't'; tracker = 'NCC'; row = 'f_score'; values = { DTEF = '.191' }"]);
     let mut of = by(Metric::F_SCORE, competitors());
     of.fields[0].standings[1].name = "DTEF".into();
     let note = |tables: &str| dots(&of, &experiment("", &[("DTEF", "")], tables), "").unwrap().0;

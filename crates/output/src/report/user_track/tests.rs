@@ -2,13 +2,13 @@ use super::*;
 use crate::report::sequences::json::Said;
 use crate::report::verdict::{Stretch, stretches, verdict};
 use crate::results::detections;
+use crate::testing::judged_method;
 use proptest::prelude::*;
 use std::sync::Arc;
-use trackfail_core::direction::Direction;
 use trackfail_core::image::Frame;
 use trackfail_core::plugin;
 use trackfail_core::region::Rect;
-use trackfail_dataset::{Digest, Frames, Numbering, Render, user_frames};
+use trackfail_dataset::{Frames, Render, user_frames};
 use trackfail_methods::detector::{DETECTORS, Input};
 
 /// Frames of 160 x 120 pixels with some texture.
@@ -21,14 +21,8 @@ impl Render for Texture {
 }
 
 fn video(frames: usize) -> Sequence {
-    Sequence {
-        name: "a <video>".into(),
-        numbering: Numbering { first: 1, official: (1, frames as u32) },
-        digest: Digest::default(),
-        frames: Frames::Rendered(Arc::new(Texture), frames),
-        truth: vec![None; frames],
-        ..user_frames::without_frames("", 0)
-    }
+    let rendered = Frames::Rendered(Arc::new(Texture), frames);
+    Sequence { frames: rendered, ..user_frames::without_frames("a <video>", frames) }
 }
 
 /// A video of tracks.
@@ -48,15 +42,9 @@ fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
         TargetState::Absent => None,
         TargetState::Tracking => Some(((t * 7919 + k) % 997) as f64 / 20_000.0),
     };
-    let method = |k: usize| JudgedMethod {
-        name: format!("M{k}"),
-        threshold: Some(0.8),
-        direction: Direction::LowerIsBetter,
-        is_probability: true,
-        score: (0..frames).map(|t| score(k, t)).collect(),
-        label: (0..frames).map(|t| state(t) == TargetState::Lost).collect(),
-        changes: vec![0; frames],
-        states: (0..frames).map(state).collect(),
+    let method = |k: usize| {
+        let score = (0..frames).map(|t| score(k, t)).collect();
+        judged_method(&format!("M{k}"), (0..frames).map(state).collect(), score, Some(0.8))
     };
     let judged = JudgedTrack { target, first: 1, methods: (0..methods).map(method).collect() };
     let rect = |t: usize| Region::Rect(Rect::new(20.0 + (t % 90) as f64, 30.0, 40.0, 50.0));

@@ -234,13 +234,9 @@ mod tests {
         let message = write_by(OsStr::new("no-such-ffmpeg"), &path, 25.0, &source).unwrap_err().to_string();
         assert!(message.contains("install it") && message.contains("folder for PNG"), "{message}");
         assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
-        let nowhere = root.path().join("none/a.mp4");
-        assert!(
-            write(&nowhere, 25.0, 1, frame, &|| false)
-                .unwrap_err()
-                .to_string()
-                .contains("there is no folder")
-        );
+        let message =
+            write(&root.path().join("none/a.mp4"), 25.0, 1, frame, &|| false).unwrap_err().to_string();
+        assert!(message.contains("there is no folder"), "{message}");
     }
 
     #[cfg(unix)]

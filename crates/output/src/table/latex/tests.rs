@@ -41,10 +41,8 @@ fn labels_of_all_experiments_differ() {
 fn numbers_have_a_minus_and_words_a_hyphen() {
     assert_eq!(upright("-.035"), "$-$.035");
     assert_eq!(upright("[-.113, -0.2]"), "{[}$-$.113, $-$0.2{]}");
-    assert_eq!(
-        (upright("Two-MChi"), upright("2010-2015"), upright("-")),
-        ("Two-MChi".into(), "2010-2015".into(), "-".into())
-    );
+    let words = ["Two-MChi", "2010-2015", "-"];
+    assert_eq!(words.map(upright), words);
 }
 
 /// A part with a line of cells named like their columns, in groups of so many lines.

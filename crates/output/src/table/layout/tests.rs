@@ -1,5 +1,5 @@
 use super::*;
-use trackfail_engine::spec::read::parse;
+use crate::testing::{items, parsed};
 use trackfail_methods::score::Pooled;
 
 #[test]
@@ -30,33 +30,15 @@ fn best_and_second_by_hand() {
 
 /// Precision and F1 of two methods on two trackers; the paper prints precision without zeros.
 fn experiment() -> Experiment {
-    let text = r#"
-        schema = 1
-        name = "a"
-        title = "a"
-        protocol = "khalid2016/1"
-        suites = { test = "synthetic-otb" }
-        [[tracker]]
-        name = "ncc"
-        label = "A"
-        [[tracker]]
-        name = "still"
-        label = "B"
-        [[method]]
-        name = "DTEF"
-        [[method]]
-        name = "CovF"
-        [[table]]
-        name = "t"
-        rows = ["precision", "f_score"]
-        columns = "method"
-        [[published]]
-        table = "t"
-        tracker = "A"
-        row = "precision"
-        values = { DTEF = ".110" }
-    "#;
-    parse("a.toml", text).unwrap()
+    let head = "protocol = 'khalid2016/1'\nsuites = { test = 'synthetic-otb' }\n".to_string();
+    let published = "table = 't'; tracker = 'A'; row = 'precision'; values = { DTEF = '.110' }";
+    parsed(
+        &(head
+            + &items("tracker", &["name = 'ncc'; label = 'A'", "name = 'still'; label = 'B'"])
+            + &items("method", &["name = 'DTEF'", "name = 'CovF'"])
+            + &items("table", &["name = 't'; rows = ['precision', 'f_score']; columns = 'method'"])
+            + &items("published", &[published])),
+    )
 }
 
 fn measure(tracker: &str, method: &str, tp: u64) -> Measure {
@@ -105,7 +87,6 @@ fn a_number_has_its_origin_whatever_its_group_is_called() {
     assert_eq!(origin(same[0]), Some(("A".into(), "B, M".into(), 1)));
     assert_eq!(origin(same[1]), Some(("A, B".into(), "M".into(), 2)));
     let all = origins(&experiment, &table, &measures);
-    assert!(
-        all.iter().all(|of| (of.row.as_str(), of.column.as_str()) == ("precision", "5")) && all.len() == 2
-    );
+    let places: Vec<_> = all.iter().map(|of| (of.row.as_str(), of.column.as_str())).collect();
+    assert_eq!(places, [("precision", "5"); 2]);
 }

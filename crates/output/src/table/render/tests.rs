@@ -57,12 +57,10 @@ fn markdown_shows_ours_published_and_difference() {
 fn files_for_programs_have_a_row_for_each_cell_and_empty_fields_where_nothing_is() {
     let mut table = sample();
     let text = |table: &TableLayout| String::from_utf8(csv(table).unwrap()).unwrap();
-    assert_eq!(
-        text(&table),
-        "group,published_tracker,row,column,ours,published,difference,data\n\
-         Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
-         Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n"
-    );
+    let expected = "group,published_tracker,row,column,ours,published,difference,data\n\
+                    Struck,SP,precision,DT|EF,0.12,.110,+.010,12 of 21 targets\n\
+                    Struck,SP,precision,ARTE*,0.1,.090,+.010,12 of 21 targets\n";
+    assert_eq!(text(&table), expected);
     let group = &mut table.groups[0];
     (group.key, group.published_tracker) = (String::new(), None);
     group.rows[0].cells[1] = Cell { value: Some(0.1), ..Cell::default() };

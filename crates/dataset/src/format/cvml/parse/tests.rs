@@ -60,8 +60,7 @@ fn entity_bombs_are_refused_before_they_are_anything() {
         bomb += &format!("<!ENTITY a{k} \"&a{0};&a{0};\">\n", k - 1);
     }
     bomb += "]>\n<dataset>&a39;</dataset>";
-    let error = read(&bomb).unwrap_err().to_string();
-    assert!(error.contains("line 2: the document declares entities"), "{error}");
+    trackfail_testing::assert_says(read(&bomb).unwrap_err(), "line 2: the document declares entities");
     assert!(read("<!DOCTYPE dataset SYSTEM \"cvml.dtd\"><dataset><a>&lt;&#65;</a></dataset>").is_ok());
 }
 
@@ -96,11 +95,6 @@ fn document(boxes: &BTreeMap<(u32, u32), (i32, i32, u32, u32)>) -> String {
 
 proptest! {
     #[test]
-    fn any_text_is_read_or_refused(text in any::<String>()) {
-        let _ = read(&text);
-    }
-
-    #[test]
     fn any_pieces_of_cvml_are_read_or_refused(
         pieces in prop::collection::vec(
             prop::sample::select(vec![
@@ -128,14 +122,5 @@ proptest! {
         }
         let count: usize = found.objects().map(|id| (1..=20).filter(|&n| found.region(id, n).is_some()).count()).sum();
         prop_assert_eq!(count, boxes.len());
-    }
-
-    #[test]
-    fn a_mutated_document_is_read_or_refused(at in 0..700_usize, with in any::<char>(), cut in 0..2_usize) {
-        let boxes = (0..6).map(|k| ((k / 2, k % 2), (1, 2, 3, 4))).collect();
-        let mut text: Vec<char> = document(&boxes).chars().collect();
-        let at = at % text.len();
-        text.splice(at..at + cut, [with]);
-        let _ = read(&text.into_iter().collect::<String>());
     }
 }

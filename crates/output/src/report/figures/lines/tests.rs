@@ -1,17 +1,12 @@
 use super::*;
-use trackfail_engine::spec::read::parse;
+use crate::testing;
 
 /// An experiment with these methods, the last of them an anchor.
 fn experiment(methods: &[&str]) -> Experiment {
-    let mut text = "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n[suites]\n\
-                    test = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n"
-        .to_string();
-    for method in methods {
-        text.push_str(&format!("[[method]]\nname = \"{method}\"\nsignal = {{ kind = \"rgb-histogram\" }}\n"));
-        text.push_str("detector = { kind = \"level\", below = 0.5 }\n");
-    }
-    text.push_str("[[method]]\nname = \"periodic\"\ndetector = { kind = \"periodic\", period = 25 }\n");
-    parse("a.toml", &text).unwrap()
+    let level = "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\", below = 0.5 }";
+    let mut all: Vec<(&str, &str)> = methods.iter().map(|method| (*method, level)).collect();
+    all.push(("periodic", "detector = { kind = \"periodic\", period = 25 }"));
+    testing::experiment("", &all, "")
 }
 
 fn line(method: &str, tracker: &str, others: &[(&str, f64)]) -> Line {
@@ -84,10 +79,8 @@ fn more_than_four_methods_have_a_panel_each_before_the_others() {
         let behind = count(panel, |mark| matches!(mark, Mark::Line { style, .. } if *style == BEHIND));
         assert_eq!((styles(panel).len(), count(panel, is_band), behind), (2, 1, 5));
     }
-    assert_eq!(
-        names(&figure),
-        ["periodic", "the other methods", "operating point", "95 % bootstrap interval"]
-    );
+    let signs = ["periodic", "the other methods", "operating point", "95 % bootstrap interval"];
+    assert_eq!(names(&figure), signs);
 }
 
 #[test]
