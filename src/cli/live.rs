@@ -24,7 +24,7 @@ pub fn live_tracker(kind: &str, params: &str) -> Result<NamedTracker, Failure> {
         return Err(Failure::usage(message));
     }
     // Checked before the parameters, which are of no use for such a tracker.
-    if entry.build_from_text(entry.example).is_ok_and(|example| example.needs_truth()) {
+    if entry.build_from_text(entry.example).is_ok_and(|example| example.facts().needs_truth) {
         let kind = entry.kind;
         return Err(Failure::usage(format!(
             "`{kind}` answers from ground truth or result files of known sequences; it cannot follow frames without annotations"

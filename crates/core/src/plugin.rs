@@ -167,6 +167,22 @@ pub trait Plugin: Sized {
     }
 }
 
+/// Parameters that are a plugin by themselves, as each of their values in its range makes one.
+pub trait PlainParams: DeserializeOwned + serde::Serialize + schemars::JsonSchema {
+    /// The ranges of the parameters, whose first fault is told.
+    const RANGES: &'static [Range] = &[];
+}
+
+impl<P: PlainParams> Plugin for P {
+    type Params = P;
+
+    const RANGES: &'static [Range] = <P as PlainParams>::RANGES;
+
+    fn make(params: P) -> Result<P, ParamError> {
+        Ok(params)
+    }
+}
+
 /// Parameters of a plugin that has none.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -2,8 +2,10 @@
 //!
 //! A plugin is one file with parameters, a [`Signal`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
 //! [`SIGNALS`]. Signals are online: the value of frame `t` uses frames up to `t` only.
+//! Most signals only say what one frame does to their memory, see `causal.rs`.
 
 mod box_motion;
+mod causal;
 mod companion_overlap;
 pub mod confidence;
 #[cfg(test)]
@@ -23,7 +25,6 @@ mod response_peak;
 mod response_psr;
 mod rgb_histogram;
 mod rgb_lbp_histogram;
-mod state_value;
 mod template_correlation;
 #[cfg(test)]
 mod testing;
@@ -111,32 +112,43 @@ impl<'a> Observation<'a> {
     }
 }
 
+/// What a signal says of its values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facts {
+    /// Which values are good; the others speak for a failure.
+    pub direction: Direction,
+    /// Smallest and largest value it can take; of several the first.
+    pub bounds: (f64, f64),
+    /// Its input.
+    pub reads: Reads,
+    /// Its symbol in figures.
+    pub symbol: &'static str,
+    /// Whether its values are probabilities: that the tracker is on target where high values are good, else that it is not.
+    pub is_probability: bool,
+    /// Number of its values in a frame, at least 1. Those after the first are for detectors that read several.
+    pub width: usize,
+}
+
+impl Facts {
+    /// The facts of a signal that has one value in a frame, which it reads from the pixels.
+    pub const fn of(direction: Direction, bounds: (f64, f64)) -> Self {
+        Self { direction, bounds, reads: Reads::Pixels, symbol: "yₜ", is_probability: false, width: 1 }
+    }
+}
+
 /// A checked configuration of a signal.
 pub trait Signal: Any + Send + Sync {
-    /// Which values are good; the others speak for a failure.
-    fn direction(&self) -> Direction;
+    /// What it says of its values.
+    fn facts(&self) -> Facts;
 
     /// Its input.
     fn reads(&self) -> Reads {
-        Reads::Pixels
+        self.facts().reads
     }
 
-    /// Its symbol in figures.
-    fn symbol(&self) -> &'static str {
-        "yₜ"
-    }
-
-    /// Whether its values are probabilities: that the tracker is on target where high values are good, else that it is not.
-    fn is_probability(&self) -> bool {
-        false
-    }
-
-    /// Smallest and largest value it can take; of several the first.
-    fn bounds(&self) -> (f64, f64);
-
-    /// Number of its values in a frame, at least 1. Those after the first are for detectors that read several.
+    /// Number of its values in a frame.
     fn width(&self) -> usize {
-        1
+        self.facts().width
     }
 
     /// The files that it reads besides the frames; their digests are part of a signal's address.

@@ -27,6 +27,7 @@ mod conformance;
 pub(crate) mod testing;
 
 use crate::image::Frame;
+use crate::num::particles::{Posterior, effective_number, entropy};
 use crate::plugin::{Entry, Role};
 use crate::region::Region;
 use crate::sequence::SequenceInfo;
@@ -82,6 +83,27 @@ pub struct Moments {
     pub likelihood: f64,
     /// The particles, each a row of `d` state values and the weight; empty unless the parameters ask for them.
     pub particles: Vec<f64>,
+}
+
+impl Moments {
+    /// The moments of particles with these weights, which sum to 1, in the components `kept` of their states.
+    fn of<const D: usize>(
+        posterior: &Posterior<D>,
+        weights: &[f64],
+        kept: &[usize],
+        likelihood: f64,
+    ) -> Self {
+        let Posterior { mean, covariance } = posterior;
+        Self {
+            mean: kept.iter().map(|&k| mean[k]).collect(),
+            covariance: kept.iter().flat_map(|&i| kept.iter().map(move |&j| covariance[i][j])).collect(),
+            effective_samples: effective_number(weights),
+            samples: weights.len() as f64,
+            entropy: entropy(weights),
+            likelihood,
+            particles: Vec::new(),
+        }
+    }
 }
 
 /// Response map of a correlation tracker in numbers: its peaks and the spread of what is around them.
@@ -209,43 +231,50 @@ pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
 /// A started tracker, or why it cannot start.
 pub type StartResult = Result<StartedTracker, TrackerError>;
 
+/// What a tracker says of its tracks.
+#[derive(Debug, Clone, Copy)]
+pub struct Facts {
+    /// Whether they depend on the seed; if not, another seed recomputes nothing.
+    pub uses_seed: bool,
+    /// Whether they depend on the number of the run in another way than by the seed.
+    pub uses_run: bool,
+    /// Whether they come from the ground truth or from results of a known sequence, so that new frames cannot be tracked.
+    pub needs_truth: bool,
+    /// Whether the pixels of frames are looked at; a tracker that does not may be given a frame of any size.
+    pub reads_pixels: bool,
+    /// Whether states have the moments of a posterior.
+    pub gives_posterior: bool,
+    /// Whether states have a response map in numbers.
+    pub gives_response: bool,
+}
+
+impl Facts {
+    /// Boxes that are found in the pixels, without chance.
+    pub const BOXES: Self = Self {
+        uses_seed: false,
+        uses_run: false,
+        needs_truth: false,
+        reads_pixels: true,
+        gives_posterior: false,
+        gives_response: false,
+    };
+    /// The same with response maps, which are read as posteriors.
+    pub const RESPONSES: Self = Self { gives_posterior: true, gives_response: true, ..Self::BOXES };
+    /// The same with the posterior of random samples.
+    pub const SAMPLES: Self = Self { uses_seed: true, gives_posterior: true, ..Self::BOXES };
+}
+
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Any + Send + Sync {
-    /// Whether its tracks depend on the seed; if not, another seed recomputes nothing.
-    fn uses_seed(&self) -> bool {
-        true
-    }
-
-    /// Whether its tracks depend on the number of the run in another way than by the seed.
-    fn uses_run(&self) -> bool {
-        false
-    }
-
-    /// Whether it answers from the ground truth or from results of a known sequence, so that it cannot
-    /// track new frames.
-    fn needs_truth(&self) -> bool {
-        false
-    }
-
-    /// Whether it looks at the pixels of frames; a tracker that does not may be given a frame of any size.
-    fn reads_pixels(&self) -> bool {
-        true
-    }
-
-    /// Whether its states have the moments of a posterior.
-    fn gives_posterior(&self) -> bool {
-        false
-    }
-
-    /// Whether its states have a response map in numbers.
-    fn gives_response(&self) -> bool {
-        false
+    /// What it says of its tracks.
+    fn facts(&self) -> Facts {
+        Facts::BOXES
     }
 
     /// Whether its states have a confidence on the context's sequence, or a posterior whose likelihood stands for it; one
     /// of result files has it where the files do.
     fn gives_confidence(&self, _context: &RunContext<'_>) -> bool {
-        self.gives_posterior()
+        self.facts().gives_posterior
     }
 
     /// The files that it reads besides the frames; their digests are part of a track's address.

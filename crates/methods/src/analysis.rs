@@ -9,7 +9,9 @@ mod collapsed_boxes;
 mod confident;
 #[cfg(test)]
 mod conformance;
+mod consistent;
 mod cut_values;
+mod findings;
 mod longterm;
 mod oxuva;
 pub mod processing_time;
@@ -21,10 +23,11 @@ mod window_lengths;
 use crate::detector::Example;
 use crate::detector::consistency::ConsistencyError;
 use crate::score::trajectory::Trajectory;
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use trackfail_core::num::accumulation::AccumulationError;
-use trackfail_core::plugin::{Entry, Role};
+use trackfail_core::plugin::{Entry, ParamError, Role, unknown};
+
+pub use findings::{Chart, Curve, Findings, Grid, INTERVAL, Layout, Names, Row, Values};
 
 /// The tracks of one suite.
 pub struct Population<'a> {
@@ -51,69 +54,6 @@ pub enum Reads {
     Clock,
 }
 
-/// Result of an analysis.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Findings {
-    /// Numbers by name, finite.
-    pub numbers: Vec<(String, f64)>,
-    /// Tables by name.
-    pub tables: Vec<Grid>,
-    /// Charts by name.
-    pub charts: Vec<Chart>,
-}
-
-/// A table of numbers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Grid {
-    /// Name in the analysis.
-    pub name: String,
-    /// Heading of the first column, which holds the headings of the rows.
-    pub corner: String,
-    /// Column headings.
-    pub columns: Vec<String>,
-    /// Row headings with one value for each column, empty where there is none. The only row of a table may have no
-    /// heading: such rows of several trackers are shown as the rows of one table.
-    pub rows: Vec<(String, Vec<Option<f64>>)>,
-}
-
-/// Curves on common axes.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Chart {
-    /// Name in the analysis.
-    pub name: String,
-    /// Name of the horizontal axis.
-    pub x: String,
-    /// Name of the vertical axis.
-    pub y: String,
-    /// Whether the vertical axis is logarithmic.
-    pub y_log: bool,
-    /// Curves by name: finite points from left to right. A curve without a name gets its tracker's. One named
-    /// [`INTERVAL`] has the corners of the interval of the only point of the curve before it: left and lower, right and
-    /// upper end.
-    pub curves: Vec<(String, Vec<(f64, f64)>)>,
-}
-
-/// Name of a curve that has the corners of an interval.
-pub const INTERVAL: &str = "95 % interval";
-
-impl Findings {
-    /// A number by name.
-    pub fn number(&self, name: &str) -> Option<f64> {
-        self.numbers.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
-    }
-}
-
-/// Names of the findings of an analysis.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Names {
-    /// Numbers.
-    pub numbers: Vec<String>,
-    /// Tables.
-    pub tables: Vec<String>,
-    /// Charts.
-    pub charts: Vec<String>,
-}
-
 /// A checked configuration of an analysis.
 pub trait Analysis: Send + Sync {
     /// Its input.
@@ -127,7 +67,9 @@ pub trait Analysis: Send + Sync {
     }
 
     /// Smallest and largest number of suites that it takes.
-    fn suites(&self) -> (usize, usize);
+    fn suites(&self) -> (usize, usize) {
+        (1, 1)
+    }
 
     /// Whether it takes the runs of a suite that methods are tested on, and not those that they learn from; suites are
     /// counted from 0.
@@ -135,14 +77,31 @@ pub trait Analysis: Send + Sync {
         false
     }
 
+    /// Numbers, tables and charts that it finds, given the number of suites.
+    fn layout(&self, suites: usize) -> Layout;
+
+    /// Computes the values of its [layout](Self::layout) from as many suites as it takes.
+    ///
+    /// # Errors
+    /// When the tracks do not allow it.
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError>;
+
     /// Names of its findings, given the number of suites.
-    fn names(&self, suites: usize) -> Names;
+    fn names(&self, suites: usize) -> Names {
+        self.layout(suites).names()
+    }
 
     /// Computes the findings.
     ///
     /// # Errors
-    /// When the tracks do not allow it.
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError>;
+    /// For another number of suites than it takes, and when the tracks do not allow it.
+    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
+        let ((least, most), got) = (self.suites(), populations.len());
+        if !(least..=most).contains(&got) {
+            return Err(AnalysisError::Suites { least, most, got });
+        }
+        Ok(self.layout(got).with(self.values(populations)?))
+    }
 }
 
 impl<P: Analysis + 'static> Role<P> for dyn Analysis {
@@ -154,15 +113,16 @@ impl<P: Analysis + 'static> Role<P> for dyn Analysis {
 /// Why an analysis has no findings.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
-    /// There is no suite.
-    #[error("no suite")]
-    NoSuite,
-    /// There is more than one suite, or none.
-    #[error("one suite is analyzed")]
-    OneSuite,
     /// There is another number of suites.
-    #[error("two suites are analyzed")]
-    TwoSuites,
+    #[error("{least} to {most} suites are analyzed, not {got}")]
+    Suites {
+        /// Least number of suites.
+        least: usize,
+        /// Largest number of suites.
+        most: usize,
+        /// Number of suites that there are.
+        got: usize,
+    },
     /// The suite has no track.
     #[error("there is no track to score")]
     NoTrack,
@@ -181,6 +141,11 @@ pub enum AnalysisError {
     /// The distributions of two suites cannot be compared.
     #[error("sums of the two suites: {0}")]
     Compared(#[source] AccumulationError),
+}
+
+/// The error for a parameter `rules` that names none of those known.
+fn unknown_rules<'k>(rules: &str, known: impl IntoIterator<Item = &'k str>) -> ParamError {
+    ParamError { message: unknown("set of rules", rules, known), key: Some("rules"), span: None }
 }
 
 /// Every analysis, by kind.

@@ -86,42 +86,18 @@ impl<const D: usize> Cloud<D> {
         self.weights.fill(share);
     }
 
-    /// Effective number of particles `1 / sum w^2`, from 1 to N.
-    pub fn effective(&self) -> f64 {
-        effective_number(&self.weights)
-    }
-
-    /// Entropy of the weights, from 0 to 1; see [`entropy`].
-    pub fn entropy(&self) -> f64 {
-        entropy(&self.weights)
-    }
-
     /// Weighted mean and covariance, without correction for the number of particles.
     pub fn posterior(&self) -> Posterior<D> {
-        // Relative to the first particle, so that equal particles have that mean and covariance 0 exactly.
-        let first = self.states[0];
-        let mut mean = first;
-        for (state, w) in self.states.iter().zip(&self.weights) {
-            for (k, m) in mean.iter_mut().enumerate() {
-                *m += w * (state[k] - first[k]);
-            }
-        }
-        let mut covariance = [[0.0; D]; D];
-        for (state, w) in self.states.iter().zip(&self.weights) {
-            let d: [f64; D] = std::array::from_fn(|k| state[k] - mean[k]);
-            for i in 0..D {
-                for j in i..D {
-                    covariance[i][j] += w * d[i] * d[j];
-                }
-            }
-        }
-        for i in 1..D {
-            let (above, row) = covariance.split_at_mut(i);
-            for (lower, upper) in row[0].iter_mut().zip(above) {
-                *lower = upper[i];
-            }
-        }
-        Posterior { mean, covariance }
+        posterior(&self.states, &self.weights)
+    }
+
+    /// The components `kept` of each state, and its weight, one particle after the other.
+    pub fn rows(&self, kept: &[usize]) -> Vec<f64> {
+        let row = |(state, w): (&[f64; D], &f64)| {
+            let state = *state;
+            kept.iter().map(move |&k| state[k]).chain([*w])
+        };
+        self.states.iter().zip(&self.weights).flat_map(row).collect()
     }
 
     /// Draws the next generation; afterwards all weights are equal.
@@ -138,6 +114,34 @@ impl<const D: usize> Cloud<D> {
         std::mem::swap(&mut self.states, &mut self.next);
         self.level();
     }
+}
+
+/// Weighted mean and covariance of states, at least one, without correction for their number; weights sum to 1.
+pub fn posterior<const D: usize>(states: &[[f64; D]], weights: &[f64]) -> Posterior<D> {
+    // Relative to the first particle, so that equal particles have that mean and covariance 0 exactly.
+    let first = states[0];
+    let mut mean = first;
+    for (state, w) in states.iter().zip(weights) {
+        for (k, m) in mean.iter_mut().enumerate() {
+            *m += w * (state[k] - first[k]);
+        }
+    }
+    let mut covariance = [[0.0; D]; D];
+    for (state, w) in states.iter().zip(weights) {
+        let d: [f64; D] = std::array::from_fn(|k| state[k] - mean[k]);
+        for i in 0..D {
+            for j in i..D {
+                covariance[i][j] += w * d[i] * d[j];
+            }
+        }
+    }
+    for i in 1..D {
+        let (above, row) = covariance.split_at_mut(i);
+        for (lower, upper) in row[0].iter_mut().zip(above) {
+            *lower = upper[i];
+        }
+    }
+    Posterior { mean, covariance }
 }
 
 /// Effective number `1 / sum w^2` of N weights that sum to 1, from 1 to N.
@@ -236,7 +240,7 @@ mod tests {
         let state = [1e9, -7.5, 3.0, 4.0, 0.1];
         let mut cloud = Cloud::new(state, 3);
         assert_eq!(cloud.posterior(), Posterior { mean: state, covariance: [[0.0; 5]; 5] });
-        assert!((cloud.effective() - 3.0).abs() < 1e-12);
+        assert!((effective_number(&cloud.weights) - 3.0).abs() < 1e-12);
         // The only likelihood above 0 meets weight 0: all become equal.
         cloud.weights = vec![0.0, 1.0, 0.0];
         cloud.weigh([1.0, 0.0, 0.2]);
@@ -246,7 +250,7 @@ mod tests {
         assert!((cloud.weights[1] - 0.6).abs() < 1e-12);
         // One particle has everything.
         cloud.weights = vec![0.0, 0.0, 1.0];
-        assert_eq!(cloud.effective(), 1.0);
+        assert_eq!(effective_number(&cloud.weights), 1.0);
         cloud.states[2][0] = 5.0;
         let posterior = cloud.posterior();
         assert_eq!((posterior.mean, posterior.covariance), (cloud.states[2], [[0.0; 5]; 5]));
@@ -294,10 +298,10 @@ mod tests {
                 }
             }
             prop_assert!(form >= -1e-9, "{}", form);
-            let n = cloud.effective();
+            let n = effective_number(&cloud.weights);
             prop_assert!(n >= 1.0 && n <= cloud.states.len() as f64);
             // Jensen: the logarithm of the effective number is at most the entropy.
-            let entropy = cloud.entropy();
+            let entropy = entropy(&cloud.weights);
             prop_assert!(entropy <= 1.0 && n.ln() <= entropy * (cloud.states.len() as f64).ln() + 1e-9);
         }
 

@@ -102,7 +102,7 @@ impl<'a> Strand<'a> {
         let strand = |reads, work| Self { task, reads, work, failure: None };
         let mut strands = Vec::new();
         if states.is_none() {
-            let reads = if run.config.reads_pixels() { Reads::Pixels } else { Reads::Boxes };
+            let reads = if run.config.facts().reads_pixels { Reads::Pixels } else { Reads::Boxes };
             strands.push(strand(reads, Work::Tracker(None, Vec::new())));
         }
         for choice in signals {

@@ -111,7 +111,7 @@ struct TimedSignal {
 fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> {
     let frames = run.sequence.len();
     let goes_back = methods.iter().any(|method| method.detector.needs_reverse());
-    let (mut signals, mut reads_pixels) = (Vec::new(), run.config.reads_pixels());
+    let (mut signals, mut reads_pixels) = (Vec::new(), run.config.facts().reads_pixels);
     for choice in methods.iter().flat_map(|method| &method.signals) {
         reads_pixels |= choice.signal.reads() == Reads::Pixels;
         let reader = SignalReader::start(choice, &run.context())?;

@@ -18,7 +18,7 @@ pub(super) fn unmet_by(
     sequence: &Sequence,
     reads: Option<Reads>,
 ) -> Option<CellError> {
-    let reads_pixels = tracker.setup.reads_pixels() || reads == Some(Reads::Pixels);
+    let reads_pixels = tracker.setup.facts().reads_pixels || reads == Some(Reads::Pixels);
     if !tracker.runs_on(&origin.source) {
         Some(CellError::Unmet("runs on videos of other sources"))
     } else if reads_pixels && !sequence.has_frames() {
@@ -60,8 +60,8 @@ impl ExperimentPlan<'_> {
         }
         let given = match reads {
             None | Some(Reads::Pixels | Reads::Boxes) => true,
-            Some(Reads::Posterior) => tracker.setup.gives_posterior(),
-            Some(Reads::Response) => tracker.setup.gives_response(),
+            Some(Reads::Posterior) => tracker.setup.facts().gives_posterior,
+            Some(Reads::Response) => tracker.setup.facts().gives_response,
             Some(Reads::Companions) => self.companions(planned, job).next().is_some(),
             Some(Reads::Confidence) if self.without_confidence.contains(&place) => false,
             Some(Reads::Confidence) => match &planned.tracks[job] {

@@ -59,7 +59,7 @@ pub fn track(
     let seed = track_seed(experiment, sequence, tracker, run);
     let mut recipe =
         common.clone().with_plugin("tracker", tracker.kind, tracker.version, &tracker.setup.params());
-    if tracker.setup.uses_seed() {
+    if tracker.setup.facts().uses_seed {
         recipe = recipe.with("seed", seed);
     }
     let context = RunContext { sequence, start_frame: 0, run, seed, data_roots };
@@ -77,7 +77,7 @@ pub fn track(
             )));
         }
     };
-    if !inputs.is_empty() || tracker.setup.uses_run() {
+    if !inputs.is_empty() || tracker.setup.facts().uses_run {
         recipe = recipe.with("run", run);
     }
     recipe.ingredients.extend(files(inputs, data_roots)?);

@@ -20,15 +20,14 @@
 //! coordinates are no numbers is given the worst of them.
 
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, Plugin};
+use crate::plugin::{Entry, PlainParams};
 use crate::region::Rect;
-use crate::saved;
-use crate::signal::{Direction, Observation, Reads, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::signal::causal::Causal;
+use crate::signal::{Direction, Facts, Observation, Reads, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<BoxMotion>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "box-motion",
     1,
     "motion of the tracker's box, or its distance to the frame's border, relative to its size",
@@ -39,10 +38,11 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<BoxMotion>(
 const MAX_VALUE: f64 = 1000.0;
 
 /// Measures of the box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// Distance of its centers in this frame and the one before.
+    #[default]
     Displacement,
     /// Second difference of its center.
     Acceleration,
@@ -55,71 +55,32 @@ pub enum Measure {
 }
 
 /// Parameters of the box's motion.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Measure of the box.
     pub measure: Measure,
 }
 
-impl Default for Params {
-    fn default() -> Self {
-        Self { measure: Measure::Displacement }
-    }
-}
+impl PlainParams for Params {}
 
-/// The box's motion; every value of its parameter is valid.
-pub struct BoxMotion(Params);
-
-impl Plugin for BoxMotion {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
-
-impl Signal for BoxMotion {
-    fn direction(&self) -> Direction {
-        match self.0.measure {
-            Measure::Border => Direction::HigherIsBetter,
-            _ => Direction::LowerIsBetter,
-        }
-    }
-
-    fn reads(&self) -> Reads {
-        match self.0.measure {
-            // The size of a frame that is not decoded is unknown.
-            Measure::Border => Reads::Pixels,
-            _ => Reads::Boxes,
-        }
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        match self.0.measure {
-            Measure::Border => (-MAX_VALUE, MAX_VALUE),
-            _ => (0.0, MAX_VALUE),
-        }
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Motion { measure: self.0.measure, past: [None; 2] }))
-    }
-}
-
-/// The motion of one track.
-struct Motion {
-    measure: Measure,
+impl Causal for Params {
     /// The boxes of the frame before and of the one before that.
-    past: [Option<Rect>; 2],
-}
+    type Memory = [Option<Rect>; 2];
 
-impl Session for Motion {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn facts(&self) -> Facts {
+        match self.measure {
+            // The size of a frame that is not decoded is unknown.
+            Measure::Border => Facts::of(Direction::HigherIsBetter, (-MAX_VALUE, MAX_VALUE)),
+            _ => Facts { reads: Reads::Boxes, ..Facts::of(Direction::LowerIsBetter, (0.0, MAX_VALUE)) },
+        }
+    }
+
+    fn push(&self, past: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let Rect { x, y, w, h } = state.region.rect();
         let now = Rect::new(x, y, w.max(1.0), h.max(1.0));
-        let [before, earlier] = self.past;
-        self.past = [Some(now), before];
+        let [before, earlier] = *past;
+        *past = [Some(now), before];
         if self.measure == Measure::Border {
             let distance = border_distance(&now, frame) / size(&now);
             return if distance.is_nan() { -MAX_VALUE } else { distance.clamp(-MAX_VALUE, MAX_VALUE) };
@@ -137,14 +98,6 @@ impl Session for Motion {
             }
         };
         value.min(MAX_VALUE)
-    }
-
-    fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.past)
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        saved::from_bytes(saved).map(|past| self.past = past).is_some()
     }
 }
 
@@ -178,7 +131,7 @@ mod tests {
 
     fn values(measure: Measure, boxes: &[Rect]) -> Vec<f64> {
         let frames = vec![Frame::new(40, 30, vec![0; 3600]); boxes.len()];
-        values_on_boxes(&BoxMotion(Params { measure }), &frames, boxes)
+        values_on_boxes(&Params { measure }, &frames, boxes)
     }
 
     // The center goes from (6, 9) to (12, 17): 10 pixels, the size of the first box; then to (12, 21) and on.
@@ -225,7 +178,7 @@ mod tests {
 
     #[test]
     fn only_the_border_needs_frames() {
-        let reads = |measure| BoxMotion(Params { measure }).reads();
+        let reads = |measure| Params { measure }.reads();
         for measure in [Measure::Displacement, Measure::Acceleration, Measure::Scale, Measure::Aspect] {
             assert_eq!(reads(measure), Reads::Boxes);
         }

@@ -28,7 +28,7 @@ use crate::num::summary;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Areas, Region};
 use crate::saved;
-use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -128,23 +128,12 @@ impl Plugin for CompanionOverlap {
 }
 
 impl Signal for CompanionOverlap {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn reads(&self) -> Reads {
-        match self.params.companions {
+    fn facts(&self) -> Facts {
+        let reads = match self.params.companions {
             Companions::ExternalCompanions(_) => Reads::Companions,
             Companions::Own(_) => Reads::Pixels,
-        }
-    }
-
-    fn symbol(&self) -> &'static str {
-        "oₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
+        };
+        Facts { reads, symbol: "oₜ", ..Facts::of(Direction::HigherIsBetter, (0.0, 1.0)) }
     }
 
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

@@ -23,7 +23,7 @@
 use crate::num::readable;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
-use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,24 +101,10 @@ fn range(scale: Scale) -> (f64, f64) {
 }
 
 impl Signal for Confidence {
-    fn is_probability(&self) -> bool {
-        self.0.scale == Scale::Probability
-    }
-
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn reads(&self) -> Reads {
-        Reads::Confidence
-    }
-
-    fn symbol(&self) -> &'static str {
-        "cₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        range(self.0.scale)
+    fn facts(&self) -> Facts {
+        let is_probability = self.0.scale == Scale::Probability;
+        let facts = Facts::of(Direction::HigherIsBetter, range(self.0.scale));
+        Facts { reads: Reads::Confidence, symbol: "cₜ", is_probability, ..facts }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
@@ -232,7 +218,7 @@ mod tests {
 
     #[test]
     fn only_probabilities_are_calibrated() {
-        let is_probability = |text: &str| ENTRY.build_from_text(text).unwrap().is_probability();
+        let is_probability = |text: &str| ENTRY.build_from_text(text).unwrap().facts().is_probability;
         let scales = ["{}", "{ scale = \"ratio\" }", "{ scale = \"probability\" }"];
         assert_eq!(scales.map(is_probability), [false, false, true]);
     }

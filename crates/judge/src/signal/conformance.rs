@@ -79,7 +79,7 @@ fn track() -> (Vec<Frame>, Vec<Rect>) {
 }
 
 fn within(entry: &Entry<dyn Signal>, signal: &dyn Signal, values: &[f64]) {
-    let (low, high) = signal.bounds();
+    let (low, high) = signal.facts().bounds;
     assert!(values.iter().all(|v| v.is_finite() && (low..=high).contains(v)), "{}: {values:?}", entry.kind);
 }
 
@@ -159,10 +159,14 @@ fn every_signal_has_its_input_direction_and_bounds() {
     assert_eq!(SIGNALS.len(), expected.len());
     for (entry, (kind, reads, direction, bounds)) in SIGNALS.iter().zip(expected) {
         let signal = entry.build_from_text("{}").unwrap();
-        assert_eq!((entry.kind, signal.reads(), signal.direction()), (kind, reads, direction));
-        assert_eq!(signal.bounds(), bounds, "{kind}");
+        let facts = signal.facts();
+        assert_eq!((entry.kind, facts.reads, facts.direction), (kind, reads, direction));
+        assert_eq!(facts.bounds, bounds, "{kind}");
     }
-    let other = |kind: &str, text: &str| (build(kind, text).direction(), build(kind, text).bounds());
+    let other = |kind: &str, text: &str| {
+        let facts = build(kind, text).facts();
+        (facts.direction, facts.bounds)
+    };
     assert_eq!(other("box-motion", "{ measure = \"border\" }"), (High, (-1000.0, 1000.0)));
     assert_eq!(other("response-peak", "{ measure = \"second-peak\" }"), (Low, (0.0, 1.0)));
     assert_eq!(other("forward-backward", "{ measure = \"inliers\" }"), (High, (0.0, 1.0)));
@@ -235,7 +239,7 @@ fn outputs_are_those_of_the_version() {
 }
 
 /// Signals that can be interrupted, in all their forms of memory.
-const SAVED: [(&str, &str); 22] = [
+const SAVED: [(&str, &str); 26] = [
     ("deep-verification", "{}"),
     ("deep-verification", "{ v2 = [\"overlap\"], both = [\"against\"], here = [\"inside\"] }"),
     ("watchdog-agreement", "{}"),
@@ -259,11 +263,15 @@ const SAVED: [(&str, &str); 22] = [
     ("object-color", "{ object = \"first\", bins = 4 }"),
     ("object-color", "{ object = \"slow\", bins = 4 }"),
     ("region-covariance", "{}"),
+    ("response-peak", "{ measure = \"quality\" }"),
     ("rgb-histogram", "{ reference = \"first\" }"),
     ("rgb-lbp-histogram", "{ reference = \"previous\" }"),
     ("template-correlation", "{ reference = \"first\" }"),
     ("template-correlation", "{ reference = \"previous\" }"),
     ("template-correlation", "{ reference = \"slow\" }"),
+    ("uncertainty", "{}"),
+    ("uncertainty-change", "{ window = 3, settling = 2 }"),
+    ("uncertainty-change", "{ window = 2 }"),
 ];
 
 /// The values of the frames from `from` on, of a session that has seen those before.

@@ -38,7 +38,7 @@ use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::{Areas, Rect, Region};
 use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::follower::Memory;
 use crate::tracker::nanotrack::look::{Look, Place};
@@ -194,20 +194,10 @@ impl Plugin for DeepVerification {
 }
 
 impl Signal for DeepVerification {
-    fn direction(&self) -> Direction {
-        self.0.kinds()[0].0
-    }
-
-    fn symbol(&self) -> &'static str {
-        "vₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        self.0.kinds()[0].1
-    }
-
-    fn width(&self) -> usize {
-        self.0.kinds().len()
+    fn facts(&self) -> Facts {
+        let kinds = self.0.kinds();
+        let (direction, bounds) = kinds[0];
+        Facts { symbol: "vₜ", width: kinds.len(), ..Facts::of(direction, bounds) }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

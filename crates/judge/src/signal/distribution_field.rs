@@ -42,7 +42,7 @@ use crate::image::{Frame, Window};
 use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
 use crate::region::Rect;
 use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -237,12 +237,8 @@ impl DistributionField {
 }
 
 impl Signal for DistributionField {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 2.0 / self.0.layers as f64)
+    fn facts(&self) -> Facts {
+        Facts::of(Direction::HigherIsBetter, (0.0, 2.0 / self.0.layers as f64))
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

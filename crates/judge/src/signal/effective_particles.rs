@@ -14,11 +14,10 @@
 //! Source: Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", JASA 89(425), 1994; a filter
 //! resamples where this is low. Choice: the default of `good`.
 
+use super::causal::Causal;
 use super::particle_entropy::Params;
-use super::state_value::of_state;
-use super::{Direction, Reads, Session, Signal};
+use super::{Facts, Observation, Signal};
 use crate::plugin::{Entry, ParamError, Plugin};
-use crate::tracker::{RunContext, TrackerError};
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
     "effective-particles",
@@ -28,6 +27,7 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
 .example("{ good = \"low\" }");
 
 /// The share with checked parameters.
+#[derive(Clone)]
 pub struct EffectiveParticles(Params);
 
 impl Plugin for EffectiveParticles {
@@ -38,21 +38,15 @@ impl Plugin for EffectiveParticles {
     }
 }
 
-impl Signal for EffectiveParticles {
-    fn direction(&self) -> Direction {
-        self.0.good.direction()
+impl Causal for EffectiveParticles {
+    type Memory = ();
+
+    fn facts(&self) -> Facts {
+        self.0.good.facts()
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Posterior
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(of_state(|s| s.posterior.as_ref().map(|m| m.effective_samples / m.samples)))
+    fn push(&self, (): &mut (), observation: &Observation<'_>) -> f64 {
+        observation.state.posterior.as_ref().map_or(f64::NAN, |m| m.effective_samples / m.samples)
     }
 }
 

@@ -31,7 +31,7 @@ use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -132,15 +132,12 @@ impl Plugin for ForwardBackward {
 }
 
 impl Signal for ForwardBackward {
-    fn direction(&self) -> Direction {
-        match self.0.measure {
+    fn facts(&self) -> Facts {
+        let direction = match self.0.measure {
             Measure::Inliers => Direction::HigherIsBetter,
             Measure::Error | Measure::Residual => Direction::LowerIsBetter,
-        }
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
+        };
+        Facts::of(direction, (0.0, 1.0))
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

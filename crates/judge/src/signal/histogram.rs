@@ -1,8 +1,8 @@
 //! Shared by the two histogram signals: weights, colors, the frame that is compared with, and the similarity.
 
-use crate::image::Window;
+use super::{Direction, Facts};
+use crate::image::{Frame, Window};
 use crate::plugin::Range;
-use crate::saved;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -93,9 +93,9 @@ pub fn weight(window: &Window, j: usize, i: usize) -> u64 {
     w * w + h * h + 4 - from_center(j, window.w).pow(2) - from_center(i, window.h).pow(2)
 }
 
-/// Bin of a value when 0..=255 is divided into `bins` equal ones.
-pub fn bin(value: u8, bins: usize) -> usize {
-    usize::from(value) * bins / 256
+/// Bin of a color when 0..=255 is divided into so many equal ones for each channel.
+pub fn color_bin(channels: [u8; 3], bins: [usize; 3]) -> usize {
+    channels.iter().zip(bins).fold(0, |at, (value, bins)| at * bins + usize::from(*value) * bins / 256)
 }
 
 /// Similarity of two histograms that are first normalized to sum 1; in `[0, 1]`. Two empty histograms are alike (1), an
@@ -117,6 +117,30 @@ pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
 /// Share of a frame in the slow model.
 pub const RATE: Range = Range::of("rate").above(0.0).at_most(1.0);
 
+/// The facts of both signals.
+pub const FACTS: Facts = Facts::of(Direction::HigherIsBetter, (0.0, 1.0));
+
+/// The sums of the weights of a box's pixels, each in the bin of its color; a pixel without a bin counts nowhere.
+pub fn counts(
+    frame: &Frame,
+    window: &Window,
+    weights: Weights,
+    bins: usize,
+    bin_of: impl Fn(usize, usize, [u8; 3]) -> Option<usize>,
+) -> Vec<f64> {
+    let (x0, y0) = (window.x as usize, window.y as usize);
+    let mut histogram = vec![0.0; bins];
+    for i in 0..window.h {
+        let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
+        for (j, rgb) in row.chunks_exact(3).enumerate() {
+            if let Some(bin) = bin_of(j, i, [rgb[0], rgb[1], rgb[2]]) {
+                histogram[bin] += weights.of(window, j, i);
+            }
+        }
+    }
+    histogram
+}
+
 /// Parameters that the two signals share.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
@@ -128,51 +152,26 @@ pub struct Comparison {
     pub similarity: Similarity,
 }
 
-/// Histograms of a track: the reference, and room for the next one.
-pub struct Memory {
-    comparison: Comparison,
-    reference: Vec<f64>,
-    now: Vec<f64>,
-    started: bool,
-}
-
-impl Memory {
-    /// Before the first frame.
-    pub fn new(comparison: Comparison, bins: usize) -> Self {
-        Self { comparison, reference: vec![0.0; bins], now: vec![0.0; bins], started: false }
-    }
-
-    /// Fills the histogram of the next frame and compares it; 1 in the first frame.
-    pub fn push(&mut self, fill: impl FnOnce(&mut [f64])) -> f64 {
-        self.now.fill(0.0);
-        fill(&mut self.now);
-        let Comparison { reference, rate, similarity: kind } = self.comparison;
-        let value = if self.started { similarity(kind, &self.now, &self.reference) } else { 1.0 };
-        if !self.started || reference == Reference::Previous {
-            std::mem::swap(&mut self.now, &mut self.reference);
-        } else if reference == Reference::Slow {
-            blend(&mut self.reference, &self.now, rate);
+impl Comparison {
+    /// Compares the histogram of the next frame with the one remembered, which follows; 1 in the first frame.
+    pub fn push(self, memory: &mut Option<Vec<f64>>, now: Vec<f64>) -> f64 {
+        let Some(before) = memory else {
+            *memory = Some(now);
+            return 1.0;
+        };
+        let value = similarity(self.similarity, &now, before);
+        match self.reference {
+            Reference::First => {}
+            Reference::Previous => *before = now,
+            Reference::Slow => blend(before, &now, self.rate),
         }
-        self.started = true;
         value
     }
+}
 
-    /// The reference, if there is one yet.
-    pub fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.started.then_some(&self.reference))
-    }
-
-    /// Takes over a saved reference; `false` if it is none of this size.
-    pub fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some(reference) = saved::from_bytes::<Option<Vec<f64>>>(saved) else { return false };
-        let Some(reference) = reference else { return true };
-        let is_histogram = reference.iter().all(|v| (0.0..1e18).contains(v));
-        if reference.len() != self.reference.len() || !is_histogram {
-            return false;
-        }
-        (self.reference, self.started) = (reference, true);
-        true
-    }
+/// Whether a memory can be a histogram of so many bins.
+pub fn is_memory(memory: Option<&[f64]>, bins: usize) -> bool {
+    memory.is_none_or(|shares| shares.len() == bins && shares.iter().all(|v| (0.0..1e18).contains(v)))
 }
 
 /// Moves the shares of a model towards those of a histogram; an empty histogram changes nothing.
@@ -223,8 +222,8 @@ mod tests {
         // Half of (1, 0) and half of (0, 1); a frame without pixels changes nothing.
         let comparison =
             Comparison { reference: Reference::Slow, rate: 0.5, similarity: Similarity::Intersection };
-        let mut memory = Memory::new(comparison, 2);
-        let mut push = |p: [f64; 2]| memory.push(|histogram| histogram.copy_from_slice(&p));
+        let mut memory = None;
+        let mut push = |p: [f64; 2]| comparison.push(&mut memory, p.to_vec());
         assert_eq!(
             [push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0])],
             [1.0, 0.0, 0.0, 1.0]

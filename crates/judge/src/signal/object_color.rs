@@ -24,15 +24,14 @@
 
 use crate::image::Frame;
 use crate::image::patch::{Axis, Colors, Outside, Patch};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::Rect;
-use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::signal::causal::Causal;
+use crate::signal::{Direction, Facts, Observation, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ObjectColor>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "object-color",
     1,
     "how much more the colors in the box look like the target than those around it",
@@ -81,52 +80,29 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct ObjectColor(Params);
-
-impl Plugin for ObjectColor {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 32.0), Range::within("rate", 0.0, 1.0)];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
-
-impl Signal for ObjectColor {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (-1.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Comparison { params: self.0.clone(), model: None }))
-    }
 }
 
 /// Shares of the colors of the target and of its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Shares {
+pub struct Shares {
     target: Vec<f64>,
     around: Vec<f64>,
 }
 
-/// The signal of one track.
-struct Comparison {
-    params: Params,
+impl Causal for Params {
     /// F and B.
-    model: Option<Shares>,
-}
+    type Memory = Option<Shares>;
 
-impl Session for Comparison {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
-        let Params { object, bins, rate } = self.params;
+    fn facts(&self) -> Facts {
+        Facts::of(Direction::HigherIsBetter, (-1.0, 1.0))
+    }
+
+    fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+        let Params { object, bins, rate } = *self;
         let now = shares(frame, &state.region.rect(), bins);
-        let model = self.model.get_or_insert_with(|| now.clone());
+        let model = memory.get_or_insert_with(|| now.clone());
         let term = |c: usize| {
             let (target, around) = (model.target[c] + SMALL, model.around[c] + SMALL);
             target / (target + around) * (now.target[c] - now.around[c])
@@ -142,19 +118,10 @@ impl Session for Comparison {
         value.clamp(-1.0, 1.0)
     }
 
-    fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.model)
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some(model) = saved::from_bytes::<Option<Shares>>(saved) else { return false };
-        let colors = self.params.bins.pow(3);
+    fn is_memory(&self, memory: &Self::Memory) -> bool {
+        let colors = self.bins.pow(3);
         let fits = |shares: &[f64]| shares.len() == colors && shares.iter().all(|s| (0.0..=1.0).contains(s));
-        if model.as_ref().is_some_and(|m| !fits(&m.target) || !fits(&m.around)) {
-            return false;
-        }
-        self.model = model;
-        true
+        memory.as_ref().is_none_or(|model| fits(&model.target) && fits(&model.around))
     }
 }
 

@@ -16,14 +16,13 @@
 //! Source: the standard measure of the evenness of weights; none for failures of trackers. Choices: the base, so that trackers
 //! with different N can be compared; the default of `good`.
 
-use super::state_value::of_state;
-use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, ParamError, Plugin};
-use crate::tracker::{RunContext, TrackerError};
+use super::causal::Causal;
+use super::{Direction, Facts, Observation, Reads, Signal};
+use crate::plugin::{Entry, PlainParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ParticleEntropy>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "particle-entropy",
     1,
     "entropy of the weights of the tracker's particles, relative to equal weights",
@@ -31,65 +30,46 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ParticleEntropy>(
 .example("{ good = \"low\" }");
 
 /// Values that speak for a tracker at its target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Good {
     /// Low ones: few particles have the weight.
+    #[default]
     Low,
     /// High ones: weights are even.
     High,
 }
 
 impl Good {
-    /// As a direction.
-    pub fn direction(self) -> Direction {
-        match self {
+    /// What a measure of the weights says of its values.
+    pub fn facts(self) -> Facts {
+        let direction = match self {
             Self::Low => Direction::LowerIsBetter,
             Self::High => Direction::HigherIsBetter,
-        }
+        };
+        Facts { reads: Reads::Posterior, ..Facts::of(direction, (0.0, 1.0)) }
     }
 }
 
 /// Parameters of a measure of the weights.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Values that speak for a tracker at its target.
     pub good: Good,
 }
 
-impl Default for Params {
-    fn default() -> Self {
-        Self { good: Good::Low }
-    }
-}
+impl PlainParams for Params {}
 
-/// The entropy with checked parameters.
-pub struct ParticleEntropy(Params);
+impl Causal for Params {
+    type Memory = ();
 
-impl Plugin for ParticleEntropy {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
-
-impl Signal for ParticleEntropy {
-    fn direction(&self) -> Direction {
-        self.0.good.direction()
+    fn facts(&self) -> Facts {
+        self.good.facts()
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Posterior
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(of_state(|s| s.posterior.as_ref().map(|moments| moments.entropy)))
+    fn push(&self, (): &mut (), observation: &Observation<'_>) -> f64 {
+        observation.state.posterior.as_ref().map_or(f64::NAN, |moments| moments.entropy)
     }
 }
 
@@ -110,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_option_turns_the_direction() {
-        let direction = |text: &str| ENTRY.build_from_text(text).unwrap().direction();
+        let direction = |text: &str| ENTRY.build_from_text(text).unwrap().facts().direction;
         assert_eq!(direction("{}"), Direction::LowerIsBetter);
         assert_eq!(direction("{ good = \"high\" }"), Direction::HigherIsBetter);
     }

@@ -19,15 +19,14 @@
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::plugin::{Entry, PlainParams, Range};
+use crate::signal::causal::Causal;
+use crate::signal::{Direction, Facts, Observation, Signal};
 use nalgebra::{Cholesky, Matrix5, Vector5};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RegionCovariance>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "region-covariance",
     1,
     "distance of the (x, y, R, G, B) covariances of consecutive frames",
@@ -76,64 +75,33 @@ impl Default for Params {
     }
 }
 
-/// The covariance distance with checked parameters.
-pub struct RegionCovariance(Params);
-
-impl Plugin for RegionCovariance {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] =
         &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0)];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl Signal for RegionCovariance {
-    fn direction(&self) -> Direction {
-        Direction::LowerIsBetter
+impl Causal for Params {
+    /// The covariance of the frame before, column by column.
+    type Memory = Option<Vec<f64>>;
+
+    fn facts(&self) -> Facts {
+        Facts::of(Direction::LowerIsBetter, (0.0, f64::INFINITY))
     }
 
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, f64::INFINITY)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Change { params: self.0.clone(), last: None }))
-    }
-}
-
-/// The distance to the frame before, of one track.
-struct Change {
-    params: Params,
-    last: Option<Matrix5<f64>>,
-}
-
-impl Session for Change {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn push(&self, last: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
         let window = Window::on_frame(&state.region.rect(), frame);
-        let now = covariance(frame, &window, &self.params);
-        let before = self.last.replace(now).unwrap_or(now);
+        let now = covariance(frame, &window, self);
+        let before = last.replace(now.as_slice().to_vec());
+        let before = before.map_or(now, |before| Matrix5::from_column_slice(&before));
         let distance = distance(&now, &before);
-        match self.params.distance {
+        match self.distance {
             Distance::Root => distance,
             Distance::Sum => distance * distance,
         }
     }
 
-    fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.last.map(|last| last.as_slice().to_vec()))
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        match saved::from_bytes::<Option<Vec<f64>>>(saved) {
-            Some(Some(last)) if last.len() == 25 && last.iter().all(|v| v.is_finite()) => {
-                self.last = Some(Matrix5::from_column_slice(&last));
-                true
-            }
-            last => matches!(last, Some(None)),
-        }
+    fn is_memory(&self, last: &Self::Memory) -> bool {
+        last.as_ref().is_none_or(|last| last.len() == 25 && last.iter().all(|v| v.is_finite()))
     }
 }
 
@@ -252,7 +220,7 @@ mod tests {
 
         #[test]
         fn flat_boxes_stay_finite(w in 1.0..9.0_f64, h in 1.0..9.0_f64, value in 0..=255_u8) {
-            let signal = RegionCovariance::new(Params::default()).unwrap();
+            let signal = Params::default();
             let flat = Frame::new(20, 20, vec![value; 1200]);
             let colors = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
             let values = values_on_boxes(&signal, &[flat, colors], &[Rect::new(3.0, 2.0, w, h); 2]);

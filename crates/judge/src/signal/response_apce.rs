@@ -13,10 +13,10 @@
 //! tracker is reliable while this and the peak are above shares of their own running means: see the detector
 //! `relative-drop`.
 
-use super::state_value::of_state;
-use super::{Direction, Reads, Session, Signal};
+use super::causal::Causal;
+use super::{Direction, Facts, Observation, Reads, Signal};
 use crate::plugin::{Entry, NoParams, ParamError, Plugin};
-use crate::tracker::{Response, RunContext, TrackerError};
+use crate::tracker::Response;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponseApce>(
     "response-apce",
@@ -25,6 +25,7 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponseApce>(
 );
 
 /// The energy.
+#[derive(Clone)]
 pub struct ResponseApce;
 
 impl Plugin for ResponseApce {
@@ -35,21 +36,16 @@ impl Plugin for ResponseApce {
     }
 }
 
-impl Signal for ResponseApce {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
+impl Causal for ResponseApce {
+    type Memory = ();
+
+    fn facts(&self) -> Facts {
+        let bounds = (0.0, f64::INFINITY);
+        Facts { reads: Reads::Response, ..Facts::of(Direction::HigherIsBetter, bounds) }
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Response
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, f64::INFINITY)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(of_state(|s| s.response.as_ref().map(peak_to_energy)))
+    fn push(&self, (): &mut (), observation: &Observation<'_>) -> f64 {
+        observation.state.response.as_ref().map_or(f64::NAN, peak_to_energy)
     }
 }
 

@@ -22,14 +22,14 @@
 //! all cells of `S`, without the correction for their number that FuCoLoT's has. Frame 0 has quality 1: its map is
 //! the filter's response to the patch that it was trained on. Where `q[1]` is not above 0, it counts as 1.
 
-use super::state_value::of_state;
-use super::{Direction, Observation, Reads, Session, Signal};
-use crate::plugin::{Entry, ParamError, Plugin};
-use crate::tracker::{Response, RunContext, TrackerError};
+use super::causal::Causal;
+use super::{Direction, Facts, Observation, Reads, Signal};
+use crate::plugin::{Entry, PlainParams};
+use crate::tracker::Response;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponsePeak>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "response-peak",
     1,
     "highest value of the tracker's response map, its second peak, or its quality relative to the first frame's",
@@ -37,10 +37,11 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponsePeak>(
 .example("{ measure = \"peak\" }");
 
 /// Measures of the peak.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// The highest value.
+    #[default]
     Peak,
     /// Ratio of the second peak to the highest value.
     SecondPeak,
@@ -49,55 +50,40 @@ pub enum Measure {
 }
 
 /// Parameters of the peak.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Measure of the peak.
     pub measure: Measure,
 }
 
-impl Default for Params {
-    fn default() -> Self {
-        Self { measure: Measure::Peak }
+impl PlainParams for Params {}
+
+impl Causal for Params {
+    /// Whether there was a frame, and what a quality is relative to.
+    type Memory = (bool, Option<f64>);
+
+    fn facts(&self) -> Facts {
+        let (direction, bounds) = match self.measure {
+            Measure::Peak | Measure::Quality => {
+                (Direction::HigherIsBetter, (f64::NEG_INFINITY, f64::INFINITY))
+            }
+            Measure::SecondPeak => (Direction::LowerIsBetter, (0.0, 1.0)),
+        };
+        Facts { reads: Reads::Response, ..Facts::of(direction, bounds) }
     }
-}
 
-/// The peak with checked parameters.
-pub struct ResponsePeak(Params);
-
-impl Plugin for ResponsePeak {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
-
-impl Signal for ResponsePeak {
-    fn direction(&self) -> Direction {
-        match self.0.measure {
-            Measure::Peak | Measure::Quality => Direction::HigherIsBetter,
-            Measure::SecondPeak => Direction::LowerIsBetter,
+    fn push(&self, (started, first): &mut Self::Memory, observation: &Observation<'_>) -> f64 {
+        let Some(response) = &observation.state.response else { return f64::NAN };
+        match self.measure {
+            Measure::Peak => response.peak,
+            Measure::SecondPeak => second_peak(response),
+            Measure::Quality if !std::mem::replace(started, true) => 1.0,
+            Measure::Quality => {
+                let quality = quality(response);
+                quality / *first.get_or_insert(if quality > 0.0 { quality } else { 1.0 })
+            }
         }
-    }
-
-    fn reads(&self) -> Reads {
-        Reads::Response
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        match self.0.measure {
-            Measure::Peak | Measure::Quality => (f64::NEG_INFINITY, f64::INFINITY),
-            Measure::SecondPeak => (0.0, 1.0),
-        }
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(match self.0.measure {
-            Measure::Peak => of_state(|s| s.response.as_ref().map(|r| r.peak)),
-            Measure::SecondPeak => of_state(|s| s.response.as_ref().map(second_peak)),
-            Measure::Quality => Box::new(RelativeQuality::default()),
-        })
     }
 }
 
@@ -110,24 +96,6 @@ fn second_peak(response: &Response) -> f64 {
 fn quality(response: &Response) -> f64 {
     let height = response.peak - response.narrow_sidelobe_mean;
     response.peak * height / (response.narrow_sidelobe_deviation + 1e-4)
-}
-
-/// The quality of one track.
-#[derive(Default)]
-struct RelativeQuality {
-    started: bool,
-    first: Option<f64>,
-}
-
-impl Session for RelativeQuality {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let Some(response) = &observation.state.response else { return f64::NAN };
-        if !std::mem::replace(&mut self.started, true) {
-            return 1.0;
-        }
-        let quality = quality(response);
-        quality / *self.first.get_or_insert(if quality > 0.0 { quality } else { 1.0 })
-    }
 }
 
 #[cfg(test)]

@@ -19,25 +19,26 @@
 //! here are 1 to 16 pixels, so that 11 cells are more of the target than in the paper, where a cell is a pixel; where the
 //! map is not wider, the whole map is the sidelobe.
 
-use super::state_value::of_state;
-use super::{Direction, Reads, Session, Signal};
-use crate::plugin::{Entry, ParamError, Plugin};
-use crate::tracker::{Response, RunContext, TrackerError};
+use super::causal::Causal;
+use super::{Direction, Facts, Observation, Reads, Signal};
+use crate::plugin::{Entry, PlainParams};
+use crate::tracker::Response;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Signal> =
-    Entry::of::<ResponsePsr>("response-psr", 1, "peak-to-sidelobe ratio of the tracker's response map")
+    Entry::of::<Params>("response-psr", 1, "peak-to-sidelobe ratio of the tracker's response map")
         .example("{ sidelobe = \"window\" }");
 
 /// Largest ratio, that of a flat sidelobe.
 const MAX_RATIO: f64 = 1e6;
 
 /// Cells that the peak is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sidelobe {
     /// All but the 11 x 11 cells around the peak.
+    #[default]
     Window,
     /// All but those within 5 % of the map's sides from the peak.
     FivePercent,
@@ -46,46 +47,25 @@ pub enum Sidelobe {
 }
 
 /// Parameters of the ratio.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Cells that the peak is compared with.
     pub sidelobe: Sidelobe,
 }
 
-impl Default for Params {
-    fn default() -> Self {
-        Self { sidelobe: Sidelobe::Window }
-    }
-}
+impl PlainParams for Params {}
 
-/// The ratio with checked parameters.
-pub struct ResponsePsr(Params);
+impl Causal for Params {
+    type Memory = ();
 
-impl Plugin for ResponsePsr {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
-
-impl Signal for ResponsePsr {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
+    fn facts(&self) -> Facts {
+        Facts { reads: Reads::Response, ..Facts::of(Direction::HigherIsBetter, (0.0, MAX_RATIO)) }
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Response
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, MAX_RATIO)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let sidelobe = self.0.sidelobe;
-        Ok(of_state(move |s| s.response.as_ref().map(|r| peak_to_sidelobe(r, sidelobe))))
+    fn push(&self, (): &mut (), observation: &Observation<'_>) -> f64 {
+        let response = observation.state.response.as_ref();
+        response.map_or(f64::NAN, |response| peak_to_sidelobe(response, self.sidelobe))
     }
 }
 

@@ -14,15 +14,15 @@
 //! and `similarity` are other readings of what the paper leaves open, the first of each the default. Boxes that leave the frame are shifted
 //! inside, larger ones cut to the frame.
 
-use super::histogram::{self, Colors, Comparison, Memory, Reference, Similarity, Weights, bin};
+use super::causal::Causal;
+use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::Window;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::signal::{Direction, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::plugin::{Entry, PlainParams, Range};
+use crate::signal::{Facts, Observation, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RgbHistogram>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "rgb-histogram",
     1,
     "Bhattacharyya coefficient of RGB histograms, this frame against the one before",
@@ -47,12 +47,6 @@ pub struct Params {
     pub similarity: Similarity,
 }
 
-impl Params {
-    fn comparison(&self) -> Comparison {
-        Comparison { reference: self.reference, rate: self.rate, similarity: self.similarity }
-    }
-}
-
 impl Default for Params {
     fn default() -> Self {
         Self {
@@ -66,63 +60,27 @@ impl Default for Params {
     }
 }
 
-/// The RGB histogram's similarity with checked parameters.
-pub struct RgbHistogram(Params);
-
-impl Plugin for RgbHistogram {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 64.0), histogram::RATE];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl Signal for RgbHistogram {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
+impl Causal for Params {
+    type Memory = Option<Vec<f64>>;
+
+    fn facts(&self) -> Facts {
+        histogram::FACTS
     }
 
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let memory = Memory::new(self.0.comparison(), self.0.bins.pow(3));
-        Ok(Box::new(Compared { params: self.0.clone(), memory }))
-    }
-}
-
-/// The similarity of one track.
-struct Compared {
-    params: Params,
-    memory: Memory,
-}
-
-impl Session for Compared {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+        let Params { bins, reference, rate, colors, weights, similarity } = *self;
         let window = Window::on_frame(&state.region.rect(), frame);
-        let (x0, y0) = (window.x as usize, window.y as usize);
-        let Params { bins, colors, weights, .. } = self.params;
-        self.memory.push(|histogram| {
-            for i in 0..window.h {
-                let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
-                for (j, rgb) in row.chunks_exact(3).enumerate() {
-                    let channels = colors.of([rgb[0], rgb[1], rgb[2]]);
-                    let at = channels.iter().fold(0, |at, &value| at * bins + bin(value, bins));
-                    histogram[at] += weights.of(&window, j, i);
-                }
-            }
-        })
+        let bin_of = |_: usize, _: usize, rgb: [u8; 3]| Some(color_bin(colors.of(rgb), [bins; 3]));
+        let now = counts(frame, &window, weights, bins.pow(3), bin_of);
+        Comparison { reference, rate, similarity }.push(memory, now)
     }
 
-    fn save(&self) -> Option<Vec<u8>> {
-        self.memory.save()
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        self.memory.restore(saved)
+    fn is_memory(&self, memory: &Self::Memory) -> bool {
+        histogram::is_memory(memory.as_deref(), self.bins.pow(3))
     }
 }
 
@@ -135,7 +93,7 @@ mod tests {
     #[test]
     fn bins_are_joint() {
         // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.
-        let signal = RgbHistogram::new(Params::default()).unwrap();
+        let signal = Params::default();
         let gray = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
         let colored = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
         let boxes = [crate::region::Rect::new(0.0, 0.0, 2.0, 1.0); 3];

@@ -18,11 +18,11 @@
 //! 8 x 8 x 8 x 5: `blue_bins = 8`); rho is 1 when no pixel remains in either frame and 0 when none remains
 //! in one of them. `codes`, `colors`, `weights`, `similarity` and `reference` are other readings, the first of each the default.
 
-use super::histogram::{self, Colors, Comparison, Memory, Reference, Similarity, Weights, bin};
+use super::causal::Causal;
+use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::{Frame, Window, luma};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::signal::{Direction, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::signal::{Facts, Observation, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -86,8 +86,9 @@ pub struct Params {
 }
 
 impl Params {
-    fn comparison(&self) -> Comparison {
-        Comparison { reference: self.reference, rate: self.rate, similarity: self.similarity }
+    /// Bins of the color channels.
+    fn color_bins(&self) -> [usize; 3] {
+        [self.red_bins, self.green_bins, self.blue_bins]
     }
 }
 
@@ -109,6 +110,7 @@ impl Default for Params {
 }
 
 /// The joint histogram's similarity with checked parameters.
+#[derive(Clone)]
 pub struct RgbLbpHistogram(Params);
 
 impl Plugin for RgbLbpHistogram {
@@ -123,7 +125,7 @@ impl Plugin for RgbLbpHistogram {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        let all = p.red_bins * p.green_bins * p.blue_bins;
+        let all: usize = p.color_bins().iter().product();
         if all > 262_144 {
             return Err(ParamError::out_of_range("blue_bins", "small enough for 262144 bins in all", all));
         }
@@ -131,72 +133,50 @@ impl Plugin for RgbLbpHistogram {
     }
 }
 
-impl Signal for RgbLbpHistogram {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let p = self.0.clone();
-        let bins = p.red_bins * p.green_bins * p.blue_bins * p.codes.kept().len();
-        Ok(Box::new(Compared { memory: Memory::new(p.comparison(), bins), params: p, gray: Vec::new() }))
+impl RgbLbpHistogram {
+    /// Bins of the joint histogram.
+    fn bins(&self) -> usize {
+        self.0.color_bins().iter().product::<usize>() * self.0.codes.kept().len()
     }
 }
 
-/// The similarity of one track.
-struct Compared {
-    params: Params,
-    memory: Memory,
-    /// Gray values of the box and a rim of one pixel.
-    gray: Vec<f64>,
-}
+impl Causal for RgbLbpHistogram {
+    type Memory = Option<Vec<f64>>;
 
-impl Session for Compared {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn facts(&self) -> Facts {
+        histogram::FACTS
+    }
+
+    fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+        let p = &self.0;
         let window = Window::on_frame(&state.region.rect(), frame);
-        let (x0, y0) = (window.x as usize, window.y as usize);
-        let (p, gray, stride) = (&self.params, &mut self.gray, window.w + 2);
-        read_gray(frame, &window, gray);
-        self.memory.push(|histogram| {
-            for i in 0..window.h {
-                let row = &frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)];
-                for (j, rgb) in row.chunks_exact(3).enumerate() {
-                    let code = lbp_code(gray, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
-                    let kept = p.codes.kept();
-                    if !kept.contains(&code) {
-                        continue;
-                    }
-                    let [r, g, b] = p.colors.of([rgb[0], rgb[1], rgb[2]]);
-                    let color = bin(r, p.red_bins) * p.green_bins + bin(g, p.green_bins);
-                    let color = color * p.blue_bins + bin(b, p.blue_bins);
-                    histogram[color * kept.len() + code - kept.start] += p.weights.of(&window, j, i);
-                }
-            }
-        })
+        let (gray, stride) = (read_gray(frame, &window), window.w + 2);
+        let (kept, color_bins) = (p.codes.kept(), p.color_bins());
+        let bin_of = |j: usize, i: usize, rgb: [u8; 3]| {
+            let code = lbp_code(&gray, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
+            kept.contains(&code)
+                .then(|| color_bin(p.colors.of(rgb), color_bins) * kept.len() + code - kept.start)
+        };
+        let now = counts(frame, &window, p.weights, self.bins(), bin_of);
+        let Params { reference, rate, similarity, .. } = self.0;
+        Comparison { reference, rate, similarity }.push(memory, now)
     }
 
-    fn save(&self) -> Option<Vec<u8>> {
-        self.memory.save()
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        self.memory.restore(saved)
+    fn is_memory(&self, memory: &Self::Memory) -> bool {
+        histogram::is_memory(memory.as_deref(), self.bins())
     }
 }
 
 /// Gray values of a window on the frame and its rim, `(w + 2) * (h + 2)`; 0 outside the frame.
-fn read_gray(frame: &Frame, window: &Window, gray: &mut Vec<f64>) {
-    gray.clear();
+fn read_gray(frame: &Frame, window: &Window) -> Vec<f64> {
+    let mut gray = Vec::with_capacity((window.w + 2) * (window.h + 2));
     for y in window.y - 1..=window.y + window.h as i64 {
         for x in window.x - 1..=window.x + window.w as i64 {
             let inside = (0..frame.width() as i64).contains(&x) && (0..frame.height() as i64).contains(&y);
             gray.push(if inside { gray_value(frame.pixel(x as usize, y as usize)) } else { 0.0 });
         }
     }
+    gray
 }
 
 /// Gray value of a pixel, a whole number from 0 to 255.

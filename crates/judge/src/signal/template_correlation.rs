@@ -22,14 +22,13 @@
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::saved;
-use crate::signal::{Direction, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::plugin::{Entry, PlainParams, Range};
+use crate::signal::causal::Causal;
+use crate::signal::{Direction, Facts, Observation, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<TemplateCorrelation>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "template-correlation",
     1,
     "normalized cross-correlation of the box's gray values with a template",
@@ -71,75 +70,41 @@ impl Default for Params {
     }
 }
 
-/// The correlation with checked parameters.
-pub struct TemplateCorrelation(Params);
-
-impl Plugin for TemplateCorrelation {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::within("side", 2.0, 256.0), Range::within("rate", 0.0, 1.0)];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl Signal for TemplateCorrelation {
-    fn direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (-1.0, 1.0)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Comparison { params: self.0.clone(), template: None }))
-    }
-}
-
-/// The correlation of one track.
-struct Comparison {
-    params: Params,
+impl Causal for Params {
     /// Columns, rows and gray values of the template.
-    template: Option<(usize, usize, Vec<f64>)>,
-}
+    type Memory = Option<(usize, usize, Vec<f64>)>;
 
-impl Session for Comparison {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn facts(&self) -> Facts {
+        Facts::of(Direction::HigherIsBetter, (-1.0, 1.0))
+    }
+
+    fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+        let Params { reference, side, rate } = *self;
         let window = Window::on_frame(&state.region.rect(), frame);
-        let Some((width, height, template)) = &mut self.template else {
-            let (width, height) = template_size(&window, self.params.side);
-            self.template = Some((width, height, resample(frame, &window, width, height)));
+        let Some((width, height, template)) = memory else {
+            let (width, height) = template_size(&window, side);
+            *memory = Some((width, height, resample(frame, &window, width, height)));
             return 1.0;
         };
         let now = resample(frame, &window, *width, *height);
         let value = correlation(&now, template, FLAT);
-        match self.params.reference {
+        match reference {
             Template::First => {}
             Template::Previous => *template = now,
             Template::Slow => {
-                let rate = self.params.rate;
-                template.iter_mut().zip(&now).for_each(|(q, p)| *q = (1.0 - rate) * *q + rate * p);
+                template.iter_mut().zip(&now).for_each(|(q, p)| *q = (1.0 - rate) * *q + rate * p)
             }
         }
         value
     }
 
-    fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&self.template)
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some(template) = saved::from_bytes::<Option<(usize, usize, Vec<f64>)>>(saved) else {
-            return false;
-        };
-        let fits = |side: usize| (1..=self.params.side).contains(&side);
-        if template.as_ref().is_some_and(|(w, h, values)| !fits(*w) || !fits(*h) || values.len() != w * h) {
-            return false;
-        }
-        self.template = template;
-        true
+    fn is_memory(&self, memory: &Self::Memory) -> bool {
+        let fits = |side: usize| (1..=self.side).contains(&side);
+        memory.as_ref().is_none_or(|(w, h, values)| fits(*w) && fits(*h) && values.len() == w * h)
     }
 }
 
@@ -181,7 +146,7 @@ mod tests {
     const TEMPLATES: [Template; 3] = [Template::First, Template::Previous, Template::Slow];
 
     fn values(reference: Template, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-        let signal = TemplateCorrelation::new(Params { reference, ..Params::default() }).unwrap();
+        let signal = Params { reference, ..Params::default() };
         values_on_boxes(&signal, frames, boxes)
     }
 
@@ -239,7 +204,7 @@ mod tests {
             let boxes: Vec<Rect> = (0..5).map(|t| Rect::new(5.0 + f64::from(t), 9.0, 30.0, 40.0)).collect();
             let slow = |rate| {
                 let signal =
-                    TemplateCorrelation::new(Params { reference: Template::Slow, rate, side: 32 }).unwrap();
+                    Params { reference: Template::Slow, rate, side: 32 };
                 values_on_boxes(&signal, &frames, &boxes)
             };
             prop_assert_eq!(slow(1.0), values(Template::Previous, &frames, &boxes));

@@ -37,7 +37,7 @@ pub fn values_on_boxes(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) ->
 /// The value of a signal of a response map in the first frame.
 pub fn value_of_map(entry: &Entry<dyn Signal>, params: &str, map: &[f32], width: usize) -> f64 {
     let signal = entry.build_from_text(params).unwrap();
-    let (low, high) = signal.bounds();
+    let (low, high) = signal.facts().bounds;
     let frame = Frame::new(1, 1, vec![0; 3]);
     let value = values(signal.as_ref(), &[frame], [testing::state_of_map(map, width)])[0];
     assert!((low..=high).contains(&value), "{value}");

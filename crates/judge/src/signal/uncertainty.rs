@@ -20,9 +20,10 @@
 //! A tracker without posterior, a component it does not have and a region without area give NaN, which
 //! the engine reports as the error of that track.
 
-use super::{Direction, Observation, Reads, Session, Signal};
+use super::causal::Causal;
+use super::{Direction, Facts, Observation, Reads, Signal};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::tracker::{Moments, RunContext, TrackerError};
+use crate::tracker::Moments;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -90,54 +91,27 @@ impl Plugin for Uncertainty {
     }
 }
 
-impl Uncertainty {
-    /// A fresh computation for one track.
-    pub(super) fn spread(&self) -> Spread {
-        Spread { params: self.0.clone(), first_size: None }
-    }
-}
+impl Causal for Uncertainty {
+    /// A quarter of the area in the first frame.
+    type Memory = Option<f64>;
 
-impl Signal for Uncertainty {
-    fn direction(&self) -> Direction {
-        Direction::LowerIsBetter
+    fn facts(&self) -> Facts {
+        let facts = Facts::of(Direction::LowerIsBetter, (self.0.floor, f64::INFINITY));
+        Facts { reads: Reads::Posterior, symbol: "uₜ", ..facts }
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Posterior
-    }
-
-    fn symbol(&self) -> &'static str {
-        "uₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (self.0.floor, f64::INFINITY)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(self.spread()))
-    }
-}
-
-/// The uncertainty of one track.
-pub(super) struct Spread {
-    params: Params,
-    first_size: Option<f64>,
-}
-
-impl Session for Spread {
-    fn push(&mut self, &Observation { state, .. }: &Observation<'_>) -> f64 {
+    fn push(&self, first_size: &mut Option<f64>, &Observation { state, .. }: &Observation<'_>) -> f64 {
         let quarter = state.region.rect().area() / 4.0;
-        let size = match self.params.normalize {
+        let size = match self.0.normalize {
             Normalize::None => 1.0,
-            Normalize::FirstSize => *self.first_size.get_or_insert(quarter),
+            Normalize::FirstSize => *first_size.get_or_insert(quarter),
             Normalize::CurrentSize => quarter,
         };
-        let components = self.params.components.as_deref();
+        let components = self.0.components.as_deref();
         let root = state.posterior.as_ref().and_then(|m| root_determinant(m, components));
         // 0 / 0, x / 0 and overflow must not be replaced by the floor.
         match root.map(|root| root / size) {
-            Some(u) if u.is_finite() => u.max(self.params.floor),
+            Some(u) if u.is_finite() => u.max(self.0.floor),
             _ => f64::NAN,
         }
     }

@@ -23,10 +23,10 @@
 //! had no such start. `settling` frames at the start of a track are therefore no reference and have
 //! c_t = 0; 0, the default, takes the formulas as they stand.
 
-use super::uncertainty::{self, Normalize, Spread, Uncertainty};
-use super::{Direction, Observation, Reads, Session, Signal};
+use super::causal::Causal;
+use super::uncertainty::{self, Normalize, Uncertainty};
+use super::{Direction, Facts, Observation, Reads, Signal};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -79,6 +79,7 @@ impl Default for Params {
 }
 
 /// The change of uncertainty with checked parameters.
+#[derive(Clone)]
 pub struct UncertaintyChange {
     params: Params,
     uncertainty: Uncertainty,
@@ -100,95 +101,57 @@ impl Plugin for UncertaintyChange {
     }
 }
 
-impl Signal for UncertaintyChange {
-    fn direction(&self) -> Direction {
-        Direction::LowerIsBetter
+impl Causal for UncertaintyChange {
+    /// Number of frames left out at the start, the memory of the uncertainty, and its values in the window.
+    type Memory = (usize, Option<f64>, VecDeque<f64>);
+
+    fn facts(&self) -> Facts {
+        let facts = Facts::of(Direction::LowerIsBetter, (0.0, f64::INFINITY));
+        Facts { reads: Reads::Posterior, symbol: "cₜ", ..facts }
     }
 
-    fn reads(&self) -> Reads {
-        Reads::Posterior
-    }
-
-    fn symbol(&self) -> &'static str {
-        "cₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (0.0, f64::INFINITY)
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let Params { window, settling, form, skip_degenerate, floor, .. } = self.params;
-        let degenerate = if skip_degenerate { floor } else { 0.0 };
-        Ok(Box::new(Change {
-            settling,
-            spread: self.uncertainty.spread(),
-            changes: Changes::new(window, form, degenerate),
-        }))
-    }
-}
-
-/// The change of uncertainty of one track.
-struct Change {
-    /// Frames that are still to be left out.
-    settling: usize,
-    spread: Spread,
-    changes: Changes,
-}
-
-impl Session for Change {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let u = self.spread.push(observation);
-        if self.settling > 0 {
-            self.settling -= 1;
+    fn push(&self, (left_out, size, past): &mut Self::Memory, observation: &Observation<'_>) -> f64 {
+        let u = self.uncertainty.push(size, observation);
+        if *left_out < self.params.settling {
+            *left_out += 1;
             // A value that is not finite is an error in any frame.
             return if u.is_finite() { 0.0 } else { u };
         }
-        self.changes.push(u)
+        let Params { window, form, skip_degenerate, floor, .. } = self.params;
+        change(past, u, window, form, if skip_degenerate { floor } else { 0.0 })
+    }
+
+    fn is_memory(&self, (_, _, past): &Self::Memory) -> bool {
+        past.len() <= self.params.window
     }
 }
 
-/// Eq. 6-7 for a series that arrives frame by frame.
-#[derive(Debug, Clone)]
-pub struct Changes {
-    window: usize,
-    form: Form,
-    degenerate: f64,
-    past: VecDeque<f64>,
+/// Eq. 6-7 for a series that arrives frame by frame: the change at the next value of `u`, at least 0, against those of
+/// the window before; NaN for a value that is not finite. Values of `degenerate` (at least 0) or less are no reference.
+fn change(past: &mut VecDeque<f64>, u: f64, window: usize, form: Form, degenerate: f64) -> f64 {
+    if !u.is_finite() {
+        return f64::NAN;
+    }
+    // The largest ratio is that of the argmax; signed ratios are largest against the minimum.
+    let change = past.iter().filter(|r| **r > degenerate).fold(0.0_f64, |most, r| {
+        let ratio = (u - r) / r;
+        most.max(match form {
+            Form::Absolute => ratio.abs(),
+            Form::Signed => ratio,
+        })
+    });
+    if past.len() == window {
+        past.pop_front();
+    }
+    past.push_back(u);
+    change
 }
 
-impl Changes {
-    /// Nothing seen yet; values of `degenerate` (at least 0) or less are no reference.
-    pub fn new(window: usize, form: Form, degenerate: f64) -> Self {
-        Self { window, form, degenerate, past: VecDeque::new() }
-    }
-
-    /// The change at the next value of `u`, at least 0; NaN for a value that is not finite.
-    pub fn push(&mut self, u: f64) -> f64 {
-        if !u.is_finite() {
-            return f64::NAN;
-        }
-        // The largest ratio is that of the argmax; signed ratios are largest against the minimum.
-        let change = self.past.iter().filter(|r| **r > self.degenerate).fold(0.0_f64, |most, r| {
-            let ratio = (u - r) / r;
-            most.max(match self.form {
-                Form::Absolute => ratio.abs(),
-                Form::Signed => ratio,
-            })
-        });
-        if self.past.len() == self.window {
-            self.past.pop_front();
-        }
-        self.past.push_back(u);
-        change
-    }
-}
-
-/// The change at every value of `u`; see [`Changes`].
+/// The change at every value of `u`; see [`change`].
 #[cfg(test)]
 pub(crate) fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
-    let mut changes = Changes::new(window, form, degenerate);
-    u.iter().map(|&u| changes.push(u)).collect()
+    let mut past = VecDeque::new();
+    u.iter().map(|&u| change(&mut past, u, window, form, degenerate)).collect()
 }
 
 #[cfg(test)]

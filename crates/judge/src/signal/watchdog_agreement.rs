@@ -26,7 +26,7 @@ use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::{Rect, Region};
 use crate::saved;
 use crate::signal::companion_overlap::overlap;
-use crate::signal::{Direction, Observation, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::follower::{Follower, Memory};
 use crate::tracker::nanotrack::look::Look;
@@ -122,20 +122,9 @@ pub(super) fn once<T: PartialEq + std::fmt::Debug>(
 }
 
 impl Signal for WatchdogAgreement {
-    fn direction(&self) -> Direction {
-        self.0.values[0].direction()
-    }
-
-    fn symbol(&self) -> &'static str {
-        "dₜ"
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        self.0.values[0].bounds()
-    }
-
-    fn width(&self) -> usize {
-        self.0.values.len()
+    fn facts(&self) -> Facts {
+        let (values, first) = (&self.0.values, self.0.values[0]);
+        Facts { symbol: "dₜ", width: values.len(), ..Facts::of(first.direction(), first.bounds()) }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {

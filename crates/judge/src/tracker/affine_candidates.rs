@@ -14,7 +14,7 @@
 use super::Moments;
 use crate::image::Frame;
 use crate::image::warp::{Geometry, Template};
-use crate::num::particles::{effective_number, entropy};
+use crate::num::particles::posterior;
 use crate::plugin::{ParamError, Range};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
@@ -80,47 +80,18 @@ impl Candidates {
 
     /// Moments of the candidates with these weights, which sum to 1.
     pub fn moments(&self, weights: &[f64], likelihood: f64) -> Moments {
-        let d = self.moving.len();
-        // Relative to the first candidate, so that equal candidates have covariance 0 exactly.
-        let first = self.states.first().copied().unwrap_or_default();
-        let mut mean = first;
-        for (state, w) in self.states.iter().zip(weights) {
-            for (k, m) in mean.iter_mut().enumerate() {
-                *m += w * (state[k] - first[k]);
-            }
-        }
-        let mut covariance = vec![0.0; d * d];
-        for (state, w) in self.states.iter().zip(weights) {
-            for (row, &i) in self.moving.iter().enumerate() {
-                for (column, &j) in self.moving.iter().enumerate().skip(row) {
-                    covariance[d * row + column] += w * (state[i] - mean[i]) * (state[j] - mean[j]);
-                }
-            }
-        }
-        for row in 0..d {
-            for column in 0..row {
-                covariance[d * row + column] = covariance[d * column + row];
-            }
-        }
-        Moments {
-            mean: self.moving.iter().map(|&k| mean[k]).collect(),
-            covariance,
-            effective_samples: effective_number(weights),
-            samples: weights.len() as f64,
-            entropy: entropy(weights),
-            likelihood,
-            particles: Vec::new(),
-        }
+        Moments::of(&posterior(&self.states, weights), weights, &self.moving, likelihood)
     }
 
     /// Moments of the first frame: all candidates at the annotation, with equal weights.
     pub fn certain(&self, at: &Geometry, likelihood: f64) -> Moments {
         let d = self.moving.len();
+        let samples = self.states.len() as f64;
         Moments {
             mean: self.moving.iter().map(|&k| at[k]).collect(),
             covariance: vec![0.0; d * d],
-            effective_samples: self.states.len() as f64,
-            samples: self.states.len() as f64,
+            effective_samples: samples,
+            samples,
             entropy: 1.0,
             likelihood,
             particles: Vec::new(),

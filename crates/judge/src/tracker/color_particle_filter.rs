@@ -43,11 +43,11 @@ mod histogram;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::{Rect, Region};
 use histogram::{Binning, Ellipse, Grid, Histogram, MAX_BINS, Model};
 use rand::RngExt;
@@ -164,12 +164,7 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct ColorParticleFilter(Params);
-
-impl Plugin for ColorParticleFilter {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("sigma_position", 0.0, 1000.0),
         Range::within("sigma_axes", 0.0, 1000.0),
@@ -184,16 +179,12 @@ impl Plugin for ColorParticleFilter {
         Range::within("points", 1.0, 10_000.0),
         Range::within("bins", 1.0, MAX_BINS as f64),
     ];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl ColorParticleFilter {
+impl Params {
     /// Standard deviations of the noise of a frame; the angle's in radians.
     fn deviations(&self) -> Ellipse {
-        let p = &self.0;
+        let p = self;
         let [position, axes, turn] = [p.sigma_position, p.sigma_axes, p.sigma_orientation]
             .map(|s| if p.noise_is_variance { s.sqrt() } else { s });
         [position, position, axes, axes, turn.to_radians()]
@@ -201,15 +192,15 @@ impl ColorParticleFilter {
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<ColorParticleFilter>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "color-particle-filter",
     1,
     "particles that are ellipses, weighed by color histograms",
 );
 
-impl TrackerConfig for ColorParticleFilter {
-    fn gives_posterior(&self) -> bool {
-        true
+impl TrackerConfig for Params {
+    fn facts(&self) -> Facts {
+        Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
@@ -217,7 +208,7 @@ impl TrackerConfig for ColorParticleFilter {
         if annotated.iter().any(|v| !v.is_finite()) {
             return Err(TrackerError::no_region("color-particle-filter"));
         }
-        let p = &self.0;
+        let p = self;
         let hsv = match p.color_space {
             ColorSpace::Auto => context.sequence.attributes().iter().any(|a| a == FACE),
             ColorSpace::Rgb => false,
@@ -342,21 +333,10 @@ impl Clone for Colors {
 }
 
 fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness: f64) -> Moments {
-    let row = |(s, w): (&Ellipse, &f64)| [s[0], s[1], s[2], s[3], s[4], *w];
-    let particles = if params.keep_particles {
-        cloud.states.iter().zip(&cloud.weights).flat_map(row).collect()
-    } else {
-        Vec::new()
-    };
-    Moments {
-        mean: posterior.mean.to_vec(),
-        covariance: posterior.covariance.as_flattened().to_vec(),
-        effective_samples: cloud.effective(),
-        samples: cloud.weights.len() as f64,
-        entropy: cloud.entropy(),
-        likelihood: likelihood(likeness, params.sigma_color),
-        particles,
-    }
+    let kept: &[usize] = &[0, 1, 2, 3, 4];
+    let particles = if params.keep_particles { cloud.rows(kept) } else { Vec::new() };
+    let likelihood = likelihood(likeness, params.sigma_color);
+    Moments { particles, ..Moments::of(posterior, &cloud.weights, kept, likelihood) }
 }
 
 /// Bounds of ellipses.

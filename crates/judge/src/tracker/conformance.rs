@@ -40,7 +40,7 @@ fn trackers_that_use_no_seed_give_the_same_track_with_any() {
     for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         let tracks = [1, 2].map(|seed| track(&*config, &q, seed, &region, &frames));
-        assert_eq!(config.uses_seed(), tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
+        assert_eq!(config.facts().uses_seed, tracks[0] != tracks[1], "{}: `uses_seed` is not true", e.kind);
     }
 }
 
@@ -66,8 +66,13 @@ fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
         let rest = go_on(&mut *tracker);
         assert_eq!(go_on(&mut *same), rest, "{}: a fork", e.kind);
         assert_eq!(go_on(&mut *again), reseeded, "{}: two forks of a seed", e.kind);
-        assert_eq!(go_on(&mut *other) != reseeded, config.uses_seed(), "{}: forks of two seeds", e.kind);
-        assert_eq!(rest != reseeded, config.uses_seed(), "{}: a fork of another seed", e.kind);
+        assert_eq!(
+            go_on(&mut *other) != reseeded,
+            config.facts().uses_seed,
+            "{}: forks of two seeds",
+            e.kind
+        );
+        assert_eq!(rest != reseeded, config.facts().uses_seed, "{}: a fork of another seed", e.kind);
         assert_eq!(
             [states, rest].concat(),
             track(&*config, &q, 7, &region, &frames),
@@ -84,8 +89,8 @@ fn answers_have_what_the_configuration_says() {
     for e in TRACKERS {
         let config = e.build_from_text(e.example).unwrap();
         for s in track(&*config, &q, 3, &region, &frames) {
-            assert_eq!(s.posterior.is_some(), config.gives_posterior(), "{}", e.kind);
-            assert_eq!(s.response.is_some(), config.gives_response(), "{}", e.kind);
+            assert_eq!(s.posterior.is_some(), config.facts().gives_posterior, "{}", e.kind);
+            assert_eq!(s.response.is_some(), config.facts().gives_response, "{}", e.kind);
             let even = s.posterior.is_none_or(|m| {
                 let bound = m.entropy * m.samples.ln() + 1e-9;
                 (1.0..=m.samples).contains(&m.effective_samples) && m.effective_samples.ln() <= bound

@@ -19,6 +19,7 @@
 //!
 //! A look without any contrast neither moves nor trains the filter: its response would be rounding errors.
 
+pub mod place;
 pub mod response;
 
 use crate::image::Frame;

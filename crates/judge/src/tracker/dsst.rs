@@ -42,7 +42,7 @@ mod start;
 
 use super::correlation::response::{MapOptions, ResponseMap};
 use super::correlation::{Peak, label, peak};
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
@@ -134,16 +134,8 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Dsst>("dsst", 4, "correlation filters for the place and for the scale");
 
 impl TrackerConfig for Dsst {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn gives_posterior(&self) -> bool {
-        true
-    }
-
-    fn gives_response(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts::RESPONSES
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {

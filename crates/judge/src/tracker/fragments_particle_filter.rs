@@ -40,13 +40,13 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-use super::{Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
-use crate::num::particles::{Cloud, Resampling};
+use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::{Rect, Region};
-use evidence::{Evidence, Place};
+use evidence::Evidence;
 pub use layout::FragmentLayout;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -120,12 +120,7 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct FragmentsParticleFilter(Params);
-
-impl Plugin for FragmentsParticleFilter {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("reliability_rate", 0.0, 1.0),
         Range::within("drop_below", 0.0, 0.99),
@@ -135,22 +130,18 @@ impl Plugin for FragmentsParticleFilter {
         Range::within("particles", 2.0, 10_000.0),
         Range::within("cells", 1.0, 16.0),
     ];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<FragmentsParticleFilter>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "fragments-particle-filter",
     1,
     "reconstruction of FT: particles weighed by the votes of fragments",
 );
 
-impl TrackerConfig for FragmentsParticleFilter {
-    fn gives_posterior(&self) -> bool {
-        true
+impl TrackerConfig for Params {
+    fn facts(&self) -> Facts {
+        Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
@@ -158,7 +149,7 @@ impl TrackerConfig for FragmentsParticleFilter {
         if ![rect.x, rect.y, rect.w, rect.h].iter().all(|v| v.is_finite()) {
             return Err(TrackerError::no_region("fragments-particle-filter"));
         }
-        let p = &self.0;
+        let p = self;
         let (x, y) = rect.center();
         let place = [x, y, 0.0];
         let fragments = p.layout.fragments(rect.w, rect.h, p.cells);
@@ -169,7 +160,7 @@ impl TrackerConfig for FragmentsParticleFilter {
         let mut rho = Vec::new();
         evidence.likeness(&place, &mut rho);
         let likelihood = fuse(p, &rho, &votes(&reliabilities, p.drop_below), 1.0);
-        let posterior = moments(p, &cloud, likelihood);
+        let posterior = moments(p, &cloud, &cloud.posterior(), likelihood);
         let state = TrackerState { posterior: Some(posterior), ..TrackerState::initialized(region.clone()) };
         let tracker = Tracking {
             params: p.clone(),
@@ -218,9 +209,10 @@ impl Tracker for Tracking {
             Fusion::Product => all.chunks_exact(k).map(|row| mean_likeness(row, &votes)).fold(0.0, f64::max),
         };
         cloud.weigh(all.chunks_exact(k).map(|row| fuse(p, row, &votes, best)));
-        let mean = cloud.posterior().mean;
+        let posterior = cloud.posterior();
+        let mean = posterior.mean;
         evidence.likeness(&mean, &mut rho);
-        let posterior = moments(p, cloud, fuse(p, &rho, &votes, 1.0));
+        let posterior = moments(p, cloud, &posterior, fuse(p, &rho, &votes, 1.0));
         follow(reliabilities, &rho, p.reliability_rate, p.sigma_likelihood);
         cloud.resample(Resampling::Systematic, rng);
         let (w, h) = (size.0 * mean[2].exp(), size.1 * mean[2].exp());
@@ -280,23 +272,8 @@ fn follow(reliabilities: &mut [f64], rho: &[f64], rate: f64, sigma: f64) {
 }
 
 /// The posterior over the components that vary.
-fn moments(p: &Params, cloud: &Cloud<3>, likelihood: f64) -> Moments {
-    let posterior = cloud.posterior();
-    let kept = if p.sigma_scale > 0.0 { 3 } else { 2 };
-    let row = |(s, w): (&Place, &f64)| [s[0], s[1], s[2], *w].into_iter().enumerate();
-    let particles = if p.keep_particles {
-        let rows = cloud.states.iter().zip(&cloud.weights).flat_map(row);
-        rows.filter(|(i, _)| *i < kept || *i == 3).map(|(_, v)| v).collect()
-    } else {
-        Vec::new()
-    };
-    Moments {
-        mean: posterior.mean[..kept].to_vec(),
-        covariance: posterior.covariance[..kept].iter().flat_map(|row| row[..kept].to_vec()).collect(),
-        effective_samples: cloud.effective(),
-        samples: cloud.weights.len() as f64,
-        entropy: cloud.entropy(),
-        likelihood,
-        particles,
-    }
+fn moments(p: &Params, cloud: &Cloud<3>, posterior: &Posterior<3>, likelihood: f64) -> Moments {
+    let kept: &[usize] = if p.sigma_scale > 0.0 { &[0, 1, 2] } else { &[0, 1] };
+    let particles = if p.keep_particles { cloud.rows(kept) } else { Vec::new() };
+    Moments { particles, ..Moments::of(posterior, &cloud.weights, kept, likelihood) }
 }

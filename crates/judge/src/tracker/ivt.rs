@@ -13,7 +13,7 @@
 
 use super::affine_candidates::{self, check_noise};
 use super::sparse_prototypes::{self, Model, Tracking};
-use super::{RunContext, StartResult, TrackerConfig};
+use super::{Facts, RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
@@ -93,8 +93,8 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Ivt>("ivt", 1, "principal components of the target, learned as it goes");
 
 impl TrackerConfig for Ivt {
-    fn gives_posterior(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {

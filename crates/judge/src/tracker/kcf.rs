@@ -31,14 +31,15 @@
 
 mod sampling;
 
-use super::correlation::response::{MapOptions, ResponseMap};
-use super::correlation::{FilterMemory, KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::correlation::place::{Follower, Look, Place, Search};
+use super::correlation::response::MapOptions;
+use super::correlation::{FilterMemory, KernelFilter, Settings, Update};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, MAX_SIDE, Window};
 use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
-use crate::region::{Rect, Region};
+use crate::region::Region;
 use crate::saved;
 use sampling::Sampling;
 use serde::{Deserialize, Serialize};
@@ -195,30 +196,15 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Kcf>("kcf", 4, "kernelized correlation filter on oriented gradients or gray values");
 
 impl TrackerConfig for Kcf {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn gives_posterior(&self) -> bool {
-        true
-    }
-
-    fn gives_response(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts::RESPONSES
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         if !region.is_finite() {
             return Err(TrackerError::no_region("kcf"));
         }
-        let p = &self.0;
-        let mut target = Target::new(p, (frame.width(), frame.height()), region);
-        target.look(p, &reduced(frame, target.halvings), 1.0);
-        target.filter.learn(&target.features);
-        let cell = target.cell_side(p, 1.0);
-        target.filter.fill(&mut target.map, &target.features, cell);
-        let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
-        Ok((Box::new(Tracking { params: p.clone(), target }), state))
+        self.follower((frame.width(), frame.height()), region).start(frame, region)
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Tracker>> {
@@ -231,17 +217,11 @@ impl TrackerConfig for Kcf {
         if !is_place || !is_scale || !is_frame(memory.frame.0) || !is_frame(memory.frame.1) {
             return None;
         }
-        let mut target = Target::new(&self.0, memory.frame, &memory.region);
-        (target.moved, target.scale) = (memory.moved, memory.scale);
-        let fits = target.filter.remember(&memory.filter);
-        fits.then(|| Box::new(Tracking { params: self.0.clone(), target }) as Box<dyn Tracker>)
+        let mut follower = self.follower(memory.frame, &memory.region);
+        (follower.place.moved, follower.place.scale) = (memory.moved, memory.scale);
+        let fits = follower.filter.remember(&memory.filter);
+        fits.then(|| Box::new(follower) as Box<dyn Tracker>)
     }
-}
-
-#[derive(Clone)]
-struct Tracking {
-    params: Checked,
-    target: Target,
 }
 
 /// Memory of a tracker at work.
@@ -255,53 +235,30 @@ struct Memory {
     filter: FilterMemory,
 }
 
-/// The target and its model.
-#[derive(Clone)]
-struct Target {
-    /// Sides of the first frame, and the region in it.
-    frame: (usize, usize),
-    region: Region,
-    /// The region's upright rectangle and how far it has moved since, in pixels of the frame.
-    first: Rect,
-    moved: (f64, f64),
-    scale: f64,
-    /// Number of times that frames are halved.
-    halvings: u32,
-    /// Columns and rows of the window, and how many pixels of the halved frame one of them is at scale 1.
-    size: (usize, usize),
-    ratio: f64,
-    filter: KernelFilter,
-    /// The highest response of the newest frame.
-    map: ResponseMap,
-    hog: Hog,
-    features: Vec<f32>,
-    cells: Vec<f32>,
-}
-
-impl Target {
-    fn new(p: &Checked, frame: (usize, usize), region: &Region) -> Self {
-        let first = region.bounds();
-        let (width, height) = (frame.0 as f64, frame.1 as f64);
-        let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
-        let cell = if p.features == Features::Hog { p.cell } else { 1 };
-        let (mut times, mut ratio) = (0, 1.0);
+impl Kcf {
+    /// A target in a first frame of these sides, and its filter, which is not trained.
+    fn follower(&self, frame: (usize, usize), region: &Region) -> Follower<KcfLook> {
+        let p = &self.0;
+        let place = Place::new(region, frame, p.template == 0);
+        let (w, h) = place.sides;
+        let (cell, channels, ring) = match p.features {
+            // The ring of cells around the others is for the gradients.
+            Features::Hog => (p.cell, CHANNELS, 2),
+            Features::Gray => (1, 1, 0),
+        };
+        let mut ratio = 1.0;
         let (size, cells, mean);
         if p.template > 0 {
             ratio = p.window * w.max(h) / p.template as f64;
-            // The ring of cells around the others is for the gradients.
-            let ring = if p.features == Features::Hog { 2 } else { 0 };
             let even = |side: f64| 2 * ((p.window * side / ratio) as usize / (2 * cell)).max(2);
             cells = (even(w), even(h));
             size = ((cells.0 + ring) * cell, (cells.1 + ring) * cell);
             mean = ((cells.0 * cells.1) as f64).sqrt() / p.window;
         } else {
-            times = halvings((w * h).sqrt());
-            let factor = f64::from(1_u32 << times);
-            let reduced = |side: f64| if times > 0 { (side / factor).floor().max(1.0) } else { side };
-            let pixels = |side: f64| ((p.window * reduced(side)) as usize).max(3 * cell);
+            let pixels = |side: f64| ((p.window * side) as usize).max(3 * cell);
             size = (pixels(w), pixels(h));
             cells = (size.0 / cell, size.1 / cell);
-            mean = (reduced(w) * reduced(h)).sqrt() / cell as f64;
+            mean = (w * h).sqrt() / cell as f64;
         }
         let settings = Settings {
             label_width: p.label_width * mean,
@@ -310,29 +267,47 @@ impl Target {
             rate: p.rate,
             update: p.update,
         };
-        let channels = if p.features == Features::Hog { CHANNELS } else { 1 };
-        Self {
+        let scales = if p.scale_step > 1.0 { vec![1.0, 1.0 / p.scale_step, p.scale_step] } else { vec![1.0] };
+        let search = Search {
+            steps: scales,
+            weight: p.scale_weight as f32,
+            smaller_ends: true,
+            sub_cell: p.sub_cell,
+            tolerance: 1e-9,
+            response: p.response,
+        };
+        let look = KcfLook {
+            params: p.clone(),
             frame,
             region: region.clone(),
-            first,
-            moved: (0.0, 0.0),
-            scale: 1.0,
-            halvings: times,
             size,
             ratio,
-            filter: KernelFilter::new(cells.0, cells.1, channels, settings),
-            map: ResponseMap::new(cells.0, cells.1),
             hog: Hog::default(),
-            features: Vec::new(),
             cells: Vec::new(),
-        }
+        };
+        Follower::new(place, look, KernelFilter::new(cells.0, cells.1, channels, settings), search)
     }
+}
 
-    /// Computes `features` of the window around the target at a scale.
-    fn look(&mut self, p: &Checked, frame: &Frame, scale: f64) {
-        let factor = f64::from(1_u32 << self.halvings);
-        let (cx, cy) = self.first.center();
-        let (cx, cy) = ((cx + self.moved.0) / factor, (cy + self.moved.1) / factor);
+/// The window of the tracker.
+#[derive(Clone)]
+struct KcfLook {
+    params: Checked,
+    /// Sides of the first frame, and the region in it.
+    frame: (usize, usize),
+    region: Region,
+    /// Columns and rows of the window, and how many pixels of the halved frame one of them is at scale 1.
+    size: (usize, usize),
+    ratio: f64,
+    hog: Hog,
+    cells: Vec<f32>,
+}
+
+impl Look for KcfLook {
+    fn look(&mut self, place: &Place, frame: &Frame, step: f64, features: &mut Vec<f32>) {
+        let (p, scale, factor) = (&self.params, place.scale * step, place.factor());
+        let (cx, cy) = place.first.center();
+        let (cx, cy) = ((cx + place.moved.0) / factor, (cy + place.moved.1) / factor);
         let hog = p.features == Features::Hog;
         let colors = if p.color && hog { Colors::Rgb } else { Colors::Gray };
         let (w, h) = self.size;
@@ -343,110 +318,45 @@ impl Target {
             p.sampling.patch(frame, (cx, cy), (w, h), self.ratio * scale, colors)
         };
         patch.scale(1.0 / 255.0);
+        features.clear();
         if !hog {
             let mean = patch.values.iter().map(|&v| f64::from(v)).sum::<f64>() / patch.values.len() as f64;
-            self.features.clear();
-            self.features.extend(patch.values.iter().map(|v| v - mean as f32));
+            features.extend(patch.values.iter().map(|v| v - mean as f32));
+            return;
+        }
+        if p.template == 0 {
+            self.hog.compute(&patch, p.cell, CHANNELS, features);
             return;
         }
         let (columns, rows) = self.hog.compute(&patch, p.cell, CHANNELS, &mut self.cells);
-        if p.template == 0 {
-            std::mem::swap(&mut self.features, &mut self.cells);
-            return;
-        }
-        self.features.clear();
         for channel in self.cells.chunks_exact(columns * rows) {
             for row in channel.chunks_exact(columns).skip(1).take(rows - 2) {
-                self.features.extend_from_slice(&row[1..columns - 1]);
+                features.extend_from_slice(&row[1..columns - 1]);
             }
         }
     }
 
-    /// Side of a cell of a window at a scale, in pixels of the frame.
-    fn cell_side(&self, p: &Checked, scale: f64) -> f64 {
-        let cell = if p.features == Features::Hog { p.cell as f64 } else { 1.0 };
-        cell * self.ratio * scale * f64::from(1_u32 << self.halvings)
+    fn cell_side(&self, place: &Place, step: f64) -> f64 {
+        let cell = if self.params.features == Features::Hog { self.params.cell as f64 } else { 1.0 };
+        cell * self.ratio * (place.scale * step) * place.factor()
     }
 
-    /// Moves and scales by the highest response.
-    fn follow(&mut self, p: &Checked, frame: &Frame) {
-        let mut best: Option<(f32, f64, (f64, f64))> = None;
-        let scales = if p.scale_step > 1.0 { vec![1.0, 1.0 / p.scale_step, p.scale_step] } else { vec![1.0] };
-        for step in scales {
-            self.look(p, frame, self.scale * step);
-            let Some(peak) = self.filter.respond(&self.features) else { continue };
-            let weight = if step == 1.0 { 1.0 } else { p.scale_weight as f32 };
-            if best.is_none_or(|(value, ..)| weight * peak.value > value) {
-                let shift =
-                    if p.sub_cell { self.filter.refine(&peak) } else { (peak.x as f64, peak.y as f64) };
-                best = Some((weight * peak.value, step, shift));
-                let cell = self.cell_side(p, self.scale * step);
-                self.filter.hand_over(peak, cell, &mut self.map);
-                if step < 1.0 {
-                    break;
-                }
-            }
+    fn region(&self, place: &Place) -> Region {
+        if self.params.scale_step <= 1.0 {
+            return self.region.shifted(place.moved.0, place.moved.1);
         }
-        let Some((_, step, (dx, dy))) = best else {
-            self.map.clear(self.cell_side(p, self.scale));
-            return;
-        };
-        self.scale *= step;
-        let pixels = self.cell_side(p, self.scale);
-        self.moved = (self.moved.0 + dx * pixels, self.moved.1 + dy * pixels);
+        Region::Rect(place.rect())
     }
 
-    /// Keeps the target in touch with a frame of `width` x `height` pixels.
-    fn keep_inside(&mut self, width: f64, height: f64) {
-        let Rect { w, h, .. } = self.first;
-        if self.scale != 1.0 {
-            let most = (width / w).min(height / h).max(1e-9);
-            let least = (4.0 / w.min(h)).min(1.0).min(most);
-            self.scale = self.scale.clamp(least, most);
-        }
-        let center = self.first.center();
-        let touch = |c: f64, moved: f64, side: f64, room: f64| {
-            let reach = 0.5 * side.min(room);
-            (c + moved).clamp(-reach, room + reach) - c
-        };
-        let (x, y) = (self.moved.0, self.moved.1);
-        let inside = (touch(center.0, x, w * self.scale, width), touch(center.1, y, h * self.scale, height));
-        // Only coordinates that were outside change, so that moves by whole pixels stay exact.
-        let keep =
-            |old: f64, new: f64, c: f64| if (old - new).abs() > 1e-9 * c.abs().max(1.0) { new } else { old };
-        self.moved = (keep(x, inside.0, center.0), keep(y, inside.1, center.1));
-    }
-
-    fn region(&self, p: &Checked) -> Region {
-        if p.scale_step <= 1.0 {
-            return self.region.shifted(self.moved.0, self.moved.1);
-        }
-        let (cx, cy) = self.first.center();
-        let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
-        Region::Rect(Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h))
-    }
-}
-
-impl Tracker for Tracking {
-    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let target = &mut self.target;
-        let p = &self.params;
-        let small = reduced(frame, target.halvings);
-        target.follow(p, &small);
-        target.keep_inside(frame.width() as f64, frame.height() as f64);
-        target.look(p, &small, target.scale);
-        target.filter.learn(&target.features);
-        Ok(target.map.describe(&p.response, TrackerState::tracked(target.region(p))))
-    }
-
-    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn save(&self) -> Option<Vec<u8>> {
-        let Target { frame, moved, scale, .. } = self.target;
-        let (region, filter) = (self.target.region.clone(), self.target.filter.memory());
-        saved::to_bytes(&Memory { frame, region, moved, scale, filter })
+    fn save(&self, place: &Place, filter: &KernelFilter) -> Option<Vec<u8>> {
+        let (frame, region) = (self.frame, self.region.clone());
+        saved::to_bytes(&Memory {
+            frame,
+            region,
+            moved: place.moved,
+            scale: place.scale,
+            filter: filter.memory(),
+        })
     }
 }
 

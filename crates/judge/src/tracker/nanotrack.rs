@@ -27,10 +27,10 @@ pub(crate) mod follower;
 pub(crate) mod look;
 
 use super::correlation::response::{MapOptions, ResponseMap};
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 pub use crate::network::nanotrack::Version;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::Region;
 use crate::saved;
 use follower::Follower;
@@ -47,49 +47,31 @@ pub struct Params {
     pub response: MapOptions,
 }
 
-/// A checked configuration.
-#[derive(Debug, Clone)]
-pub struct NanoTrack(Params);
-
-impl Plugin for NanoTrack {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[MapOptions::NEIGHBORHOOD, MapOptions::THRESHOLD];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<NanoTrack>("nanotrack", 1, "small Siamese network (NanoTrack v2 or v3) with its weights");
+    Entry::of::<Params>("nanotrack", 1, "small Siamese network (NanoTrack v2 or v3) with its weights");
 
-impl TrackerConfig for NanoTrack {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn gives_posterior(&self) -> bool {
-        true
-    }
-
-    fn gives_response(&self) -> bool {
-        true
+impl TrackerConfig for Params {
+    fn facts(&self) -> Facts {
+        Facts::RESPONSES
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let follower = Follower::start(self.0.version, frame, region)
+        let follower = Follower::start(self.version, frame, region)
             .ok_or_else(|| TrackerError::no_region("nanotrack"))?;
-        let tracking = Tracking { params: self.0.clone(), follower };
+        let tracking = Tracking { params: self.clone(), follower };
         let look = tracking.follower.look(frame);
         let state = tracking.state(&look, TrackerState::initialized(region.clone()));
         Ok((Box::new(tracking), state))
     }
 
     fn resume(&self, saved: &[u8]) -> Option<Box<dyn Tracker>> {
-        let follower = Follower::remembered(self.0.version, saved::from_bytes(saved)?)?;
-        Some(Box::new(Tracking { params: self.0.clone(), follower }))
+        let follower = Follower::remembered(self.version, saved::from_bytes(saved)?)?;
+        Some(Box::new(Tracking { params: self.clone(), follower }))
     }
 }
 

@@ -28,7 +28,7 @@
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complex64, LineFourier};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
@@ -49,35 +49,22 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Ncc(Params);
-
-impl Plugin for Ncc {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] =
         &[Range::of("search").above(0.0).at_most(8.0), Range::within("update_rate", 0.0, 1.0)];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
 /// The list's line.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Ncc>("ncc", 3, "normalized cross-correlation with a fixed gray template");
+    Entry::of::<Params>("ncc", 3, "normalized cross-correlation with a fixed gray template");
 
-impl TrackerConfig for Ncc {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
+impl TrackerConfig for Params {
     fn gives_confidence(&self, _: &RunContext<'_>) -> bool {
         true
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let tracker = Tracking { params: self.0.clone(), target: Target::new(&self.0, frame, region) };
+        let tracker = Tracking { params: self.clone(), target: Target::new(self, frame, region) };
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }

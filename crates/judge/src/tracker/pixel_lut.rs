@@ -52,7 +52,7 @@ mod tests;
 
 use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::{Rect, Region};
 use codes::Codes;
 use colors::Colors;
@@ -114,12 +114,7 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct PixelLut(Params);
-
-impl Plugin for PixelLut {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("flat_below", 0.0, 400.0),
         Range::within("aggressiveness", 0.001, 1000.0),
@@ -135,30 +130,22 @@ impl Plugin for PixelLut {
         Range::within("remember_every", 1.0, 1000.0),
         Range::within("rounds", 1.0, 100.0),
     ];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
 /// The list's line.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<PixelLut>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "pixel-lut",
     1,
     "reconstruction of PLT_14: windows scored by look-up tables of pixel codes, learned online",
 );
 
-impl TrackerConfig for PixelLut {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
+impl TrackerConfig for Params {
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let given = region.rect();
         if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {
             return Err(TrackerError::no_region("pixel-lut"));
         }
-        let p = &self.0;
+        let p = self;
         let (cx, cy) = given.center();
         let (w, h) = (given.w.clamp(1.0, frame.width() as f64), given.h.clamp(1.0, frame.height() as f64));
         let rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);

@@ -26,7 +26,7 @@
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
 
-use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed;
 use crate::plugin::Configured;
@@ -134,30 +134,21 @@ struct Under {
 }
 
 impl TrackerConfig for Under {
-    fn uses_seed(&self) -> bool {
-        self.config.uses_seed() || self.protocol == RunProtocol::VotRegionNoise
-    }
-
-    fn uses_run(&self) -> bool {
-        self.config.uses_run() || self.protocol.runs().is_some()
-    }
-
-    fn gives_posterior(&self) -> bool {
-        self.config.gives_posterior()
-    }
-
-    fn gives_response(&self) -> bool {
-        self.config.gives_response()
+    fn facts(&self) -> Facts {
+        let facts = self.config.facts();
+        // A failure is one within the frame, whose size is needed.
+        let exact = matches!(self.protocol, RunProtocol::VotReset | RunProtocol::VotRegionNoise);
+        Facts {
+            uses_seed: facts.uses_seed || self.protocol == RunProtocol::VotRegionNoise,
+            uses_run: facts.uses_run || self.protocol.runs().is_some(),
+            needs_truth: false,
+            reads_pixels: exact || facts.reads_pixels,
+            ..facts
+        }
     }
 
     fn gives_confidence(&self, context: &RunContext<'_>) -> bool {
         self.config.gives_confidence(context)
-    }
-
-    fn reads_pixels(&self) -> bool {
-        // A failure is one within the frame, whose size is needed.
-        let exact = matches!(self.protocol, RunProtocol::VotReset | RunProtocol::VotRegionNoise);
-        exact || self.config.reads_pixels()
     }
 
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {

@@ -32,15 +32,16 @@
 //! 194, that one also with the learned table and bicubic cells and without color names; on Couple of OTB responses are so
 //! nearly equal that a gray level of noise moves its precision from 0.74 to 0.35 or 0.30.
 
-use super::correlation::response::{MapOptions, ResponseMap};
-use super::correlation::{KernelFilter, Settings, Update, halvings, reduced};
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::correlation::place::{Follower, Look, Place, Search};
+use super::correlation::response::MapOptions;
+use super::correlation::{KernelFilter, Settings, Update};
+use super::{Facts, RunContext, StartResult, TrackerConfig, TrackerError};
 use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch, is_gray};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::region::{Rect, Region};
+use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
 /// Side of a cell in pixels.
@@ -116,37 +117,16 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Samf>("samf", 3, "kernelized correlation filter on gradients and colors, at seven scales");
 
 impl TrackerConfig for Samf {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn gives_posterior(&self) -> bool {
-        true
-    }
-
-    fn gives_response(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts::RESPONSES
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         if !region.is_finite() {
             return Err(TrackerError::no_region("samf"));
         }
-        let p = &self.0;
-        let mut target = Target::new(p, frame, region);
-        target.look(p, &reduced(frame, target.halvings), 1.0);
-        target.filter.learn(&target.features);
-        let cell = target.cell_side(p, 1.0);
-        target.filter.fill(&mut target.map, &target.features, cell);
-        let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
-        Ok((Box::new(Tracking { params: p.clone(), target }), state))
+        self.follower(frame, region).start(frame, region)
     }
-}
-
-#[derive(Clone)]
-struct Tracking {
-    params: Params,
-    target: Target,
 }
 
 /// Channels of a cell besides gradients.
@@ -170,41 +150,15 @@ impl Extra {
     }
 }
 
-/// The target and its model.
-#[derive(Clone)]
-struct Target {
-    first: Rect,
-    /// How far it has moved, in pixels of the frame, and its size relative to the first.
-    moved: (f64, f64),
-    scale: f64,
-    halvings: u32,
-    /// Center of the tracked pixel and size, at the start, in pixels of the halved frame.
-    center: (f64, f64),
-    target: (f64, f64),
-    /// Columns and rows of the window.
-    size: (usize, usize),
-    extra: Extra,
-    filter: KernelFilter,
-    /// The highest response of the newest frame.
-    map: ResponseMap,
-    hog: Hog,
-    features: Vec<f32>,
-}
-
-impl Target {
-    fn new(p: &Params, frame: &Frame, region: &Region) -> Self {
-        let first = region.bounds();
-        let (width, height) = (frame.width() as f64, frame.height() as f64);
-        let (w, h) = (first.w.clamp(1.0, width), first.h.clamp(1.0, height));
-        let times = halvings((w * h).sqrt());
-        let factor = f64::from(1_u32 << times);
-        let small = |side: f64| if times > 0 { (side / factor).floor().max(1.0) } else { side };
-        let target = (small(w), small(h));
+impl Samf {
+    /// A target in its first frame, and its filter, which is not trained.
+    fn follower(&self, frame: &Frame, region: &Region) -> Follower<SamfLook> {
+        let p = &self.0;
+        let place = Place::new(region, (frame.width(), frame.height()), true);
         let pixels = |side: f64| ((p.window * side) as usize).max(3 * CELL);
-        let size = (pixels(target.0), pixels(target.1));
-        let (cx, cy) = first.center();
+        let size = (pixels(place.sides.0), pixels(place.sides.1));
         let settings = Settings {
-            label_width: p.label_width * (target.0 * target.1).sqrt() / CELL as f64,
+            label_width: p.label_width * (place.sides.0 * place.sides.1).sqrt() / CELL as f64,
             kernel_width: p.kernel_width,
             lambda: p.lambda,
             rate: p.rate,
@@ -216,47 +170,60 @@ impl Target {
             _ => Extra::Gray,
         };
         let channels = CHANNELS + extra.channels();
-        Self {
-            first,
-            moved: (0.0, 0.0),
-            scale: 1.0,
-            halvings: times,
-            center: ((cx / factor).floor() + 0.5, (cy / factor).floor() + 0.5),
-            target,
-            size,
-            extra,
-            filter: KernelFilter::new(size.0 / CELL, size.1 / CELL, channels, settings),
-            map: ResponseMap::new(size.0 / CELL, size.1 / CELL),
-            hog: Hog::default(),
-            features: Vec::new(),
-        }
+        let filter = KernelFilter::new(size.0 / CELL, size.1 / CELL, channels, settings);
+        let search = Search {
+            steps: p.scales.clone(),
+            weight: 1.0,
+            smaller_ends: false,
+            sub_cell: false,
+            tolerance: 0.0,
+            response: p.response,
+        };
+        let look = SamfLook { window: p.window, size, extra, hog: Hog::default() };
+        Follower::new(place, look, filter, search)
     }
+}
 
-    /// Sides of the window at a scale, in whole pixels of the halved frame.
-    fn window(&self, p: &Params, scale: f64) -> (f64, f64) {
-        let side = |side: f64| (p.window * side * self.scale * scale).floor().max(1.0);
-        (side(self.target.0), side(self.target.1))
+/// The window of the tracker.
+#[derive(Clone)]
+struct SamfLook {
+    /// Its side in multiples of the target's.
+    window: f64,
+    /// Its columns and rows.
+    size: (usize, usize),
+    extra: Extra,
+    hog: Hog,
+}
+
+impl SamfLook {
+    /// Sides of the window in whole pixels of the halved frame.
+    fn sides(&self, place: &Place, step: f64) -> (f64, f64) {
+        let side = |side: f64| (self.window * side * place.scale * step).floor().max(1.0);
+        (side(place.sides.0), side(place.sides.1))
     }
+}
 
-    /// Computes `features` of the window around the target at a scale.
-    fn look(&mut self, p: &Params, frame: &Frame, scale: f64) {
-        let factor = f64::from(1_u32 << self.halvings);
-        let (w, h) = self.window(p, scale);
+impl Look for SamfLook {
+    fn look(&mut self, place: &Place, frame: &Frame, step: f64, features: &mut Vec<f32>) {
+        let factor = place.factor();
+        let (w, h) = self.sides(place, step);
+        // From the middle of the tracked pixel.
         let axis = |center: f64, moved: f64, length: f64, count: usize, shift: f64| {
-            let step = length / count as f64;
+            let (center, step) = ((center / factor).floor() + 0.5, length / count as f64);
             Axis { start: center + moved / factor + step * (shift - 0.5 * count as f64), step, count }
         };
-        let across = axis(self.center.0, self.moved.0, w, self.size.0, 1.5);
-        let down = axis(self.center.1, self.moved.1, h, self.size.1, 1.0);
+        let (cx, cy) = place.first.center();
+        let across = axis(cx, place.moved.0, w, self.size.0, 1.5);
+        let down = axis(cy, place.moved.1, h, self.size.1, 1.0);
         let colors = if self.extra == Extra::GrayTwice { Colors::Gray } else { Colors::Rgb };
         let mut patch = Patch::sampled(frame, &across, &down, Outside::Zero, colors);
         patch.round();
         let means = cell_means(&patch);
         patch.scale(1.0 / 255.0);
-        let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, &mut self.features);
+        let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, features);
         let n = columns * rows;
-        self.features.resize((CHANNELS + self.extra.channels()) * n, 0.0);
-        let (gray, others) = self.features[CHANNELS * n..].split_at_mut(n);
+        features.resize((CHANNELS + self.extra.channels()) * n, 0.0);
+        let (gray, others) = features[CHANNELS * n..].split_at_mut(n);
         match means.len() / n {
             1 => gray.iter_mut().zip(&means).for_each(|(o, v)| *o = v / 255.0 - 0.5),
             _ => {
@@ -279,53 +246,9 @@ impl Target {
         }
     }
 
-    /// Side of a cell of a window at a scale, in pixels of the frame.
-    fn cell_side(&self, p: &Params, scale: f64) -> f64 {
-        let ratio = self.window(p, scale).0 / self.size.0 as f64;
-        ratio * (CELL << self.halvings) as f64
-    }
-
-    /// Moves and scales by the highest response.
-    fn follow(&mut self, p: &Params, frame: &Frame) {
-        let mut best: Option<(f32, f64, f64, (i64, i64))> = None;
-        for &scale in &p.scales {
-            self.look(p, frame, scale);
-            let Some(peak) = self.filter.respond(&self.features) else { continue };
-            if best.is_none_or(|(value, ..)| peak.value > value) {
-                let pixels = self.cell_side(p, scale);
-                best = Some((peak.value, scale, pixels, (peak.x, peak.y)));
-                self.filter.hand_over(peak, pixels, &mut self.map);
-            }
-        }
-        let Some((_, scale, pixels, (dx, dy))) = best else {
-            self.map.clear(self.cell_side(p, 1.0));
-            return;
-        };
-        self.moved = (self.moved.0 + pixels * dx as f64, self.moved.1 + pixels * dy as f64);
-        self.scale *= scale;
-    }
-
-    /// Keeps the target in touch with a frame of `width` x `height` pixels and not larger than it.
-    fn keep_inside(&mut self, width: f64, height: f64) {
-        let Rect { w, h, .. } = self.first;
-        let most = (width / w).min(height / h).max(1e-9);
-        let least = (4.0 / w.min(h)).min(1.0).min(most);
-        if self.scale != 1.0 {
-            self.scale = self.scale.clamp(least, most);
-        }
-        let (cx, cy) = self.first.center();
-        let touch = |c: f64, moved: f64, side: f64, room: f64| {
-            let reach = 0.5 * (side * self.scale).min(room);
-            let inside = (c + moved).clamp(-reach, room + reach);
-            if inside == c + moved { moved } else { inside - c }
-        };
-        self.moved = (touch(cx, self.moved.0, w, width), touch(cy, self.moved.1, h, height));
-    }
-
-    fn rect(&self) -> Rect {
-        let (cx, cy) = self.first.center();
-        let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
-        Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h)
+    fn cell_side(&self, place: &Place, step: f64) -> f64 {
+        let ratio = self.sides(place, step).0 / self.size.0 as f64;
+        ratio * (CELL << place.halvings) as f64
     }
 }
 
@@ -345,23 +268,6 @@ fn cell_means(patch: &Patch) -> Vec<f32> {
         }
     }
     means
-}
-
-impl Tracker for Tracking {
-    fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let target = &mut self.target;
-        let p = &self.params;
-        let small = reduced(frame, target.halvings);
-        target.follow(p, &small);
-        target.keep_inside(frame.width() as f64, frame.height() as f64);
-        target.look(p, &small, 1.0);
-        target.filter.learn(&target.features);
-        Ok(target.map.describe(&p.response, TrackerState::tracked(Region::Rect(target.rect()))))
-    }
-
-    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
-        Some(Box::new(self.clone()))
-    }
 }
 
 #[cfg(test)]

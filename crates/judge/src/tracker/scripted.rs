@@ -19,7 +19,7 @@
 //! the sequence's end do nothing. This tracker is not from any paper; tests use it because its events are
 //! known beforehand.
 
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed::{rng, seed};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -103,16 +103,9 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
         .example("{ losses = [{ frame = 12, length = 6 }] }");
 
 impl TrackerConfig for Scripted {
-    fn uses_seed(&self) -> bool {
-        self.0.jitter > 0.0
-    }
-
-    fn needs_truth(&self) -> bool {
-        true
-    }
-
-    fn reads_pixels(&self) -> bool {
-        false
+    fn facts(&self) -> Facts {
+        let uses_seed = self.0.jitter > 0.0;
+        Facts { uses_seed, needs_truth: true, reads_pixels: false, ..Facts::BOXES }
     }
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {

@@ -50,7 +50,7 @@ mod likelihood;
 mod tests;
 
 use super::affine_candidates::{self, Candidates, PIXELS, SideLimits, TEMPLATE, check_noise, weigh};
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
@@ -216,8 +216,8 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<SparsePrototypes>(
 );
 
 impl TrackerConfig for SparsePrototypes {
-    fn gives_posterior(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {

@@ -3,7 +3,7 @@
 //! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
 //! own first place. It has no parameters and no randomness.
 
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, NoParams, ParamError, Plugin};
 use crate::region::Region;
@@ -23,12 +23,8 @@ impl Plugin for Still {
 }
 
 impl TrackerConfig for Still {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn reads_pixels(&self) -> bool {
-        false
+    fn facts(&self) -> Facts {
+        Facts { reads_pixels: false, ..Facts::BOXES }
     }
 
     fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {

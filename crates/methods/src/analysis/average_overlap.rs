@@ -4,7 +4,7 @@
 //!
 //! Numbers: `ao`, `sr_50`, `sr_75`. Tables: `overall`, `sequences`.
 
-use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
 use crate::score::TrackerMetric;
 use crate::score::average_overlap::{overlaps, rates};
 use trackfail_core::plugin::{Entry, NoParams, ParamError, Plugin};
@@ -33,40 +33,22 @@ impl Analysis for AverageOverlap {
         Reads::Regions
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        Layout::of_trackers(&NUMBERS).measures("sequences", "sequence", &NUMBERS)
     }
 
-    fn names(&self, _: usize) -> Names {
-        Names {
-            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
-            tables: vec!["overall".to_string(), "sequences".to_string()],
-            charts: Vec::new(),
-        }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
-        let of_sequences = trajectories.chunk_by(|a, b| a.sequence == b.sequence);
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let of_sequences = populations[0].trajectories.chunk_by(|a, b| a.sequence == b.sequence);
         let sequences: Vec<(&str, Vec<f64>)> =
             of_sequences.map(|runs| (runs[0].sequence, runs.iter().flat_map(overlaps).collect())).collect();
         let all: Vec<f64> = sequences.iter().flat_map(|(_, overlaps)| overlaps).copied().collect();
-        let numbers = rates(&all).into_iter().collect::<Option<Vec<f64>>>().ok_or(AnalysisError::NoTrack)?;
-        let table = |name: &str, corner: &str, rows| Grid {
-            name: name.into(),
-            corner: corner.into(),
-            columns: NUMBERS.map(|m| m.heading.to_string()).into(),
-            rows,
-        };
+        let mut values = Values::of_tracker(&rates(&all));
+        if values.numbers.contains(&None) {
+            return Err(AnalysisError::NoTrack);
+        }
         let rows = sequences.iter().map(|(name, overlaps)| (name.to_string(), rates(overlaps).to_vec()));
-        Ok(Findings {
-            tables: vec![
-                table("overall", "tracker", vec![(String::new(), rates(&all).to_vec())]),
-                table("sequences", "sequence", rows.collect()),
-            ],
-            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers).collect(),
-            charts: Vec::new(),
-        })
+        values.tables.push(rows.collect());
+        Ok(values)
     }
 }
 

@@ -9,7 +9,7 @@
 //! truth; frames without ground truth do not count. Few is good. The table `sequences` has a row for each sequence with
 //! such a frame, all of its runs together. Choices: twice the side, so that small targets are not called collapsed.
 
-use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values};
 use crate::score::trajectory::Trajectory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -68,59 +68,31 @@ impl Analysis for CollapsedBoxes {
         Reads::Regions
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        Layout::of(["collapsed", "frames"])
+            .table("overall", "tracker", ["collapsed frames", "frames", "sequences"])
+            .table("collapsed-sequences", "sequence", ["collapsed frames", "frames"])
     }
 
-    fn names(&self, _: usize) -> Names {
-        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
-        Names {
-            numbers: words(&["collapsed", "frames"]),
-            tables: words(&["overall", "collapsed-sequences"]),
-            charts: Vec::new(),
-        }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let [population] = populations else { return Err(AnalysisError::OneSuite) };
-        let mut sequences: Vec<(&str, [usize; 2])> = Vec::new();
-        for track in &population.trajectories {
-            let [collapsed, frames] = self.count(track);
-            match sequences.last_mut() {
-                Some((name, counts)) if *name == track.sequence => {
-                    counts[0] += collapsed;
-                    counts[1] += frames;
-                }
-                _ => sequences.push((track.sequence, [collapsed, frames])),
-            }
-        }
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let of_sequences = populations[0].trajectories.chunk_by(|a, b| a.sequence == b.sequence);
+        let sequences = of_sequences.map(|runs| {
+            let counts = runs.iter().map(|track| self.count(track));
+            (runs[0].sequence, counts.fold([0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]]))
+        });
+        let sequences: Vec<(&str, [usize; 2])> = sequences.collect();
         let all = [0, 1].map(|k| sequences.iter().map(|(_, counts)| counts[k]).sum::<usize>() as f64);
         if all[1] == 0.0 {
             return Err(AnalysisError::NoTrack);
         }
-        let hit: Vec<_> = sequences.iter().filter(|(_, counts)| counts[0] > 0).collect();
-        let columns = |names: &[&str]| names.iter().map(ToString::to_string).collect();
-        let row = |(name, counts): &&(&str, [usize; 2])| {
-            (name.to_string(), counts.map(|count| Some(count as f64)).to_vec())
-        };
-        let overall = vec![Some(all[0]), Some(all[1]), Some(hit.len() as f64)];
-        Ok(Findings {
-            numbers: vec![("collapsed".into(), all[0]), ("frames".into(), all[1])],
-            tables: vec![
-                Grid {
-                    name: "overall".into(),
-                    corner: "tracker".into(),
-                    columns: columns(&["collapsed frames", "frames", "sequences"]),
-                    rows: vec![(String::new(), overall)],
-                },
-                Grid {
-                    name: "collapsed-sequences".into(),
-                    corner: "sequence".into(),
-                    columns: columns(&["collapsed frames", "frames"]),
-                    rows: hit.iter().map(row).collect(),
-                },
-            ],
-            charts: Vec::new(),
+        let hit = sequences.iter().filter(|(_, counts)| counts[0] > 0);
+        let rows = hit.map(|(name, counts)| (name.to_string(), counts.map(|n| Some(n as f64)).to_vec()));
+        let rows: Vec<Row> = rows.collect();
+        let overall = [all[0], all[1], rows.len() as f64].map(Some).to_vec();
+        Ok(Values {
+            numbers: all.map(Some).to_vec(),
+            tables: vec![vec![(String::new(), overall)], rows],
+            ..Values::default()
         })
     }
 }

@@ -39,17 +39,16 @@ fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bo
 /// A sequence with the frames of its runs.
 pub type Sequence<'a> = (&'a str, Vec<Vec<ConfidentFrame>>);
 
-/// The sequences of the first suite.
+/// The sequences of a suite.
 ///
 /// # Errors
 /// When there is no track.
 pub fn sequences<'a>(
-    populations: &[Population<'a>],
+    population: &Population<'a>,
     areas: Areas,
     bounded: bool,
 ) -> Result<Vec<Sequence<'a>>, AnalysisError> {
     let mut sequences: Vec<Sequence<'a>> = Vec::new();
-    let Some(population) = populations.first() else { return Err(AnalysisError::NoTrack) };
     for (trajectory, track) in population.trajectories.iter().zip(&population.tracks) {
         let run = frames(trajectory, track.signal, areas, bounded);
         match sequences.last_mut().filter(|(name, _)| *name == trajectory.sequence) {

@@ -12,8 +12,8 @@
 //! | table `cuts` | Fig. 12 | beta for every length and rate |
 //! | table `deviations` | text | sum over all lengths and rates of the absolute difference from the empirical cut value (the paper: 34.75 and 86.15; its grid is not stated) |
 
-use super::uncertainty_model::check_ascending;
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
+use super::consistent::{LENGTHS, MAX_COMPONENTS, TAU, ascending, check_ascending};
+use super::{Analysis, AnalysisError, Curve, Layout, Population, Values};
 use crate::detector::consistency::{self, Fitting, consistent_sums};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -55,18 +55,17 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct CutValues(Params);
+struct CutValues(Params);
 
 impl Plugin for CutValues {
     type Params = Params;
 
     const RANGES: &'static [Range] = &[
-        Range::of("tau").above(0.0).at_most(1.0),
-        Range::within("lengths", 1.0, 10_000.0),
+        TAU,
+        LENGTHS,
         Range::within("shown_lengths", 1.0, 10_000.0),
         Range::of("alphas").above(0.0).below(0.5),
-        Range::within("max_components", 2.0, 20.0),
+        MAX_COMPONENTS,
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
@@ -112,52 +111,45 @@ impl Sum {
 }
 
 impl Analysis for CutValues {
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
-    }
-
-    fn names(&self, _: usize) -> Names {
-        let owned = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+    fn layout(&self, _: usize) -> Layout {
         let numbers = [
             "deviation-convolution",
             "deviation-clt",
             "deviation-convolution-low",
             "deviation-convolution-high",
         ];
-        let mut names =
-            Names { numbers: owned(&numbers), tables: owned(&["cuts", "deviations"]), charts: Vec::new() };
-        for k in 1..=self.0.shown_lengths.len() {
-            names.charts.extend([format!("distribution-{k}"), format!("cuts-{k}")]);
+        let mut layout = Layout::of(numbers).table("cuts", "length, rate", WAYS).table(
+            "deviations",
+            "from the empirical cut values",
+            [WAYS[1], WAYS[2]],
+        );
+        for (k, length) in self.0.shown_lengths.iter().enumerate() {
+            let (k, rate) = (k + 1, format!("rate of false alarms α (L = {length})"));
+            layout = layout.chart(&format!("distribution-{k}"), &format!("sₜ (L = {length})"), "P₂");
+            layout = layout.chart(&format!("cuts-{k}"), &rate, "cut value β");
         }
-        names
+        layout
     }
 
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let [population] = populations else { return Err(AnalysisError::OneSuite) };
-        let p = &self.0;
-        let how = Fitting::by_bic(p.tau, p.max_components);
-        let model = consistency::fit(&population.tracks, &how)?.model;
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let (p, tracks) = (&self.0, &populations[0].tracks);
+        let model = consistency::fit(tracks, &Fitting::by_bic(p.tau, p.max_components))?.model;
         let sum = |length: usize| -> Result<Sum, AccumulationError> {
-            let sums = population.tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length));
-            let mut empirical: Vec<f64> = sums.collect();
-            empirical.sort_by(f64::total_cmp);
+            let empirical = ascending(tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length)));
             let convolved = Accumulated::of_mixture(&model.mixture, length, &accumulation::Grid::default());
             Ok(Sum { length, empirical, convolved: convolved?, mean: model.mean, variance: model.variance })
         };
         let lengths: BTreeSet<usize> = p.lengths.iter().chain(&p.shown_lengths).copied().collect();
         let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, AccumulationError>>()?;
-        let mut findings = Findings::default();
-        self.tables(sums.iter().filter(|sum| p.lengths.contains(&sum.length)), &mut findings);
         let shown = sums.iter().filter(|sum| p.shown_lengths.contains(&sum.length));
-        for (k, sum) in shown.enumerate() {
-            findings.charts.extend(self.charts(k + 1, sum));
-        }
-        Ok(findings)
+        let charts = shown.flat_map(|sum| self.curves(sum)).collect();
+        Ok(Values { charts, ..self.deviations(sums.iter().filter(|sum| p.lengths.contains(&sum.length))) })
     }
 }
 
 impl CutValues {
-    fn tables<'s>(&self, sums: impl Iterator<Item = &'s Sum>, findings: &mut Findings) {
+    /// The cut values, and their deviations from the empirical ones.
+    fn deviations<'s>(&self, sums: impl Iterator<Item = &'s Sum>) -> Values {
         let alphas = &self.0.alphas;
         let mut rows = Vec::new();
         let mut deviations = [0.0; 3];
@@ -177,31 +169,18 @@ impl CutValues {
                 rows.push((format!("L = {}, α = {alpha}", sum.length), cuts.to_vec()));
             }
         }
-        findings.tables.push(Grid {
-            name: "cuts".to_string(),
-            corner: "length, rate".to_string(),
-            columns: WAYS.map(String::from).to_vec(),
-            rows,
-        });
-        findings.tables.push(Grid {
-            name: "deviations".to_string(),
-            corner: "from the empirical cut values".to_string(),
-            columns: WAYS[1..].iter().map(|w| w.to_string()).collect(),
-            rows: vec![("total deviation".to_string(), vec![Some(deviations[1]), Some(deviations[2])])],
-        });
-        findings.numbers.extend([
-            ("deviation-convolution".to_string(), deviations[1]),
-            ("deviation-clt".to_string(), deviations[2]),
-            ("deviation-convolution-low".to_string(), ends[0]),
-            ("deviation-convolution-high".to_string(), ends[1]),
-        ]);
+        let [_, convolved, normal] = deviations.map(Some);
+        let total = vec![("total deviation".to_string(), vec![convolved, normal])];
+        let numbers = vec![convolved, normal, Some(ends[0]), Some(ends[1])];
+        Values { numbers, tables: vec![rows, total], ..Values::default() }
     }
 
-    fn charts(&self, k: usize, sum: &Sum) -> [Chart; 2] {
+    /// The curves of the two charts of a length.
+    fn curves(&self, sum: &Sum) -> [Vec<Curve>; 2] {
         let least = self.0.alphas.first().copied().unwrap_or(0.001);
         let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);
         // A curve for each way, from the values of all three at each place.
-        let curves = |places: Vec<(f64, [Option<f64>; 3])>| -> Vec<(String, Vec<(f64, f64)>)> {
+        let curves = |places: Vec<(f64, [Option<f64>; 3])>| -> Vec<Curve> {
             let way = |w: usize| places.iter().filter_map(|(x, y)| Some((*x, y[w]?))).collect::<Vec<_>>();
             let named = WAYS.iter().enumerate().map(|(w, name)| (name.to_string(), way(w)));
             named.filter(|(_, points)| !points.is_empty()).collect()
@@ -209,16 +188,6 @@ impl CutValues {
         let at = |i: usize| end * i as f64 / POINTS as f64;
         let distributions = (0..=POINTS).map(|i| (at(i), sum.distributions(at(i)))).collect();
         let cuts = self.0.alphas.iter().map(|alpha| (*alpha, sum.cuts(*alpha))).collect();
-        let chart = |name: &str, x: &str, y: &str, curves| Chart {
-            name: format!("{name}-{k}"),
-            x: format!("{x} (L = {})", sum.length),
-            y: y.to_string(),
-            curves,
-            ..Chart::default()
-        };
-        [
-            chart("distribution", "sₜ", "P₂", curves(distributions)),
-            chart("cuts", "rate of false alarms α", "cut value β", curves(cuts)),
-        ]
+        [curves(distributions), curves(cuts)]
     }
 }

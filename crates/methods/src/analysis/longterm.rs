@@ -11,12 +11,12 @@
 //! Chart: `precision-recall`.
 
 use super::confident::{ConfidentFrame, sequences};
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
 use crate::score::TrackerMetric;
 use crate::score::longterm::{ConfidentTrack, Point, RULES, Rules, best};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, Plugin, unknown};
+use trackfail_core::plugin::{Entry, ParamError, Plugin};
 use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
@@ -52,11 +52,8 @@ impl Plugin for Longterm {
     type Params = Params;
 
     fn make(params: Params) -> Result<Self, ParamError> {
-        let known = || RULES.iter().map(|r| r.name);
-        let rules = RULES.iter().find(|r| r.name == params.rules).ok_or_else(|| {
-            let message = unknown("set of rules", &params.rules, known());
-            ParamError { message, key: Some("rules"), span: None }
-        })?;
+        let rules = RULES.iter().find(|r| r.name == params.rules);
+        let rules = rules.ok_or_else(|| unknown_rules(&params.rules, RULES.iter().map(|r| r.name)))?;
         Ok(Self { params, rules })
     }
 }
@@ -78,21 +75,16 @@ impl Analysis for Longterm {
         Reads::SignalAndRegions
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        Layout::of_trackers(&NUMBERS).measures("sequences", "sequence", &NUMBERS[..2]).chart(
+            "precision-recall",
+            "recall",
+            "precision",
+        )
     }
 
-    fn names(&self, _: usize) -> Names {
-        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
-        Names {
-            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
-            tables: words(&["overall", "sequences"]),
-            charts: words(&["precision-recall"]),
-        }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let sequences = sequences(populations, self.params.overlap, self.params.bounded)?;
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let sequences = sequences(&populations[0], self.params.overlap, self.params.bounded)?;
         let (names, runs): (Vec<&str>, Vec<Vec<ConfidentTrack>>) = sequences
             .iter()
             .map(|(name, runs)| (*name, runs.iter().map(|frames| confident(frames)).collect()))
@@ -109,35 +101,19 @@ impl Analysis for Longterm {
                 self.rules.mean_point(std::slice::from_ref(runs), best.threshold);
             (name.to_string(), vec![Some(precision), Some(recall)])
         };
-        let table = |name: &str, corner: &str, columns: &[TrackerMetric], rows| Grid {
-            name: name.into(),
-            corner: corner.into(),
-            columns: columns.iter().map(|m| m.heading.to_string()).collect(),
-            rows,
-        };
         let mut points: Vec<(f64, f64)> = curve.iter().map(|p| (p.recall, p.precision)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let rows = names.iter().zip(&runs).map(row).collect();
-        Ok(Findings {
-            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers).collect(),
-            tables: vec![
-                table("overall", "tracker", &NUMBERS, vec![(String::new(), numbers.map(Some).to_vec())]),
-                table("sequences", "sequence", &NUMBERS[..2], rows),
-            ],
-            charts: vec![Chart {
-                name: "precision-recall".into(),
-                x: "recall".into(),
-                y: "precision".into(),
-                curves: vec![(format!("[{:.3}]", best.f_score()), points)],
-                ..Chart::default()
-            }],
-        })
+        let mut values = Values::of_tracker(&numbers.map(Some));
+        values.tables.push(names.iter().zip(&runs).map(row).collect());
+        values.charts.push(vec![(format!("[{:.3}]", best.f_score()), points)]);
+        Ok(values)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::Findings;
     use crate::detector::Example;
     use crate::score::trajectory::Trajectory;
     use crate::tracker::Status;

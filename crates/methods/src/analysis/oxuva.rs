@@ -10,7 +10,7 @@
 //! threshold on the confidence.
 
 use super::confident::{ConfidentFrame, sequences};
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
 use crate::score::TrackerMetric;
 use crate::score::oxuva::Presence;
 use crate::tracker::Status;
@@ -57,8 +57,7 @@ impl Plugin for Oxuva {
 
     fn make(params: Params) -> Result<Self, ParamError> {
         if params.rules != RULES {
-            let message = trackfail_core::plugin::unknown("set of rules", &params.rules, [RULES]);
-            return Err(ParamError { message, key: Some("rules"), span: None });
+            return Err(unknown_rules(&params.rules, [RULES]));
         }
         Ok(Self(params))
     }
@@ -86,25 +85,16 @@ impl Analysis for Oxuva {
         Reads::SignalAndRegions
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        Layout::of_trackers(&NUMBERS).chart("rates", "true negative rate", "true positive rate")
     }
 
-    fn names(&self, _: usize) -> Names {
-        Names {
-            numbers: NUMBERS.map(|m| m.name.to_string()).into(),
-            tables: vec!["overall".to_string()],
-            charts: vec!["rates".to_string()],
-        }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let sequences = sequences(populations, Areas::Exact, false)?;
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let sequences = sequences(&populations[0], Areas::Exact, false)?;
         let frames: Vec<ConfidentFrame> =
             sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
         let rates = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY)).rates();
         let rates = rates.ok_or(AnalysisError::NoAbsence)?;
-        let numbers = [rates.tpr, rates.tnr, rates.gm, rates.max_gm];
         let mut scores: Vec<f64> = frames.iter().map(|f| f.confidence).collect();
         scores.sort_by(f64::total_cmp);
         let at = |k: usize| scores[k * (scores.len() - 1) / (POINTS - 1)];
@@ -113,22 +103,9 @@ impl Analysis for Oxuva {
             thresholds.filter_map(|h| count(&frames, h).rates()).map(|r| (r.tnr, r.tpr)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
         points.dedup();
-        Ok(Findings {
-            numbers: NUMBERS.map(|m| m.name.to_string()).into_iter().zip(numbers).collect(),
-            tables: vec![Grid {
-                name: "overall".into(),
-                corner: "tracker".into(),
-                columns: NUMBERS.map(|m| m.heading.to_string()).into(),
-                rows: vec![(String::new(), numbers.map(Some).to_vec())],
-            }],
-            charts: vec![Chart {
-                name: "rates".into(),
-                x: "true negative rate".into(),
-                y: "true positive rate".into(),
-                curves: vec![(format!("[{:.3}]", rates.max_gm), points)],
-                ..Chart::default()
-            }],
-        })
+        let mut values = Values::of_tracker(&[rates.tpr, rates.tnr, rates.gm, rates.max_gm].map(Some));
+        values.charts.push(vec![(format!("[{:.3}]", rates.max_gm), points)]);
+        Ok(values)
     }
 }
 

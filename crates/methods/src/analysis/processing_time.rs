@@ -17,7 +17,7 @@
 //! These are the only results that depend on a clock: they differ from run to run and are never stored. `reverse
 //! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
 
-use super::{Analysis, AnalysisError, Findings, Grid, Names, Population, Reads};
+use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::summary;
@@ -102,17 +102,13 @@ impl Analysis for ProcessingTime {
         (&self.0.methods, self.0.repeats)
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        let corner = "milliseconds a frame; runs per 1000";
+        Layout::of(["ratio", "reverse-runs-ratio"]).table("stages", corner, self.0.methods.clone())
     }
 
-    fn names(&self, _: usize) -> Names {
-        let numbers = ["ratio", "reverse-runs-ratio"].map(String::from).to_vec();
-        Names { numbers, tables: vec!["stages".to_string()], charts: Vec::new() }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let timings = populations.first().map_or(&[][..], |p| &p.timings);
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let timings = &populations[0].timings;
         let methods = self.0.methods.len();
         if timings.is_empty() || timings.iter().any(|t| t.methods.len() != methods) {
             return Err(AnalysisError::NotTimed);
@@ -143,18 +139,9 @@ impl Analysis for ProcessingTime {
             row("reverse frames", &median_of(|s| s.frames as f64)),
         ];
         let ratios = total(0).iter().zip(total(methods - 1)).map(|(first, last)| last / first).collect();
-        let mut numbers = vec![("ratio".to_string(), median(ratios))];
-        if runs(0) > 0.0 {
-            numbers.push(("reverse-runs-ratio".to_string(), runs(methods - 1) / runs(0)));
-        }
-        let columns = self.0.methods.clone();
-        let stages = Grid {
-            name: "stages".into(),
-            corner: "milliseconds a frame; runs per 1000".into(),
-            columns,
-            rows,
-        };
-        Ok(Findings { numbers, tables: vec![stages], charts: Vec::new() })
+        let of_runs = (runs(0) > 0.0).then(|| runs(methods - 1) / runs(0));
+        let numbers = vec![Some(median(ratios)), of_runs];
+        Ok(Values { numbers, tables: vec![rows], ..Values::default() })
     }
 }
 

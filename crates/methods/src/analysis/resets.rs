@@ -10,7 +10,7 @@
 //! `accuracy-robustness`, a point a tracker, with `robustness = exp(-S failures / frames)`, the chance to get through S
 //! frames, and the 95 % intervals of both over sequences ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
 
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, INTERVAL, Names, Population, Reads};
+use super::{Analysis, AnalysisError, INTERVAL, Layout, Population, Reads, Row, Values};
 use crate::score::TrackerMetric;
 use crate::score::resets::attributes::{Weights, by_attribute, overall as of_attributes};
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
@@ -77,12 +77,6 @@ impl Plugin for Resets {
     }
 }
 
-impl Resets {
-    fn rules(&self) -> Rules {
-        Rules { areas: self.0.areas, bounded: self.0.bounded, burn_in: self.0.burn_in }
-    }
-}
-
 /// The numbers of the analysis, and the columns of `overall`.
 const OVERALL: [TrackerMetric; 6] = [
     TrackerMetric::ACCURACY,
@@ -131,24 +125,19 @@ impl Analysis for Resets {
         Reads::Regions
     }
 
-    fn suites(&self) -> (usize, usize) {
-        (1, 1)
+    fn layout(&self, _: usize) -> Layout {
+        let robustness = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
+        Layout::of_trackers(&OVERALL)
+            .measures("sequences", "sequence", &PARTS)
+            .measures("attributes", "attribute", &PARTS)
+            .chart("accuracy-robustness", &robustness, "accuracy")
+            .chart("expected-overlap", "frames", "expected average overlap")
     }
 
-    fn names(&self, _: usize) -> Names {
-        let words = |list: &[&str]| list.iter().map(ToString::to_string).collect();
-        Names {
-            numbers: OVERALL.map(|m| m.name.to_string()).into(),
-            tables: words(&["overall", "sequences", "attributes"]),
-            charts: words(&["accuracy-robustness", "expected-overlap"]),
-        }
-    }
-
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let trajectories = populations.first().map_or(&[][..], |p| &p.trajectories);
-        let rules = self.rules();
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let rules = Rules { areas: self.0.areas, bounded: self.0.bounded, burn_in: self.0.burn_in };
         let tracks: Vec<(Trajectory<'_>, Measured)> =
-            trajectories.iter().map(|c| (*c, rules.measure(c))).collect();
+            populations[0].trajectories.iter().map(|c| (*c, rules.measure(c))).collect();
         let mut sequences = Vec::new();
         let repetitions: Vec<_> = tracks.chunk_by(|a, b| a.0.sequence == b.0.sequence).collect();
         for runs in &repetitions {
@@ -168,45 +157,22 @@ impl Analysis for Resets {
         let (weighted_accuracy, weighted_failures) = of_attributes(&attributes, self.0.attribute_weights);
         let overall =
             [Some(accuracy), Some(plain), weighted_accuracy, Some(failures), weighted_failures, eao];
-        let mut attribute_rows: Vec<(String, Vec<Option<f64>>)> =
+        let mut attribute_rows: Vec<Row> =
             attributes.into_iter().map(|a| (a.name, vec![a.accuracy, Some(a.failures)])).collect();
         if !attribute_rows.is_empty() {
             attribute_rows.push(("overall".into(), vec![weighted_accuracy, weighted_failures]));
         }
-        let numbers = OVERALL.iter().zip(overall).filter_map(|(m, value)| Some((m.name.to_string(), value?)));
-        let grid = |name: &str, corner: &str, columns: &[TrackerMetric], rows| Grid {
-            name: name.into(),
-            corner: corner.into(),
-            columns: columns.iter().map(|m| m.heading.to_string()).collect(),
-            rows,
-        };
-        let of_sequence = |s: &OfSequence<'_>| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]);
+        let rows = sequences.iter().map(|s| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]));
         let robustness = |failures: f64, frames: f64| (-self.0.sensitivity * failures / frames).exp();
         let mut of_robustness = vec![(String::new(), vec![(robustness(failures, frames), accuracy)])];
         of_robustness
             .extend(corners(&sequences, robustness).map(|ends| (INTERVAL.to_string(), ends.to_vec())));
         let points = curve.iter().enumerate().skip(1).filter_map(|(n, e)| Some((n as f64, (*e)?))).collect();
-        let chart = |name: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>| Chart {
-            name: name.into(),
-            x: x.into(),
-            y: y.into(),
-            y_log: false,
-            curves,
-        };
-        let robustness_axis = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
         let eao_name = eao.map_or_else(String::new, |eao| format!("[{eao:.3}]"));
-        Ok(Findings {
-            numbers: numbers.collect(),
-            tables: vec![
-                grid("overall", "tracker", &OVERALL, vec![(String::new(), overall.to_vec())]),
-                grid("sequences", "sequence", &PARTS, sequences.iter().map(of_sequence).collect()),
-                grid("attributes", "attribute", &PARTS, attribute_rows),
-            ],
-            charts: vec![
-                chart("accuracy-robustness", &robustness_axis, "accuracy", of_robustness),
-                chart("expected-overlap", "frames", "expected average overlap", vec![(eao_name, points)]),
-            ],
-        })
+        let mut values = Values::of_tracker(&overall);
+        values.tables.extend([rows.collect(), attribute_rows]);
+        values.charts = vec![of_robustness, vec![(eao_name, points)]];
+        Ok(values)
     }
 }
 

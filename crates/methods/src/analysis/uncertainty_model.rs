@@ -21,8 +21,11 @@
 //! no value there. The Kolmogorov-Smirnov distance is that of the samples to the fitted distribution; the
 //! paper calls it two-sample.
 
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
-use crate::detector::consistency::{self, Fitted, Fitting, consistent_changes};
+use super::consistent::{
+    ALPHA, LENGTHS, MAX_COMPONENTS, TAU, TEST, changes, check_ascending, two_sample_test,
+};
+use super::{Analysis, AnalysisError, Curve, Layout, Population, Row, Values};
+use crate::detector::consistency::{self, Fitted, Fitting};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
@@ -68,30 +71,18 @@ impl Default for Params {
     }
 }
 
-/// Refuses lists that are empty, do not ascend or have more than 64 numbers.
-pub(super) fn check_ascending<T: PartialOrd + std::fmt::Debug>(
-    key: &'static str,
-    list: &[T],
-) -> Result<(), ParamError> {
-    if (1..=64).contains(&list.len()) && list.windows(2).all(|w| w[0] < w[1]) {
-        return Ok(());
-    }
-    Err(ParamError::out_of_range(key, "1 to 64 ascending numbers", format!("{list:?}")))
-}
-
-#[derive(Debug, Clone)]
-pub struct UncertaintyModel(Params);
+struct UncertaintyModel(Params);
 
 impl Plugin for UncertaintyModel {
     type Params = Params;
 
     const RANGES: &'static [Range] = &[
-        Range::of("tau").above(0.0).at_most(1.0),
+        TAU,
         Range::of("taus").above(0.0).at_most(1.0),
         Range::of("family_taus").above(0.0).at_most(1.0),
-        Range::within("lengths", 1.0, 10_000.0),
-        Range::of("alpha").above(0.0).below(0.5),
-        Range::within("max_components", 2.0, 20.0),
+        LENGTHS,
+        ALPHA,
+        MAX_COMPONENTS,
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
@@ -102,14 +93,10 @@ impl Plugin for UncertaintyModel {
     }
 }
 
-/// Charts of the families.
-const FITS: [&str; 3] = ["fit-low", "fit-middle", "fit-high"];
 /// Bins of histograms.
 const BINS: usize = 100;
 /// Histograms and densities are drawn up to this quantile.
 const SHOWN: f64 = 0.995;
-/// Level of the two-sample test.
-const LEVEL: f64 = 0.05;
 /// Weights of the penalty that the chart of the criteria shows.
 const WEIGHTS: [usize; 3] = [1, 50, 500];
 
@@ -118,43 +105,48 @@ impl Analysis for UncertaintyModel {
         (1, 2)
     }
 
-    fn names(&self, suites: usize) -> Names {
-        let owned = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+    fn layout(&self, suites: usize) -> Layout {
         let numbers =
             ["samples", "floored", "components", "components-daic", "components-dbic", "gamma-best"];
-        let mut names = Names {
-            numbers: owned(&numbers),
-            tables: owned(&["families", "orders", "components"]),
-            charts: owned(&["densities", "criteria", "orders", "mixture"]),
-        };
-        names.charts.extend(owned(&FITS));
-        if suites == 2 {
-            names.numbers.push("different".to_string());
-            names.tables.extend(owned(&["similarity", "cut-difference", "test"]));
-            names.charts.extend(owned(&["similarity", "cut-difference"]));
+        let orders = ["log-likelihood a sample", "weights won by dAIC", "weights won by dBIC"];
+        let mut layout = Layout::of(numbers)
+            .table("components", "component", ["weight γ", "shape η", "scale θ", "mean"])
+            .table("orders", "components K", orders)
+            .table("families", "error below", Family::ALL.map(Family::name))
+            .chart("densities", "cₜ", "density")
+            .logarithmic()
+            .chart("criteria", "components K", "term of the criterion")
+            .chart("orders", "weight d of the penalty", "chosen K")
+            .chart("mixture", "cₜ", "density")
+            .logarithmic();
+        for name in ["fit-low", "fit-middle", "fit-high"] {
+            layout = layout.chart(name, "cₜ", "density").logarithmic();
         }
-        names
+        if suites == 1 {
+            return layout;
+        }
+        layout.numbers.push("different".to_string());
+        let tau = "error below τ";
+        let lengths = || self.0.lengths.iter().map(|l| format!("L = {l}"));
+        let values = ["values of the first", "values of the second"];
+        layout
+            .table("similarity", tau, lengths())
+            .table("cut-difference", tau, lengths())
+            .table("test", tau, TEST.into_iter().chain(values))
+            .chart("similarity", tau, "largest distance of the distributions")
+            .chart("cut-difference", tau, "D = |β₁ - β₂| / min(β₁, β₂)")
     }
 
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let Some(modeled) = populations.first() else { return Err(AnalysisError::NoSuite) };
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
         let how = Fitting::by_bic(self.0.tau, self.0.max_components);
-        let fitted = consistency::fit(&modeled.tracks, &how)?;
-        let mut findings = Findings::default();
-        self.model(modeled, &fitted, &mut findings);
-        self.families(modeled, &mut findings);
+        let fitted = consistency::fit(&populations[0].tracks, &how)?;
+        let mut values = self.model(&populations[0], &fitted);
+        self.families(&populations[0], &mut values);
         if let [first, second] = populations {
-            self.compare(first, second, &mut findings)?;
+            self.compare(first, second, &mut values)?;
         }
-        Ok(findings)
+        Ok(values)
     }
-}
-
-/// Values of c_t in the consistent frames of a suite, ascending.
-pub(super) fn changes(population: &Population<'_>, tau: f64) -> Vec<f64> {
-    let mut all: Vec<f64> = population.tracks.iter().flat_map(|t| consistent_changes(t, tau)).collect();
-    all.sort_by(f64::total_cmp);
-    all
 }
 
 /// Density of ascending samples in equal bins from 0 to `end`, at the bins' centers; empty bins are left out.
@@ -185,13 +177,14 @@ fn end_of(sorted: &[f64]) -> f64 {
     accumulation::empirical_quantile(sorted, SHOWN).filter(|e| *e > 0.0).unwrap_or(1.0)
 }
 
-fn chart(name: &str, x: &str, y: &str, curves: Vec<(String, Vec<(f64, f64)>)>) -> Chart {
-    Chart { name: name.to_string(), x: x.to_string(), y: y.to_string(), curves, ..Chart::default() }
+/// The values of a row.
+fn row(heading: impl ToString, values: &[f64]) -> Row {
+    (heading.to_string(), values.iter().copied().map(Some).collect())
 }
 
 impl UncertaintyModel {
     /// Densities, the criteria, the order and the mixture.
-    fn model(&self, population: &Population<'_>, fitted: &Fitted, findings: &mut Findings) {
+    fn model(&self, population: &Population<'_>, fitted: &Fitted) -> Values {
         let model = &fitted.model;
         let samples = changes(population, self.0.tau);
         let end = end_of(&samples);
@@ -200,7 +193,6 @@ impl UncertaintyModel {
             (format!("error below {tau}"), histogram(&sorted, end))
         };
         let densities = self.0.taus.iter().map(density).filter(|(_, points)| !points.is_empty()).collect();
-        findings.charts.push(Chart { y_log: true, ..chart("densities", "cₜ", "density", densities) });
         let terms = terms(&fitted.fits, model.samples);
         let least = terms.iter().map(|t| t.deviance).fold(f64::INFINITY, f64::min);
         let mut criteria =
@@ -209,63 +201,42 @@ impl UncertaintyModel {
             let penalty = by_order(&terms, |t| d as f64 * t.bic_penalty);
             criteria.push((format!("penalty of dBIC, d = {d}"), penalty));
         }
-        findings.charts.push(chart("criteria", "components K", "term of the criterion", criteria));
         let winners = |name: &str, winners: &[usize]| {
             let points = winners.iter().enumerate().map(|(i, k)| ((i + 1) as f64, *k as f64));
             (name.to_string(), points.collect())
         };
         let orders = vec![winners("dAIC", &fitted.daic), winners("dBIC", &fitted.dbic)];
-        findings.charts.push(chart("orders", "weight d of the penalty", "chosen K", orders));
         let seen = histogram(&samples, end);
-        let mut curves = vec![
+        let mut mixture = vec![
             (format!("cₜ of {}", population.suite), seen.clone()),
             ("mixture".to_string(), binned(|v| model.mixture.cdf(v), end, &seen)),
         ];
         for (k, c) in model.mixture.components.iter().enumerate() {
             let Ok(alone) = Mixture::new(vec![Component { weight: 1.0, ..*c }]) else { continue };
             let alone = |v: f64| c.weight * alone.cdf(v);
-            curves.push((format!("component {}", k + 1), binned(alone, end, &seen)));
+            mixture.push((format!("component {}", k + 1), binned(alone, end, &seen)));
         }
-        findings.charts.push(Chart { y_log: true, ..chart("mixture", "cₜ", "density", curves) });
-        let rows = model.mixture.components.iter().enumerate();
-        let row = |(k, c): (usize, &Component)| {
-            let values = [c.weight, c.shape, c.scale, c.mean()];
-            ((k + 1).to_string(), values.into_iter().map(Some).collect())
+        let components = model.mixture.components.iter().zip(1..);
+        let of_component = |(c, k): (&Component, usize)| row(k, &[c.weight, c.shape, c.scale, c.mean()]);
+        let of_order = |o: &consistency::Order| {
+            let likelihood = o.log_likelihood / model.samples as f64;
+            row(o.components, &[likelihood, o.wins_daic as f64, o.wins_dbic as f64])
         };
-        findings.tables.push(Grid {
-            name: "components".to_string(),
-            corner: "component".to_string(),
-            columns: ["weight γ", "shape η", "scale θ", "mean"].map(String::from).to_vec(),
-            rows: rows.map(row).collect(),
-        });
-        let row = |o: &consistency::Order| {
-            let values = [o.log_likelihood / model.samples as f64, o.wins_daic as f64, o.wins_dbic as f64];
-            (o.components.to_string(), values.into_iter().map(Some).collect())
-        };
-        findings.tables.push(Grid {
-            name: "orders".to_string(),
-            corner: "components K".to_string(),
-            columns: ["log-likelihood a sample", "weights won by dAIC", "weights won by dBIC"]
-                .map(String::from)
-                .to_vec(),
-            rows: model.orders.iter().map(row).collect(),
-        });
-        let number = |name: &str, value: usize| (name.to_string(), value as f64);
-        findings.numbers.extend([
-            ("samples".to_string(), model.samples as f64),
-            ("floored".to_string(), model.clipped.floored as f64),
-            number("components", model.mixture.components.len()),
-            number("components-daic", model.order_daic),
-            number("components-dbic", model.order_dbic),
-        ]);
+        let orders_found = [model.mixture.components.len(), model.order_daic, model.order_dbic];
+        let numbers = [model.samples as f64, model.clipped.floored as f64].into_iter();
+        Values {
+            numbers: numbers.chain(orders_found.map(|k| k as f64)).map(Some).collect(),
+            tables: vec![components.map(of_component).collect(), model.orders.iter().map(of_order).collect()],
+            charts: vec![densities, criteria, orders, mixture],
+        }
     }
 
     /// Rival families for three errors.
-    fn families(&self, population: &Population<'_>, findings: &mut Findings) {
+    fn families(&self, population: &Population<'_>, values: &mut Values) {
         let mut rows = Vec::new();
         let mut gamma_best = true;
-        for (tau, name) in self.0.family_taus.iter().zip(FITS) {
-            let samples = changes(population, *tau);
+        for tau in self.0.family_taus {
+            let samples = changes(population, tau);
             let end = end_of(&samples);
             let one = |family: &Family| {
                 // A family that cannot be fitted has no value; too few samples are no fault of the data.
@@ -281,19 +252,14 @@ impl UncertaintyModel {
                 curves.push((family.name().to_string(), points.unwrap_or_default()));
             }
             curves.retain(|(_, points)| !points.is_empty());
-            findings.charts.push(Chart { y_log: true, ..chart(name, "cₜ", "density", curves) });
+            values.charts.push(curves);
             let distances: Vec<Option<f64>> = fits.iter().map(|f| f.as_ref().map(|(_, d)| *d)).collect();
             let gamma = Family::ALL.iter().position(|f| *f == Family::Gamma).and_then(|g| distances[g]);
             gamma_best &= gamma.is_some_and(|g| distances.iter().flatten().all(|d| *d >= g));
             rows.push((format!("{tau} ({} samples)", samples.len()), distances));
         }
-        findings.tables.push(Grid {
-            name: "families".to_string(),
-            corner: "error below".to_string(),
-            columns: Family::ALL.iter().map(|f| f.name().to_string()).collect(),
-            rows,
-        });
-        findings.numbers.push(("gamma-best".to_string(), f64::from(u8::from(gamma_best))));
+        values.tables.push(rows);
+        values.numbers.push(Some(f64::from(u8::from(gamma_best))));
     }
 
     /// Two suites: distances of the distributions of sums, and of their cut values.
@@ -301,8 +267,9 @@ impl UncertaintyModel {
         &self,
         first: &Population<'_>,
         second: &Population<'_>,
-        findings: &mut Findings,
+        values: &mut Values,
     ) -> Result<(), AnalysisError> {
+        let Params { tau, taus, lengths, alpha, .. } = &self.0;
         let grid = accumulation::Grid::default();
         let one = |a: &[f64], b: &[f64], length: usize| {
             let sum = |samples: &[f64]| Accumulated::from_samples(samples, length, &grid);
@@ -310,71 +277,39 @@ impl UncertaintyModel {
             // Both have their masses on the same grid.
             let points = a.masses().chain(b.masses()).map(|(v, _)| v + grid.step / 2.0);
             let distance = kolmogorov::two_distributions(|v| a.cdf(v), |v| b.cdf(v), points);
-            let (x, y) = (a.upper_quantile(self.0.alpha)?, b.upper_quantile(self.0.alpha)?);
-            Ok((distance, (x - y).abs() / x.min(y)))
+            let (x, y) = (a.upper_quantile(*alpha)?, b.upper_quantile(*alpha)?);
+            Ok([distance, (x - y).abs() / x.min(y)])
         };
         let samples: Vec<_> =
-            self.0.taus.par_iter().map(|tau| (changes(first, *tau), changes(second, *tau))).collect();
-        let of_tau = |(a, b): &(Vec<f64>, Vec<f64>)| -> Result<Vec<Option<(f64, f64)>>, AccumulationError> {
+            taus.par_iter().map(|tau| (changes(first, *tau), changes(second, *tau))).collect();
+        let of_tau = |(a, b): &(Vec<f64>, Vec<f64>)| -> Result<Vec<Option<[f64; 2]>>, AccumulationError> {
             if a.is_empty() || b.is_empty() {
-                return Ok(vec![None; self.0.lengths.len()]);
+                return Ok(vec![None; lengths.len()]);
             }
-            self.0.lengths.iter().map(|length| one(a, b, *length).map(Some)).collect()
+            lengths.iter().map(|length| one(a, b, *length).map(Some)).collect()
         };
-        let values = samples.par_iter().map(of_tau).collect::<Result<Vec<_>, _>>();
-        let values = values.map_err(AnalysisError::Compared)?;
-        let columns: Vec<String> = self.0.lengths.iter().map(|l| format!("L = {l}")).collect();
-        type Pick = fn(&(f64, f64)) -> f64;
-        let parts: [(&str, &str, Pick); 2] = [
-            ("similarity", "largest distance of the distributions", |v| v.0),
-            ("cut-difference", "D = |β₁ - β₂| / min(β₁, β₂)", |v| v.1),
-        ];
-        for (name, y, pick) in parts {
-            let value = |t: usize, l: usize| values[t][l].as_ref().map(pick);
-            let taus = || self.0.taus.iter().enumerate();
-            let curve = |(l, label): (usize, &String)| {
-                let points = taus().filter_map(|(t, tau)| Some((*tau, value(t, l)?)));
-                (label.clone(), points.collect())
+        let found = samples.par_iter().map(of_tau).collect::<Result<Vec<_>, _>>();
+        let found = found.map_err(AnalysisError::Compared)?;
+        // The distances of the distributions, then those of the cut values.
+        for part in [0, 1] {
+            let value = |t: usize, l: usize| found[t][l].map(|pair| pair[part]);
+            let curve = |(l, length): (usize, &usize)| -> Curve {
+                let points = taus.iter().enumerate().filter_map(|(t, tau)| Some((*tau, value(t, l)?)));
+                (format!("L = {length}"), points.collect())
             };
-            let curves = columns.iter().enumerate().map(curve).collect();
-            findings.charts.push(chart(name, "error below τ", y, curves));
-            let row = |(t, tau): (usize, &f64)| {
-                (tau.to_string(), (0..self.0.lengths.len()).map(|l| value(t, l)).collect())
+            values.charts.push(lengths.iter().enumerate().map(curve).collect());
+            let row = |(t, tau): (usize, &f64)| -> Row {
+                (tau.to_string(), (0..lengths.len()).map(|l| value(t, l)).collect())
             };
-            findings.tables.push(Grid {
-                name: name.to_string(),
-                corner: "error below τ".to_string(),
-                columns: columns.clone(),
-                rows: taus().map(row).collect(),
-            });
+            values.tables.push(taus.iter().enumerate().map(row).collect());
         }
-        let test = |(a, b): &(Vec<f64>, Vec<f64>)| {
-            two_sample_test(a, b).map_or(vec![None; 5], |v| v.map(Some).to_vec())
-        };
-        findings.tables.push(Grid {
-            name: "test".to_string(),
-            corner: "error below τ".to_string(),
-            columns: ["distance", "critical at 5 %", "p", "values of the first", "values of the second"]
-                .map(String::from)
-                .to_vec(),
-            rows: self.0.taus.iter().map(f64::to_string).zip(samples.iter().map(test)).collect(),
-        });
-        let of_model = two_sample_test(&changes(first, self.0.tau), &changes(second, self.0.tau));
-        let differs = of_model.is_some_and(|[distance, critical, ..]| distance > critical);
-        findings.numbers.push(("different".to_string(), f64::from(u8::from(differs))));
+        let tests = samples.iter().map(|(a, b)| two_sample_test(a, b).to_vec());
+        values.tables.push(taus.iter().map(f64::to_string).zip(tests).collect());
+        let of_model = two_sample_test(&changes(first, *tau), &changes(second, *tau));
+        let differs = matches!(of_model, [Some(distance), Some(critical), ..] if distance > critical);
+        values.numbers.push(Some(f64::from(u8::from(differs))));
         Ok(())
     }
-}
-
-/// The two-sample test of ascending samples: distance, critical value, p, and their numbers.
-pub(super) fn two_sample_test(a: &[f64], b: &[f64]) -> Option<[f64; 5]> {
-    if a.is_empty() || b.is_empty() {
-        return None;
-    }
-    let distance = kolmogorov::two_samples(a, b);
-    let size = kolmogorov::effective_size(a.len(), b.len());
-    let (critical, p) = (kolmogorov::critical(LEVEL, size), kolmogorov::p_value(distance, size));
-    Some([distance, critical, p, a.len() as f64, b.len() as f64])
 }
 
 fn by_order(terms: &[Terms], value: impl Fn(&Terms) -> f64) -> Vec<(f64, f64)> {

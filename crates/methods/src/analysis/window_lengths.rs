@@ -26,9 +26,11 @@
 //!
 //! The test takes values of c_t as independent, which those of neighboring frames are not: its p is too small.
 
-use super::uncertainty_model::{check_ascending, two_sample_test};
-use super::{Analysis, AnalysisError, Chart, Findings, Grid, Names, Population};
-use crate::detector::consistency::{self, Fitting, consistent_changes, consistent_sums, undefined_frames};
+use super::consistent::{
+    self, ALPHA, LENGTHS, MAX_COMPONENTS, TAU, TEST, ascending, check_ascending, two_sample_test,
+};
+use super::{Analysis, AnalysisError, Curve, Layout, Population, Row, Values};
+use crate::detector::consistency::{self, Fitting, consistent_sums, undefined_frames};
 use crate::detector::{Example, changes};
 use crate::score::sanmiguel2015::{TOLERANCE, events};
 use rayon::prelude::*;
@@ -62,18 +64,12 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct WindowLengths(Params);
+struct WindowLengths(Params);
 
 impl Plugin for WindowLengths {
     type Params = Params;
 
-    const RANGES: &'static [Range] = &[
-        Range::of("tau").above(0.0).at_most(1.0),
-        Range::of("alpha").above(0.0).below(0.5),
-        Range::within("lengths", 1.0, 10_000.0),
-        Range::within("max_components", 2.0, 20.0),
-    ];
+    const RANGES: &'static [Range] = &[TAU, ALPHA, LENGTHS, MAX_COMPONENTS];
 
     fn make(p: Params) -> Result<Self, ParamError> {
         check_ascending("lengths", &p.lengths)?;
@@ -118,24 +114,19 @@ fn changes_of(error: &[f64]) -> Vec<Change> {
     places.iter().zip(ends).map(change).collect()
 }
 
-/// How s_t meets a change.
+/// How s_t meets a change, in the order of [`MEETINGS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meeting {
     /// s_t crosses the cut value within the tolerance.
     InTime,
-    /// s_t is on the side of the change all the time from before the tolerance.
-    Before,
     /// s_t crosses later, while the state lasts.
     Late,
+    /// s_t is on the side of the change all the time from before the tolerance.
+    Before,
     Never,
 }
 
-const MEETINGS: [(&str, Meeting); 4] = [
-    ("in time", Meeting::InTime),
-    ("late", Meeting::Late),
-    ("before", Meeting::Before),
-    ("never", Meeting::Never),
-];
+const MEETINGS: [&str; 4] = ["in time", "late", "before", "never"];
 
 fn meeting(change: &Change, alarm: &[bool], crossings: &[i32]) -> Meeting {
     let crosses =
@@ -152,23 +143,20 @@ fn meeting(change: &Change, alarm: &[bool], crossings: &[i32]) -> Meeting {
     }
 }
 
-/// Numbers of one length.
-struct Row {
+/// Columns of the table `rates`.
+const RATES: [&str; 8] =
+    ["cut value β", "quantile", "spread", "learned", "tested", "lost", "lost, quantile", "silent"];
+
+/// Rows of one length.
+struct OfLength {
     length: usize,
-    cut: f64,
-    /// The quantile of s_t on consistent windows that the cut value stands for.
-    empirical: Option<f64>,
-    spread: Option<f64>,
-    /// Shares beyond the cut value: consistent windows of both suites, lost frames of the second.
-    rates: [Option<f64>; 3],
-    /// Share of lost frames of the second suite beyond the empirical quantile: what L gives at the rate that is meant.
-    power: Option<f64>,
-    /// Share of lost frames of the second suite before which, since the loss, no s_t was beyond the cut value.
-    silent: Option<f64>,
-    /// Times that s_t of the second suite passes the cut value from below.
-    alarms: usize,
-    /// Changes of the second suite by kind and by [`MEETINGS`].
-    met: [[usize; 4]; 2],
+    /// Values of [`RATES`]: the cut value; the quantile of s_t on consistent windows that it stands for; the spread; shares
+    /// beyond the cut value of consistent windows of both suites and of lost frames of the second; the share of its lost
+    /// frames beyond the quantile, which is what L gives at the rate that is meant; and the share of them before which, since
+    /// the loss, no s_t was beyond the cut value.
+    rates: [Option<f64>; 8],
+    /// Times that s_t of the second suite passes the cut value from below, and its changes by kind and [`MEETINGS`].
+    delays: Vec<usize>,
 }
 
 /// A share; nothing of nothing.
@@ -176,20 +164,20 @@ fn share(part: usize, all: usize) -> Option<f64> {
     (all > 0).then(|| part as f64 / all as f64)
 }
 
-fn mean_and_variance(values: &[f64]) -> (f64, f64) {
+fn variance(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n)
+    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
 }
 
 impl WindowLengths {
-    fn row(
+    fn of_length(
         &self,
         length: usize,
         mixture: &Mixture,
-        variance: f64,
+        of_one: f64,
         [trained, tested]: [&[Example<'_>]; 2],
-    ) -> Result<Row, AccumulationError> {
+    ) -> Result<OfLength, AccumulationError> {
         let Params { tau, alpha, .. } = self.0;
         let sum = Accumulated::of_mixture(mixture, length, &accumulation::Grid::default())?;
         let cut = sum.upper_quantile(alpha)?;
@@ -197,21 +185,20 @@ impl WindowLengths {
             tracks.iter().flat_map(|t| consistent_sums(t, tau, length)).collect()
         };
         let beyond = |sums: &[f64]| share(sums.iter().filter(|s| **s > cut).count(), sums.len());
-        let (mut learned, checked) = (windows(trained), windows(tested));
-        let spread = (mean_and_variance(&learned).1 / (length as f64 * variance)).sqrt();
-        let rates = [beyond(&learned), beyond(&checked)];
-        learned.sort_by(f64::total_cmp);
-        let empirical = accumulation::empirical_quantile(&learned, 1.0 - alpha);
-        let (mut lost, mut lost_beyond, mut powerful, mut silent, mut alarms) = (0, 0, 0, 0, 0);
-        let mut met = [[0; 4]; 2];
+        let (learned, checked) = (windows(trained), windows(tested));
+        let spread = (variance(&learned) / (length as f64 * of_one)).sqrt();
+        let of_windows = [beyond(&learned), beyond(&checked)];
+        let empirical = accumulation::empirical_quantile(&ascending(learned.into_iter()), 1.0 - alpha);
+        let (mut lost, mut lost_beyond, mut powerful, mut silent) = (0, 0, 0, 0);
+        let mut delays = vec![0; 1 + KINDS.len() * MEETINGS.len()];
         for track in tested {
             let sums = accumulation::sums(track.signal, length);
             let alarm: Vec<bool> = sums.iter().map(|s| *s > cut).collect();
             let crossings = changes(&alarm);
-            alarms += crossings.iter().filter(|c| **c > 0).count();
+            delays[0] += crossings.iter().filter(|c| **c > 0).count();
             for change in changes_of(track.error) {
-                let (kind, how) = (usize::from(change.sign < 0), meeting(&change, &alarm, &crossings));
-                met[kind][MEETINGS.iter().position(|m| m.1 == how).unwrap_or(0)] += 1;
+                let kind = usize::from(change.sign < 0);
+                delays[1 + kind * MEETINGS.len() + meeting(&change, &alarm, &crossings) as usize] += 1;
                 if change.sign > 0 {
                     let state = change.from..change.to;
                     lost += state.len();
@@ -223,75 +210,38 @@ impl WindowLengths {
                 }
             }
         }
-        let [of_learned, of_checked] = rates;
-        Ok(Row {
-            length,
-            cut,
+        let [of_learned, of_checked] = of_windows;
+        let rates = [
+            Some(cut),
             empirical,
-            spread: Some(spread).filter(|s| s.is_finite()),
-            rates: [of_learned, of_checked, share(lost_beyond, lost)],
-            power: share(powerful, lost).filter(|_| empirical.is_some()),
-            silent: share(silent, lost),
-            alarms,
-            met,
-        })
+            Some(spread).filter(|s| s.is_finite()),
+            of_learned,
+            of_checked,
+            share(lost_beyond, lost),
+            share(powerful, lost).filter(|_| empirical.is_some()),
+            share(silent, lost),
+        ];
+        Ok(OfLength { length, rates, delays })
     }
 }
 
-fn grid(name: &str, corner: &str, columns: &[&str], rows: Vec<(String, Vec<Option<f64>>)>) -> Grid {
-    let columns = columns.iter().map(|c| c.to_string()).collect();
-    Grid { name: name.to_string(), corner: corner.to_string(), columns, rows }
-}
-
-/// Table of how long changes last.
-fn durations(all: &[Change]) -> Grid {
+/// Rows of the table of how long changes last.
+fn durations(all: &[Change]) -> Vec<Row> {
     let row = |(name, sign): (&str, i32)| {
         let of_kind = || all.iter().filter(move |c| c.sign == sign);
-        let mut lasting: Vec<f64> = of_kind().map(|c| (c.to - c.from) as f64).collect();
-        lasting.sort_by(f64::total_cmp);
+        let lasting = ascending(of_kind().map(|c| (c.to - c.from) as f64));
         let to_the_end = of_kind().filter(|c| c.to_the_end).count();
         let counts = [lasting.len(), to_the_end].map(|n| Some(n as f64));
         let quartiles = [0.25, 0.5, 0.75].map(|p| accumulation::empirical_quantile(&lasting, p));
         (name.to_string(), counts.into_iter().chain(quartiles).collect())
     };
-    let columns = ["number", "to the end", "quartile", "median", "upper quartile"];
-    grid("durations", "change", &columns, KINDS.map(row).to_vec())
+    KINDS.map(row).to_vec()
 }
 
-/// Table of the changes that last less than each length.
-fn shorter(all: &[Change], lengths: &[usize]) -> Grid {
-    let row = |&length: &usize| {
-        let of = |wanted: &dyn Fn(&Change) -> bool| {
-            let mine: Vec<&Change> = all.iter().filter(|c| wanted(c)).collect();
-            share(mine.iter().filter(|c| c.is_shorter(length)).count(), mine.len())
-        };
-        let [loss, recovery] = KINDS.map(|(_, sign)| of(&|c| c.sign == sign));
-        (length.to_string(), vec![of(&|_| true), loss, recovery])
-    };
-    let columns = ["all changes", "losses", "recoveries"];
-    grid("changes", "length L", &columns, lengths.iter().map(row).collect())
-}
-
-/// Tables of the cut values and of how changes are met.
-fn by_length(rows: &[Row]) -> [Grid; 2] {
-    let rate = |row: &Row| {
-        let [learned, checked, lost] = row.rates;
-        let ends = [lost, row.power, row.silent];
-        let values =
-            [Some(row.cut), row.empirical, row.spread, learned, checked].into_iter().chain(ends).collect();
-        (row.length.to_string(), values)
-    };
-    let columns =
-        ["cut value β", "quantile", "spread", "learned", "tested", "lost", "lost, quantile", "silent"];
-    let rates = grid("rates", "length L", &columns, rows.iter().map(rate).collect());
-    let delay = |row: &Row| {
-        let met = row.met.iter().flatten().map(|n| Some(*n as f64));
-        (row.length.to_string(), [Some(row.alarms as f64)].into_iter().chain(met).collect())
-    };
-    let names = KINDS.iter().flat_map(|(kind, _)| MEETINGS.map(|(how, _)| format!("{kind} {how}")));
-    let columns: Vec<String> = ["alarms".to_string()].into_iter().chain(names).collect();
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    [rates, grid("delays", "length L", &columns, rows.iter().map(delay).collect())]
+/// Share of the changes that last less than a length, of those of a sign or of all.
+fn share_shorter(all: &[Change], length: usize, sign: Option<i32>) -> Option<f64> {
+    let mine = || all.iter().filter(|c| sign.is_none_or(|sign| c.sign == sign));
+    share(mine().filter(|c| c.is_shorter(length)).count(), mine().count())
 }
 
 impl Analysis for WindowLengths {
@@ -303,109 +253,90 @@ impl Analysis for WindowLengths {
         suite == 1
     }
 
-    fn names(&self, _: usize) -> Names {
-        let owned = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
-        Names {
-            numbers: owned(&["largest-rate", "least-rate", "shorter", "distance", "distance-lost"]),
-            tables: owned(&["durations", "changes", "rates", "delays", "quantiles", "distances"]),
-            charts: owned(&["rates"]),
-        }
+    fn layout(&self, _: usize) -> Layout {
+        let lasting = ["number", "to the end", "quartile", "median", "upper quartile"];
+        let met = KINDS.iter().flat_map(|(kind, _)| MEETINGS.map(|how| format!("{kind} {how}")));
+        Layout::of(["largest-rate", "least-rate", "shorter", "distance", "distance-lost"])
+            .table("durations", "change", lasting)
+            .table("changes", "length L", ["all changes", "losses", "recoveries"])
+            .table("rates", "length L", RATES)
+            .table("delays", "length L", ["alarms".to_string()].into_iter().chain(met))
+            .table("quantiles", "quantile", KINDS_OF_FRAMES)
+            .table("distances", "frames", TEST.into_iter().chain(["values learned from", "values"]))
+            .chart("rates", "window length L", "share beyond the cut value")
     }
 
-    fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
-        let [trained, tested] = populations else { return Err(AnalysisError::TwoSuites) };
-        let p = &self.0;
+    fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
+        let ([trained, tested], p) = ([&populations[0], &populations[1]], &self.0);
         let model = consistency::fit(&trained.tracks, &Fitting::by_bic(p.tau, p.max_components))?.model;
         let tracks = [&trained.tracks[..], &tested.tracks[..]];
-        let row = |length: &usize| self.row(*length, &model.mixture, model.variance, tracks);
-        let rows = p.lengths.par_iter().map(row).collect::<Result<Vec<Row>, AccumulationError>>()?;
+        let of_length = |length: &usize| self.of_length(*length, &model.mixture, model.variance, tracks);
+        let rows = p.lengths.par_iter().map(of_length).collect::<Result<Vec<_>, AccumulationError>>()?;
         let all: Vec<Change> = tested.tracks.iter().flat_map(|t| changes_of(t.error)).collect();
-        let kinds = Kinds::of(trained, tested, p.tau);
+        let shares = |length: &usize| {
+            let of = |sign| share_shorter(&all, *length, sign);
+            (length.to_string(), vec![of(None), of(Some(KINDS[0].1)), of(Some(KINDS[1].1))])
+        };
+        let delays =
+            |row: &OfLength| (row.length.to_string(), row.delays.iter().map(|n| Some(*n as f64)).collect());
+        let kinds = kinds_of_frames(trained, tested, p.tau);
+        let quantiles = |rate: f64| {
+            let values = kinds.iter().map(|values| accumulation::empirical_quantile(values, rate));
+            (rate.to_string(), values.collect())
+        };
+        let distance = |kind: usize| two_sample_test(&kinds[0], &kinds[kind]);
+        let distances = |kind: usize| (KINDS_OF_FRAMES[kind].to_string(), distance(kind).to_vec());
 
-        let mut findings = Findings::default();
-        findings.tables.extend([durations(&all), shorter(&all, &p.lengths)]);
-        findings.tables.extend(by_length(&rows));
-        findings.tables.extend([kinds.quantiles(), kinds.distances()]);
-        let rates = || rows.iter().filter_map(|r| r.rates[0]);
+        let of_learned = || rows.iter().filter_map(|r| r.rates[3]);
         let longest = p.lengths.last().copied().unwrap_or(1);
-        let short = share(all.iter().filter(|c| c.is_shorter(longest)).count(), all.len());
-        let distance = |k: usize| kinds.distance(k).map_or(0.0, |d| d[0]);
-        findings.numbers.extend([
-            ("largest-rate".to_string(), rates().fold(0.0, f64::max)),
-            ("least-rate".to_string(), rates().fold(1.0, f64::min)),
-            ("shorter".to_string(), short.unwrap_or(0.0)),
-            ("distance".to_string(), distance(1)),
-            ("distance-lost".to_string(), distance(3)),
-        ]);
-        let curve = |name: &str, of: &dyn Fn(&Row) -> Option<f64>| {
+        let numbers = [
+            of_learned().fold(0.0, f64::max),
+            of_learned().fold(1.0, f64::min),
+            share_shorter(&all, longest, None).unwrap_or(0.0),
+            distance(1)[0].unwrap_or(0.0),
+            distance(3)[0].unwrap_or(0.0),
+        ];
+        let curve = |name: &str, of: &dyn Fn(&OfLength) -> Option<f64>| -> Curve {
             let points = rows.iter().filter_map(|r| Some((r.length as f64, of(r)?)));
-            (name.to_string(), points.collect::<Vec<_>>())
+            (name.to_string(), points.collect())
         };
         let curves = [
-            curve("consistent, learned from", &|r| r.rates[0]),
-            curve("consistent, tested", &|r| r.rates[1]),
-            curve("lost", &|r| r.rates[2]),
+            curve(KINDS_OF_FRAMES[0], &|r| r.rates[3]),
+            curve(KINDS_OF_FRAMES[1], &|r| r.rates[4]),
+            curve("lost", &|r| r.rates[5]),
             curve("α", &|_| Some(p.alpha)),
         ];
-        findings.charts.push(Chart {
-            name: "rates".to_string(),
-            x: "window length L".to_string(),
-            y: "share beyond the cut value".to_string(),
-            curves: curves.into_iter().filter(|(_, points)| !points.is_empty()).collect(),
-            ..Chart::default()
-        });
-        Ok(findings)
+        Ok(Values {
+            numbers: numbers.map(Some).to_vec(),
+            tables: vec![
+                durations(&all),
+                p.lengths.iter().map(shares).collect(),
+                rows.iter().map(|row| (row.length.to_string(), row.rates.to_vec())).collect(),
+                rows.iter().map(delays).collect(),
+                SHOWN.map(quantiles).to_vec(),
+                (1..4).map(distances).collect(),
+            ],
+            charts: vec![curves.into_iter().filter(|(_, points)| !points.is_empty()).collect()],
+        })
     }
 }
 
-/// Values of c_t by kind of frame, ascending: consistent ones of both suites, then of the second suite those that are
-/// neither, and the lost ones.
-struct Kinds([Vec<f64>; 4]);
-
+/// Kinds of frames: consistent ones of both suites, then of the second suite those that are neither, and the lost ones.
 const KINDS_OF_FRAMES: [&str; 4] =
     ["consistent, learned from", "consistent, tested", "nearly lost, tested", "lost, tested"];
 
-impl Kinds {
-    fn of(trained: &Population<'_>, tested: &Population<'_>, tau: f64) -> Self {
-        let between = |from: f64, to: f64| {
-            let of_track = move |track: &Example<'_>| {
-                let first = undefined_frames(track.signal);
-                let frames = track.signal.iter().zip(track.error).skip(first);
-                let mine = frames.filter(move |(_, e)| (from..to).contains(*e));
-                mine.map(|(c, _)| *c).collect::<Vec<_>>()
-            };
-            tested.tracks.iter().flat_map(of_track).collect::<Vec<f64>>()
+/// Values of c_t in the [`KINDS_OF_FRAMES`], ascending.
+fn kinds_of_frames(trained: &Population<'_>, tested: &Population<'_>, tau: f64) -> [Vec<f64>; 4] {
+    let between = |from: f64, to: f64| {
+        let of_track = |track: &Example<'_>| {
+            let frames = track.signal.iter().zip(track.error).skip(undefined_frames(track.signal));
+            let mine = frames.filter(|(_, e)| (from..to).contains(*e));
+            mine.map(|(c, _)| *c).collect::<Vec<_>>()
         };
-        let consistent = |population: &Population<'_>| {
-            population.tracks.iter().flat_map(|t| consistent_changes(t, tau)).collect::<Vec<f64>>()
-        };
-        let lost = f64::INFINITY;
-        let mut kinds = [consistent(trained), consistent(tested), between(tau, 1.0), between(1.0, lost)];
-        kinds.iter_mut().for_each(|values| values.sort_by(f64::total_cmp));
-        Self(kinds)
-    }
-
-    fn quantiles(&self) -> Grid {
-        let row = |p: f64| {
-            let values = self.0.iter().map(|values| accumulation::empirical_quantile(values, p));
-            (p.to_string(), values.collect())
-        };
-        grid("quantiles", "quantile", &KINDS_OF_FRAMES, SHOWN.map(row).to_vec())
-    }
-
-    /// The test of one kind against the first.
-    fn distance(&self, kind: usize) -> Option<[f64; 5]> {
-        two_sample_test(&self.0[0], &self.0[kind])
-    }
-
-    fn distances(&self) -> Grid {
-        let row = |kind: usize| {
-            let values = self.distance(kind).map_or(vec![None; 5], |v| v.map(Some).to_vec());
-            (KINDS_OF_FRAMES[kind].to_string(), values)
-        };
-        let columns = ["distance", "critical at 5 %", "p", "values learned from", "values"];
-        grid("distances", "frames", &columns, (1..4).map(row).collect())
-    }
+        ascending(tested.tracks.iter().flat_map(of_track))
+    };
+    let [learned, consistent] = [trained, tested].map(|suite| consistent::changes(suite, tau));
+    [learned, consistent, between(tau, 1.0), between(1.0, f64::INFINITY)]
 }
 
 #[cfg(test)]

@@ -20,18 +20,17 @@
 
 use super::{Detector, DetectorOutput, Input};
 use crate::tracker::process::{
-    Bind, Handed, Indexed, JsonPeer, Program, ProgramFault, Programs, Role, Track, not_bound,
+    Bind, Handed, JsonPeer, Named, Process, Program, ProgramFault, Programs, Role, Track, bind, refused,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
-use std::sync::Arc;
-use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin, Range};
+use serde_json::Value;
+use trackfail_core::plugin::{Configured, Entry, ParamError, Range};
 use trackfail_dataset::file_digest;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Detector> =
-    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over lines of JSON")
+    Entry::of::<Process<Params>>("process", 1, "a program that plugins.toml names, over lines of JSON")
         .example(r#"{ program = "my-detector", signals = 1, params = {} }"#);
 
 /// Parameters.
@@ -52,35 +51,40 @@ fn one() -> usize {
     1
 }
 
-struct Process {
-    params: Params,
-    /// `None` until it is bound; reports do not need it.
-    program: Option<Arc<Program>>,
-}
-
-impl Plugin for Process {
-    type Params = Params;
+impl Named for Params {
+    const ROLE: Role = Role::Detector;
 
     const RANGES: &'static [Range] = &[Range::within("signals", 1.0, 64.0)];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self { params, program: None })
+    fn program(&self) -> &str {
+        &self.program
+    }
+
+    /// Names and digests of its files, if it has some.
+    fn facts(program: &Program) -> Result<Vec<(&'static str, Value)>, ParamError> {
+        let file = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let digest = file_digest(path).map_err(|e| refused(e.to_string()))?;
+            Ok(format!("{name} {digest}"))
+        };
+        let files = program.digest.iter().map(file).collect::<Result<Vec<String>, ParamError>>()?;
+        Ok(if files.is_empty() { Vec::new() } else { vec![("files", files.into())] })
     }
 }
 
-impl Process {
+impl Params {
     /// The labels, or the frame and the fault.
     fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, ProgramFault)> {
         let frames = input.signal.len();
-        let track = Track { frames, size: None, params: &self.params.params };
+        let track = Track { frames, size: None, params: &self.params };
         let seed = [("TRACKFAIL_SEED", input.seed.to_string())];
         let mut peer = JsonPeer::start(program, &seed, None, &track).map_err(|fault| (0, fault))?;
         let mut output = DetectorOutput::default();
         for (index, value) in input.signal.iter().enumerate() {
             let more = input.more.iter().filter_map(|signal| signal.get(index).copied()).collect();
-            let answer: Answer = peer
-                .ask(index, &FrameLine { index, value: *value, more }, ANSWER)
-                .map_err(|fault| (index, fault))?;
+            let message = FrameLine { index, value: *value, more };
+            let answer = peer.ask(index, &message, ANSWER, |answer: &Answer| answer.index);
+            let answer = answer.map_err(|fault| (index, fault))?;
             output.score.push(answer.score);
             output.alarm.push(answer.label == Label::Failed);
         }
@@ -91,42 +95,26 @@ impl Process {
 
 impl Bind for dyn Detector {
     fn bind(detector: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
-        let Some(process) = (&*detector.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
-        let params = process.params.clone();
-        let program = programs.named(Role::Detector, &params.program)?;
-        let file = |path: &std::path::PathBuf| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let digest = file_digest(path).map_err(|e| ParamError {
-                message: e.to_string(),
-                key: Some("program"),
-                span: None,
-            });
-            Ok(format!("{name} {}", digest?))
-        };
-        // Names and digests of its files.
-        let files: Vec<String> = program.digest.iter().map(file).collect::<Result<_, ParamError>>()?;
-        detector.show("version", program.version.as_str());
-        if !files.is_empty() {
-            detector.show("files", files);
-        }
-        detector.plugin = Arc::new(Process { params, program: Some(program) });
-        Ok(())
+        bind::<_, Params>(detector, |detector| detector, programs)
     }
 }
 
-impl Detector for Process {
+impl Detector for Process<Params> {
     fn signals(&self) -> usize {
         self.params.signals
     }
 
     fn uses_seed(&self) -> bool {
-        self.program.as_ref().is_none_or(|p| !p.deterministic)
+        self.depends_on_seed()
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let failed = |message: String| DetectorOutput { failure: Some(message), ..DetectorOutput::default() };
-        let Some(program) = &self.program else { return failed(not_bound(&self.params.program).to_string()) };
-        self.run(program, input).unwrap_or_else(|(index, fault)| {
+        let program = match self.program() {
+            Ok(program) => program,
+            Err(e) => return failed(e.to_string()),
+        };
+        self.params.run(program, input).unwrap_or_else(|(index, fault)| {
             failed(format!("{}: frame of index {index}: {fault}", program.name))
         })
     }
@@ -150,12 +138,6 @@ struct Answer {
     score: f64,
     label: Label,
     index: Option<usize>,
-}
-
-impl Indexed for Answer {
-    fn index(&self) -> Option<usize> {
-        self.index
-    }
 }
 
 /// Label of a frame.

@@ -47,23 +47,21 @@
 //!
 //! The address has all parameters, the version and the digests; command, environment and time limits are not part of it.
 
-use crate::signal::{Direction, Observation, Reads, Session, Signal};
+use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
-    Bind, Handed, Images, Indexed, JsonPeer, Place, Program, ProgramFault, Programs, Role, Track, not_bound,
+    Bind, Handed, Images, JsonPeer, Named, Place, Process, ProgramFault, Programs, Role, Track, bind,
 };
 use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
 use std::path::PathBuf;
-use std::sync::Arc;
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin};
+use trackfail_core::plugin::{Configured, Entry, ParamError};
 use trackfail_core::region::Region;
 
 /// The list's entry.
 pub const ENTRY: Entry<dyn Signal> =
-    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over lines of JSON")
+    Entry::of::<Process<Params>>("process", 1, "a program that plugins.toml names, over lines of JSON")
         .example(r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#);
 
 /// Scores that are good.
@@ -111,48 +109,36 @@ pub struct Params {
     pub params: Handed,
 }
 
-struct Process {
-    params: Params,
-    /// `None` until it is bound; reports do not need it.
-    program: Option<Arc<Program>>,
-}
+impl Named for Params {
+    const ROLE: Role = Role::Signal;
 
-impl Plugin for Process {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self { params, program: None })
+    fn program(&self) -> &str {
+        &self.program
     }
 }
 
-impl Signal for Process {
-    fn direction(&self) -> Direction {
-        match self.params.good {
+impl Signal for Process<Params> {
+    fn facts(&self) -> Facts {
+        let direction = match self.params.good {
             Good::High => Direction::HigherIsBetter,
             Good::Low => Direction::LowerIsBetter,
-        }
-    }
-
-    fn reads(&self) -> Reads {
-        match self.params.reads {
+        };
+        let reads = match self.params.reads {
             Need::Boxes => Reads::Boxes,
             Need::Pixels => Reads::Pixels,
             Need::Confidence => Reads::Confidence,
             Need::Response => Reads::Response,
             Need::Posterior => Reads::Posterior,
-        }
-    }
-
-    fn bounds(&self) -> (f64, f64) {
-        (f64::NEG_INFINITY, f64::INFINITY)
+        };
+        Facts { reads, ..Facts::of(direction, (f64::NEG_INFINITY, f64::INFINITY)) }
     }
 
     fn inputs(&self, _: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
+        Ok(self.files())
     }
 
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let program = self.program.as_ref().ok_or_else(|| not_bound(&self.params.program))?;
+        let program = self.program()?;
         let (sequence, reads) = (context.sequence, self.params.reads);
         let place = Place::new(program, sequence);
         let (files, size) = match reads {
@@ -176,12 +162,7 @@ impl Signal for Process {
 
 impl Bind for dyn Signal {
     fn bind(signal: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
-        let Some(process) = (&*signal.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
-        let params = process.params.clone();
-        let program = programs.named(Role::Signal, &params.program)?;
-        signal.show("version", program.version.as_str());
-        signal.plugin = Arc::new(Process { params, program: Some(program) });
-        Ok(())
+        bind::<_, Params>(signal, |signal| signal, programs)
     }
 }
 
@@ -206,12 +187,6 @@ struct FrameLine<'a> {
 struct Answer {
     score: f64,
     index: Option<usize>,
-}
-
-impl Indexed for Answer {
-    fn index(&self) -> Option<usize> {
-        self.index
-    }
 }
 
 /// Form of an answer, for messages.
@@ -262,9 +237,9 @@ impl Asking {
     fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, ProgramFault> {
         let line = self.line(t, frame, state)?;
         let Some(mut peer) = self.peer.take() else {
-            return Err(ProgramFault::Conduct("it has ended".into()));
+            return Err(ProgramFault("it has ended".into()));
         };
-        let answer: Answer = peer.ask(t, &line, ANSWER)?;
+        let answer: Answer = peer.ask(t, &line, ANSWER, |answer: &Answer| answer.index)?;
         if t + 1 == self.frames {
             peer.finish()?;
         } else {

@@ -69,7 +69,6 @@
 //! leaves behind, on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
 
 mod child;
-mod fault;
 mod images;
 mod json_lines;
 mod peer;
@@ -77,20 +76,20 @@ mod programs;
 #[cfg(test)]
 mod tests;
 
-pub use fault::ProgramFault;
-pub use programs::{Bind, Program, Programs, Protocol, Regions, Role, UnknownProgram};
+pub use child::ProgramFault;
+pub use programs::{Bind, Program, Programs, Protocol, Regions, Role};
 
 pub(crate) use images::Images;
-pub(crate) use json_lines::{Handed, Indexed, JsonPeer, Track};
+pub(crate) use json_lines::{Handed, JsonPeer, Track};
+pub(crate) use programs::{Named, Process, bind, refused};
 
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use peer::Peer;
 use serde::{Deserialize, Serialize};
-use std::any::Any;
+use serde_json::Value;
 use std::path::PathBuf;
-use std::sync::Arc;
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Configured, Entry, ParamError, Plugin, show_params};
+use trackfail_core::plugin::{Configured, Entry, ParamError, show_params};
 use trackfail_core::region::Region;
 use trackfail_core::sequence::SequenceInfo;
 
@@ -103,39 +102,45 @@ pub struct Params {
 }
 
 /// The line in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Process>("process", 1, "a program that plugins.toml names, over TraX or lines of text")
-        .example(r#"{ program = "my-tracker" }"#);
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Process<Params>>(
+    "process",
+    1,
+    "a program that plugins.toml names, over TraX or lines of text",
+)
+.example(r#"{ program = "my-tracker" }"#);
 
-struct Process {
-    params: Params,
-    /// `None` until it is bound; reports do not need it.
-    program: Option<Arc<Program>>,
-}
+impl Named for Params {
+    const ROLE: Role = Role::Tracker;
 
-impl Plugin for Process {
-    type Params = Params;
+    fn program(&self) -> &str {
+        &self.program
+    }
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self { params, program: None })
+    fn facts(program: &Program) -> Result<Vec<(&'static str, Value)>, ParamError> {
+        let regions = (program.protocol == Protocol::Lines).then(|| show_params(&program.regions));
+        let confidence = program.confidence.as_deref().map(Value::from);
+        let more = [("regions", regions), ("confidence", confidence)];
+        let more = more.into_iter().filter_map(|(key, value)| Some((key, value?)));
+        let protocol = ("protocol", Value::from(program.protocol.word()));
+        Ok(std::iter::once(protocol).chain(more).collect())
     }
 }
 
-impl TrackerConfig for Process {
-    fn uses_seed(&self) -> bool {
-        self.program.as_ref().is_none_or(|p| !p.deterministic)
+impl TrackerConfig for Process<Params> {
+    fn facts(&self) -> Facts {
+        Facts { uses_seed: self.depends_on_seed(), ..Facts::BOXES }
     }
 
     fn gives_confidence(&self, _: &RunContext<'_>) -> bool {
-        self.program.as_ref().is_some_and(|p| p.confidence.is_some())
+        self.program().is_ok_and(|p| p.confidence.is_some())
     }
 
     fn inputs(&self, _: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        Ok(self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone()))
+        Ok(self.files())
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let program = self.program.as_ref().ok_or_else(|| not_bound(&self.params.program))?;
+        let program = self.program()?;
         let files = context.sequence.files().map_err(TrackerError::File)?;
         let place = Place::new(program, context.sequence);
         let index = context.start_frame;
@@ -160,25 +165,8 @@ impl TrackerConfig for Process {
 
 impl Bind for dyn TrackerConfig {
     fn bind(tracker: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError> {
-        let Some(process) = (&*tracker.plugin as &dyn Any).downcast_ref::<Process>() else { return Ok(()) };
-        let params = process.params.clone();
-        let program = programs.named(Role::Tracker, &params.program)?;
-        tracker.show("version", program.version.as_str());
-        tracker.show("protocol", program.protocol.word());
-        if program.protocol == Protocol::Lines {
-            tracker.show("regions", show_params(&program.regions));
-        }
-        if let Some(confidence) = &program.confidence {
-            tracker.show("confidence", confidence.as_str());
-        }
-        tracker.plugin = Arc::new(Process { params, program: Some(program) });
-        Ok(())
+        bind::<_, Params>(tracker, |tracker| tracker, programs)
     }
-}
-
-/// The error of a program that has not been bound to a command.
-pub(crate) fn not_bound(name: &str) -> TrackerError {
-    TrackerError::Missing(format!("the program {name} is not known here"))
 }
 
 /// Program, sequence and number of its first frame, for messages.

@@ -11,7 +11,7 @@
 //! | `<Seq>_bboxes.txt` | [`otb_text`]: long-term runs of SiamFC on VOT's sequences | run 0 only | 0 |
 //! | `<Seq>/<Seq>_00{r+1}.txt` | [`vot`]: VOT, and pysot under `<tracker>/baseline` | its own file | 0 |
 //! | `longterm/<Seq>/<Seq>_00{r+1}.txt` | the same: pysot on VOT2018-LT | its own file | 0 |
-//! | the same names | [`got10k`]: GOT-10k; the first line tells which of the two it is | its own file | 1 |
+//! | the same names | [`otb_text`]: GOT-10k; the first line, `1` of VOT or a box, tells which of the two it is | its own file | 1 |
 //! | `<Seq>.csv` | [`oxuva`]: OxUvA; relative coordinates, frames that were asked for | run 0 only | |
 //! | `<results>_00{r}/<Seq>.txt`, beside `results` | [`otb_text`]: pytracking with run numbers | its own folder | 1 |
 //!
@@ -46,11 +46,8 @@
 
 mod files;
 
-use super::results::{
-    Base, BoxError, Boxes, NoBox, confidence, drop_empty_end, got10k, mot, official_span, otb_json, otb_text,
-    oxuva, vot,
-};
-use super::{RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::results::{Base, BoxError, Boxes, NoBox, confidence, mot, otb_json, otb_text, oxuva, rows, vot};
+use super::{Facts, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use files::{Kind, Source};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
@@ -175,27 +172,31 @@ impl Replay {
         let path = source.path.as_path();
         let bytes = text::read_capped(path)?;
         let base = |of_format| self.0.base.unwrap_or(of_format);
-        let text_boxes = |bytes, of_format| text_boxes(path, bytes, sequence, base(of_format));
+        let of_lines = |rows, of_format| otb_text::parse(path, rows, sequence, base(of_format));
         let mut boxes = match source.kind {
-            Kind::Json => otb_json::parse_from(path, &bytes, run, sequence.numbering(), base(Base::One))?,
+            Kind::Json => otb_json::parse(path, &bytes, run, sequence.numbering(), base(Base::One))?,
             Kind::Csv => oxuva::parse(path, &bytes, sequence)?,
-            Kind::Text if mot::is_mot(&bytes) => {
-                mot::parse(path, &bytes, sequence, base(Base::One), self.0.id)?
-            }
-            Kind::Text => text_boxes(&bytes, Base::One)?,
-            Kind::LongTerm => text_boxes(&bytes, Base::Zero)?,
-            Kind::OwnFolder => match got10k::kind(path, &bytes)? {
-                got10k::Kind::Vot => {
-                    let without_box = self.0.without_area.status();
-                    let mut states =
-                        vot::parse_from(path, &bytes, sequence.truth(), base(Base::Zero), without_box)?;
-                    if let Some(values) = values(source, states.len())? {
-                        states.iter_mut().zip(values).for_each(|(state, value)| state.confidence = value);
-                    }
-                    return Ok(states);
-                }
-                got10k::Kind::Boxes => text_boxes(&bytes, Base::One)?,
+            Kind::Text => match rows::read_after_header(path, &bytes)? {
+                rows if mot::is_mot(&rows) => mot::parse(path, rows, sequence, base(Base::One), self.0.id)?,
+                rows => of_lines(rows, Base::One)?,
             },
+            Kind::LongTerm => of_lines(rows::read_after_header(path, &bytes)?, Base::Zero)?,
+            Kind::OwnFolder => {
+                let rows = rows::read(path, &bytes)?;
+                match rows.first().map_or(&[][..], |(_, row)| row) {
+                    [1.0] => {
+                        let without_box = self.0.without_area.status();
+                        let mut states =
+                            vot::parse(path, rows, sequence.truth(), base(Base::Zero), without_box)?;
+                        if let Some(values) = values(source, states.len())? {
+                            states.iter_mut().zip(values).for_each(|(state, value)| state.confidence = value);
+                        }
+                        return Ok(states);
+                    }
+                    [_, _, _, _] => of_lines(rows, Base::One)?,
+                    _ => return Err(DatasetError::line(path, 1, NEITHER)),
+                }
+            }
         };
         if let Some(values) = values(source, boxes.regions.len())? {
             boxes.confidence = values;
@@ -270,52 +271,20 @@ impl Replay {
     }
 }
 
+/// Said of a file in a folder named after the sequence that is of neither format: VOT's first line is always the mark `1`,
+/// GOT-10k's always a box.
+const NEITHER: &str = "neither VOT's mark `1`, with which a run begins (an initialization), nor the four numbers \
+                       x,y,w,h of a GOT-10k result";
+
 /// The confidence of each frame, from the file beside the boxes if there is one.
 fn values(source: &Source, frames: usize) -> Result<Option<Vec<Option<f64>>>, DatasetError> {
     let read = |path: &PathBuf| confidence::parse(path, &text::read_capped(path)?, frames);
     source.confidence.as_ref().map(read).transpose()
 }
 
-fn text_boxes(
-    path: &Path,
-    bytes: &[u8],
-    sequence: &dyn SequenceInfo,
-    base: Base,
-) -> Result<Boxes, DatasetError> {
-    let mut rows = otb_text::parse_rows(path, bytes)?;
-    let span = official_span(sequence.numbering());
-    let fits = |n: usize| n as u64 == span || n == sequence.frames();
-    drop_empty_end(&mut rows, otb_text::is_empty, fits);
-    let start = match rows.len() {
-        n if n as u64 == span => sequence.numbering().official.0,
-        n if n == sequence.frames() => sequence.numbering().first,
-        n => {
-            let message = format!(
-                "{n} boxes; {} has {span} frames, {} of them used, and none is made up or dropped",
-                sequence.name(),
-                sequence.frames()
-            );
-            return Err(DatasetError::content(path, message));
-        }
-    };
-    let regions = rows.into_iter().map(|(line, row)| {
-        let region = row.and_then(|values| Ok(Region::from_numbers(&values)?));
-        region.map(|r| base.to_zero(r)).map_err(|source| BoxError { at: format!("line {line}"), source })
-    });
-    Ok(Boxes { first: start, regions: regions.collect(), confidence: Vec::new() })
-}
-
 impl TrackerConfig for Replay {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    fn needs_truth(&self) -> bool {
-        true
-    }
-
-    fn reads_pixels(&self) -> bool {
-        false
+    fn facts(&self) -> Facts {
+        Facts { needs_truth: true, reads_pixels: false, ..Facts::BOXES }
     }
 
     fn gives_confidence(&self, context: &RunContext<'_>) -> bool {
@@ -332,26 +301,21 @@ impl TrackerConfig for Replay {
 
     fn start(&self, context: &RunContext<'_>, _: &Frame, _: &Region) -> StartResult {
         let states = self.read(context.sequence, context.run, context.data_roots)?;
-        let mut player = Player { states, next: 0 };
+        let mut player = Player { frames: states.len(), states: states.into_iter() };
         let first = player.step()?;
         Ok((Box::new(player), first))
     }
 }
 
 struct Player {
-    states: Vec<TrackerState>,
-    next: usize,
+    frames: usize,
+    states: std::vec::IntoIter<TrackerState>,
 }
 
 impl Player {
     fn step(&mut self) -> Result<TrackerState, TrackerError> {
-        let state = self.states.get(self.next).cloned().ok_or_else(|| {
-            let message =
-                format!("the result ends after {} frames; the sequence is longer", self.states.len());
-            TrackerError::Broken(message)
-        })?;
-        self.next += 1;
-        Ok(state)
+        let ended = || format!("the result ends after {} frames; the sequence is longer", self.frames);
+        self.states.next().ok_or_else(|| TrackerError::Broken(ended()))
     }
 }
 

@@ -5,7 +5,10 @@ use super::process::{Program, Programs, Protocol, Regions, Role};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trackfail_core::image::Frame;
+use trackfail_core::region::{Rect, Region};
 use trackfail_core::sequence::SequenceInfo;
+use trackfail_dataset::{Frames, Numbering, Render, Sequence};
 
 /// A program of signals or detectors: a shell script in a folder.
 pub fn script(role: Role, folder: &Path, text: &str) -> Program {
@@ -45,6 +48,32 @@ pub fn is_gone(pid: &str) -> bool {
         std::thread::sleep(Duration::from_millis(20));
     }
     false
+}
+
+/// Frames of 320 x 240 pixels, each with other colors.
+pub struct Ramp;
+
+impl Render for Ramp {
+    fn render(&self, t: usize) -> Frame {
+        Frame::from_fn(320, 240, |x, y| [x as u8, y as u8, t as u8])
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (320, 240)
+    }
+}
+
+/// Frames of [`Ramp`], counted from 1, with the same box in each.
+pub fn rendered(name: &str, frames: usize) -> Sequence {
+    Sequence {
+        name: name.into(),
+        numbering: Numbering { first: 1, official: (1, frames as u32) },
+        truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); frames],
+        attributes: vec![],
+        frame_attributes: vec![],
+        digest: "0".into(),
+        frames: Frames::Rendered(Arc::new(Ramp), frames),
+    }
 }
 
 /// A context of run 0 that starts in the first frame and has no data root.

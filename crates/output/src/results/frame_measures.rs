@@ -71,7 +71,8 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let detector = &variant.detector.example().detector;
     let signal = variant.signal.as_ref().filter(|_| detector.scores_signal());
     let agrees = |s: &dyn trackfail_methods::signal::Signal| {
-        s.is_probability() && s.direction() == detector.score_direction()
+        let facts = s.facts();
+        facts.is_probability && facts.direction == detector.score_direction()
     };
     Method {
         direction: detector.score_direction(),

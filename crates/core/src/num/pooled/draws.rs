@@ -1,9 +1,7 @@
 //! Bootstrap samples that are drawn once for all lists of counts over the same units.
 
 use crate::num::seed;
-use rand::rand_core::TryRng;
-use rand::{Rng, RngExt};
-use std::convert::Infallible;
+use rand::RngExt;
 use std::ops::AddAssign;
 
 /// Bootstrap samples of a number of units.
@@ -17,9 +15,9 @@ pub struct Draws {
 impl Draws {
     /// As many samples as are asked for, each of as many units as there are.
     pub fn new(units: usize, samples: usize, seed: u64) -> Self {
-        let mut words = Words::new(seed::rng(seed::seed(seed, &["pooled bootstrap"])));
+        let mut rng = seed::rng(seed::seed(seed, &["pooled bootstrap"]));
         let all = units * samples;
-        Self { units, picks: (0..all).map(|_| words.random_range(0..units) as u32).collect(), samples }
+        Self { units, picks: (0..all).map(|_| rng.random_range(0..units) as u32).collect(), samples }
     }
 
     fn is_of(&self, units: usize, samples: usize) -> bool {
@@ -114,66 +112,10 @@ fn quantile(values: &mut [f64], q: f64) -> f64 {
     below + part * (above - below)
 }
 
-/// A random stream that is made many words at a time.
-struct Words<R> {
-    rng: R,
-    words: [u32; 512],
-    next: usize,
-}
-
-impl<R: Rng> Words<R> {
-    fn new(rng: R) -> Self {
-        Self { rng, words: [0; 512], next: 512 }
-    }
-}
-
-impl<R: Rng> TryRng for Words<R> {
-    type Error = Infallible;
-
-    #[inline]
-    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
-        if self.next == self.words.len() {
-            let mut bytes = [0; 2048];
-            self.rng.fill_bytes(&mut bytes);
-            for (word, bytes) in self.words.iter_mut().zip(bytes.chunks_exact(4)) {
-                *word = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-            }
-            self.next = 0;
-        }
-        let word = self.words[self.next];
-        self.next += 1;
-        Ok(word)
-    }
-
-    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
-        let low = self.try_next_u32()?;
-        Ok(u64::from(self.try_next_u32()?) << 32 | u64::from(low))
-    }
-
-    fn try_fill_bytes(&mut self, into: &mut [u8]) -> Result<(), Infallible> {
-        for part in into.chunks_mut(4) {
-            part.copy_from_slice(&self.try_next_u32()?.to_le_bytes()[..part.len()]);
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn the_stream_is_the_same() {
-        let (mut plain, mut words) = (seed::rng(7), Words::new(seed::rng(7)));
-        for k in 0..3000 {
-            if k % 3 == 0 {
-                assert_eq!(plain.next_u64(), words.next_u64(), "{k}");
-            } else {
-                assert_eq!(plain.next_u32(), words.next_u32(), "{k}");
-            }
-        }
-    }
 
     fn ratio(c: &[i64; 3]) -> Option<f64> {
         (c[1] + c[2] != 0).then(|| c[0] as f64 / (c[1] + c[2]) as f64)

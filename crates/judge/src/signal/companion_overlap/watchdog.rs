@@ -13,10 +13,10 @@
 
 use super::overlap;
 use crate::num::seed;
-use crate::plugin::{self, ParamError, Plugin, RawParams};
+use crate::plugin::{self, ParamError, RawParams};
 use crate::sequence::SequenceInfo;
 use crate::signal::histogram::Reference;
-use crate::signal::rgb_histogram::{self, RgbHistogram};
+use crate::signal::rgb_histogram;
 use crate::signal::{Observation, Session, Signal};
 use crate::tracker::{RunContext, TRACKERS, Tracker, TrackerConfig, TrackerError, TrackerState};
 use schemars::JsonSchema;
@@ -70,7 +70,7 @@ impl Companion {
         })?;
         let config = (entry.build)(RawParams::Json(&params.params.clone().into()))
             .map_err(|e| refuse(format!("companion {kind}: {}", e.message)))?;
-        if config.needs_truth() || !config.reads_pixels() {
+        if config.facts().needs_truth || !config.facts().reads_pixels {
             return Err(refuse(format!(
                 "companion {kind}: a companion must follow the target in the frames"
             )));
@@ -101,8 +101,7 @@ impl Companion {
 /// The similarity of a region with that of the first frame.
 fn likeness_to_first(context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
     let params = rgb_histogram::Params { reference: Reference::First, ..rgb_histogram::Params::default() };
-    let signal = RgbHistogram::new(params).map_err(|e| TrackerError::Broken(e.to_string()))?;
-    signal.start(context)
+    params.start(context)
 }
 
 /// A companion at work.

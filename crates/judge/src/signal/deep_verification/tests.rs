@@ -152,8 +152,8 @@ fn values_are_named_once_and_the_first_one_gives_direction_and_bounds() {
     }
     let of = |text: &str| ENTRY.build_from_text(text).unwrap();
     assert_eq!((of(ALL).width(), of("{}").width()), (19, 1));
-    assert_eq!(of("{ here = [\"inside\"] }").direction(), Direction::HigherIsBetter);
-    assert_eq!(of("{ here = [\"elsewhere\"] }").bounds(), (-8.0, 8.0));
-    let (least, most) = of("{ here = [\"outside\"] }").bounds();
+    assert_eq!(of("{ here = [\"inside\"] }").facts().direction, Direction::HigherIsBetter);
+    assert_eq!(of("{ here = [\"elsewhere\"] }").facts().bounds, (-8.0, 8.0));
+    let (least, most) = of("{ here = [\"outside\"] }").facts().bounds;
     assert!(least == -6.0 && (most - 999_999.0_f64.ln()).abs() < 1e-9);
 }

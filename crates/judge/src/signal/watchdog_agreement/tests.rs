@@ -59,6 +59,6 @@ fn values_are_named_once() {
     }
     let of = |text: &str| ENTRY.build_from_text(text).unwrap();
     assert_eq!((of("{}").width(), of(ALL).width()), (1, 5));
-    assert_eq!(of("{ values = [\"overlap\", \"distance\"] }").direction(), Direction::HigherIsBetter);
-    assert_eq!(of("{ values = [\"distance\"] }").bounds(), (0.0, 3.0));
+    assert_eq!(of("{ values = [\"overlap\", \"distance\"] }").facts().direction, Direction::HigherIsBetter);
+    assert_eq!(of("{ values = [\"distance\"] }").facts().bounds, (0.0, 3.0));
 }

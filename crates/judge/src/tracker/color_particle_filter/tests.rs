@@ -1,7 +1,7 @@
 //! The filter against NumPy, against the defining properties of its parts, and at its limits.
 
 use super::*;
-use crate::num::particles::{Posterior, systematic};
+use crate::num::particles::{Posterior, effective_number, systematic};
 use crate::tracker::testing;
 use proptest::prelude::*;
 use serde_json::Value;
@@ -92,7 +92,7 @@ fn two_steps_agree_with_numpy() {
     let (first, offset): (Ellipse, f64) = (read(&filter["first"]), read(&filter["offset"]));
     let binning = Binning::new(false, [8; 3]);
     let model = Model::new(&histogram(&oracle_frame(0), &binning, &first, false).shares());
-    let config = ColorParticleFilter::new(Params::default()).unwrap();
+    let config = Params::default();
     let limits = EllipseLimits { shortest: 3.0, longest: 72.0, wrap: false };
     let mut cloud = Cloud::new(first, 60);
     for (t, step) in (1..).zip(filter["steps"].as_array().unwrap()) {
@@ -116,7 +116,7 @@ fn two_steps_agree_with_numpy() {
         all(&cloud.weights, "weights");
         all(&mean, "mean");
         all(covariance.as_flattened(), "covariance");
-        close(cloud.effective(), read(&step["effective"]), 1e-7);
+        close(effective_number(&cloud.weights), read(&step["effective"]), 1e-7);
         close(of_mean, read(&step["likelihood"]), 1e-7);
         let mut parents = vec![];
         systematic(&cloud.weights, offset, &mut parents);

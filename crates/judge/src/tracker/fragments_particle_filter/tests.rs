@@ -1,5 +1,6 @@
 //! The filter against NumPy, against direct counting, and at its limits.
 
+use super::evidence::Place;
 use super::layout::Fragment;
 use super::*;
 use crate::image::luma;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::region::Rect;
 use crate::tracker::testing::{self, texture};
 use proptest::prelude::*;
 

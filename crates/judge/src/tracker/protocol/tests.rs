@@ -31,10 +31,6 @@ fn sequence(truth: Vec<Option<Region>>) -> Sequence {
 struct Drifting;
 
 impl TrackerConfig for Drifting {
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
     fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         let tracker = (region.clone(), context.start_frame);
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
@@ -137,8 +133,8 @@ fn uses_seed_and_uses_run_are_those_of_the_protocol() {
     for p in RunProtocol::ALL {
         assert_eq!(RunProtocol::from_name(p.name()), Some(p));
         let config = with(p);
-        assert_eq!(config.uses_run(), p.runs().is_some());
-        assert_eq!(config.uses_seed(), p == RunProtocol::VotRegionNoise);
+        assert_eq!(config.facts().uses_run, p.runs().is_some());
+        assert_eq!(config.facts().uses_seed, p == RunProtocol::VotRegionNoise);
         let shown = config.params().to_string();
         assert_eq!(shown.contains(p.name()), p != RunProtocol::OnePass, "{shown}");
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::region::Rect;
 use crate::tracker::testing::{self, texture};
 use proptest::prelude::*;
 
@@ -47,11 +48,12 @@ fn channels_are_those_of_the_table() {
     {
         let p = Params { color_names: names, ..Params::default() };
         let frame = texture(0.0, 0.0, 1.0, gray);
-        let mut target = Target::new(&p, &frame, &region);
-        target.look(&p, &frame, 1.0);
+        let Follower { place, mut look, .. } = Samf(p).follower(&frame, &region);
+        let mut features = Vec::new();
+        look.look(&place, &frame, 1.0, &mut features);
         let cells = 20 * 15;
-        assert_eq!(target.features.len(), channels * cells);
-        let extra = &target.features[31 * cells..];
+        assert_eq!(features.len(), channels * cells);
+        let extra = &features[31 * cells..];
         // Center (76.5, 52.5), window 80 x 60: the first sample is at (38, 23.5), between columns 37 and 38 of row 23.
         let place = |x: usize, y: usize| {
             let mut sum = [0.0; 3];

@@ -1,6 +1,7 @@
 //! Tests of the numbers by window length: by hand, and against SciPy.
 
 use super::*;
+use crate::analysis::Findings;
 
 /// A track of 120 frames: c_t of three frames without a reference, then a sawtooth squared; lost twice, nearly lost twice.
 fn track(k: usize, scale: f64) -> (Vec<f64>, Vec<f64>) {

@@ -2,19 +2,15 @@
 #![cfg(unix)]
 
 use super::*;
+use crate::tracker::process::Program;
 use crate::tracker::testing;
 use std::time::Duration;
 use trackfail_core::image::decode;
 use trackfail_core::region::Rect;
-use trackfail_dataset::{Frames, Sequence, synthetic};
+use trackfail_dataset::Sequence;
 
-/// Four frames of 320 x 240 pixels, rendered.
 fn sequence() -> Sequence {
-    let mut sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let Frames::Rendered(render, _) = sequence.frames else { panic!("rendered") };
-    sequence.frames = Frames::Rendered(render, 4);
-    sequence.truth.truncate(4);
-    sequence
+    testing::rendered("Ramp", 4)
 }
 
 /// The signal of a script, bound, and the folder of the script.
@@ -122,7 +118,7 @@ fn parameters_say_what_it_needs_and_what_is_good() {
     let (signal, _folder) = bound("{ program = \"mine\", good = \"low\", reads = \"pixels\" }", "", |p| {
         p.digest = vec!["/a/b".into()];
     });
-    assert_eq!((signal.direction(), signal.reads()), (Direction::LowerIsBetter, Reads::Pixels));
+    assert_eq!((signal.facts().direction, signal.reads()), (Direction::LowerIsBetter, Reads::Pixels));
     let expected = serde_json::json!(
         { "program": "mine", "good": "low", "reads": "pixels", "params": {}, "version": "7" }
     );

@@ -1,6 +1,6 @@
 //! Image files of frames, for programs that read images by path.
 
-use super::fault::ProgramFault;
+use super::child::ProgramFault;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use trackfail_core::image::{Frame, encode_png};
@@ -19,7 +19,8 @@ pub struct Images {
 impl Images {
     /// An empty folder.
     pub fn new() -> Result<Self, ProgramFault> {
-        let folder = TemporaryFolder::new("trackfail-frames-").map_err(ProgramFault::Folder)?;
+        let fault = |e: std::io::Error| ProgramFault(format!("no temporary folder for its images: {e}"));
+        let folder = TemporaryFolder::new("trackfail-frames-").map_err(fault)?;
         Ok(Self { folder, written: VecDeque::new(), count: 0 })
     }
 
@@ -39,9 +40,9 @@ impl Images {
             let _ = self.written.pop_front().map(std::fs::remove_file);
         }
         let path = self.folder.path().join(format!("{:08}.png", self.count));
-        let bytes =
-            encode_png(frame).map_err(|source| ProgramFault::Encode { path: path.clone(), source })?;
-        std::fs::write(&path, bytes).map_err(|source| ProgramFault::Write { path: path.clone(), source })?;
+        let fault = |e: &dyn std::fmt::Display| ProgramFault(format!("{}: {e}", path.display()));
+        let bytes = encode_png(frame).map_err(|e| fault(&e))?;
+        std::fs::write(&path, bytes).map_err(|e| fault(&e))?;
         self.count += 1;
         self.written.push_back(path.clone());
         Ok(path)

@@ -1,13 +1,12 @@
 //! The client's side of the protocol of signals and detectors: lines of JSON, of which the first is not answered.
 
-use super::child::Child;
-use super::fault::ProgramFault;
-use super::peer::{command, read_line, received};
+use super::child::{Child, ProgramFault};
+use super::peer::{command, read_line};
 use super::programs::Program;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
 /// Version of the protocol, in the first line.
 /// - 1: first version.
@@ -16,44 +15,31 @@ pub const PROTOCOL: u32 = 1;
 /// A running program. After an error it is dead.
 pub struct JsonPeer {
     child: Child<String>,
-    within: Duration,
-    later: Duration,
 }
 
 /// Parameters that are handed over to a program.
 pub type Handed = serde_json::Map<String, serde_json::Value>;
 
-/// First line of the protocol.
-#[derive(Serialize)]
-struct First<'a> {
-    meta: Meta<'a>,
-}
-
+/// What the first line tells of the protocol and the track.
 #[derive(Serialize)]
 struct Meta<'a> {
     protocol: u32,
     program: &'a str,
     role: &'static str,
-    frames: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    size: Option<(usize, usize)>,
-    params: &'a Handed,
+    #[serde(flatten)]
+    track: &'a Track<'a>,
 }
 
 /// Facts of a track that its program is told.
+#[derive(Serialize)]
 pub struct Track<'a> {
     /// Number of frames.
     pub frames: usize,
     /// Width and height of the frames, for programs that look at them.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<(usize, usize)>,
     /// Parameters that are handed over.
     pub params: &'a Handed,
-}
-
-/// An answer that may have the index of its frame.
-pub trait Indexed {
-    /// The index, from 0, if it is given.
-    fn index(&self) -> Option<usize>;
 }
 
 impl JsonPeer {
@@ -67,35 +53,29 @@ impl JsonPeer {
     ) -> Result<Self, ProgramFault> {
         let mut command = command(program)?;
         command.envs(variables.iter().map(|(name, value)| (name, value)));
-        let child = Child::start(command, folder, read_line)?;
-        let later = program.answer_timeout;
-        let mut peer = Self { child, within: program.start_timeout + later, later };
-        let Track { frames, size, params } = *track;
+        let limits = (program.start_timeout + program.answer_timeout, program.answer_timeout);
+        let mut child = Child::start(command, folder, limits, None, read_line)?;
         let role = program.role.word();
-        let meta = Meta { protocol: PROTOCOL, program: &program.name, role, frames, size, params };
-        peer.send(&First { meta })?;
-        Ok(peer)
+        let meta = Meta { protocol: PROTOCOL, program: &program.name, role, track };
+        child.send(line(&BTreeMap::from([("meta", meta)]))?)?;
+        Ok(Self { child })
     }
 
-    fn send(&mut self, message: &impl Serialize) -> Result<(), ProgramFault> {
-        let line = serde_json::to_string(message).map_err(|e| self.child.fault(e.to_string()))?;
-        self.child.send(line + "\n")
-    }
-
-    /// Sends the message of a frame and waits for the answer, which may have the frame's `index`; `expected` describes
-    /// it in messages.
-    pub fn ask<A: DeserializeOwned + Indexed>(
+    /// Sends the message of a frame and waits for the answer; `expected` describes it in messages. The index that is `given`
+    /// in the answer, if there is one, must be that of the frame.
+    pub fn ask<A: DeserializeOwned>(
         &mut self,
         index: usize,
         message: &impl Serialize,
         expected: &str,
+        given: fn(&A) -> Option<usize>,
     ) -> Result<A, ProgramFault> {
-        self.send(message)?;
-        let answer = self.child.receive(expected, self.within)?;
-        self.within = self.later;
-        read_answer(&answer, index).map_err(|why| {
-            let message = format!("{} ({why}); expected {expected}", received(&answer));
-            self.child.fault(message)
+        self.child.ask(line(message)?, expected, |answer| {
+            let answer: A = serde_json::from_str(answer).map_err(|e| e.to_string())?;
+            match given(&answer).filter(|given| *given != index) {
+                Some(given) => Err(format!("the answer to index {given}, but {index} was asked")),
+                None => Ok(answer),
+            }
         })
     }
 
@@ -104,15 +84,11 @@ impl JsonPeer {
     /// # Errors
     /// When it answers once more, or ends with another exit status than 0.
     pub fn finish(mut self) -> Result<(), ProgramFault> {
-        self.child.finish(None, |_| true)
+        self.child.finish(|_| true)
     }
 }
 
-/// An answer, which must be that to the frame of an index if it says so; or why it is none.
-fn read_answer<A: DeserializeOwned + Indexed>(answer: &str, index: usize) -> Result<A, String> {
-    let answer: A = serde_json::from_str(answer).map_err(|e| e.to_string())?;
-    match answer.index() {
-        Some(given) if given != index => Err(format!("the answer to index {given}, but {index} was asked")),
-        _ => Ok(answer),
-    }
+fn line(message: &impl Serialize) -> Result<String, ProgramFault> {
+    let text = serde_json::to_string(message).map_err(|e| ProgramFault(e.to_string()))?;
+    Ok(text + "\n")
 }

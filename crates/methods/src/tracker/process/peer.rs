@@ -1,13 +1,11 @@
 //! The client's side of the two protocols.
 
-use super::child::Child;
-use super::fault::ProgramFault;
+use super::child::{Child, ProgramFault};
 use super::programs::{Program, Protocol, Regions};
-use crate::tracker::trax::{self, Answer, Hello, Message, Properties};
+use crate::tracker::trax::{self, Answer, Hello, Message, Properties, TraxError};
 use std::io::{BufRead, Read};
 use std::path::Path;
 use std::process::Command;
-use std::time::Duration;
 use trackfail_core::region::Region;
 use trackfail_dataset::text::{shorten_to, visible};
 
@@ -37,7 +35,9 @@ pub trait Peer: Send {
 
 /// The command that starts a program, in its folder and with its environment.
 pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
-    let Some((name, arguments)) = program.command.split_first() else { return Err(ProgramFault::NoCommand) };
+    let Some((name, arguments)) = program.command.split_first() else {
+        return Err(ProgramFault("no command".into()));
+    };
     // A bare name is looked up on the PATH, all others are relative to the folder.
     let is_bare = Path::new(name).components().count() == 1 && !name.contains('/');
     let mut command = match is_bare {
@@ -54,11 +54,11 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
     command.env("TRACKFAIL_SEED", seed.to_string()).env("TRACKFAIL_RUN", run.to_string());
     match program.protocol {
         Protocol::Lines => {
-            let child = Child::start(command, Some(folder), read_line)?;
-            let (first, later) = (program.start_timeout + program.answer_timeout, program.answer_timeout);
-            Ok(Box::new(Lines { child, within: first, later, regions: program.regions, asked: 0 }))
+            let limits = (program.start_timeout + program.answer_timeout, program.answer_timeout);
+            let child = Child::start(command, Some(folder), limits, Some("quit\n"), read_line)?;
+            Ok(Box::new(Lines { child, regions: program.regions, asked: 0 }))
         }
-        Protocol::Json => Err(ProgramFault::Conduct("it is no tracker, but a signal or a detector".into())),
+        Protocol::Json => Err(ProgramFault("it is no tracker, but a signal or a detector".into())),
         Protocol::Trax => {
             command.env("TRAX", "1");
             Trax::start(command, folder, program).map(|trax| Box::new(trax) as Box<dyn Peer>)
@@ -81,17 +81,16 @@ const MAX_LINE_BYTES: u64 = 16 << 10;
 pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
     let mut bytes = Vec::new();
     match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
-        Err(e) => return Some(Err(ProgramFault::Conduct(format!("its stdout broke: {e}")))),
+        Err(e) => return Some(Err(ProgramFault(format!("its stdout broke: {e}")))),
         Ok(0) => return None,
         Ok(n) if n as u64 == MAX_LINE_BYTES => {
             let message = format!("received a line of {MAX_LINE_BYTES} bytes and more");
-            return Some(Err(ProgramFault::Conduct(message)));
+            return Some(Err(ProgramFault(message)));
         }
         Ok(_) => {}
     }
-    let not_text = |e: std::string::FromUtf8Error| {
-        ProgramFault::Conduct(received(&String::from_utf8_lossy(e.as_bytes())))
-    };
+    let not_text =
+        |e: std::string::FromUtf8Error| ProgramFault(received(&String::from_utf8_lossy(e.as_bytes())));
     Some(String::from_utf8(bytes).map(|line| line.trim_end().to_string()).map_err(not_text))
 }
 
@@ -101,29 +100,19 @@ pub(super) fn received(text: &str) -> String {
 
 struct Lines {
     child: Child<String>,
-    within: Duration,
-    later: Duration,
     regions: Regions,
     /// Number of messages that have been answered.
     asked: u64,
 }
-
-const QUIT: &str = "quit\n";
 
 /// Form of an answer, for messages.
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence and `#N`, the message's number, behind";
 
 impl Lines {
     fn ask(&mut self, line: String) -> Result<FrameAnswer, ProgramFault> {
-        self.child.send(line)?;
-        let answer = self.child.receive(LINE, self.within)?;
-        self.within = self.later;
         let number = self.asked;
         self.asked += 1;
-        parse_answer(&answer, number).map_err(|why| {
-            let message = format!("{} ({why}); expected {LINE}", received(&answer));
-            self.child.fault(message)
-        })
+        self.child.ask(line, LINE, |answer| parse_answer(answer, number))
     }
 }
 
@@ -175,19 +164,12 @@ impl Peer for Lines {
     }
 
     fn finish(&mut self) -> Result<(), ProgramFault> {
-        self.child.finish(Some(QUIT.into()), |_| true)
-    }
-}
-
-impl Drop for Lines {
-    fn drop(&mut self) {
-        self.child.quit(QUIT.into());
+        self.child.finish(|_| true)
     }
 }
 
 struct Trax {
     child: Child<Message>,
-    within: Duration,
     hello: Hello,
     /// Name of the property that is its confidence.
     confidence: Option<String>,
@@ -196,10 +178,12 @@ struct Trax {
 
 impl Trax {
     fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, ProgramFault> {
-        let read = |stream: &mut _| trax::Reader::new(stream).read().map_err(ProgramFault::from).transpose();
-        let mut child = Child::start(command, Some(folder), read)?;
+        let fault = |e: TraxError| ProgramFault(e.to_string());
+        let read = move |stream: &mut _| trax::Reader::new(stream).read().map_err(fault).transpose();
+        let limits = (program.start_timeout, program.answer_timeout);
+        let mut child = Child::start(command, Some(folder), limits, Some("@@TRAX:quit\n"), read)?;
         let expected = "`hello` of a TraX tracker, version 1 to 4";
-        let hello = match child.receive(expected, program.start_timeout)? {
+        let hello = match child.receive(expected)? {
             Message::Hello(hello) => hello,
             other => return Err(child.fault(format!("{}; expected {expected}", in_words(&other)))),
         };
@@ -220,7 +204,7 @@ impl Trax {
             return Err(child.fault(message));
         }
         let confidence = program.confidence.clone();
-        Ok(Self { child, within: program.answer_timeout, hello, confidence, last: None })
+        Ok(Self { child, hello, confidence, last: None })
     }
 
     fn send(&mut self, message: &Message) -> Result<(), ProgramFault> {
@@ -230,7 +214,7 @@ impl Trax {
 
     fn receive(&mut self) -> Result<FrameAnswer, ProgramFault> {
         let expected = "`state` with a rectangle or polygon";
-        let (answer, properties) = match self.child.receive(expected, self.within)? {
+        let (answer, properties) = match self.child.receive(expected)? {
             Message::TrackerState { answer, properties } => (answer, properties),
             other => return Err(self.child.fault(format!("{}; expected {expected}", in_words(&other)))),
         };
@@ -298,14 +282,6 @@ impl Peer for Trax {
 
     fn finish(&mut self) -> Result<(), ProgramFault> {
         // Some confirm the end by the same message.
-        self.child.finish(Some(TRAX_QUIT.into()), |message| !matches!(message, Message::Quit { .. }))
-    }
-}
-
-const TRAX_QUIT: &str = "@@TRAX:quit\n";
-
-impl Drop for Trax {
-    fn drop(&mut self) {
-        self.child.quit(TRAX_QUIT.into());
+        self.child.finish(|message| !matches!(message, Message::Quit { .. }))
     }
 }

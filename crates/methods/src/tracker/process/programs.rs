@@ -1,12 +1,16 @@
 //! Programs that may be run as trackers, signals and detectors; [`spec::programs`](crate::spec::programs) reads them.
 
 use crate::analysis::Analysis;
+use crate::tracker::TrackerError;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use trackfail_core::plugin::{self, Configured, ParamError};
+use trackfail_core::plugin::{self, Configured, ParamError, Plugin, Range};
 use trackfail_dataset::text::shorten_to;
 
 /// Protocol between this program and another one.
@@ -117,29 +121,21 @@ impl Programs {
     ///
     /// # Errors
     /// When there is no program of this role and name.
-    pub fn find(&self, role: Role, name: &str) -> Result<Arc<Program>, UnknownProgram> {
+    pub fn find(&self, role: Role, name: &str) -> Result<Arc<Program>, ParamError> {
         if let Some(program) = self.of(role).find(|p| p.name == name) {
             return Ok(program.clone());
         }
-        let (name, file, role) = (shorten_to(name, 64), self.file.clone(), role.word());
+        let (name, file, role) = (shorten_to(name, 64), &self.file, role.word());
         let known: Vec<&str> =
             self.list.iter().filter(|p| p.role.word() == role).map(|p| p.name.as_str()).collect();
-        Err(match (file.is_empty(), known.is_empty()) {
-            (true, _) => UnknownProgram::NoFile { name },
-            (false, true) => UnknownProgram::NoneNamed { name, role, file },
-            (false, false) => {
-                UnknownProgram::OthersNamed { file, message: plugin::unknown("program", &name, known) }
-            }
-        })
-    }
-
-    /// As [`find`](Self::find), for the parameter `program` of a plugin.
-    pub(crate) fn named(&self, role: Role, name: &str) -> Result<Arc<Program>, ParamError> {
-        self.find(role, name).map_err(|e| ParamError {
-            message: e.to_string(),
-            key: Some("program"),
-            span: None,
-        })
+        let own = "programs are named in a file of one's own, see --plugins";
+        Err(refused(if file.is_empty() {
+            format!("unknown program `{name}`: there is no plugins.toml here; {own}")
+        } else if known.is_empty() {
+            format!("unknown program `{name}`: {file} names no {role}; {own}")
+        } else {
+            format!("{file}: {}", plugin::unknown("program", &name, known))
+        }))
     }
 }
 
@@ -159,36 +155,90 @@ impl Bind for dyn Analysis {
     }
 }
 
-/// Why a program cannot be found.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum UnknownProgram {
-    /// There is no file of programs.
-    #[error(
-        "unknown program `{name}`: there is no plugins.toml here; programs are named in a file of one's own, see \
-         --plugins"
-    )]
-    NoFile {
-        /// The name.
-        name: String,
-    },
-    /// The file names no program.
-    #[error(
-        "unknown program `{name}`: {file} names no {role}; programs are named in a file of one's own, see --plugins"
-    )]
-    NoneNamed {
-        /// The name.
-        name: String,
-        /// The role.
-        role: &'static str,
-        /// The file of programs.
-        file: String,
-    },
-    /// The file names others.
-    #[error("{file}: {message}")]
-    OthersNamed {
-        /// The file of programs.
-        file: String,
-        /// The name, with the nearest one or all that there are.
-        message: String,
-    },
+/// Parameters that name a program.
+pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + Send + Sync + 'static {
+    /// What the program stands for.
+    const ROLE: Role;
+
+    /// Ranges of the other parameters.
+    const RANGES: &'static [Range] = &[];
+
+    /// Name of the program.
+    fn program(&self) -> &str;
+
+    /// What is shown of the program among the parameters, beside its version.
+    ///
+    /// # Errors
+    /// When a file of its digest is not there.
+    fn facts(_program: &Program) -> Result<Vec<(&'static str, Value)>, ParamError> {
+        Ok(Vec::new())
+    }
+}
+
+/// A plugin that a program stands for.
+pub struct Process<P> {
+    /// Its parameters.
+    pub params: P,
+    /// `None` until it is bound; reports do not need it.
+    program: Option<Arc<Program>>,
+}
+
+impl<P: Named> Plugin for Process<P> {
+    type Params = P;
+
+    const RANGES: &'static [Range] = P::RANGES;
+
+    fn make(params: P) -> Result<Self, ParamError> {
+        Ok(Self { params, program: None })
+    }
+}
+
+impl<P: Named> Process<P> {
+    /// The program.
+    ///
+    /// # Errors
+    /// When it has not been bound to one.
+    pub fn program(&self) -> Result<&Arc<Program>, TrackerError> {
+        let name = self.params.program();
+        let not_bound = || TrackerError::Missing(format!("the program {name} is not known here"));
+        self.program.as_ref().ok_or_else(not_bound)
+    }
+
+    /// Whether its answers may depend on the seed.
+    pub fn depends_on_seed(&self) -> bool {
+        self.program.as_ref().is_none_or(|p| !p.deterministic)
+    }
+
+    /// Files whose bytes are part of an address.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.program.as_ref().map_or_else(Vec::new, |p| p.digest.clone())
+    }
+}
+
+/// Binds a configuration, if it is a [`Process`] with such parameters, to the program that they name.
+///
+/// # Errors
+/// As [`Bind::bind`].
+pub fn bind<T, P: Named>(
+    plugin: &mut Configured<T>,
+    as_any: fn(&T) -> &(dyn Any + 'static),
+    programs: &Programs,
+) -> Result<(), ParamError>
+where
+    T: ?Sized + plugin::Role<Process<P>>,
+{
+    let Some(process) = as_any(&plugin.plugin).downcast_ref::<Process<P>>() else { return Ok(()) };
+    let params = process.params.clone();
+    let program = programs.find(P::ROLE, params.program())?;
+    plugin.show("version", program.version.as_str());
+    for (key, value) in P::facts(&program)? {
+        plugin.show(key, value);
+    }
+    plugin.plugin = T::hold(Process { params, program: Some(program) });
+    Ok(())
+}
+
+/// The error for a parameter `program` that cannot be bound.
+pub fn refused(message: String) -> ParamError {
+    ParamError { message, key: Some("program"), span: None }
 }

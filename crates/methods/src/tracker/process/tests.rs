@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use super::*;
-use crate::tracker::testing;
+use crate::tracker::testing::{self, Ramp};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use trackfail_core::image::{decode, encode_png};
@@ -11,28 +11,13 @@ use trackfail_dataset::{Frames, Numbering, Render, Sequence};
 
 mod ends;
 
-struct Ramp;
-
-impl Render for Ramp {
-    fn render(&self, t: usize) -> Frame {
-        Frame::from_fn(20, 10, |x, y| [x as u8, y as u8, t as u8])
-    }
-}
-
 fn sequence(frames: Frames) -> Sequence {
-    Sequence {
-        name: "Ramp".into(),
-        numbering: Numbering { first: 11, official: (11, 16) },
-        truth: vec![Some(rect()); 6],
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
-        frames,
-    }
+    let numbering = Numbering { first: 11, official: (11, 16) };
+    Sequence { numbering, truth: vec![Some(rect()); 6], frames, ..testing::rendered("Ramp", 6) }
 }
 
 fn rendered() -> Sequence {
-    sequence(Frames::Rendered(Arc::new(Ramp), 6))
+    sequence(testing::rendered("Ramp", 6).frames)
 }
 
 fn rect() -> Region {
@@ -220,10 +205,10 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
         { "program": "mine", "version": "7", "protocol": "lines", "regions": "rectangle" }
     );
     assert_eq!(script.config().params(), expected);
-    assert!(script.config().uses_seed());
+    assert!(script.config().facts().uses_seed);
     script.program.deterministic = true;
     script.program.digest = vec!["/a/b".into()];
-    assert!(!script.config().uses_seed());
+    assert!(!script.config().facts().uses_seed);
     let sequence = rendered();
     let context = testing::context(&sequence, 0);
     assert_eq!(script.config().inputs(&context).unwrap(), [Path::new("/a/b")]);

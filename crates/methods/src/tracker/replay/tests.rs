@@ -60,7 +60,7 @@ fn formats_and_runs() {
         ("S_001.txt", "7,1,1,1\n8,1,1,1\n", 0, [6.0, 7.0]),
         ("S_003.txt", four, 2, [1.0, 2.0]),
         ("S/S_001.txt", "1\n4,4,2,2", 0, [9.0, 4.0]),
-        ("S/S_012.txt", "1\n2", 11, [9.0, 9.0]),
+        ("S/S_012.txt", "\u{feff}1.0000\r\n2\r\n", 11, [9.0, 9.0]),
         // GOT-10k, three repetitions; of the official range and of the range used.
         ("S/S_001.txt", "1.000,1.000,1.000,1.000\n2,1,1,1\n3,1,1,1\n4,1,1,1\n", 0, [1.0, 2.0]),
         ("S/S_003.txt", "\u{feff}7,1,1,1\r\n8,1,1,1\r\n", 2, [6.0, 7.0]),
@@ -210,6 +210,10 @@ fn files_that_do_not_fit_are_errors() {
         (&[("S.txt", "1,1,1,1\n1,1,1,1"), ("../a_000/S.txt", "1,1,1,1\n1,1,1,1")], 0, "a_000/S.txt"),
         (&[("S/S_001.txt", "0\n1")], 0, "S_001.txt, line 1: neither"),
         (&[("S/S_001.txt", "1,1\n1,1")], 0, "S_001.txt, line 1: neither"),
+        (&[("S/S_001.txt", "1.5\n1")], 0, "S_001.txt, line 1: neither"),
+        (&[("S/S_001.txt", "1,2,3,4,5,6,7,8\n1")], 0, "S_001.txt, line 1: neither"),
+        (&[("S/S_001.txt", "\n1\n1")], 0, "S_001.txt, line 1: neither"),
+        (&[("S/S_001.txt", "x,y,w,h\n1,1,1,1")], 0, "S_001.txt, line 1"),
         (&[("S/S_001.txt", "5,5,1,1\n1")], 0, "S_001.txt, line 2: 1 numbers"),
         (&[("S/S_001.txt", "5,5,1,1\n5,5,1,inf")], 0, "S_001.txt, line 2"),
         (&[("S/S_001.txt", "5,5,1,1\n5,5,1,0")], 0, "S_001.txt: line 2"),
@@ -227,23 +231,10 @@ fn files_that_do_not_fit_are_errors() {
     }
 }
 
-/// Frames 1 to 3, of rendered frames of 320 x 240 pixels.
-fn three_frames(name: &str) -> Sequence {
-    let rendered = trackfail_dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    let Frames::Rendered(render, _) = rendered.frames else { panic!("rendered") };
-    Sequence {
-        name: name.into(),
-        numbering: Numbering { first: 1, official: (1, 3) },
-        truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); 3],
-        frames: Frames::Rendered(render, 3),
-        ..sequence()
-    }
-}
-
 // Two frames of confidence .75 and .25 after the first, as each tool writes them.
 #[test]
 fn a_confidence_is_read_with_the_boxes() {
-    let sequence = three_frames("S");
+    let sequence = testing::rendered("S", 3);
     let boxes = "9,9,9,9\n9,9,9,9\n9,9,9,9\n";
     for (files, first) in [
         (
@@ -345,7 +336,7 @@ fn two_confidences_are_an_error_unless_one_is_named() {
 
 #[test]
 fn frames_without_a_box_may_be_absence() {
-    let sequence = three_frames("S");
+    let sequence = testing::rendered("S", 3);
     for (file, text) in [
         ("S.txt", "5,1,1,1\n6,1,0,1\n7,1,1,1\n"),
         ("S.txt", "5,1,1,1\nnan,nan,nan,nan\n7,1,1,1\n"),
@@ -385,7 +376,7 @@ fn frames_without_a_box_may_be_absence() {
 #[test]
 fn frames_that_nobody_asked_for_are_skipped() {
     let root = with_files(&[("vid1_obj2.csv", "vid1,obj2,3,true,0.5,0.25,0.5,0.5,0.75\r\n")]);
-    let states = replay("a").read(&three_frames("vid1_obj2"), 0, &roots(&root)).unwrap();
+    let states = replay("a").read(&testing::rendered("vid1_obj2", 3), 0, &roots(&root)).unwrap();
     let status: Vec<Status> = states.iter().map(|s| s.status).collect();
     assert_eq!(status, [Status::Initialized, Status::Skipped, Status::Tracked]);
     assert_eq!(lefts(&states), [9.0, 9.0, 80.0]);

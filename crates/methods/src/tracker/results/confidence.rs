@@ -12,9 +12,9 @@
 //! boxes: it has none for the first frame, in which the tracker was given its target. In others a line too few is a line
 //! that was lost, nobody knows where. High values are sure; their scale is the tracker's.
 
-use super::drop_empty_end;
+use super::rows;
 use std::path::{Path, PathBuf};
-use trackfail_dataset::{DatasetError, text};
+use trackfail_dataset::DatasetError;
 
 /// End of the names of files that may lack a line for the first frame.
 const WITHOUT_FIRST: &str = "_all_scores.txt";
@@ -41,23 +41,21 @@ pub fn beside(boxes: &Path, property: Option<&str>) -> Vec<PathBuf> {
 /// # Errors
 /// A line that is neither empty nor one number, infinity, and another number of lines.
 pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>>, DatasetError> {
-    let lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
-    let value = |(n, line): (usize, &str)| match line {
-        "" => Ok(None),
-        _ => match text::numbers(line).map_err(|e| DatasetError::line(path, n, e))?[..] {
-            [value] => Ok(Some(value).filter(|v| !v.is_nan())),
-            ref many => {
-                let message = format!("{} numbers; one confidence a line was expected", many.len());
-                Err(DatasetError::line(path, n, message))
-            }
-        },
-    };
-    let mut values: Vec<Option<f64>> = lines.into_iter().map(value).collect::<Result<_, _>>()?;
-    let read = values.len();
+    let mut rows = rows::read(path, bytes)?;
+    let read = rows.len();
     // A frame without a value at the end is an empty line as well, so no more of them are dropped than is needed.
     if read > frames {
-        drop_empty_end(&mut values, Option::is_none, |n| n == frames);
+        rows::drop_empty_end(&mut rows, |n| n == frames);
     }
+    let value = |(line, row): rows::Row| match row[..] {
+        [] => Ok(None),
+        [value] => Ok(Some(value).filter(|v| !v.is_nan())),
+        _ => {
+            let message = format!("{} numbers; one confidence a line was expected", row.len());
+            Err(DatasetError::line(path, line, message))
+        }
+    };
+    let mut values = rows.into_iter().map(value).collect::<Result<Vec<Option<f64>>, _>>()?;
     if values.len() + 1 == frames && path.as_os_str().as_encoded_bytes().ends_with(WITHOUT_FIRST.as_bytes()) {
         values.insert(0, None);
     }
@@ -73,7 +71,6 @@ pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     fn read(text: &str, frames: usize) -> Result<Vec<Option<f64>>, DatasetError> {
         parse(Path::new("S_001_confidence.value"), text.as_bytes(), frames)
@@ -143,20 +140,5 @@ mod tests {
         );
         assert_eq!(names("r/S_bboxes.txt", None)[3], "r/S_scores.txt");
         assert_eq!(names("S.txt", Some("motion")), ["S_motion.value", "S_motion.txt"]);
-    }
-
-    proptest! {
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200), frames in 0..9_usize) {
-            if let Ok(values) = parse(Path::new("a.value"), &bytes, frames) {
-                prop_assert_eq!(values.len(), frames);
-                prop_assert!(values.iter().flatten().all(|v| v.is_finite()));
-            }
-        }
-
-        #[test]
-        fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(b"\n0.998765\n\n0.25\n")) {
-            let _ = parse(Path::new("a.value"), &bytes, 4);
-        }
     }
 }

@@ -7,11 +7,10 @@
 //!
 //! A track is of one target. In a file of several, `id` has to name it.
 
-use super::{Base, BoxError, Boxes, NoBox};
-use std::collections::BTreeSet;
+use super::rows::{Row, by_target, drop_empty_end};
+use super::{Base, Boxes, NoBox, official_span, region};
 use std::path::Path;
-use trackfail_core::region::Region;
-use trackfail_dataset::{DatasetError, SequenceInfo, text};
+use trackfail_dataset::{DatasetError, SequenceInfo};
 
 /// Numbers of columns of a row.
 const COLUMNS: std::ops::RangeInclusive<usize> = 7..=10;
@@ -20,99 +19,65 @@ const NOT_GIVEN: f64 = -1.0;
 /// Identities that a message lists.
 const MAX_LISTED: usize = 8;
 
-/// Whether a text is of this format, by the columns of its first line. A line of eight may be a polygon, too.
-pub fn is_mot(bytes: &[u8]) -> bool {
-    let first = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
-    let numbers = std::str::from_utf8(first).ok().and_then(|line| text::numbers(line.trim()).ok());
-    numbers.is_some_and(|v| v.len() != 8 && COLUMNS.contains(&v.len()))
+/// Whether rows are of this format, by the columns of the first. A row of eight may be a polygon, too.
+pub fn is_mot(rows: &[Row]) -> bool {
+    rows.first().is_some_and(|(_, row)| row.len() != 8 && COLUMNS.contains(&row.len()))
 }
 
 /// Reads the rows of one target, the one of number `id` or the only one; `path` names the file in messages.
 ///
 /// # Errors
-/// Rows of another form, frames outside the official range, two rows of one frame, and no target or several.
+/// Rows of another form, frames outside the official range, two rows of a target in a frame, and no target or several.
 pub fn parse(
     path: &Path,
-    bytes: &[u8],
+    mut rows: Vec<Row>,
     sequence: &dyn SequenceInfo,
     base: Base,
     id: Option<i64>,
 ) -> Result<Boxes, DatasetError> {
-    let (first, count) = (sequence.numbering().first, sequence.frames());
-    let (from, to) = sequence.numbering().official;
-    let no_row = |k: usize| {
-        Err(BoxError { at: format!("frame {}", u64::from(first) + k as u64), source: NoBox::NoRow })
-    };
-    let mut boxes = Boxes { first, regions: (0..count).map(no_row).collect(), confidence: vec![None; count] };
-    let mut ids = BTreeSet::new();
-    let mut rows = Vec::new();
-    for (n, line) in text::lines(path, text::decode(path, bytes)?)? {
-        let fault = |message: String| DatasetError::line(path, n, message);
-        let values = text::numbers(line).map_err(|e| fault(e.to_string()))?;
-        let &[frame, target, x, y, w, h, conf, ..] = values.as_slice() else {
-            return Err(fault(format!("{} columns; a row is frame,id,x,y,w,h,conf,...", values.len())));
+    drop_empty_end(&mut rows, |_| false);
+    for (line, row) in &rows {
+        let message = match row.get(2..7) {
+            Some(values) if COLUMNS.contains(&row.len()) => match values.iter().all(|v| v.is_finite()) {
+                true => continue,
+                false => "a number that is not finite".to_string(),
+            },
+            _ => format!("{} columns; a row is frame,id,x,y,w,h,conf and has up to 10 columns", row.len()),
         };
-        let numbers = (whole(frame), whole(target));
-        let (Some(frame), Some(target)) = numbers else {
-            return Err(fault("frame and id are whole numbers".into()));
-        };
-        if values.len() > *COLUMNS.end() || [x, y, w, h, conf].iter().any(|v| !v.is_finite()) {
-            return Err(fault("more than 10 columns, or a number that is not finite".into()));
-        }
-        ids.insert(target);
-        rows.push((n, frame, target, [x, y, w, h], conf));
+        return Err(DatasetError::line(path, *line, message));
     }
-    let start = i64::from(rows.iter().all(|(_, frame, ..)| *frame != 0));
-    let mut seen = BTreeSet::new();
-    for (n, frame, target, numbers, conf) in rows.into_iter().filter(|row| id.is_none_or(|id| id == row.2)) {
-        let fault = |message: String| DatasetError::line(path, n, message);
-        let number = i64::from(from) + frame - start;
-        if frame < start || number > i64::from(to) {
-            let end = i64::from(to) - i64::from(from) + start;
-            return Err(fault(format!("frame {frame} is outside {}'s {start} to {end}", sequence.name())));
-        }
-        if !seen.insert((target, frame)) {
-            return Err(fault(format!("a second row of target {target} in frame {frame}")));
-        }
-        let Some(k) = usize::try_from(number - i64::from(first)).ok().filter(|k| *k < count) else {
-            continue;
-        };
-        let region = Region::from_numbers(&numbers).map(|r| base.to_zero(r));
-        boxes.regions[k] = region.map_err(|e| BoxError { at: format!("line {n}"), source: e.into() });
-        boxes.confidence[k] = Some(conf).filter(|v| *v != NOT_GIVEN);
-    }
-    match (id, ids.len()) {
-        (Some(id), _) if !ids.contains(&id) => {
-            let message = format!("no row of target {id}; there is {}", listed(&ids));
-            Err(DatasetError::content(path, message))
-        }
-        (None, 2..) => {
-            let message =
-                format!("rows of several targets ({}); give the one that is meant, `id = N`", listed(&ids));
-            Err(DatasetError::content(path, message))
-        }
-        _ => Ok(boxes),
-    }
-}
-
-/// A number without a fraction, exactly.
-fn whole(value: f64) -> Option<i64> {
-    (value.fract() == 0.0 && value.abs() < 1e9).then_some(value as i64)
-}
-
-fn listed(ids: &BTreeSet<i64>) -> String {
-    let mut words: Vec<String> = ids.iter().take(MAX_LISTED).map(i64::to_string).collect();
+    let span = usize::try_from(official_span(sequence.numbering())).ok();
+    let (_, targets) = by_target(path, &rows, 0, Some(1), span)?;
+    let ids: Vec<String> = targets.keys().flatten().map(i64::to_string).collect();
+    let mut listed = ids.iter().take(MAX_LISTED).cloned().collect::<Vec<_>>().join(", ");
     if ids.len() > MAX_LISTED {
-        words.push("...".into());
+        listed += ", ...";
     }
-    words.join(", ")
+    let mut meant = targets.into_iter().filter(|(target, _)| id.is_none() || *target == id);
+    let rows = match (meant.next(), meant.next()) {
+        (Some((_, rows)), None) => rows,
+        (None, _) => {
+            let id = id.unwrap_or_default();
+            return Err(DatasetError::content(path, format!("no row of target {id}; there is {listed}")));
+        }
+        (Some(_), Some(_)) => {
+            let message = format!("rows of several targets ({listed}); give the one that is meant, `id = N`");
+            return Err(DatasetError::content(path, message));
+        }
+    };
+    let from = u64::from(sequence.numbering().official.0);
+    let answer = |(index, (line, row)): (usize, &Row)| {
+        let confidence = Some(row[6]).filter(|v| *v != NOT_GIVEN);
+        (from + index as u64, (*line, region(&row[2..6], base), confidence))
+    };
+    Ok(Boxes::of_rows(sequence, rows.into_iter().map(answer).collect(), &NoBox::NoRow))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-    use trackfail_core::region::Rect;
+    use crate::tracker::results::rows;
+    use trackfail_core::region::{Rect, Region};
     use trackfail_dataset::{Frames, Numbering, Sequence};
 
     /// Frames 11 to 13 of official 10 to 14.
@@ -129,7 +94,8 @@ mod tests {
     }
 
     fn read(text: &str, id: Option<i64>) -> Result<Boxes, DatasetError> {
-        parse(Path::new("S.txt"), text.as_bytes(), &sequence(), Base::One, id)
+        let path = Path::new("S.txt");
+        parse(path, rows::read(path, text.as_bytes())?, &sequence(), Base::One, id)
     }
 
     // SORT's sort.py: print('%d,%d,%.2f,%.2f,%.2f,%.2f,1,-1,-1,-1'%(frame,d[4],d[0],d[1],d[2]-d[0],d[3]-d[1]))
@@ -146,10 +112,9 @@ mod tests {
             assert_eq!(boxes.regions[1].clone().unwrap_err().source, NoBox::NoRow);
             assert_eq!(boxes.confidence, [Some(1.0), None, None]);
         }
-        assert!(is_mot(WRITTEN.as_bytes()) && is_mot(b"1,1,2,3,4,5,0.25\r\n"));
-        for other in ["1,2,3,4", "1", "", "x,y,w,h,a,b,c", "0,0,9,0,9,9,0,9"] {
-            assert!(!is_mot(other.as_bytes()), "{other}");
-        }
+        let known = |text: &str| is_mot(&rows::read(Path::new("S.txt"), text.as_bytes()).unwrap());
+        assert!(known(WRITTEN) && known("1,1,2,3,4,5,0.25\r\n"));
+        assert!(!known("1,2,3,4") && !known("1") && !known("0,0,9,0,9,9,0,9"));
     }
 
     #[test]
@@ -158,25 +123,17 @@ mod tests {
             ("2,3,5,6,7,8,1\n3,4,5,6,7,8,1", None, "several targets (3, 4)"),
             ("2,3,5,6,7,8,1", Some(4), "no row of target 4; there is 3"),
             ("2,3,5,6,7,8,1\n2,3,5,6,7,8,1", None, "line 2: a second row of target 3 in frame 2"),
-            ("6,3,5,6,7,8,1", None, "frame 6 is outside S's 1 to 5"),
-            ("-1,3,5,6,7,8,1", None, "frame -1 is outside S's 1 to 5"),
-            ("0,3,5,6,7,8,1\n5,3,5,6,7,8,1", None, "line 2: frame 5 is outside S's 0 to 4"),
+            ("6,3,5,6,7,8,1", None, "line 1: frame 6, but there are 5 frames, counted from 1"),
+            ("0,3,5,6,7,8,1\n5,3,5,6,7,8,1", None, "line 2: frame 5, but there are 5 frames, counted from 0"),
+            ("-1,3,5,6,7,8,1", None, "whole numbers"),
             ("1.5,3,5,6,7,8,1", None, "whole numbers"),
             ("2,3,5,6,7,8", None, "6 columns"),
+            ("2,3,5,6,7,8,1\n\n3,3,5,6,7,8,1", None, "line 2: 0 columns"),
             ("2,3,5,nan,7,8,1", None, "not finite"),
             ("2,3,5,6,7,8,1,1,1,1,1", None, "10 columns"),
         ] {
             let error = read(text, id).unwrap_err().to_string();
             assert!(error.contains(words), "{text}: {error}");
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn damaged_files_are_read_or_refused(bytes in trackfail_testing::damaged(WRITTEN.as_bytes())) {
-            if let Ok(boxes) = parse(Path::new("a.txt"), &bytes, &sequence(), Base::One, None) {
-                prop_assert_eq!((boxes.regions.len(), boxes.confidence.len()), (3, 3));
-            }
         }
     }
 }

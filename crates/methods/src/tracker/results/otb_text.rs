@@ -5,11 +5,12 @@
 //! anything, so a result counts pixels as the annotation did that the tracker was started with. pysot's first
 //! line is half a pixel right of and below that annotation, its other lines are not.
 
-use super::{NoBox, drop_empty_end};
+use super::rows::{self, Row, drop_empty_end};
+use super::{BoxError, Boxes, official_span, region};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use trackfail_core::region::{Region, RegionError};
-use trackfail_dataset::{DatasetError, text};
+use trackfail_core::region::Region;
+use trackfail_dataset::{DatasetError, SequenceInfo};
 
 /// Index of the left top pixel; `0` or `1` in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
@@ -67,84 +68,66 @@ impl Base {
     }
 }
 
-/// Reads `x,y,w,h` a line, after an optional header of four words such as `x,y,w,h`.
+/// Reads `x,y,w,h` a line, after an optional header such as `x,y,w,h`; `path` names the text in messages.
 ///
-/// Separators are those of [`text`]; boxes may leave the image.
-///
-/// # Errors
-/// File and line of whatever is no box: other counts of columns, NaN, infinity, sizes of zero or below.
-pub fn read_boxes(path: &Path, base: Base) -> Result<Vec<Region>, DatasetError> {
-    parse_boxes(path, &text::read_capped(path)?, base)
-}
-
-/// As [`read_boxes`], from the file's bytes; `path` names it in messages.
+/// Boxes may leave the image.
 ///
 /// # Errors
-/// As [`read_boxes`].
+/// The line of whatever is no box: other counts of columns, NaN, infinity, sizes of zero or below.
 pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
-    let mut rows = parse_rows(path, bytes)?;
-    drop_empty_end(&mut rows, is_empty, |_| false);
-    rows.into_iter()
-        .map(|(line, row)| {
-            let region = row.and_then(|values| Ok(Region::from_numbers(&values)?));
-            region.map(|r| base.to_zero(r)).map_err(|e| DatasetError::line(path, line, e.to_string()))
-        })
-        .collect()
+    let mut rows = rows::read_after_header(path, bytes)?;
+    drop_empty_end(&mut rows, |_| false);
+    check_columns(path, &rows)?;
+    let of_row = |(line, row): &Row| {
+        region(row, base).map_err(|reason| DatasetError::line(path, *line, reason.to_string()))
+    };
+    rows.iter().map(of_row).collect()
 }
 
-/// The four numbers of a line, or the reason why it has none.
-pub(crate) type Row = Result<[f64; 4], NoBox>;
-
-/// Whether a row is an empty line.
-pub(crate) fn is_empty((_, row): &(usize, Row)) -> bool {
-    *row == Err(NoBox::EmptyLine)
-}
-
-/// The rows of a file, with the numbers of their lines.
-pub(crate) fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<(usize, Row)>, DatasetError> {
-    let mut lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
-    if lines.first().is_some_and(|(_, line)| is_header(line)) {
-        lines.remove(0);
-        if lines.iter().all(|(_, line)| line.is_empty()) {
-            return Err(DatasetError::content(path, "a header and no box; one box a frame was expected"));
+/// The boxes of a sequence, of its official range or of the frames that it uses.
+///
+/// # Errors
+/// A row of another number of columns than four, and another number of rows than frames.
+pub fn parse(
+    path: &Path,
+    mut rows: Vec<Row>,
+    sequence: &dyn SequenceInfo,
+    base: Base,
+) -> Result<Boxes, DatasetError> {
+    check_columns(path, &rows)?;
+    let (span, used) = (official_span(sequence.numbering()), sequence.frames());
+    drop_empty_end(&mut rows, |n| n as u64 == span || n == used);
+    let first = match rows.len() {
+        n if n as u64 == span => sequence.numbering().official.0,
+        n if n == used => sequence.numbering().first,
+        n => {
+            let name = sequence.name();
+            let message = format!(
+                "{n} boxes; {name} has {span} frames, {used} of them used, and none is made up or dropped"
+            );
+            return Err(DatasetError::content(path, message));
         }
-    }
-    lines
-        .into_iter()
-        .map(|(n, line)| {
-            if line.is_empty() {
-                return Ok((n, Err(NoBox::EmptyLine)));
-            }
-            let values = text::numbers(line).map_err(|m| DatasetError::line(path, n, m))?;
-            let row: [f64; 4] = values.try_into().map_err(|v: Vec<f64>| {
-                DatasetError::line(
-                    path,
-                    n,
-                    format!("{} numbers; a box is x,y,w,h; leave the others out", v.len()),
-                )
-            })?;
-            let is_number = !row.iter().any(|v| v.is_nan());
-            Ok((n, if is_number { Ok(row) } else { Err(RegionError::NotFinite.into()) }))
-        })
-        .collect()
+    };
+    let of_row = |(line, row): &Row| {
+        region(row, base).map_err(|source| BoxError { at: format!("line {line}"), source })
+    };
+    Ok(Boxes { first, regions: rows.iter().map(of_row).collect(), confidence: Vec::new() })
 }
 
-fn is_header(line: &str) -> bool {
-    let words: Vec<_> = line.split(|c: char| ",;".contains(c) || c.is_whitespace()).collect();
-    let words: Vec<_> = words.into_iter().filter(|w| !w.is_empty()).collect();
-    words.len() == 4 && words.iter().all(|w| w.parse::<f64>().is_err() && w.contains(char::is_alphabetic))
+/// Refuses rows that are neither empty nor four numbers.
+fn check_columns(path: &Path, rows: &[Row]) -> Result<(), DatasetError> {
+    let Some((line, row)) = rows.iter().find(|(_, row)| !matches!(row.len(), 0 | 4)) else { return Ok(()) };
+    let message = format!("{} numbers; a box is x,y,w,h; leave the others out", row.len());
+    Err(DatasetError::line(path, *line, message))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
     use trackfail_core::region::Rect;
 
     fn read(bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
-        let f = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(f.path(), bytes).unwrap();
-        read_boxes(f.path(), base)
+        parse_boxes(Path::new("a.txt"), bytes, base)
     }
 
     #[test]
@@ -170,33 +153,5 @@ mod tests {
         assert!(matches!(read(b"nan,nan,nan,nan", Base::One), Err(DatasetError::Line { line: 1, .. })));
         assert!(read(b"", Base::One).is_err());
         assert!(read(b"x,y,w,h\n", Base::One).is_err());
-    }
-
-    const VALID: &[u8] = b"x,y,w,h\r\n5,-2,10,2.5\r\n1e2\t1E-2\t1\t1\n7 8 9 10";
-
-    proptest! {
-        #[test]
-        fn damaged_boxes_are_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
-            if let Ok(boxes) = parse_boxes(Path::new("a.txt"), &bytes, Base::One) {
-                prop_assert!(!boxes.is_empty() && boxes.iter().all(|r| r.area() > 0.0));
-            }
-        }
-
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-            let _ = read(&bytes, Base::One);
-        }
-
-        #[test]
-        fn written_boxes_are_read_back(
-            boxes in prop::collection::vec((-99.0..99.0, -99.0..99.0, 0.01..99.0, 0.01..99.0), 1..20),
-        ) {
-            let text: String = boxes.iter().map(|b| format!("{},{},{},{}\n", b.0, b.1, b.2, b.3)).collect();
-            let read = read(text.as_bytes(), Base::Zero).unwrap();
-            prop_assert_eq!(read.len(), boxes.len());
-            for (r, b) in read.iter().zip(&boxes) {
-                prop_assert_eq!(r, &Region::Rect(Rect::new(b.0, b.1, b.2, b.3)));
-            }
-        }
     }
 }

@@ -1,9 +1,9 @@
 //! Scores of real result files against those of the VOT toolkit.
 
-use super::vot;
+use super::{Base, rows, vot};
 use crate::tracker::Status;
-use trackfail_core::region::Areas;
-use trackfail_core::region::Region;
+use trackfail_core::region::{Areas, Region};
+use trackfail_dataset::text::read_capped;
 use trackfail_judge::score::resets::{
     Measured, Rules, expected_average_overlap, expected_overlap, of_sequence,
 };
@@ -29,7 +29,9 @@ fn real_results_score_as_in_the_vot_toolkit() {
         for q in &sequences {
             for run in 1..=*runs {
                 let path = format!("results/vot2014/{tracker}/{0}/{0}_{run:03}.txt", q.name);
-                let read = vot::read(&root.join(path), &q.truth).unwrap();
+                let path = root.join(path);
+                let rows = rows::read(&path, &read_capped(&path).unwrap()).unwrap();
+                let read = vot::parse(&path, rows, &q.truth, Base::Zero, None).unwrap();
                 let status: Vec<Status> = read.iter().map(|s| s.status).collect();
                 let regions: Vec<Region> = read.into_iter().map(|s| s.region).collect();
                 states.push((q, status, regions));

@@ -15,16 +15,17 @@
 
 mod columns;
 mod evidence;
-mod lines;
+mod header;
 mod notes;
 
-use super::{Base, NoBox, drop_empty_end};
+use super::rows::{self, Row, drop_empty_end};
+use super::{Base, NoBox, region};
 pub use columns::{Columns, ColumnsError, Role};
-use std::collections::BTreeMap;
+use header::Header;
 use std::path::{Path, PathBuf};
 use trackfail_core::num::readable;
 use trackfail_core::region::{Rect, Region, RegionError};
-use trackfail_dataset::{DatasetError, text};
+use trackfail_dataset::DatasetError;
 
 /// Content of the lines of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -115,29 +116,28 @@ fn listed(candidates: &[Candidate]) -> String {
     candidates.iter().map(words).collect::<Vec<_>>().join(" or ")
 }
 
-/// A line of a file: its number from 1, and its numbers; none for an empty line.
-type Row = (usize, Vec<f64>);
-
 /// Words for the formats that have a name of their own.
 const NAMED: [&str; 5] = ["xywh", "xyxy", "mot", "vot", "yolo"];
 
 impl BoxFormat {
     /// Left, top, width, height in pixels.
     pub fn xywh() -> Self {
-        let roles = vec![Role::Left, Role::Top, Role::Width, Role::Height];
-        Self::Columns(Columns::new(roles, Some(false)))
+        Self::in_pixels(&[Role::Left, Role::Top, Role::Width, Role::Height], 0)
     }
 
     /// Left, top, right, bottom in pixels.
     pub fn xyxy() -> Self {
-        let roles = vec![Role::Left, Role::Top, Role::Right, Role::Bottom];
-        Self::Columns(Columns::new(roles, Some(false)))
+        Self::in_pixels(&[Role::Left, Role::Top, Role::Right, Role::Bottom], 0)
     }
 
     /// MOTChallenge.
     pub fn mot() -> Self {
-        let roles = vec![Role::Frame, Role::Target, Role::Left, Role::Top, Role::Width, Role::Height];
-        Self::Columns(Columns::new(roles, Some(false)).and_spare(4))
+        Self::in_pixels(&[Role::Frame, Role::Target, Role::Left, Role::Top, Role::Width, Role::Height], 4)
+    }
+
+    /// Columns of boxes in pixels, and `spare` more that may be there and are not read.
+    fn in_pixels(roles: &[Role], spare: usize) -> Self {
+        Self::Columns(Columns::new(roles.to_vec(), Some(false)).and_spare(spare))
     }
 
     /// The format of a name such as `xywh`, or of words for columns, joined by commas.
@@ -202,12 +202,14 @@ pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, 
     if bytes.starts_with(b"\x01\0") {
         return Err(DatasetError::content(path, super::BINARY).into());
     }
-    let mut lines = text::lines_or_empty(path, text::decode(path, bytes)?)?;
-    let header = lines::take_header(path, &mut lines, options.format.is_none())?;
+    let mut lines = rows::lines(path, bytes)?;
+    let header = rows::take_header(path, &mut lines)?.filter(|_| options.format.is_none());
+    let header = header.map(|line| Header::read(path, line)).transpose()?;
     let said = header.as_ref().map(|header| &header.format);
     let given = options.format.as_ref().or(said).or(options.usual.as_ref());
-    let mut rows = lines::numbers(path, lines, given.and_then(BoxFormat::columns))?;
-    drop_empty_end(&mut rows, |(_, v)| v.is_empty(), |n| options.absent && Some(n) == options.frames);
+    let columns = given.and_then(BoxFormat::columns);
+    let mut rows = rows::numbers(path, lines, |line| header::values(line, columns))?;
+    drop_empty_end(&mut rows, |n| options.absent && Some(n) == options.frames);
     let mut formats = match (&header, given) {
         (Some(header), _) => evidence::of_header(header, &rows, options.size),
         (None, Some(format)) => vec![evidence::with_unit(format.clone(), &rows)],
@@ -254,11 +256,7 @@ impl Reader<'_> {
         let numbered =
             self.format.columns().and_then(|columns| Some((columns, columns.position(Role::Frame)?)));
         let (frames, first, targets) = match numbered {
-            Some((columns, frame)) => {
-                let first = usize::from(rows.iter().all(|(_, row)| row.get(frame) != Some(&0.0)));
-                let (frames, targets) = self.targets(rows, columns, frame, first)?;
-                (frames, Some(first), targets)
-            }
+            Some((columns, frame)) => self.targets(rows, columns, frame)?,
             None => {
                 let regions = rows.iter().map(|(line, row)| self.region(*line, row));
                 let regions = regions.collect::<Result<Vec<_>, _>>()?;
@@ -333,9 +331,9 @@ impl Reader<'_> {
     /// The region of numbers in the file's pixels.
     fn region_of(&self, line: usize, numbers: &[f64]) -> Result<Option<Region>, DatasetError> {
         let base = self.base().unwrap_or(Base::Zero);
-        let region = match Region::from_numbers(numbers) {
-            Ok(region) => base.to_zero(region),
-            Err(e) => return self.without_box(line, e.into()),
+        let region = match region(numbers, base) {
+            Ok(region) => region,
+            Err(reason) => return self.without_box(line, reason),
         };
         match self.options.size {
             Some((width, height)) if is_outside(&region, (width, height)) => {
@@ -368,39 +366,19 @@ impl Reader<'_> {
         }
     }
 
-    /// Number of frames and the targets of a file that numbers its frames in column `frame`, from `first` on.
+    /// Number of frames, number of the first one and the targets of a file that numbers its frames in column `frame`.
     fn targets(
         &self,
         rows: &[Row],
         columns: &Columns,
         frame: usize,
-        first: usize,
-    ) -> Result<(usize, Vec<UserTarget>), DatasetError> {
-        let mut targets: BTreeMap<Option<i64>, BTreeMap<usize, Option<Region>>> = BTreeMap::new();
-        let target = columns.position(Role::Target);
-        for (line, row) in rows {
-            if !columns.fits(row.len()) {
-                let message = format!("{} columns; a row is {}", row.len(), self.format.words());
-                return Err(self.fault(*line, message));
-            }
-            let whole =
-                |k: usize| row.get(k).filter(|v| v.fract() == 0.0 && v.abs() < 1e9).map(|v| *v as i64);
-            let number = whole(frame).and_then(|t| usize::try_from(t).ok()?.checked_sub(first));
-            let id = target.map(whole);
-            let (Some(t), None | Some(Some(_))) = (number, id) else {
-                return Err(self.fault(*line, "frame (from 0 or 1 on) and id are whole numbers"));
-            };
-            if let Some(frames) = self.options.frames.filter(|frames| t >= *frames) {
-                let message =
-                    format!("frame {}, but there are {frames} frames, counted from {first}", t + first);
-                return Err(self.fault(*line, message));
-            }
-            let (region, id) = (self.region(*line, row)?, id.flatten());
-            if targets.entry(id).or_default().insert(t, region).is_some() {
-                let target = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
-                return Err(self.fault(*line, format!("a second row of {target} in frame {}", t + first)));
-            }
+    ) -> Result<(usize, Option<usize>, Vec<UserTarget>), DatasetError> {
+        if let Some((line, row)) = rows.iter().find(|(_, row)| !columns.fits(row.len())) {
+            let message = format!("{} columns; a row is {}", row.len(), self.format.words());
+            return Err(self.fault(*line, message));
         }
+        let target = columns.position(Role::Target);
+        let (first, targets) = rows::by_target(self.path, rows, frame, target, self.options.frames)?;
         let last = targets.values().flat_map(|rows| rows.keys()).max().map_or(0, |last| last + 1);
         let frames = self.options.frames.unwrap_or(last);
         // A file of a few rows may name any frame.
@@ -411,11 +389,15 @@ impl Reader<'_> {
             );
             return Err(DatasetError::content(self.path, message));
         }
-        let target = |(id, mut rows): (Option<i64>, BTreeMap<usize, Option<Region>>)| UserTarget {
-            id,
-            regions: (0..frames).map(|t| rows.remove(&t).flatten()).collect(),
-        };
-        Ok((frames, targets.into_iter().map(target).collect()))
+        let mut read = Vec::new();
+        for (id, rows) in targets {
+            let mut regions = vec![None; frames];
+            for (t, (line, row)) in rows {
+                regions[t] = self.region(*line, row)?;
+            }
+            read.push(UserTarget { id, regions });
+        }
+        Ok((frames, Some(first), read))
     }
 }
 

@@ -6,43 +6,30 @@
 //! the file, so frames marked `2` and `0` repeat the last region, with the status [`Status::Failed`] or
 //! [`Status::Skipped`].
 
-use super::{Base, NoBox, drop_empty_end};
+use super::rows::{Row, drop_empty_end};
+use super::{Base, region};
 use crate::tracker::{Status, TrackerState};
 use std::path::Path;
 use trackfail_core::region::Region;
-use trackfail_dataset::{DatasetError, text};
+use trackfail_dataset::DatasetError;
 
-/// Reads one run; `truth` is the sequence's, one entry a frame.
+const NO_START: &str = "the run does not begin with an initialization (a line `1`)";
+
+/// Reads one run; `path` names its file in messages, `base` is the file's index of the left top pixel. `truth` is the
+/// sequence's, one 0-based entry a frame. `without_box` is the status of a frame whose line is empty, has NaN or no area, and
+/// whose region repeats the last one; without it they are errors.
 ///
 /// # Errors
 /// Another number of lines than frames, other marks, numbers that are not a region, a mark before the first
 /// initialization, and an initialization in a frame without ground truth.
-pub fn read(path: &Path, truth: &[Option<Region>]) -> Result<Vec<TrackerState>, DatasetError> {
-    parse(path, &text::read_capped(path)?, truth)
-}
-
-/// As [`read`], from the file's bytes; `path` names it in messages.
-///
-/// # Errors
-/// As [`read`].
-pub fn parse(path: &Path, bytes: &[u8], truth: &[Option<Region>]) -> Result<Vec<TrackerState>, DatasetError> {
-    parse_from(path, bytes, truth, Base::Zero, None)
-}
-
-/// As [`parse`]; `base` is the file's index of the left top pixel. The truth is 0-based. `without_box` is the status of a
-/// frame whose line is empty, has NaN or no area, and whose region repeats the last one; without it they are errors.
-///
-/// # Errors
-/// As [`read`].
-pub fn parse_from(
+pub fn parse(
     path: &Path,
-    bytes: &[u8],
+    mut rows: Vec<Row>,
     truth: &[Option<Region>],
     base: Base,
     without_box: Option<Status>,
 ) -> Result<Vec<TrackerState>, DatasetError> {
-    let mut rows = text::lines_or_empty(path, text::decode(path, bytes)?)?;
-    drop_empty_end(&mut rows, |(_, line)| line.is_empty(), |n| n == truth.len());
+    drop_empty_end(&mut rows, |n| n == truth.len());
     if rows.len() != truth.len() {
         let message = format!(
             "{} lines for {} frames; none is made up or dropped, so the file or the sequence is another one",
@@ -52,18 +39,13 @@ pub fn parse_from(
         return Err(DatasetError::content(path, message));
     }
     let mut states: Vec<TrackerState> = Vec::with_capacity(rows.len());
-    for ((line, row), truth) in rows.into_iter().zip(truth) {
-        let fault = |message: &str| DatasetError::line(path, line, message);
-        let last = states.last().map(|s| s.region.clone());
-        let repeat = |status| match last {
-            Some(region) => Ok(TrackerState::new(region, status)),
-            None => Err(fault("the run does not begin with an initialization (a line `1`)")),
+    for ((line, row), truth) in rows.iter().zip(truth) {
+        let fault = |message: &str| DatasetError::line(path, *line, message);
+        let repeat = |status| match states.last() {
+            Some(last) => Ok(TrackerState::new(last.region.clone(), status)),
+            None => Err(fault(NO_START)),
         };
-        let values = match row {
-            "" => Vec::new(),
-            _ => text::numbers(row).map_err(|e| fault(&e.to_string()))?,
-        };
-        states.push(match values[..] {
+        let state = match row[..] {
             [1.0] => match truth {
                 Some(region) => TrackerState::initialized(region.clone()),
                 None => return Err(fault("an initialization in a frame without ground truth")),
@@ -71,24 +53,14 @@ pub fn parse_from(
             [2.0] => repeat(Status::Failed)?,
             [0.0] => repeat(Status::Skipped)?,
             [_] => return Err(fault("a mark is 0 (skipped), 1 (initialized) or 2 (failure)")),
-            _ if states.is_empty() => {
-                return Err(fault("the run does not begin with an initialization (a line `1`)"));
-            }
-            _ => {
-                let no_box = match Region::from_numbers(&values) {
-                    Ok(region) => {
-                        states.push(TrackerState::tracked(base.to_zero(region)));
-                        continue;
-                    }
-                    Err(_) if row.is_empty() => NoBox::EmptyLine,
-                    Err(e) => e.into(),
-                };
-                match without_box.filter(|_| no_box.may_be_absence()) {
-                    Some(status) => repeat(status)?,
-                    None => return Err(fault(&no_box.to_string())),
-                }
-            }
-        });
+            _ if states.is_empty() => return Err(fault(NO_START)),
+            _ => match (region(row, base), without_box) {
+                (Ok(region), _) => TrackerState::tracked(region),
+                (Err(reason), Some(status)) if reason.may_be_absence() => repeat(status)?,
+                (Err(reason), _) => return Err(fault(&reason.to_string())),
+            },
+        };
+        states.push(state);
     }
     Ok(states)
 }
@@ -96,21 +68,21 @@ pub fn parse_from(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
+    use crate::tracker::results::rows;
     use trackfail_core::region::Rect;
+    use trackfail_dataset::text::read_capped;
 
     fn rect(x: f64) -> Region {
         Region::Rect(Rect::new(x, 0.0, 1.0, 1.0))
     }
 
     fn read_text(text: &[u8], frames: usize) -> Result<Vec<TrackerState>, DatasetError> {
-        let f = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(f.path(), text).unwrap();
         let mut truth: Vec<_> = (0..frames).map(|t| Some(rect(t as f64))).collect();
         if let Some(last) = truth.get_mut(7) {
             *last = None;
         }
-        read(f.path(), &truth)
+        let path = Path::new("S_001.txt");
+        parse(path, rows::read(path, text)?, &truth, Base::Zero, None)
     }
 
     #[test]
@@ -176,35 +148,12 @@ mod tests {
                 for run in 1..=runs {
                     let name = &entry.name;
                     let path = root.join(format!("results/vot2014/{folder}/{name}/{name}_{run:03}.txt"));
-                    let states = read(&path, &truth).unwrap();
+                    let rows = rows::read(&path, &read_capped(&path).unwrap()).unwrap();
+                    let states = parse(&path, rows, &truth, Base::Zero, None).unwrap();
                     failed += states.iter().filter(|s| s.status == Status::Failed).count();
                 }
             }
             assert_eq!(failed, failures * runs, "{folder}");
-        }
-    }
-
-    const VALID: &[u8] = b"1\r\n9,0,1,1\r\n2\n0\n1\n0,0,0,5,6,5,6,0\n";
-
-    proptest! {
-        #[test]
-        fn damaged_runs_are_read_or_refused(bytes in trackfail_testing::damaged(VALID)) {
-            if let Ok(states) = parse(Path::new("a.txt"), &bytes, &vec![Some(rect(1.0)); 6]) {
-                prop_assert_eq!(states.len(), 6);
-            }
-        }
-
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-            let _ = read_text(&bytes, 3);
-        }
-
-        #[test]
-        fn any_marks_are_read_or_refused(text in "1\n([0-2]\n|[0-9.,]{0,20}\n){0,5}") {
-            let frames = text.lines().count();
-            if let Ok(states) = read_text(text.as_bytes(), frames) {
-                prop_assert_eq!(states.len(), frames);
-            }
         }
     }
 }

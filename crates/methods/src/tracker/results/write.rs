@@ -3,18 +3,10 @@
 
 use super::Base;
 use crate::tracker::Status;
+use crate::tracker::trax::numbers;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
-
-/// `x,y,w,h` or the corners `x1,y1,...`, joined by commas.
-fn numbers(region: &Region) -> String {
-    let values = match region {
-        Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
-        Region::Polygon(corners) => corners.iter().flat_map(|c| [c.0, c.1]).collect(),
-    };
-    values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
-}
 
 /// Line of a frame in which the tracker says that the target is absent; the VOT toolkit and OTB's evaluation read it as
 /// a frame without a region, `replay` as absence if its `without_area` says so.
@@ -67,7 +59,7 @@ mod tests {
     use crate::tracker::{RunContext, TrackerState, replay, testing};
     use proptest::prelude::*;
     use trackfail_core::region::Rect;
-    use trackfail_dataset::{Frames, Numbering, Sequence};
+    use trackfail_dataset::Sequence;
 
     #[test]
     fn marks_and_regions() {
@@ -87,18 +79,6 @@ mod tests {
         assert_eq!(vot(&mixed, &[Initialized, Status::Repeated]), "1\n0,0,4,1,3,5\n");
         assert_eq!(confidence(&[None, Some(0.1), Some(-2.0)]), "\n0.1\n-2\n");
         assert_eq!(confidence_path(Path::new("a/S.1.txt")), Path::new("a/S.1_confidence.value"));
-    }
-
-    fn sequence(frames: usize, truth: Vec<Option<Region>>) -> Sequence {
-        Sequence {
-            name: "S".into(),
-            numbering: Numbering { first: 1, official: (1, frames as u32) },
-            truth,
-            attributes: vec![],
-            frame_attributes: vec![],
-            digest: "0".into(),
-            frames: Frames::Absent,
-        }
     }
 
     type Frame = ((f64, f64, f64, f64), bool, Option<f64>);
@@ -141,7 +121,8 @@ mod tests {
                 std::fs::write(confidence_path(&path), confidence(&values)).unwrap();
             }
             let replay = replay::ENTRY.build_from_text("{ results = \"a\", without_area = \"absent\" }").unwrap();
-            let sequence = sequence(states.len(), regions.iter().cloned().map(Some).collect());
+            let truth = regions.iter().cloned().map(Some).collect();
+            let sequence = Sequence { truth, ..testing::rendered("S", states.len()) };
             let roots = [root.path().to_path_buf()];
             let context = RunContext { data_roots: &roots, ..testing::context(&sequence, 0) };
             prop_assert_eq!(replay.gives_confidence(&context), confident);

@@ -8,7 +8,7 @@
 //! by custom, which is only doubted.
 
 use super::columns::{Columns, Role};
-use super::lines::Header;
+use super::header::Header;
 use super::{BoxFormat, Options, Row};
 use Role::{
     Bottom, CenterX, CenterY, Class, Confidence, Frame, Height, Left, Other, Right, Target, Top, Width,

@@ -188,5 +188,5 @@ impl Over<'_> {
 fn symbol(results: &Results, method: &str) -> &'static str {
     let method = results.experiment.methods.iter().find(|m| m.name == method);
     let signal = method.and_then(|m| m.variants.first()).and_then(|v| v.signal.as_ref());
-    signal.map_or("yₜ", |s| s.signal.symbol())
+    signal.map_or("yₜ", |s| s.signal.facts().symbol)
 }

@@ -1,0 +1,132 @@
+//! Rows of numbers: the lines of a text, and the frames and targets that they name.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use trackfail_dataset::text::NumbersError;
+use trackfail_dataset::{DatasetError, text};
+
+/// A line of a text: its number from 1, and its words without blanks around them.
+pub type Line<'t> = (usize, &'t str);
+
+/// A row: the number of its line from 1, and its numbers; none for an empty line.
+pub type Row = (usize, Vec<f64>);
+
+/// The lines of a text; `path` names it in messages.
+///
+/// # Errors
+/// Bytes that are not text, and a text without any line.
+pub fn lines<'t>(path: &Path, bytes: &'t [u8]) -> Result<Vec<Line<'t>>, DatasetError> {
+    text::lines_or_empty(path, text::decode(path, bytes)?)
+}
+
+/// Takes a header away, which is a first line of words.
+///
+/// # Errors
+/// A header without a row after it.
+pub fn take_header<'t>(path: &Path, lines: &mut Vec<Line<'t>>) -> Result<Option<Line<'t>>, DatasetError> {
+    let is_word = |w: &&str| w.parse::<f64>().is_err() && w.contains(char::is_alphabetic);
+    let is_header = |line: &str| {
+        let words: Vec<&str> = cells(without_sign(line)).into_iter().filter(|w| !w.is_empty()).collect();
+        words.len() > 1 && words.iter().all(is_word)
+    };
+    if !lines.first().is_some_and(|(_, line)| is_header(line)) {
+        return Ok(None);
+    }
+    let header = lines.remove(0);
+    if lines.iter().all(|(_, line)| line.is_empty()) {
+        return Err(DatasetError::content(path, "a header and no box; one box a frame was expected"));
+    }
+    Ok(Some(header))
+}
+
+/// The rows of lines, whose numbers `read` finds.
+///
+/// # Errors
+/// The first line whose numbers cannot be read.
+pub fn numbers(
+    path: &Path,
+    lines: Vec<Line<'_>>,
+    read: impl Fn(&str) -> Result<Vec<f64>, NumbersError>,
+) -> Result<Vec<Row>, DatasetError> {
+    let row = |(number, line): Line<'_>| {
+        let values = if line.is_empty() { Ok(Vec::new()) } else { read(line) };
+        Ok((number, values.map_err(|e| DatasetError::line(path, number, e))?))
+    };
+    lines.into_iter().map(row).collect()
+}
+
+/// The rows of a text without a header; `path` names it in messages.
+///
+/// # Errors
+/// As [`lines`] and [`numbers`].
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, DatasetError> {
+    numbers(path, lines(path, bytes)?, text::numbers)
+}
+
+/// The rows of a text that may have a header, which is passed over; `path` names it in messages.
+///
+/// # Errors
+/// As [`lines`], [`take_header`] and [`numbers`].
+pub fn read_after_header(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, DatasetError> {
+    let mut lines = lines(path, bytes)?;
+    take_header(path, &mut lines)?;
+    numbers(path, lines, text::numbers)
+}
+
+/// The columns of a line of words: between commas, semicolons or tabs if it has any, else between blanks.
+pub fn cells(line: &str) -> Vec<&str> {
+    match line.contains([',', ';', '\t']) {
+        true => line.split([',', ';', '\t']).map(str::trim).collect(),
+        false => line.split_whitespace().collect(),
+    }
+}
+
+/// A line without the sign of a comment before it.
+pub fn without_sign(line: &str) -> &str {
+    line.trim_start_matches(['#', '%']).trim_start()
+}
+
+/// Drops empty rows at the end: all of them, or as few as are needed for a number of rows that fits.
+pub fn drop_empty_end(rows: &mut Vec<Row>, fits: impl Fn(usize) -> bool) {
+    let full = rows.iter().rposition(|(_, row)| !row.is_empty()).map_or(0, |last| last + 1);
+    rows.truncate((full..=rows.len()).find(|n| fits(*n)).unwrap_or(full));
+}
+
+/// Target -> index of a frame -> its row.
+pub type Targets<'r> = BTreeMap<Option<i64>, BTreeMap<usize, &'r Row>>;
+
+/// The rows of each target by frame, and the number of the first frame: 0 in a text that has a frame 0, else 1. `frame` and
+/// `target` are the columns that hold their numbers, `frames` is how many frames there are, where that is known.
+///
+/// # Errors
+/// Numbers that are not whole, frames that are not there, and two rows of a target in a frame.
+pub fn by_target<'r>(
+    path: &Path,
+    rows: &'r [Row],
+    frame: usize,
+    target: Option<usize>,
+    frames: Option<usize>,
+) -> Result<(usize, Targets<'r>), DatasetError> {
+    let first = usize::from(rows.iter().all(|(_, values)| values.get(frame) != Some(&0.0)));
+    let mut targets = Targets::new();
+    for row in rows {
+        let (line, values) = row;
+        let fault = |message: String| DatasetError::line(path, *line, message);
+        let whole = |k: usize| values.get(k).filter(|v| v.fract() == 0.0 && v.abs() < 1e9).map(|v| *v as i64);
+        let index = whole(frame).and_then(|number| usize::try_from(number).ok()?.checked_sub(first));
+        let (Some(index), None | Some(Some(_))) = (index, target.map(whole)) else {
+            return Err(fault("frame (from 0 or 1 on) and id are whole numbers".into()));
+        };
+        let number = index + first;
+        if let Some(frames) = frames.filter(|frames| index >= *frames) {
+            let message = format!("frame {number}, but there are {frames} frames, counted from {first}");
+            return Err(fault(message));
+        }
+        let id = target.and_then(whole);
+        if targets.entry(id).or_default().insert(index, row).is_some() {
+            let target = id.map_or_else(|| "the target".to_string(), |id| format!("target {id}"));
+            return Err(fault(format!("a second row of {target} in frame {number}")));
+        }
+    }
+    Ok((first, targets))
+}

@@ -1,0 +1,44 @@
+//! The header of a file of boxes, and the numbers of lines whose columns are known.
+
+use super::columns::{self, Columns};
+use super::{BoxFormat, rows};
+use rows::{Line, cells};
+use std::path::Path;
+use trackfail_dataset::text::NumbersError;
+use trackfail_dataset::{DatasetError, text};
+
+/// A header line.
+pub(super) struct Header {
+    /// The format that it names.
+    pub format: BoxFormat,
+    /// Whether it calls the corner of the box `x` and `y`.
+    pub is_bare: bool,
+}
+
+impl Header {
+    /// Reads a line of words.
+    pub fn read(path: &Path, (number, line): Line<'_>) -> Result<Self, DatasetError> {
+        let words = cells(rows::without_sign(line));
+        let columns = Columns::of_words(&words, line);
+        let columns = columns.map_err(|e| DatasetError::line(path, number, e.to_string()))?;
+        let format = columns.map_or(BoxFormat::Vot, BoxFormat::Columns);
+        Ok(Self { format, is_bare: columns::is_bare(&words) })
+    }
+}
+
+/// The numbers of a line. Where the columns are known, those that are not read may hold words, and those of a box may all be
+/// empty.
+pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, NumbersError> {
+    let (fault, columns) = match (text::numbers(line), columns) {
+        (Err(fault), Some(columns)) if columns.fits(cells(line).len()) => (fault, columns),
+        (found, _) => return found,
+    };
+    let value = |(k, cell): (usize, &str)| match text::number(cell) {
+        Err(_) if cell.is_empty() || !columns.reads(k) => Ok(f64::NAN),
+        value => value,
+    };
+    let values: Vec<f64> = cells(line).into_iter().enumerate().map(value).collect::<Result<_, _>>()?;
+    let of_box = columns.of_box(&values);
+    let empty = of_box.iter().filter(|v| v.is_nan()).count();
+    if empty > 0 && empty < of_box.len() { Err(fault) } else { Ok(values) }
+}
