@@ -6,6 +6,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::detector::{Detector, Input, arma_forecast};
 use trackfail::num::arma::{Presample, fit};
+use trackfail::plugin::Plugin;
 
 const WINDOW: [f64; 20] = [
     0.52, 0.47, 0.55, 0.61, 0.58, 0.66, 0.60, 0.49, 0.44, 0.40, 0.43, 0.38, 0.45, 0.51, 0.47, 0.54, 0.57,

@@ -267,9 +267,7 @@ impl Facts {
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Any + Send + Sync {
     /// What it says of its tracks.
-    fn facts(&self) -> Facts {
-        Facts::BOXES
-    }
+    fn facts(&self) -> Facts;
 
     /// Whether its states have a confidence on the context's sequence, or a posterior whose likelihood stands for it; one
     /// of result files has it where the files do.

@@ -110,11 +110,20 @@ impl<P: Analysis + 'static> Role<P> for dyn Analysis {
     }
 }
 
+/// How many suites an analysis takes, in words.
+fn suites(least: &usize, most: &usize) -> String {
+    if least == most {
+        format!("exactly {least} to analyze")
+    } else {
+        format!("{least} to {most} to analyze")
+    }
+}
+
 /// Why an analysis has no findings.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
     /// There is another number of suites.
-    #[error("{least} to {most} suites are analyzed, not {got}")]
+    #[error("suites: {}, not {got}", suites(.least, .most))]
     Suites {
         /// Least number of suites.
         least: usize,

@@ -55,7 +55,7 @@ pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Anchor<Oracle>>(
 /// A detector that is made of its alarms.
 struct Anchor<A>(A);
 
-/// What an anchor calls a loss.
+/// Alarms of an anchor, one per frame.
 trait Alarms: Plugin + Send + Sync + 'static {
     const USES_SEED: bool = false;
     const FRAMES_TO_RECOVER: usize = 1;

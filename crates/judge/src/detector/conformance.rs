@@ -327,7 +327,6 @@ fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
 #[test]
 fn frames_to_recover_are_those_of_the_kind_of_alarm() {
     let lasting = [
-        "hysteresis",
         "fused",
         "cusum",
         "page-hinkley",
@@ -407,7 +406,7 @@ proptest! {
                 prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
                 prop_assert!(kind == "fused" || said.raised == alarm[t], "{} {} {}", kind, text, t);
                 // Every alarm has one reason, but for one that is only held.
-                let holds = ["fused", "hysteresis"].contains(&kind);
+                let holds = kind == "fused";
                 prop_assert!(holds || said.reasons.len() == usize::from(alarm[t]), "{} {} {}", kind, text, t);
             }
         }

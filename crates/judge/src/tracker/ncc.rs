@@ -25,7 +25,7 @@
 //! choices of this benchmark, after the NCC baseline of the VOT challenges, which has neither scale
 //! nor update.
 
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complex64, LineFourier};
 use crate::plugin::{Entry, PlainParams, Range};
@@ -59,6 +59,10 @@ pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Params>("ncc", 3, "normalized cross-correlation with a fixed gray template");
 
 impl TrackerConfig for Params {
+    fn facts(&self) -> Facts {
+        Facts::BOXES
+    }
+
     fn gives_confidence(&self, _: &RunContext<'_>) -> bool {
         true
     }

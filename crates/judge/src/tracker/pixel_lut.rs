@@ -50,7 +50,7 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use super::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::{Rect, Region};
@@ -140,6 +140,10 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
 );
 
 impl TrackerConfig for Params {
+    fn facts(&self) -> Facts {
+        Facts::BOXES
+    }
+
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
         let given = region.rect();
         if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {

@@ -63,8 +63,8 @@ fn drawn(k: usize) -> Drawn {
 fn trajectories(drawn: &[Drawn]) -> Vec<Trajectory<'_>> {
     fn trajectory((k, d): (usize, &Drawn)) -> Trajectory<'_> {
         Trajectory {
-            sequence: if k < 2 { "first" } else { "second" },
-            run: (k % 2) as u32,
+            sequence: ["first", "first", "second", "third"][k],
+            run: u32::from(k == 1),
             regions: &d.regions,
             status: &d.status,
             truth: &d.truth,

@@ -25,7 +25,7 @@ pub fn check_ascending<T: PartialOrd + std::fmt::Debug>(
     if (1..=64).contains(&list.len()) && list.windows(2).all(|w| w[0] < w[1]) {
         return Ok(());
     }
-    Err(ParamError::out_of_range(key, "1 to 64 ascending numbers", format!("{list:?}")))
+    Err(ParamError::out_of_range(key, "ascending numbers, at most 64", format!("{list:?}")))
 }
 
 /// Values in ascending order.

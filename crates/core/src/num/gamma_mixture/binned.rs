@@ -153,9 +153,11 @@ static UNITS: LazyLock<Vec<f64>> = LazyLock::new(|| {
     (0..CELLS).map(|i| 2.0_f64.powi(octave(i) - X_BITS)).collect()
 });
 
-#[cfg(test)]
 impl Binned {
     /// Bins samples in one pass.
+    ///
+    /// # Errors
+    /// See [`Binned::add`].
     pub fn new(samples: impl IntoIterator<Item = f64>) -> Result<Self, SampleError> {
         let mut binned = Self::default();
         samples.into_iter().try_for_each(|x| binned.add(x))?;

@@ -7,7 +7,7 @@ use trackfail_dataset::frame_cache::FrameCache;
 use trackfail_dataset::user_frames::without_frames;
 use trackfail_dataset::{Frames, Render, Sequence};
 use trackfail_methods::signal::SIGNALS;
-use trackfail_methods::tracker::{RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
+use trackfail_methods::tracker::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
 /// Gray frames; decoding panics from the frame of its number on.
 struct Gray {
@@ -54,6 +54,10 @@ enum Bad {
 }
 
 impl TrackerConfig for Bad {
+    fn facts(&self) -> Facts {
+        Facts::BOXES
+    }
+
     fn start(&self, _: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         Ok((Box::new(BadTracker(*self, 0)), TrackerState::initialized(region.clone())))
     }

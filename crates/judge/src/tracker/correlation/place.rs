@@ -96,7 +96,8 @@ pub struct Search {
     pub smaller_ends: bool,
     /// Whether the peak is found between the cells.
     pub sub_cell: bool,
-    /// Distance from the frame, in pixels or as a share of the first center's coordinate, that is taken for rounding.
+    /// Largest move back towards the frame that counts as rounding and is not made, relative to the first center's
+    /// coordinate (at least 1 pixel).
     pub tolerance: f64,
     /// How the response map is read.
     pub response: MapOptions,

@@ -31,6 +31,10 @@ fn sequence(truth: Vec<Option<Region>>) -> Sequence {
 struct Drifting;
 
 impl TrackerConfig for Drifting {
+    fn facts(&self) -> Facts {
+        Facts::BOXES
+    }
+
     fn start(&self, context: &RunContext<'_>, _: &Frame, region: &Region) -> StartResult {
         let tracker = (region.clone(), context.start_frame);
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))

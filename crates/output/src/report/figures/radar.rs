@@ -3,7 +3,8 @@
 //!
 //! The first spoke is the value of all attributes together: the row `overall` of the table, or, where there is none, the number of
 //! the analysis. A spoke begins at 0 and ends at the largest value on it of the trackers shown, as in pysot (`draw_eao`), so
-//! that shares of it are shares of the best tracker; both ends of the range stand in its label.
+//! that a share of it is a share of the best tracker where more is better, of the worst where less is. Both ends of the range
+//! stand in its label.
 
 use super::lines::{capitalized, distinct};
 use super::{DrawError, Scope};
