@@ -62,7 +62,7 @@ pub struct Args {
     /// Also write every track as a result file: VOT's format for reset protocols, OTB's for one pass
     #[arg(long, value_name = "DIR")]
     export_tracks: Option<PathBuf>,
-    /// Time limit of a cell in seconds; a cell that takes longer has failed
+    /// Time limit of a cell in seconds, looked at between its frames; a cell that takes longer has failed
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = positive)]
     timeout: f64,
     /// Largest size of the store in GiB; beyond it, what was used longest ago is removed

@@ -2,17 +2,22 @@
 //!
 //! The list of members is gone through first: their names, kinds and announced sizes. Nothing is written of an archive
 //! in which one of them is refused, wanted or not. What is written then is no more than what was announced. A name is
-//! refused that could lead elsewhere, wherever this runs. The modes, times and owners an archive has are ignored.
+//! refused that could lead elsewhere. The modes, times and owners an archive has are ignored.
 
 use super::error::FetchError;
 use crate::archive::Archive;
 use crate::lock::below;
 use crate::text;
+use std::cell::Cell;
 use std::fs::{self, File};
-use std::io::{self, BufReader, ErrorKind, Read};
+use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::rc::Rc;
 use zip::ZipArchive;
 
+/// Most bytes of an archive's list of members, and those of one more member.
+const LIST: u64 = 1 << 20;
+const MEMBER: u64 = 640;
 /// Longest name of a file or folder in bytes, as on most file systems.
 const COMPONENT: usize = 255;
 
@@ -57,10 +62,13 @@ pub fn unpack(
     let mut start = [0; 64];
     let n = reader.read(&mut start).unwrap_or(0);
     let is_page = start[..n].trim_ascii_start().starts_with(b"<");
-    let mut zip = ZipArchive::new(reader).map_err(|e| match is_page {
-        true => unreadable("not a zip file but a web page".into()),
-        false => unreadable(format!("not a whole zip file: {e}")),
-    })?;
+    let left = Rc::new(Cell::new(LIST.saturating_add(caps.entries.saturating_mul(MEMBER))));
+    let mut zip =
+        ZipArchive::new(Metered { inner: reader, left: left.clone() }).map_err(|e| match is_page {
+            true => unreadable("not a zip file but a web page".into()),
+            false => unreadable(format!("not a whole zip file: {e}")),
+        })?;
+    left.set(u64::MAX);
     if zip.len() as u64 > caps.entries {
         return Err(unreadable(format!("more than {} members", caps.entries)));
     }
@@ -109,6 +117,27 @@ pub fn unpack(
     )))
 }
 
+/// A reader of a bounded number of bytes, as the list of members is read whole before it can be looked at.
+struct Metered<R> {
+    inner: R,
+    left: Rc<Cell<u64>>,
+}
+
+impl<R: Read> Read for Metered<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        let left = self.left.get().checked_sub(n as u64);
+        self.left.set(left.ok_or_else(|| io::Error::other("its list of members is too long"))?);
+        Ok(n)
+    }
+}
+
+impl<R: Seek> Seek for Metered<R> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.inner.seek(to)
+    }
+}
+
 /// A name from outside as it may be printed.
 fn shown(raw: &[u8]) -> String {
     format!("`{}`", text::shorten_to(&text::visible(&String::from_utf8_lossy(raw)), 120))
@@ -153,7 +182,7 @@ fn path_of(raw: &[u8]) -> Result<String, String> {
 
 /// Writes a member: a folder, or a file with as many bytes as are announced.
 fn write(
-    zip: &mut ZipArchive<BufReader<File>>,
+    zip: &mut ZipArchive<impl Read + Seek>,
     index: usize,
     path: &Path,
     archive: &Archive,

@@ -43,7 +43,11 @@ pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<T
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
-    if found.iter().flatten().filter(|found| found.states.is_none()).count() > MAX_AT_ONCE {
+    let lacks = |(k, series): (usize, &Option<Vec<f64>>)| {
+        series.is_none() && plan.signals[k].signal.reads() != Reads::Companions
+    };
+    let is_open = |one: &&CachedTrack| one.states.is_none() || one.signals.iter().enumerate().any(lacks);
+    if found.iter().flatten().filter(is_open).count() > MAX_AT_ONCE {
         for part in found.chunks_mut(MAX_AT_ONCE) {
             compute(context, suite, planned, part, false)?;
         }

@@ -234,7 +234,9 @@ fn make(
                     None => choose::counts(&candidates, track, signals, protocol, limits),
                 };
                 let counts = need.tracks.par_iter().zip(&mine).with_max_len(1).map(count);
-                let counts: Vec<Vec<Counts>> = counts.collect::<Result<_, StepError>>()?;
+                // The first error in order, whichever came first.
+                let counts: Vec<Result<Vec<Counts>, StepError>> = counts.collect();
+                let counts: Vec<Vec<Counts>> = counts.into_iter().collect::<Result<_, StepError>>()?;
                 let values = candidates.iter().map(|(value, _)| *value).collect();
                 Ok(choose::best(training, protocol, values, &counts))
             };

@@ -3,7 +3,7 @@
 use super::Chosen;
 use crate::error::StepError;
 use crate::execute::judge::detect;
-use crate::execute::supervise::run_single;
+use crate::execute::supervise::{Job, run_single};
 use crate::execute::track::Track;
 use crate::limits::RunLimits;
 use crate::spec::method::{Candidates, FixedDetector, Training};
@@ -53,7 +53,7 @@ pub fn candidates(
 /// Counts of each candidate on a track.
 ///
 /// # Errors
-/// When a detector panics, hangs or fails.
+/// When a detector panics, takes too long or fails.
 pub fn counts(
     candidates: &[(f64, FixedDetector)],
     track: &Track,
@@ -64,7 +64,11 @@ pub fn counts(
     let of = |(_, fixed): &(f64, FixedDetector)| -> Result<Counts, StepError> {
         Ok(track.judge(protocol, &detect(track, signals, fixed, 0)?).0.counts)
     };
-    let counts = run_single(limits, || candidates.iter().map(of).collect());
+    let counts = run_single(limits, || {
+        // Time and interruptions are looked at after each candidate.
+        let job = Job::new(limits);
+        candidates.iter().map(|one| job.step(|| of(one))).collect()
+    });
     if let Some(reversal) = &track.reversal {
         reversal.free_trackers();
     }
