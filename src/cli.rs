@@ -237,7 +237,7 @@ pub enum Exit {
     Interrupted = 130,
 }
 
-/// Why a verb ends without success.
+/// The reason why a verb ends without success, with its exit code.
 #[derive(Debug, thiserror::Error)]
 #[error("{cause}")]
 pub struct Failure {

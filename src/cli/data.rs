@@ -249,7 +249,7 @@ fn table(suite: &Suite, rows: &[Row]) -> String {
     text
 }
 
-/// What is found of sequences, beside what is pinned.
+/// Findings about sequences, against their pins.
 #[derive(Debug, Default)]
 struct Checks {
     /// A line for each of them.
@@ -261,7 +261,7 @@ struct Checks {
 impl Checks {
     /// Hashes the sequences of a suite that are wanted.
     fn add(&mut self, suite: &Suite, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) {
-        for checked in suite.verify_some(data_roots, wanted) {
+        for checked in suite.verify(data_roots, wanted) {
             let name = format!("{}/{}", suite.name(), checked.name);
             let word = match checked.finding {
                 Finding::Same => "ok".to_owned(),
@@ -280,7 +280,7 @@ impl Checks {
     }
 }
 
-/// What is found of each sequence, and whether all is right.
+/// Findings about each sequence, and an error unless all is right.
 fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
     let mut checks = Checks::default();
     suites.iter().for_each(|suite| checks.add(suite, data_roots, |_| true));

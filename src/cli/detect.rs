@@ -212,9 +212,7 @@ fn judge_all(
     };
     let judged = judged.map_err(|e| {
         Failure::data(match e {
-            JudgeError::Signal { track, t, source } => {
-                of(track) + &inputs::fault(&source, sequence.number(t))
-            }
+            JudgeError::Signal { track, t, source } => of(track) + &source.in_frame(sequence.number(t)),
             JudgeError::Detector { track, reason } => of(track) + &reason,
             e => e.to_string(),
         })

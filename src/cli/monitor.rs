@@ -165,9 +165,15 @@ impl Lines {
         Ok(Self::of(Targets::new(options)?))
     }
 
-    fn of(targets: Targets) -> Self {
+    /// A stream that goes on.
+    pub fn of(targets: Targets) -> Self {
         let method = targets.method().map(str::to_string);
         Self { targets, method }
+    }
+
+    /// The monitors of its targets.
+    pub fn targets(&self) -> &Targets {
+        &self.targets
     }
 
     /// The answer to the next line, with the end of a line.

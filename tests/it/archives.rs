@@ -57,7 +57,8 @@ fn zip_after(bad: Zipped) -> Vec<u8> {
 #[test]
 fn names_that_lead_elsewhere_or_cannot_be_stored() {
     let long = format!("seq/{}", "x".repeat(256));
-    let names: [(&[u8], &str); 22] = [
+    let deep = "seq".to_owned() + &"/d".repeat(16);
+    let names: [(&[u8], &str); 23] = [
         (b"../canary", "`..`"),
         (b"seq/../../../canary", "`..`"),
         (b"seq/./a", "`..`"),
@@ -79,6 +80,7 @@ fn names_that_lead_elsewhere_or_cannot_be_stored() {
         (b"seq/.trackfail-complete", "keeps for itself"),
         (b"seq/.trackfail/lock", "keeps for itself"),
         (long.as_bytes(), "longer than 255 bytes"),
+        (deep.as_bytes(), "more than 16 parts"),
         // Outside the folder that is wanted, too.
         (b"elsewhere/../../x", "`..`"),
     ];
@@ -164,6 +166,13 @@ fn bombs_do_not_go_off_in_the_wanted_folder_or_beside_it() {
         assert!(bytes.len() < length / 900);
         refused_member(bytes, caps, name.as_bytes(), words);
     }
+}
+
+#[test]
+fn a_list_of_members_that_is_too_long_is_not_read_to_its_end() {
+    let member = |k: usize| Zipped { same_as: (k > 0).then_some(0), ..zipped(format!("seq/{k}"), b"") };
+    let bytes = zip(&(0..60_000).map(member).collect::<Vec<_>>());
+    refused(bytes, Caps { entries: 100, ..Caps::default() }, "more than 100 members");
 }
 
 #[test]

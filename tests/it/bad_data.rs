@@ -32,7 +32,7 @@ fn write_boxes(place: &Place, boxes: &[String]) {
     place.write("data/results/otb/OPE/MINE/Couple.txt", boxes.join("\n"));
 }
 
-/// What a run came to, and the row of the cell in scores.csv.
+/// The end of a run, and the row of the cell in scores.csv.
 fn run(place: &Place) -> (Ran, Row) {
     let ran = place.run("run couple.toml --allow-missing --data-root data");
     let text = std::fs::read_to_string(place.path("results/mine/couple/scores.csv")).unwrap_or_default();

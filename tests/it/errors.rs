@@ -42,11 +42,11 @@ name = "u"
 shows = "a.cuts"
 "#;
 
-/// What is right: a text of the file, and what stands in its place.
+/// Right changes: a text of the file, and its replacement.
 const RIGHT: [(&str, &str); 2] =
     [("still", "still"), ("0.9", r#"{ train = "test", maximise = "recall", grid = { quantiles = 9 } }"#)];
 
-/// What is wrong: a text of the file, what stands in its place, the line that is blamed, and a part of the message.
+/// Wrong changes: a text of the file, its replacement, the line that is blamed, and a part of the message.
 const WRONG: &[(&str, &str, usize, &str)] = &[
     ("title", "tittle", 3, "did you mean `title`?"),
     ("khalid2016/1", "khalid2016/7", 4, "did you mean `khalid2016/1`?"),

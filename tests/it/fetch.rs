@@ -185,6 +185,8 @@ fn a_file_that_is_no_archive_is_kept_as_it_is() {
     put(root.path(), "otb/truth.xml", "mine");
     assert_eq!(run(root.path(), &job, &options()).unwrap().placed.kept, ["otb/truth.xml"]);
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
+    job.archive.url = format!("{}/..", server.url);
+    assert!(matches!(run(root.path(), &job, &options()), Err(FetchError::Data(_))));
 }
 
 #[test]

@@ -103,7 +103,7 @@ fn every_method_has_measures_of_frames() {
     assert_eq!((value("oracle", "rank"), value("always", "auroc")), (String::new(), "0.5".to_string()));
     let page = place.read("reports/small/report.md");
     assert!(page.contains("Nothing is better than the truth"));
-    assert!(page.contains("The columns low and high are"), "{page}");
+    assert!(page.contains("The columns low and high are a 95 % interval over sequences"), "{page}");
 }
 
 #[test]

@@ -325,7 +325,7 @@ with Monitor("--method", "Watchdog", program=program) as monitor:
     assert!(text.lines().count() <= 60);
 }
 
-/// What the example for trackers of OpenCV says of images that a pattern names.
+/// Output of the example for trackers of OpenCV on the images that a pattern names.
 fn opencv(place: &Place, more: &[&str], pattern: &str) -> String {
     let program = ["--program", env!("CARGO_BIN_EXE_trackfail")];
     python(place, "monitor_opencv.py", &[&program[..], more, &[pattern]].concat())

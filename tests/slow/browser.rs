@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trackfail_testing::conditions::{BROWSERS, runs};
 
-/// What the line above the viewer says.
+/// Text of the line above the viewer.
 pub const READOUT: &str = "document.getElementById('readout').textContent";
 
 /// The width of the picture that the viewer shows.
@@ -137,14 +137,25 @@ impl Browser {
         value.as_str().unwrap_or_else(|| panic!("{expression}: {value}")).to_string()
     }
 
-    /// Asserts that an expression becomes true, as long as that takes on a busy machine.
+    /// Asserts that an expression becomes true within five seconds.
     pub fn becomes(&mut self, expression: &str) {
-        let end = Instant::now() + Duration::from_secs(60);
-        while self.value(expression) != true {
-            let told = "document.getElementById('readout')?.textContent";
-            assert!(Instant::now() < end, "not true: {expression}; {}", self.value(told));
+        self.becomes_in(200, expression);
+    }
+
+    /// Asserts that an expression becomes true, as long as that takes on a busy machine.
+    pub fn becomes_some_time(&mut self, expression: &str) {
+        self.becomes_in(2400, expression);
+    }
+
+    fn becomes_in(&mut self, times: usize, expression: &str) {
+        for _ in 0..times {
+            if self.value(expression) == true {
+                return;
+            }
             std::thread::sleep(Duration::from_millis(25));
         }
+        let told = "document.getElementById('readout')?.textContent";
+        panic!("not true: {expression}; {}", self.value(told));
     }
 
     /// The number of the frame that the viewer shows.

@@ -56,7 +56,8 @@ fn the_site_works_in_a_browser() {
         assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
     });
     browser.click("document.querySelector('#reports .links a')", 0.5);
-    browser
-        .becomes("document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')");
+    browser.becomes_some_time(
+        "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
+    );
     assert_eq!(browser.complaints(is_file), Vec::<String>::new());
 }

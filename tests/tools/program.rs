@@ -7,7 +7,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use trackfail_testing::rows;
+use trackfail_testing::{folder, put, rows};
 
 /// The program, in an environment without the user's settings.
 pub fn trackfail() -> Command {
@@ -42,9 +42,7 @@ impl Place {
     }
 
     pub fn with(files: &[(&str, &str)]) -> Self {
-        let place = Self::new();
-        files.iter().for_each(|(name, text)| place.write(name, text));
-        place
+        Self(folder(files.iter().copied()))
     }
 
     pub fn root(&self) -> &Path {
@@ -57,8 +55,7 @@ impl Place {
 
     /// Writes a file, and makes its folder.
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
-        self.folder(Path::new(name).parent().unwrap().to_str().unwrap());
-        std::fs::write(self.path(name), bytes).unwrap();
+        put(self.root(), name, bytes);
     }
 
     pub fn folder(&self, name: &str) -> PathBuf {
@@ -94,7 +91,7 @@ impl Place {
         std::fs::remove_file(self.path(name)).unwrap();
     }
 
-    /// What is in a folder, in the order of the names.
+    /// Files and folders in a folder, in the order of their names.
     pub fn list(&self, folder: &str) -> Vec<PathBuf> {
         let entries = std::fs::read_dir(self.path(folder)).unwrap_or_else(|e| panic!("{folder}: {e}"));
         let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -133,7 +130,7 @@ impl Place {
     }
 }
 
-/// What a run came to: its exit code, and what it printed.
+/// The end of a run: its exit code and its output.
 #[derive(Debug)]
 pub struct Ran {
     pub code: Option<i32>,

@@ -137,7 +137,7 @@ impl Range {
     }
 }
 
-/// What a plugin says of its parameters, and how it is made from them.
+/// A plugin that is made from checked parameters.
 pub trait Plugin: Sized {
     /// Its parameters.
     type Params: DeserializeOwned + serde::Serialize + schemars::JsonSchema;
@@ -161,9 +161,17 @@ pub trait Plugin: Sized {
     /// # Errors
     /// As [`make`](Self::make), and for a parameter out of its range.
     fn new(params: Self::Params) -> Result<Self, ParamError> {
+        Self::checked(params).map(|(_, plugin)| plugin)
+    }
+
+    /// Checks the parameters, and makes the plugin, with the parameters as they are [shown](Self::shown).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    fn checked(params: Self::Params) -> Result<(Value, Self), ParamError> {
         let shown = Self::shown(&params);
         Self::RANGES.iter().try_for_each(|range| range.check(&shown))?;
-        Self::make(params)
+        Ok((shown, Self::make(params)?))
     }
 }
 
@@ -320,9 +328,8 @@ impl<T: ?Sized> Entry<T> {
 }
 
 fn build<T: ?Sized + Role<P>, P: Plugin>(raw: RawParams<'_>) -> Result<Configured<T>, ParamError> {
-    let params = read_params::<P::Params>(raw)?;
-    let shown = P::shown(&params);
-    Ok(Configured { params: shown, plugin: T::hold(P::new(params)?) })
+    let (params, plugin) = P::checked(read_params::<P::Params>(raw)?)?;
+    Ok(Configured::new(params, T::hold(plugin)))
 }
 
 /// The entry of a kind, if the list has one.

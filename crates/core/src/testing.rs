@@ -1,4 +1,4 @@
-//! What the tests read from `tests/oracles`, where a script of the same name has written each file.
+//! Readers of `tests/oracles`, whose files scripts of the same names have written.
 
 use serde_json::Value;
 

@@ -118,5 +118,5 @@ pub fn fetch(
 /// The path below the data root of a download that is no archive but one file: it has the name that its address ends with.
 fn single_file(archive: &Archive) -> Result<String, FetchError> {
     let address = download::address(&archive.url)?;
-    Ok(format!("{}/{}", archive.into, download::file_name(&address)))
+    unpack::single_file(archive, download::file_name(&address))
 }

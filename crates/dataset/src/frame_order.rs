@@ -245,7 +245,7 @@ fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     Ok(first.is_fraction(run + 1) || (0..=run).any(covers))
 }
 
-/// Whether digits are so many, and a number of a range.
+/// Whether a text has so many digits and is a number in the range.
 fn is_number(digits: &str, count: RangeInclusive<usize>, range: RangeInclusive<u32>) -> bool {
     count.contains(&digits.len()) && digits.parse().is_ok_and(|value: u32| range.contains(&value))
 }

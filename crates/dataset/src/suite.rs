@@ -123,14 +123,9 @@ impl Suite {
         loaded
     }
 
-    /// Compares every sequence under `data_roots` with what is pinned, hashing its files; in the suite's
-    /// order. Rendered suites have nothing to compare.
-    pub fn verify(&self, data_roots: &[PathBuf]) -> Vec<Checked> {
-        self.verify_some(data_roots, |_| true)
-    }
-
-    /// [`Suite::verify`] for the sequences with the names that `wanted` accepts.
-    pub fn verify_some(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
+    /// Compares the sequences under `data_roots` whose names `wanted` accepts with what is pinned, hashing their files; in
+    /// the suite's order. Rendered suites have nothing to compare.
+    pub fn verify(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
         let entries = pinned.sequence.par_iter().filter(|entry| wanted(&entry.name));
         entries

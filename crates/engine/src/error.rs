@@ -21,6 +21,11 @@ pub enum CellError {
 }
 
 impl CellError {
+    /// The error in the place of a result that nobody needs.
+    pub(crate) fn not_asked_for() -> Self {
+        Self::Missing("not asked for".to_string())
+    }
+
     /// Whether it stands for something that was to be run.
     pub fn is_failure(&self) -> bool {
         !matches!(self, Self::Unmet(_) | Self::Absent(_))

@@ -104,7 +104,7 @@ pub struct Experiment {
     pub source: String,
 }
 
-/// What is left out together, where a parameter or model is made on others.
+/// Unit of cross-validation: sequences, and for some units trackers, that are left out together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FoldsBy {

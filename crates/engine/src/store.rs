@@ -248,7 +248,7 @@ impl Store {
         })
     }
 
-    /// What `decode` makes of a record. A pack whose record cannot be read or decoded is given up.
+    /// A record, decoded by `decode`. A pack whose record cannot be read or decoded is given up.
     fn record<T>(
         &self,
         address: &Address,

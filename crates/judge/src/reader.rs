@@ -47,6 +47,16 @@ pub enum SignalFault {
     Broke(TrackerError),
 }
 
+impl SignalFault {
+    /// Its words, with the number of the frame where they do not tell the place.
+    pub fn in_frame(&self, number: u32) -> String {
+        match self {
+            Self::NotFinite { .. } => format!("{self} in frame {number}"),
+            other => other.to_string(),
+        }
+    }
+}
+
 impl SignalReader {
     /// The signal before the first frame of a track; the context is that of its tracker.
     ///

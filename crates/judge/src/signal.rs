@@ -112,10 +112,10 @@ impl<'a> Observation<'a> {
     }
 }
 
-/// What a signal says of its values.
+/// Properties of a signal's values that do not depend on the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facts {
-    /// Which values are good; the others speak for a failure.
+    /// Values that speak for a good track; those at the other end speak for a failure.
     pub direction: Direction,
     /// Smallest and largest value it can take; of several the first.
     pub bounds: (f64, f64),
@@ -138,7 +138,7 @@ impl Facts {
 
 /// A checked configuration of a signal.
 pub trait Signal: Any + Send + Sync {
-    /// What it says of its values.
+    /// Properties of its values.
     fn facts(&self) -> Facts;
 
     /// Its input.

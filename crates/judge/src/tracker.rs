@@ -231,16 +231,16 @@ pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
 /// A started tracker, or why it cannot start.
 pub type StartResult = Result<StartedTracker, TrackerError>;
 
-/// What a tracker says of its tracks.
+/// Properties of a tracker's tracks that do not depend on the sequence.
 #[derive(Debug, Clone, Copy)]
 pub struct Facts {
-    /// Whether they depend on the seed; if not, another seed recomputes nothing.
+    /// True if tracks depend on the seed. Otherwise another seed recomputes nothing.
     pub uses_seed: bool,
-    /// Whether they depend on the number of the run in another way than by the seed.
+    /// True if tracks depend on the number of the run other than by the seed.
     pub uses_run: bool,
-    /// Whether they come from the ground truth or from results of a known sequence, so that new frames cannot be tracked.
+    /// True if tracks come from the ground truth or from results of a known sequence. New frames cannot be tracked then.
     pub needs_truth: bool,
-    /// Whether the pixels of frames are looked at; a tracker that does not may be given a frame of any size.
+    /// True if the tracker looks at pixels. Otherwise frames may have any size.
     pub reads_pixels: bool,
     /// Whether states have the moments of a posterior.
     pub gives_posterior: bool,
@@ -258,7 +258,7 @@ impl Facts {
         gives_posterior: false,
         gives_response: false,
     };
-    /// The same with response maps, which are read as posteriors.
+    /// Boxes without chance, with response maps that are read as posteriors.
     pub const RESPONSES: Self = Self { gives_posterior: true, gives_response: true, ..Self::BOXES };
     /// The same with the posterior of random samples.
     pub const SAMPLES: Self = Self { uses_seed: true, gives_posterior: true, ..Self::BOXES };
@@ -266,7 +266,7 @@ impl Facts {
 
 /// A checked configuration of a tracker.
 pub trait TrackerConfig: Any + Send + Sync {
-    /// What it says of its tracks.
+    /// Properties of its tracks. There is no default: a forgotten seed would give all runs one address.
     fn facts(&self) -> Facts;
 
     /// Whether its states have a confidence on the context's sequence, or a posterior whose likelihood stands for it; one

@@ -25,7 +25,7 @@ pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experim
     ))
 }
 
-/// What a method says of frames in these states, with a probability of a loss for each.
+/// The verdict of a method on frames in these states, with a probability of a loss for each.
 pub fn judged_method(
     name: &str,
     states: Vec<TargetState>,

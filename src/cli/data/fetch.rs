@@ -251,8 +251,7 @@ impl FetchWatch for Bar {
     }
 
     fn note(&self, text: &str) {
-        // Nobody is left to tell when stderr is closed; the exit code still counts.
-        self.0.suspend(|| drop(writeln!(std::io::stderr(), "{text}")));
+        self.0.suspend(|| output::note(text));
     }
 }
 

@@ -126,7 +126,7 @@ fn follow(
             let state = first.take().map_or_else(|| tracker.update(&frame), Ok).map_err(|e| broke(&e))?;
             let read = |(signal, values): &mut SignalValues| -> Result<(), Failure> {
                 let read = signal.push(Some(&frame), &state, &[]);
-                values.extend(read.map_err(|e| Failure::data(inputs::fault(&e, sequence.number(t))))?);
+                values.extend(read.map_err(|e| Failure::data(e.in_frame(sequence.number(t))))?);
                 Ok(())
             };
             // The first signal that fails is the one that is told.

@@ -5,7 +5,6 @@ use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{Sequence, text};
 use crate::engine::Stop;
-use crate::judge::reader::SignalFault;
 use crate::region::Region;
 use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
 use crate::tracker::results::{Base, confidence};
@@ -30,14 +29,6 @@ pub fn shown_frames(args: &Args) -> String {
         [] => String::new(),
         [one] => one.display().to_string(),
         [first, more @ ..] => format!("{} and {} more files", first.display(), more.len()),
-    }
-}
-
-/// What a signal lacks in the frame of this number.
-pub fn fault(fault: &SignalFault, number: u32) -> String {
-    match fault {
-        SignalFault::NotFinite { .. } => format!("{fault} in frame {number}"),
-        other => other.to_string(),
     }
 }
 

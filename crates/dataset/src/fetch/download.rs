@@ -300,7 +300,7 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<String> {
     headers.get(name)?.to_str().ok().map(String::from)
 }
 
-/// Whether an answer has the bytes behind the first `have` of the file that was begun.
+/// Whether an answer goes on behind the first `have` bytes of the file that was begun.
 fn goes_on(note: &Note, have: u64, headers: &HeaderMap) -> bool {
     let range = text(headers, header::CONTENT_RANGE).unwrap_or_default();
     let Some((_, total)) =

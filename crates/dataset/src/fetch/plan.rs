@@ -5,6 +5,7 @@ use super::single_file;
 use crate::archive::{Archive, Packing};
 use crate::lock::{below, pinned_suites};
 use crate::suite::{Finding, Missing, Suite};
+use std::cell::LazyCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -53,12 +54,13 @@ pub struct FetchPlan {
 /// Those that are there are compared with what is pinned, which reads their files. With `again`, folders that a fetch has
 /// placed and that are not as pinned are downloaded once more.
 pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> FetchPlan {
-    let folders = folders_by_archive();
+    // Parses the files of all suites, for which there may be no need.
+    let folders = LazyCell::new(folders_by_archive);
     let mut plan = FetchPlan::default();
     let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
         let entries = wanted.suite.entries().iter().filter(|e| wanted.has(&e.name));
-        for (entry, checked) in entries.zip(wanted.suite.verify_some(data_roots, |name| wanted.has(name))) {
+        for (entry, checked) in entries.zip(wanted.suite.verify(data_roots, |name| wanted.has(name))) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let archives: Vec<&Archive> = entry.archives().collect();
             let folder = entry.path(root);

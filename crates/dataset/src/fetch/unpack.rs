@@ -18,6 +18,8 @@ use zip::ZipArchive;
 /// Most bytes of an archive's list of members, and those of one more member.
 const LIST: u64 = 1 << 20;
 const MEMBER: u64 = 640;
+/// Most parts of a path, so that folders can be removed again.
+const DEPTH: usize = 16;
 /// Longest name of a file or folder in bytes, as on most file systems.
 const COMPONENT: usize = 255;
 
@@ -63,11 +65,11 @@ pub fn unpack(
     let n = reader.read(&mut start).unwrap_or(0);
     let is_page = start[..n].trim_ascii_start().starts_with(b"<");
     let left = Rc::new(Cell::new(LIST.saturating_add(caps.entries.saturating_mul(MEMBER))));
-    let mut zip =
-        ZipArchive::new(Metered { inner: reader, left: left.clone() }).map_err(|e| match is_page {
-            true => unreadable("not a zip file but a web page".into()),
-            false => unreadable(format!("not a whole zip file: {e}")),
-        })?;
+    let metered = Metered { inner: reader, left: left.clone(), entries: caps.entries };
+    let mut zip = ZipArchive::new(metered).map_err(|e| match is_page {
+        true => unreadable("not a zip file but a web page".into()),
+        false => unreadable(format!("not a whole zip file: {e}")),
+    })?;
     left.set(u64::MAX);
     if zip.len() as u64 > caps.entries {
         return Err(unreadable(format!("more than {} members", caps.entries)));
@@ -121,13 +123,14 @@ pub fn unpack(
 struct Metered<R> {
     inner: R,
     left: Rc<Cell<u64>>,
+    entries: u64,
 }
 
 impl<R: Read> Read for Metered<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
         let left = self.left.get().checked_sub(n as u64);
-        self.left.set(left.ok_or_else(|| io::Error::other("its list of members is too long"))?);
+        self.left.set(left.ok_or_else(|| io::Error::other(format!("more than {} members", self.entries)))?);
         Ok(n)
     }
 }
@@ -148,6 +151,19 @@ fn refused(archive: &Archive, raw: &[u8], why: &str) -> FetchError {
     FetchError::Data(format!("archive {name}, member {member}: {why}; nothing of it is kept"))
 }
 
+/// The path below the data root of a download that is no archive but one file.
+///
+/// # Errors
+/// When its name is no plain one.
+pub(super) fn single_file(archive: &Archive, name: &str) -> Result<String, FetchError> {
+    let path = if archive.into.is_empty() { name.to_string() } else { format!("{}/{name}", archive.into) };
+    match path_of(path.as_bytes()) {
+        Ok(plain) if plain == path => Ok(path),
+        Ok(_) => Err(refused(archive, path.as_bytes(), "its address ends with no name of a file")),
+        Err(why) => Err(refused(archive, path.as_bytes(), &why)),
+    }
+}
+
 /// The path that a member's name is, without a `/` at its end; empty for the archive's own top folder (`./`).
 ///
 /// # Errors
@@ -163,6 +179,9 @@ fn path_of(raw: &[u8]) -> Result<String, String> {
     // Some programs write `./` before every path.
     let path = name.strip_prefix("./").unwrap_or(name);
     let path = path.strip_suffix('/').unwrap_or(path);
+    if path.split('/').count() > DEPTH {
+        return Err(format!("its path has more than {DEPTH} parts"));
+    }
     for part in path.split('/') {
         if matches!(part, "" | "." | "..") {
             return Err("its path is absolute, or a part of it is empty, `.` or `..`".into());

@@ -1,4 +1,4 @@
-//! What formats have in common: files of boxes, label files beside them, and the sequence of numbered images.
+//! Parts of several formats: files of boxes, label files beside them, and the sequence of numbered images.
 //!
 //! A label file has one small number a frame, as many as the ground truth has lines. A sequence without the file
 //! lacks that label.
@@ -27,7 +27,7 @@ pub(super) fn attribute(word: &str) -> Result<String, String> {
     Err(format!("`{}`: an attribute is {}", text::shorten(&text::visible(word)), text::NAME))
 }
 
-/// Whether each entry of a label file of zeros and ones is 1; `None` without the file.
+/// The entries of a label file of zeros and ones, as truth values; `None` without the file.
 ///
 /// # Errors
 /// As [`labels`].

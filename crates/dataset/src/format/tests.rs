@@ -1,4 +1,4 @@
-//! What holds of every format, and samples of them.
+//! Laws of every format, and samples of them.
 
 use super::*;
 use proptest::prelude::*;

@@ -152,7 +152,7 @@ proptest! {
         prop_assert!(found.into_values().eq(given));
     }
 
-    /// What is found does not depend on the order in which a folder lists its files, and is in the natural order.
+    /// Frames are found in the natural order, in whatever order a folder lists its files.
     #[test]
     fn the_order_of_a_listing_does_not_matter(
         names in prop::collection::btree_set("[ab019 ._-]{1,6}", 1..8)

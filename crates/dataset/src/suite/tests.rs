@@ -29,7 +29,7 @@ fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item
     }
 }
 
-/// What is said of a copy that differs.
+/// The words of `data verify` for a copy that differs.
 fn difference(finding: Finding) -> String {
     match finding {
         Finding::Differs(fact) => fact,
@@ -37,7 +37,7 @@ fn difference(finding: Finding) -> String {
     }
 }
 
-/// What is said of a copy that is missing.
+/// The words of `data verify` for a copy that is missing.
 fn hint(finding: Finding) -> String {
     match finding {
         Finding::Missing(missing) => missing.how_to_get,
@@ -245,7 +245,7 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
     assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
     assert!(has(&loaded.sequences[6], "target-face"));
-    let verified = suite("d1-real").verify(std::slice::from_ref(&root));
+    let verified = suite("d1-real").verify(std::slice::from_ref(&root), |_| true);
     assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
 }
 
@@ -291,7 +291,7 @@ fn a_short_copy_is_broken_and_differs() {
     let loaded = vot.load(&at(&root));
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
-    let checked = vot.verify(&at(&root));
+    let checked = vot.verify(&at(&root), |_| true);
     assert!(matches!(&checked[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
     assert!(matches!(checked[1].finding, Finding::Missing(_)));
 }
@@ -302,7 +302,7 @@ fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
     let finding = |images: Vec<u32>| {
         let root = tempdir().unwrap();
         write(root.path(), "otb/Deer", 71, images);
-        let all = suite("otb-2013").verify(&at(&root));
+        let all = suite("otb-2013").verify(&at(&root), |_| true);
         all.into_iter().find(|c| c.name == "Deer").unwrap().finding
     };
     assert_eq!(finding((1..=71).collect()), Finding::NoDigestPinned);
@@ -323,7 +323,7 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
     std::fs::create_dir_all(&folder).unwrap();
     let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
                <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
-    let finding = || suite("caviar").verify(&at(&root)).swap_remove(0).finding;
+    let finding = || suite("caviar").verify(&at(&root), |_| true).swap_remove(0).finding;
     assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
     let clip = put(&folder, "Walk1.mpg", "");
     assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
@@ -340,7 +340,7 @@ fn an_entry_without_range_takes_what_is_there() {
     let vot = suite("vot2013");
     let loaded = vot.load(&at(&root));
     assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
-    let found = vot.verify(&at(&root));
+    let found = vot.verify(&at(&root), |_| true);
     assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
 }
 
@@ -354,7 +354,7 @@ fn real_data_are_as_pinned() {
         let loaded = suite.load(std::slice::from_ref(&root));
         assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
         assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
-        for checked in suite.verify(std::slice::from_ref(&root)) {
+        for checked in suite.verify(std::slice::from_ref(&root), |_| true) {
             let fine = matches!(checked.finding, Finding::Same | Finding::Missing(_));
             assert!(fine, "{}: {:?}", checked.name, checked.finding);
             same += usize::from(checked.finding == Finding::Same);

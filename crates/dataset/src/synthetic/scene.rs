@@ -260,7 +260,7 @@ struct Assets {
     cast: Vec<usize>,
 }
 
-/// What sprites of the same pictures have in common: kind, look and size.
+/// Key of sprites with the same pictures: kind, look and size.
 type SpriteKey = (Kind, u32, [usize; 2]);
 
 /// The finest division of a frame's exposure.

@@ -16,7 +16,7 @@ fn testsrc(frames: u32, output: &[&str]) -> Vec<u8> {
     done.stdout
 }
 
-/// What is told of a video that a program decodes into a folder.
+/// Decodes a video into a folder with a program; its error as text.
 fn decoded(path: &Path, folder: &Path, program: impl AsRef<OsStr>) -> Result<(), String> {
     decode(path, folder, program.as_ref(), DEFAULT_LIMITS, &|| false).map_err(|e| e.to_string())
 }

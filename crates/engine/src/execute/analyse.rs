@@ -117,7 +117,7 @@ fn attributes_digest(sequence: &Sequence) -> String {
 #[derive(Default)]
 struct Usable {
     sequences: BTreeSet<usize>,
-    /// Why others cannot be analysed: a need that is not met, else the first failure.
+    /// The reason why others cannot be analysed: a need that is not met, else the first failure.
     lack: Option<CellError>,
 }
 

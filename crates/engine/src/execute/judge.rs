@@ -41,7 +41,7 @@ pub struct Judged {
 pub struct ReadyDetector {
     /// The detector.
     pub fixed: FixedDetector,
-    /// What it adds to the recipes of its labels.
+    /// Its part of the recipes of labels.
     pub key: DetectorKey,
 }
 

@@ -61,7 +61,7 @@ struct Batch {
     frames: Vec<Decoded>,
 }
 
-/// How far a task has come.
+/// Progress of a task.
 struct Progress<'a> {
     job: Job<'a>,
     /// The states of all frames, or those of the steps before.
@@ -85,7 +85,7 @@ enum Work<'a> {
     Signal(TrackSignal<'a>, Vec<f64>),
 }
 
-/// What strands see of the others in a step.
+/// One step, as every strand sees it.
 #[derive(Clone, Copy)]
 struct Step<'s> {
     tasks: &'s [Task<'s>],
@@ -112,7 +112,7 @@ impl<'a> Strand<'a> {
         Ok(strands)
     }
 
-    /// Whether its task needs what it may find in frame `t` and later.
+    /// Whether its task still needs its work in frame `t` and later.
     fn is_needed(&self, t: usize, progress: &[Progress<'_>]) -> bool {
         self.failure.is_none() && progress[self.task].failure.as_ref().is_none_or(|(first, _)| t <= *first)
     }

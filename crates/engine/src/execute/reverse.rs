@@ -47,7 +47,7 @@ struct Memory {
     cost: ReverseCost,
 }
 
-/// What reverse runs have cost.
+/// Time and frames of reverse runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct ReverseCost {
     /// Time of everything that a detector waited for.
@@ -185,7 +185,7 @@ impl Reversal {
 /// A detector's handle to a [`Reversal`], for one call.
 struct Handle<'a> {
     reversal: &'a Reversal,
-    /// Why a reverse run failed: the first reason.
+    /// The first error of a reverse run.
     failure: RefCell<Option<StepError>>,
 }
 

@@ -44,7 +44,7 @@ pub fn run<'s>(
 ) -> Result<Outcome<'s>, RunError> {
     let mut units = units(plan, None);
     let context = Context::new(plan, store, options, &units);
-    let none: Tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
+    let none: Tracks = vec![Err(CellError::not_asked_for()); plan.jobs.len()];
     let mut tracks: Vec<Vec<Tracks>> =
         plan.suites.iter().map(|suite| vec![none.clone(); suite.sequences.len()]).collect();
     let done = for_units(&units, |unit| tracking::tracks(&context, unit))?;

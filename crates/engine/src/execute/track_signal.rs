@@ -52,8 +52,7 @@ impl<'a> TrackSignal<'a> {
         }
         let values = self.reader.push(Some(frame), state, companions).map_err(|fault| match fault {
             SignalFault::Broke(fault) => fault.into(),
-            SignalFault::NotFinite { .. } => StepError::Here(format!("{fault} in frame {number}")),
-            other => StepError::Here(other.to_string()),
+            fault => StepError::Here(fault.in_frame(number)),
         })?;
         if self.choice.restarts == Restarts::NewTrack
             && (self.last.is_some() || state.status == Status::Initialized)

@@ -7,7 +7,7 @@ use super::track::{Track, Tracks};
 use super::units::Unit;
 use crate::error::{CellError, RunError, StepError};
 use crate::observe::tally::Work;
-use crate::plan::{PlannedSequence, recipes};
+use crate::plan::{ExperimentPlan, PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
 use crate::store::{self, Record};
@@ -29,6 +29,21 @@ struct CachedTrack {
     signals: Vec<Option<Vec<f64>>>,
 }
 
+impl CachedTrack {
+    /// The signals that it lacks; without `all`, only those that read no companions.
+    fn due(&self, plan: &ExperimentPlan<'_>, all: bool) -> Vec<usize> {
+        let is_due = |k: &usize| {
+            self.signals[*k].is_none() && (all || plan.signals[*k].signal.reads() != Reads::Companions)
+        };
+        (0..self.signals.len()).filter(is_due).collect()
+    }
+
+    /// Whether a pass for these signals has work on it.
+    fn is_open(&self, due: &[usize]) -> bool {
+        self.states.is_none() || !due.is_empty()
+    }
+}
+
 /// Tracks of a unit, in a place for each job of the plan. A track that cannot be made is an error in its place.
 ///
 /// # Errors
@@ -43,17 +58,14 @@ pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<T
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
-    let lacks = |(k, series): (usize, &Option<Vec<f64>>)| {
-        series.is_none() && plan.signals[k].signal.reads() != Reads::Companions
-    };
-    let is_open = |one: &&CachedTrack| one.states.is_none() || one.signals.iter().enumerate().any(lacks);
+    let is_open = |one: &&CachedTrack| one.is_open(&one.due(plan, false));
     if found.iter().flatten().filter(is_open).count() > MAX_AT_ONCE {
         for part in found.chunks_mut(MAX_AT_ONCE) {
             compute(context, suite, planned, part, false)?;
         }
     }
     compute(context, suite, planned, &mut found, true)?;
-    let mut tracks = vec![Err(CellError::Missing("not asked for".to_string())); plan.jobs.len()];
+    let mut tracks = vec![Err(CellError::not_asked_for()); plan.jobs.len()];
     for (job, found) in jobs.iter().zip(found) {
         tracks[*job] = found.map(|found| Arc::new(track(context, planned, found)));
     }
@@ -96,14 +108,9 @@ fn compute(
     let plan = context.plan;
     // Complete tracks take part as companions.
     let there: Vec<&CachedTrack> = found.iter().flatten().collect();
-    let is_due = |k: usize| all || plan.signals[k].signal.reads() != Reads::Companions;
-    let of = |one: &&CachedTrack| -> Vec<usize> {
-        (0..one.signals.len()).filter(|k| one.signals[*k].is_none() && is_due(*k)).collect()
-    };
-    let due: Vec<Vec<usize>> = there.iter().map(of).collect();
-    let is_open = |one: &CachedTrack, due: &[usize]| one.states.is_none() || !due.is_empty();
+    let due: Vec<Vec<usize>> = there.iter().map(|one| one.due(plan, all)).collect();
     let open: Vec<&CachedTrack> =
-        there.iter().zip(&due).filter(|(one, due)| is_open(one, due)).map(|(one, _)| *one).collect();
+        there.iter().zip(&due).filter(|(one, due)| one.is_open(due)).map(|(one, _)| *one).collect();
     if open.is_empty() {
         return Ok(());
     }
@@ -124,7 +131,7 @@ fn compute(
     let slots = found.iter_mut().filter(|found| found.is_ok());
     for ((slot, due), output) in slots.zip(due).zip(outputs) {
         if let Ok(one) = slot
-            && is_open(one, &due)
+            && one.is_open(&due)
         {
             let output = unchanged.clone().and(output).map_err(StepError::from);
             let done =
@@ -228,7 +235,6 @@ mod tests {
     use super::*;
     use crate::execute::{Options, load};
     use crate::limits::Stop;
-    use crate::plan::ExperimentPlan;
     use crate::spec;
     use crate::store::Store;
 

@@ -15,7 +15,7 @@ pub enum Work {
     Labels,
 }
 
-/// How many results of each stage were computed, and how many were in the store.
+/// Numbers of computed and of cached results, by stage.
 #[derive(Debug, Default)]
 pub struct Tally([[AtomicUsize; 2]; 4]);
 

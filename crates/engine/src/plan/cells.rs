@@ -50,7 +50,7 @@ impl CellState {
     }
 }
 
-/// What the recipe of a cell's labels is made of: its beginning, what the detector adds to it, and the seed; or the reason
+/// Parts of the recipe of a cell's labels: its beginning, what the detector adds to it, and the seed; or the reason
 /// why there is none. Recipes are made only where they are shown: those of a million cells would need more than a gigabyte.
 pub(crate) type LabelsFrom<'p> = Result<(&'p Recipe, &'p DetectorKey, u64), &'p CellError>;
 
@@ -123,7 +123,7 @@ impl ExperimentPlan<'_> {
         self.test().sequences.par_iter().enumerate().map(of_sequence).collect()
     }
 
-    /// What every detector adds to recipes.
+    /// The part of every detector in recipes.
     fn detector_keys(&self) -> BTreeMap<Key, Result<DetectorKey, CellError>> {
         let given =
             self.given().map(|(key, detector)| (key, Ok::<_, CellError>(DetectorKey::new(detector, None))));

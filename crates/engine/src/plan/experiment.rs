@@ -72,7 +72,7 @@ pub struct ExperimentPlan<'a> {
     pub(super) demands: Vec<Demand<'a>>,
     /// The signals of each variant.
     variant_signals: Vec<Vec<usize>>,
-    /// Trackers whose tracks have no confidence, none of them.
+    /// Trackers none of whose tracks has a confidence.
     pub(super) without_confidence: BTreeSet<usize>,
 }
 
@@ -214,7 +214,7 @@ fn planned(
             return Err(need);
         }
         if !is_wanted {
-            return Err(CellError::Missing("not asked for".to_string()));
+            return Err(CellError::not_asked_for());
         }
         let common = common.as_ref().map_err(Clone::clone)?;
         recipes::track(experiment, &sequence, common, *job, data_roots)

@@ -1,4 +1,4 @@
-//! What detectors are trained on: tracks of the suite of their role, or of the other folds and trackers.
+//! Training data of detectors: tracks of the suite of their role, or of the other folds and trackers.
 
 use super::demand::variants;
 use super::experiment::ExperimentPlan;
@@ -18,7 +18,7 @@ pub type Key = (usize, usize, usize);
 
 /// A parameter or a model that a variant needs on a tracker, for one part of the test suite.
 pub struct TrainingNeed<'a> {
-    /// What it is for.
+    /// Variant, tracker and part that are trained.
     pub key: Key,
     /// The method.
     pub method: &'a Method,
@@ -99,7 +99,7 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
-    /// What is to be trained or learned, by variant, tracker and part, from the tracks that are there; an error where there
+    /// Parameters and models to make, by variant, tracker and part, from the tracks that are there; an error where there
     /// is none of them.
     pub fn needs(
         &self,

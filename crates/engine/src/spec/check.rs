@@ -74,7 +74,7 @@ impl<'c> Check<'c> {
         self.found > before
     }
 
-    /// What a reference stands for.
+    /// The schema that a reference stands for; other schemas as they are.
     fn resolved(&self, schema: &'c Value) -> &'c Value {
         let target = schema.get("$ref").and_then(Value::as_str).and_then(|target| target.strip_prefix('#'));
         target.and_then(|place| self.schema.pointer(place)).unwrap_or(schema)
@@ -196,7 +196,7 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// What a schema takes, in words.
+    /// The values that a schema takes, in words.
     fn wanted(&self, schema: &'c Value, given: &DeValue<'_>) -> String {
         let schema = self.resolved(schema);
         if let [first, others @ ..] = choices(schema) {
@@ -255,7 +255,7 @@ fn words(schema: &Value) -> Vec<&str> {
     described.chain(list(schema, "enum")).filter_map(Value::as_str).collect()
 }
 
-/// What the word of a key names.
+/// Noun for the values of a key, for messages.
 fn noun(key: &str) -> &str {
     match key {
         "compute" => "analysis",
@@ -266,7 +266,7 @@ fn noun(key: &str) -> &str {
     }
 }
 
-/// Whether a value has the type that a schema wants, and lies in its range.
+/// Whether a value has the type and the range of a schema.
 fn fits(schema: &Value, value: &DeValue<'_>) -> bool {
     let limit = |key: &str| schema.get(key).and_then(Value::as_f64);
     let is_in = |number: f64, least: &str, most: &str| {

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::unknown;
 use trackfail_dataset::text::shorten_to;
 
-/// What is wrong with an experiment file: one thing, and what else was found behind it.
+/// The first error of an experiment file, with all others.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct SpecError {
     /// The file as the user named it.

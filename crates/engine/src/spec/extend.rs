@@ -33,7 +33,7 @@ const WITHOUT: &str = "without";
 /// The table of suites.
 const SUITES: &str = "suites";
 /// Keys that only shorten a file.
-pub(super) const SHORTCUTS: [&str; 4] = [EXTENDS, WITHOUT, GROUPS[0].key, GROUPS[1].key];
+const SHORTCUTS: [&str; 4] = [EXTENDS, WITHOUT, GROUPS[0].key, GROUPS[1].key];
 
 /// Kinds of items: how the file heads them (`[[tracker]]`), their definition in the schema, and the keys that tell an
 /// item from the others of its kind. A tracker is told by its label, or else by its name.
@@ -77,9 +77,9 @@ type Entry<'d> = (Spanned<DeString<'d>>, Spanned<DeValue<'d>>);
 /// One `[[...]]`, the table of suites, or the keys before all headings.
 #[derive(Default)]
 struct Item<'d> {
-    /// What it is headed by; nothing for the keys before all headings.
+    /// The word of its heading; empty for the keys before all headings.
     kind: &'static str,
-    /// Where it stands.
+    /// Its place in the files.
     place: Range<usize>,
     /// The comment above its heading.
     comment: Range<usize>,
@@ -87,7 +87,7 @@ struct Item<'d> {
 }
 
 impl Item<'_> {
-    /// What distinguishes it from the others of its kind.
+    /// Its name among the items of its kind.
     fn name(&self) -> Option<Vec<String>> {
         let text = |wanted: &str| {
             let value = self.entries.iter().find(|(key, _)| word(key) == wanted).map(|(_, value)| value);
@@ -131,7 +131,7 @@ pub(super) fn is_complete(document: &DeTable<'_>) -> bool {
 /// file.
 ///
 /// # Errors
-/// What is wrong with groups and `[without]`, and more text than an experiment file may have.
+/// Faults of groups and of `[without]`, and more text than an experiment file may have.
 pub(super) fn complete(files: &[SourceFile]) -> Result<(String, Spanned<DeTable<'_>>), SpecError> {
     let source = Source::first_of(files);
     let mut assembly = Assembly { source, room: MAX_BYTES };
@@ -190,7 +190,9 @@ impl Assembly<'_> {
     /// Cuts a file up, with its groups written out. What has a wrong type stays as it is, and is told later.
     fn cut<'d>(&mut self, document: Spanned<DeTable<'d>>) -> Result<Document<'d>, SpecError> {
         let errors = Errors::default();
-        check(self.source, &OF_SHORTCUTS, document.clone(), &errors);
+        let shortcuts = document.get_ref().iter().filter(|(key, _)| SHORTCUTS.contains(&word(key)));
+        let shortcuts = shortcuts.map(|(key, value)| (key.clone(), value.clone())).collect();
+        check(self.source, &OF_SHORTCUTS, Spanned::new(document.span(), shortcuts), &errors);
         errors.or(Some(()))?;
         let (mut keys, mut suites, mut headed) = (Item::default(), None, Vec::new());
         let mut cut = Document::default();

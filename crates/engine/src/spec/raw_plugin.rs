@@ -11,7 +11,7 @@ pub(super) struct RawPlugin<'a, T: ?Sized + 'static> {
     pub params: Map<String, Value>,
     /// The programs that it may run.
     pub programs: Option<&'a Programs>,
-    /// Where it stands.
+    /// Its place in the file.
     pub at: At<'a>,
 }
 

@@ -219,7 +219,7 @@ fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
     document
 }
 
-/// What items of an experiment refer to.
+/// Names that items of an experiment refer to.
 struct Known<'a> {
     programs: Option<&'a Programs>,
     /// Role -> suite; empty where they are wrong.

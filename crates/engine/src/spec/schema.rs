@@ -1,6 +1,6 @@
 //! The JSON Schema of experiment files, generated from the types that read them.
 
-use super::extend::{KINDS, SHORTCUTS};
+use super::extend::KINDS;
 use super::figure::{FIGURE_KINDS, FigureKind};
 use super::wire;
 use schemars::SchemaGenerator;
@@ -18,13 +18,10 @@ type Definitions = Map<String, Value>;
 /// The schema of experiments that need no other file, which have all that an experiment must have.
 pub(super) static OF_WHOLE_FILES: LazyLock<Value> = LazyLock::new(of_whole_files);
 
-/// The schema of the keys that only shorten a file; others are let through.
+/// The schema of the keys that only shorten a file, of which none is required.
 pub(super) static OF_SHORTCUTS: LazyLock<Value> = LazyLock::new(|| {
     let mut schema = OF_WHOLE_FILES.clone();
-    remove(&mut schema, &["required", "additionalProperties"]);
-    if let Some(keys) = schema["properties"].as_object_mut() {
-        keys.retain(|key, _| SHORTCUTS.contains(&key.as_str()));
-    }
+    remove(&mut schema, &["required"]);
     schema
 });
 

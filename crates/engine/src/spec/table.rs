@@ -103,7 +103,7 @@ pub(super) fn read_methods(at: At<'_>, list: Option<&[String]>, words: &Words) -
     words.methods.iter().filter(|name| list.contains(name)).cloned().collect()
 }
 
-/// What an analysis makes, as `shows` of a table or figure names it.
+/// The table or chart that the key `shows` names; an unknown one is told.
 pub(super) fn read_shows(
     at: At<'_>,
     shows: Option<&String>,

@@ -104,14 +104,20 @@ pub struct AccumulatedValidation {
     beta: Option<f64>,
 }
 
+/// Ranges of the parameters that `arte-star` has as well.
+pub(super) const LENGTH: Range = Range::within("length", 1.0, 10_000.0);
+pub(super) const ALPHA: Range = Range::of("alpha").above(0.0).below(0.5);
+pub(super) const BETA: Range = Range::of("beta");
+pub(super) const TAU: Range = Range::of("tau").above(0.0).at_most(1.0);
+
 impl Plugin for AccumulatedValidation {
     type Params = Params;
 
     const RANGES: &'static [Range] = &[
-        Range::within("length", 1.0, 10_000.0),
-        Range::of("alpha").above(0.0).below(0.5),
-        Range::of("beta"),
-        Range::of("tau").above(0.0).at_most(1.0),
+        LENGTH,
+        ALPHA,
+        BETA,
+        TAU,
         Range::within("components", 1.0, 20.0),
         Range::within("max_components", 1.0, 20.0),
     ];

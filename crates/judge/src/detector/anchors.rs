@@ -23,7 +23,7 @@
 
 use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
 use crate::num::seed;
-use crate::plugin::{Entry, NoParams, ParamError, Plugin, Range};
+use crate::plugin::{Entry, NoParams, ParamError, PlainParams, Plugin, Range};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -147,14 +147,8 @@ struct Random {
     rate: f64,
 }
 
-impl Plugin for Random {
-    type Params = Self;
-
+impl PlainParams for Random {
     const RANGES: &'static [Range] = &[Range::within("rate", 0.0, 0.5)];
-
-    fn make(params: Self) -> Result<Self, ParamError> {
-        Ok(params)
-    }
 }
 
 impl Alarms for Random {

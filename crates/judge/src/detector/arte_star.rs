@@ -112,10 +112,10 @@ impl Plugin for ArteStar {
     type Params = Params;
 
     const RANGES: &'static [Range] = &[
-        Range::within("length", 1.0, 10_000.0),
-        Range::of("alpha").above(0.0).below(0.5),
-        Range::of("beta"),
-        Range::of("tau").above(0.0).at_most(1.0),
+        avu::LENGTH,
+        avu::ALPHA,
+        avu::BETA,
+        avu::TAU,
         track_quality::ACCEPT_BELOW,
         track_quality::REVERSE_LIMIT,
         track_quality::LOCKING_IN_LIMIT,

@@ -16,7 +16,7 @@
 //! Choices where the source is silent: without `window` all good frames are in the means; the frames of all signals are
 //! good together; a signal whose mean is not above 0 does not speak.
 
-use super::relative_drop::GoodFrames;
+use super::relative_drop::{GoodFrames, LEAST, WINDOW, check_least};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
@@ -53,20 +53,14 @@ pub struct JointDrop(Params);
 impl Plugin for JointDrop {
     type Params = Params;
 
-    const RANGES: &'static [Range] = &[
-        Range::of("below").above(0.0).below(1.0),
-        Range::within("window", 1.0, 10_000.0),
-        Range::within("least", 1.0, 10_000.0),
-    ];
+    const RANGES: &'static [Range] = &[Range::of("below").above(0.0).below(1.0), WINDOW, LEAST];
 
     fn make(params: Params) -> Result<Self, ParamError> {
         let Params { below, window, least } = &params;
         if !(1..=16).contains(&below.len()) {
             return Err(ParamError::out_of_range("below", "1 to 16 shares", below.len()));
         }
-        if window.is_some_and(|window| *least > window) {
-            return Err(ParamError::out_of_range("least", "at most `window`", least));
-        }
+        check_least(*least, *window)?;
         Ok(Self(params))
     }
 }

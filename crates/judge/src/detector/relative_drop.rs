@@ -84,12 +84,7 @@ pub struct RelativeDrop {
 impl Plugin for RelativeDrop {
     type Params = Params;
 
-    const RANGES: &'static [Range] = &[
-        Range::of("below"),
-        Range::of("above"),
-        Range::within("window", 1.0, 10_000.0),
-        Range::within("least", 1.0, 10_000.0),
-    ];
+    const RANGES: &'static [Range] = &[Range::of("below"), Range::of("above"), WINDOW, LEAST];
 
     fn make(params: Params) -> Result<Self, ParamError> {
         let Params { below, above, rule, window, least } = params;
@@ -104,9 +99,7 @@ impl Plugin for RelativeDrop {
         if !ordinary {
             return Err(ParamError::out_of_range(level.key(), words, level.value()));
         }
-        if window.is_some_and(|window| least > window) {
-            return Err(ParamError::out_of_range("least", "at most `window`", least));
-        }
+        check_least(least, window)?;
         Ok(Self { params, level })
     }
 }
@@ -161,6 +154,18 @@ impl Causal for RelativeDrop {
             good.add(values[0]);
         }
         Step::new(score.unwrap_or(even), alarm)
+    }
+}
+
+/// Ranges of `window` and `least`, which [`check_least`] compares.
+pub(super) const WINDOW: Range = Range::within("window", 1.0, 10_000.0);
+pub(super) const LEAST: Range = Range::within("least", 1.0, 10_000.0);
+
+/// Refuses a first decision after more good frames than the window has.
+pub(super) fn check_least(least: usize, window: Option<usize>) -> Result<(), ParamError> {
+    match window {
+        Some(window) if least > window => Err(ParamError::out_of_range("least", "at most `window`", least)),
+        _ => Ok(()),
     }
 }
 

@@ -213,7 +213,7 @@ impl Metric {
         match self.value {
             Value::Counts(of) => of(&pooled.counts),
             Value::Pooled(of) | Value::Noted(of, _) => of(pooled),
-            Value::Frames => pooled.frames?.get(self.name),
+            Value::Frames => pooled.frames.as_ref()?.get(self.name),
         }
     }
 
@@ -229,7 +229,7 @@ impl Metric {
 
     /// Bounds of its interval over sequences, for those of [`Source::Frames`] that have one.
     pub fn interval(self, pooled: &Pooled) -> Option<(f64, f64)> {
-        pooled.frames?.bounds(self.name)
+        pooled.frames.as_ref()?.bounds(self.name)
     }
 
     /// Whether it is a count, shown without decimals.

@@ -11,7 +11,7 @@ pub trait Causal: Clone + Send + Sync + 'static {
     /// Memory of the frames before; the default is that before the first frame.
     type Memory: Default + Serialize + DeserializeOwned + Send;
 
-    /// What it says of its values.
+    /// Properties of its values.
     fn facts(&self) -> Facts;
 
     /// The value of the next frame; not finite where the state lacks what the signal reads.

@@ -39,7 +39,7 @@
 
 use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
+use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Rect;
 use crate::saved;
 use crate::signal::{Direction, Facts, Observation, Session, Signal};
@@ -82,6 +82,7 @@ pub enum BorderRule {
     /// Uniform distributions.
     Uniform,
     /// Zeros, which give the same values as `uniform` and are read as that.
+    #[serde(rename(serialize = "uniform"))]
     Zero,
     /// The patch's own border pixels.
     Replicate,
@@ -201,11 +202,6 @@ impl Plugin for DistributionField {
         Range::within("support_v", 1.0, 63.0),
         Range::within("support_layer", 1.0, 63.0),
     ];
-
-    fn shown(p: &Params) -> serde_json::Value {
-        let border = if p.border == BorderRule::Zero { BorderRule::Uniform } else { p.border };
-        show_params(&Params { border, ..p.clone() })
-    }
 
     fn make(p: Params) -> Result<Self, ParamError> {
         let supports =

@@ -41,7 +41,7 @@ pub enum Good {
 }
 
 impl Good {
-    /// What a measure of the weights says of its values.
+    /// Properties of the values of a measure of the weights.
     pub fn facts(self) -> Facts {
         let direction = match self {
             Self::Low => Direction::LowerIsBetter,

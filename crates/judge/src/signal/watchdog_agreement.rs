@@ -223,7 +223,7 @@ impl Watchdog {
         Some((Seen::of(look.chosen().score, follower.rect(), region), Some(look)))
     }
 
-    /// What its network sees around a box; `None` before it has started.
+    /// Output of the watchdog's network around a box; `None` before the first frame.
     pub fn look_at(&self, frame: &Frame, rect: &Rect) -> Option<Arc<Look>> {
         self.follower.as_ref().map(|follower| follower.look_at(frame, rect))
     }

@@ -13,10 +13,10 @@ use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values};
 use crate::score::trajectory::Trajectory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, PlainParams, Range};
 use trackfail_core::region::Region;
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<CollapsedBoxes>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "collapsed-boxes",
     1,
     "frames in which the tracker's box has shrunk to a few pixels and the target has not",
@@ -36,19 +36,11 @@ impl Default for Params {
     }
 }
 
-struct CollapsedBoxes(Params);
-
-impl Plugin for CollapsedBoxes {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("side").above(0.0).at_most(1000.0)];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl CollapsedBoxes {
+impl Params {
     /// Number of collapsed frames, and of those with ground truth.
     fn count(&self, track: &Trajectory<'_>) -> [usize; 2] {
         let shorter = |region: &Region| {
@@ -57,13 +49,13 @@ impl CollapsedBoxes {
         };
         let known = track.regions.iter().zip(track.truth).filter_map(|(r, truth)| Some((r, truth.as_ref()?)));
         let is_collapsed = |(region, truth): &(&Region, &Region)| {
-            shorter(region) < self.0.side && shorter(truth) >= 2.0 * self.0.side
+            shorter(region) < self.side && shorter(truth) >= 2.0 * self.side
         };
         [known.clone().filter(is_collapsed).count(), known.count()]
     }
 }
 
-impl Analysis for CollapsedBoxes {
+impl Analysis for Params {
     fn reads(&self) -> Reads {
         Reads::Regions
     }

@@ -284,8 +284,8 @@ impl Analysis for WindowLengths {
             let values = kinds.iter().map(|values| accumulation::empirical_quantile(values, rate));
             (rate.to_string(), values.collect())
         };
-        let distance = |kind: usize| two_sample_test(&kinds[0], &kinds[kind]);
-        let distances = |kind: usize| (KINDS_OF_FRAMES[kind].to_string(), distance(kind).to_vec());
+        let tests = [1, 2, 3].map(|kind| two_sample_test(&kinds[0], &kinds[kind]));
+        let distances = |kind: usize| (KINDS_OF_FRAMES[kind].to_string(), tests[kind - 1].to_vec());
 
         let of_learned = || rows.iter().filter_map(|r| r.rates[3]);
         let longest = p.lengths.last().copied().unwrap_or(1);
@@ -293,8 +293,8 @@ impl Analysis for WindowLengths {
             of_learned().fold(0.0, f64::max),
             of_learned().fold(1.0, f64::min),
             share_shorter(&all, longest, None).unwrap_or(0.0),
-            distance(1)[0].unwrap_or(0.0),
-            distance(3)[0].unwrap_or(0.0),
+            tests[0][0].unwrap_or(0.0),
+            tests[2][0].unwrap_or(0.0),
         ];
         let curve = |name: &str, of: &dyn Fn(&OfLength) -> Option<f64>| -> Curve {
             let points = rows.iter().filter_map(|r| Some((r.length as f64, of(r)?)));

@@ -39,7 +39,7 @@ pub struct Boxes {
     pub confidence: Vec<Option<f64>>,
 }
 
-/// What a row says of a frame: its line, the region or why there is none, and the confidence.
+/// A row about a frame: its line, the region or why there is none, and the confidence.
 type Answer = (usize, Result<Region, NoBox>, Option<f64>);
 
 impl Boxes {

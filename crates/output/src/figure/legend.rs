@@ -94,7 +94,7 @@ pub enum Symbol {
 pub struct Entry {
     /// The symbol.
     pub symbol: Symbol,
-    /// What the symbol stands for.
+    /// Name of the series that has the symbol.
     pub name: String,
 }
 

@@ -236,9 +236,22 @@ impl Panel {
         for ((x, y), name) in &named {
             let lines = font::wrap(name, SMALL, page.width / 2.0);
             let (w, h) = (font::widest(&lines, SMALL), 12.0 * lines.len() as f64);
-            // Beside bars through the point, not on them.
-            let corners = [(5.0, -h - 1.0), (-5.0 - w, -h - 1.0), (5.0, 1.0), (-5.0 - w, 1.0)];
-            let room = corners.map(|(dx, dy)| Area { x: x + dx, y: y + dy, w, h });
+            // Beside bars through the point, not on them, as long as there is room.
+            let places = [
+                (5.0, -h - 1.0),
+                (-5.0 - w, -h - 1.0),
+                (5.0, 1.0),
+                (-5.0 - w, 1.0),
+                (6.0, -h / 2.0),
+                (-6.0 - w, -h / 2.0),
+                (-w / 2.0, -h - 5.0),
+                (-w / 2.0, 6.0),
+                (5.0, -2.0 * h - 1.0),
+                (-5.0 - w, -2.0 * h - 1.0),
+                (5.0, h + 1.0),
+                (-5.0 - w, h + 1.0),
+            ];
+            let room = places.map(|(dx, dy)| Area { x: x + dx, y: y + dy, w, h });
             let fits = |a: &&Area| {
                 let within = a.x >= place.area.x && a.right() <= place.area.right() + 4.0;
                 within && a.bottom() <= place.area.bottom() && taken.iter().all(|t| a.is_apart(t))

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// A radar chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radar {
-    /// Name of each spoke, and what stands below it; the first spoke points up, the others follow clockwise.
+    /// Name of each spoke, and the line below it. The first spoke points up, the others follow clockwise.
     pub spokes: Vec<[String; 2]>,
     /// The polygons, the first one in front.
     pub polygons: Vec<Polygon>,
@@ -19,7 +19,7 @@ pub struct Radar {
 /// A polygon of a radar chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
-    /// Its corner on each spoke, from 0 in the middle to 1 at the end; where there is none, both sides to it are left out.
+    /// Corners, one per spoke: 0 in the middle, 1 at the end. `None` leaves out both sides that meet there.
     pub corners: Vec<Option<f64>>,
     /// Its line.
     pub style: Style,
@@ -27,9 +27,9 @@ pub struct Polygon {
     pub marker: Marker,
 }
 
-/// Room on the left and on the right for labels, in units.
+/// Room for labels on each side, in units.
 const ROOM: f64 = 82.0;
-/// Between the end of a spoke and its label, and between two labels at least, in units.
+/// Distance from a spoke's end to its label, and least distance between two labels, in units.
 const APART: (f64, f64) = (10.0, 0.01);
 /// Rings, as shares of a spoke, and the line of spokes and rings.
 const RINGS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];

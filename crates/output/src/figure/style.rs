@@ -151,6 +151,11 @@ impl Style {
         ];
         Self::new(COLORS[i % COLORS.len()], Dash::nth(i / COLORS.len()))
     }
+
+    /// Style of the `i`-th of several series that may coincide: the dashes differ from the first on.
+    pub fn dashed(i: usize) -> Self {
+        Self { dash: Dash::nth(i), ..Self::nth(i) }
+    }
 }
 
 #[cfg(test)]

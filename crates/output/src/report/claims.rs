@@ -8,10 +8,10 @@ mod sampled;
 
 use super::sentences::say;
 use crate::results::Results;
-use crate::sampling::Units;
+use crate::sampling::{LEVEL, Units};
 use crate::table::layout::is_anchor;
 use crate::table::number::{Style, four_digits};
-use judge::{Compared, LEVEL, judge};
+use judge::{Compared, judge};
 use sampled::Samples;
 use serde::{Deserialize, Serialize};
 use trackfail_engine::spec::Tracker;

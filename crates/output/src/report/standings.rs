@@ -59,11 +59,6 @@ impl Estimate {
         [self.value, self.bounds.map(|b| b.0), self.bounds.map(|b| b.1)].map(|v| cell(v, &shown))
     }
 
-    /// A difference the other way round.
-    fn turned(self) -> Self {
-        Self { value: self.value.map(|v| -v), bounds: self.bounds.map(|(low, high)| (-high, -low)) }
-    }
-
     /// The number in a figure.
     fn dot(self) -> Option<Dot> {
         Some(Dot { value: self.value?, bounds: self.bounds })

@@ -66,8 +66,8 @@ impl Moment {
     }
 }
 
-/// What frames have in common that count alike, where every frame counts: whether the target is lost (none where there is no
-/// annotation), whether the detector raises an alarm, and how they count (none where they do not).
+/// Common properties of frames that count alike, where every frame counts: whether the target is lost (none where there
+/// is no annotation), whether the detector raises an alarm, and how they count (none where they do not).
 pub type Alike = (Option<bool>, bool, Option<Place>);
 
 /// Words of events: the target is lost, or is found again.

@@ -31,6 +31,11 @@ impl Difference {
         let value = values[0].zip(values[1]).map(|(a, b)| a - b);
         Self { value, bounds: value.and(interval(differences)) }
     }
+
+    /// The difference the other way round.
+    pub fn turned(self) -> Self {
+        Self { value: self.value.map(|v| -v), bounds: self.bounds.map(|(low, high)| (-high, -low)) }
+    }
 }
 
 impl<'a> Field<'a> for Difference {
@@ -69,16 +74,12 @@ pub(super) fn rows(rows: &[Row<'_>]) -> Vec<Pair> {
 impl Pair {
     /// The pair the other way round.
     pub fn turned(&self) -> Self {
-        let turn = |d: Difference| Difference {
-            value: d.value.map(|v| -v),
-            bounds: d.bounds.map(|(low, high)| (-high, -low)),
-        };
         Self {
             method: self.other.clone(),
             other: self.method.clone(),
             tracks: self.tracks,
-            auroc: turn(self.auroc),
-            found_at_5: turn(self.found_at_5),
+            auroc: self.auroc.turned(),
+            found_at_5: self.found_at_5.turned(),
         }
     }
 }

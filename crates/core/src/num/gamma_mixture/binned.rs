@@ -84,6 +84,16 @@ impl Default for Binned {
 }
 
 impl Binned {
+    /// Bins samples in one pass.
+    ///
+    /// # Errors
+    /// See [`Binned::add`].
+    pub fn new(samples: impl IntoIterator<Item = f64>) -> Result<Self, SampleError> {
+        let mut binned = Self::default();
+        samples.into_iter().try_for_each(|x| binned.add(x))?;
+        Ok(binned)
+    }
+
     /// Adds one sample.
     ///
     /// # Errors
@@ -152,18 +162,6 @@ static UNITS: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let octave = |i: usize| ((FLOOR.ln() + (i as f64 - 1.0) / width) / LN_2).floor() as i32;
     (0..CELLS).map(|i| 2.0_f64.powi(octave(i) - X_BITS)).collect()
 });
-
-impl Binned {
-    /// Bins samples in one pass.
-    ///
-    /// # Errors
-    /// See [`Binned::add`].
-    pub fn new(samples: impl IntoIterator<Item = f64>) -> Result<Self, SampleError> {
-        let mut binned = Self::default();
-        samples.into_iter().try_for_each(|x| binned.add(x))?;
-        Ok(binned)
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -66,7 +66,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         assert_eq!(first, if format.word == "vot" { 1.0 } else { 0.0 }, "{folder}");
         let entry = &suite.entries()[0];
         assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
-        let verified = suite.verify(&[root.path().to_path_buf()]);
+        let verified = suite.verify(&[root.path().to_path_buf()], |_| true);
         assert!(verified.iter().all(|c| c.finding == Finding::Same), "{folder}");
     }
 }
@@ -75,7 +75,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
 fn a_changed_frame_or_truth_is_told() {
     let root = root();
     let suite = read(&gather(&wanted("mine", format("lasot"), "lasot"), root.path()).unwrap());
-    let first = || suite.verify(&[root.path().to_path_buf()]).swap_remove(0).finding;
+    let first = || suite.verify(&[root.path().to_path_buf()], |_| true).swap_remove(0).finding;
     put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
     assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
     put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");

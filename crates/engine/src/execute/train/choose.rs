@@ -8,6 +8,7 @@ use crate::execute::track::Track;
 use crate::limits::RunLimits;
 use crate::spec::method::{Candidates, FixedDetector, Training};
 use serde_json::Value;
+use std::borrow::Cow;
 use std::sync::Arc;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::{Counts, Pooled, Protocol};
@@ -30,13 +31,13 @@ pub fn learn(
 ///
 /// # Errors
 /// When there is none, or the detector refuses one.
-pub fn candidates(
-    training: &Training,
+pub fn candidates<'t>(
+    training: &'t Training,
     tracks: &[Arc<Track>],
     signals: &[usize],
-) -> Result<Vec<(f64, FixedDetector)>, StepError> {
+) -> Result<Cow<'t, [(f64, FixedDetector)]>, StepError> {
     let (count, build) = match &training.candidates {
-        Candidates::Listed(list) => return Ok(list.clone()),
+        Candidates::Listed(list) => return Ok(list.as_slice().into()),
         Candidates::Quantiles { count, build } => (*count, build),
     };
     let signal = signals.first().copied();
@@ -47,7 +48,7 @@ pub fn candidates(
     let mut tried: Vec<f64> = (0..count).map(|k| values[k * last / (count - 1)]).collect();
     tried.dedup();
     let built = tried.into_iter().map(|value| Ok((value, build(value).map_err(StepError::failed)?)));
-    built.collect()
+    built.collect::<Result<Vec<_>, StepError>>().map(Cow::from)
 }
 
 /// Counts of each candidate on a track.

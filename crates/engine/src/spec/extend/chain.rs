@@ -12,7 +12,7 @@ use trackfail_dataset::text::shorten_to;
 /// Most files, one extending the other.
 const MAX_FILES: usize = 8;
 
-/// Where the files are that an experiment may extend, beside built-in ones.
+/// The folders of files that an experiment may extend, beside built-in ones.
 pub(in crate::spec) struct Folder {
     /// The folder of the file read last, as the user named the first one; empty for the current one.
     path: PathBuf,

@@ -13,17 +13,15 @@
 
 use super::sweep::{Sweep, Swept};
 use crate::num::paired::quantile;
+use crate::num::pooled::LEVEL;
+pub use crate::num::pooled::MIN_UNITS as MIN_SEQUENCES;
 use crate::num::seed;
 use rand::RngExt;
 
-/// Level of the intervals.
-pub const LEVEL: f64 = 0.95;
 /// Largest number of samples.
 pub const SAMPLES: usize = 1000;
 /// Smallest number of samples, and that of average precision.
 pub const FEW_SAMPLES: usize = 200;
-/// Fewest sequences that samples are drawn from.
-pub const MIN_SEQUENCES: usize = 3;
 
 /// Number of sequences up to which there are [`SAMPLES`] samples; the work grows with its square.
 const MANY_SEQUENCES: usize = 256;

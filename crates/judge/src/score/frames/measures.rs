@@ -29,8 +29,12 @@ pub struct FrameMeasures {
 impl FrameMeasures {
     /// A number by the name of its column: a measure, or a bound of one.
     pub fn get(&self, column: &str) -> Option<f64> {
-        let mut copy = *self;
-        *copy.field(column)?
+        match column {
+            "good_frames" => self.good_frames,
+            "lost_frames" => self.lost_frames,
+            "losses" => self.losses,
+            _ => place(column).and_then(|(measure, part)| self.measured[measure][part]),
+        }
     }
 
     /// Sets a number by the name of its column; a name that is none changes nothing.
@@ -42,26 +46,31 @@ impl FrameMeasures {
 
     /// The bounds of the measure of this name.
     pub fn bounds(&self, name: &str) -> Option<(f64, f64)> {
-        let index = FRAME_METRICS.iter().position(|measure| measure.metric.name() == name)?;
-        let [_, low, high] = self.measured[index];
+        let (measure, 0) = place(name)? else { return None };
+        let [_, low, high] = self.measured[measure];
         low.zip(high)
     }
 
     fn field(&mut self, column: &str) -> Option<&mut Option<f64>> {
-        let (name, place) = match column.rsplit_once('_') {
-            Some((name, "low")) => (name, 1),
-            Some((name, "high")) => (name, 2),
-            _ => (column, 0),
-        };
-        let is_of =
-            |measure: &FrameMetric| measure.metric.name() == name && (place == 0 || measure.bounds.is_some());
         match column {
             "good_frames" => Some(&mut self.good_frames),
             "lost_frames" => Some(&mut self.lost_frames),
             "losses" => Some(&mut self.losses),
-            _ => Some(&mut self.measured[FRAME_METRICS.iter().position(is_of)?][place]),
+            _ => place(column).map(|(measure, part)| &mut self.measured[measure][part]),
         }
     }
+}
+
+/// Index of a column's measure in the list, and of its number: the value, the lower or the upper bound.
+fn place(column: &str) -> Option<(usize, usize)> {
+    let (name, part) = match column.rsplit_once('_') {
+        Some((name, "low")) => (name, 1),
+        Some((name, "high")) => (name, 2),
+        _ => (column, 0),
+    };
+    let is_of =
+        |measure: &FrameMetric| measure.metric.name() == name && (part == 0 || measure.bounds.is_some());
+    Some((FRAME_METRICS.iter().position(is_of)?, part))
 }
 
 /// How the scores of a method are to be read.

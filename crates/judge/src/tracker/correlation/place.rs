@@ -11,9 +11,9 @@ use crate::tracker::{StartResult, Tracker, TrackerError, TrackerState};
 pub struct Place {
     /// The first region's upright rectangle.
     pub first: Rect,
-    /// How far it has moved since.
+    /// Shift of the center since the first frame, in pixels.
     pub moved: (f64, f64),
-    /// Its size relative to the first.
+    /// Size of the target relative to the first region.
     pub scale: f64,
     /// Number of times that frames are halved.
     pub halvings: u32,
@@ -66,7 +66,7 @@ impl Place {
     }
 }
 
-/// What a tracker looks at around its target.
+/// Features of the window around a target.
 pub trait Look: Clone + Send + 'static {
     /// Computes the features of the window around the target, at the target's scale times `step`.
     fn look(&mut self, place: &Place, frame: &Frame, step: f64, features: &mut Vec<f32>);
@@ -85,7 +85,7 @@ pub trait Look: Clone + Send + 'static {
     }
 }
 
-/// How the highest response is searched for.
+/// Rules of the search for the highest response.
 #[derive(Debug, Clone)]
 pub struct Search {
     /// Scales to try, relative to the target's; among equal responses the first one wins.
@@ -106,9 +106,9 @@ pub struct Search {
 /// A target that a kernel filter follows.
 #[derive(Clone)]
 pub struct Follower<L> {
-    /// Where it is.
+    /// Place of the target.
     pub place: Place,
-    /// What is looked at.
+    /// The features of its window.
     pub look: L,
     /// The filter.
     pub filter: KernelFilter,

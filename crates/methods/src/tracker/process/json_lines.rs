@@ -20,7 +20,7 @@ pub struct JsonPeer {
 /// Parameters that are handed over to a program.
 pub type Handed = serde_json::Map<String, serde_json::Value>;
 
-/// What the first line tells of the protocol and the track.
+/// The first line: protocol and track.
 #[derive(Serialize)]
 struct Meta<'a> {
     protocol: u32,

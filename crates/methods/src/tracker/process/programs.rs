@@ -125,14 +125,13 @@ impl Programs {
         if let Some(program) = self.of(role).find(|p| p.name == name) {
             return Ok(program.clone());
         }
-        let (name, file, role) = (shorten_to(name, 64), &self.file, role.word());
-        let known: Vec<&str> =
-            self.list.iter().filter(|p| p.role.word() == role).map(|p| p.name.as_str()).collect();
+        let (name, file) = (shorten_to(name, 64), &self.file);
+        let known: Vec<&str> = self.of(role).map(|p| p.name.as_str()).collect();
         let own = "programs are named in a file of one's own, see --plugins";
         Err(refused(if file.is_empty() {
             format!("unknown program `{name}`: there is no plugins.toml here; {own}")
         } else if known.is_empty() {
-            format!("unknown program `{name}`: {file} names no {role}; {own}")
+            format!("unknown program `{name}`: {file} names no {}; {own}", role.word())
         } else {
             format!("{file}: {}", plugin::unknown("program", &name, known))
         }))
@@ -157,7 +156,7 @@ impl Bind for dyn Analysis {
 
 /// Parameters that name a program.
 pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + Send + Sync + 'static {
-    /// What the program stands for.
+    /// The kind of plugin that the program is.
     const ROLE: Role;
 
     /// Ranges of the other parameters.
@@ -166,7 +165,7 @@ pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + S
     /// Name of the program.
     fn program(&self) -> &str;
 
-    /// What is shown of the program among the parameters, beside its version.
+    /// Entries of the program among the shown parameters, beside its version.
     ///
     /// # Errors
     /// When a file of its digest is not there.

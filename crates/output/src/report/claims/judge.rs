@@ -19,11 +19,9 @@
 //! A missing number makes the claim untestable, never false.
 
 use super::ClaimOutcome;
+use crate::sampling::LEVEL;
 use trackfail_core::num::pooled::percentiles;
 use trackfail_engine::spec::claim::{Claim, Expr, Op, Reference};
-
-/// Level of the intervals that reports show.
-pub const LEVEL: f64 = 0.95;
 
 /// Differences this close to 0 are rounding.
 const EQUAL: f64 = 1e-12;
@@ -272,6 +270,8 @@ mod tests {
              tracker = [{{ name = \"ncc\" }}, {{ name = \"kcf\", label = \"Struck\" }}]\n\
              method = [{{ name = \"DTEF\" }}, {{ name = \"RAW\" }}, {{ name = \"G\", signal = {{ kind = \"rgb-histogram\" }}, \
              detector = {{ kind = \"level\" }}, grid = {{ below = [0.1, 0.5] }} }}]\n\
+             analysis = [{{ name = \"model\", signal.kind = \"uncertainty\", compute.kind = \"uncertainty-model\", \
+             suites = [\"test\"] }}]\n\
              claim = [{{ text = \"a\", holds = \"{holds}\" }}]\n"
         );
         parse("a.toml", &text).unwrap_or_else(|e| panic!("{e}")).claims.remove(0)
@@ -291,6 +291,7 @@ mod tests {
         let value = |r: &Reference| match (subject(r).as_str(), r.tracker.as_deref()) {
             ("DTEF", Some("ncc")) => Some(0.7),
             ("RAW", Some("ncc")) => Some(0.4),
+            ("model.components", Some("ncc")) => Some(4.0),
             ("G", Some("Struck")) if r.point == [("below".to_string(), 0.5)] => Some(0.9),
             _ => None,
         };
@@ -305,6 +306,7 @@ mod tests {
         assert_eq!(met("(recall[DTEF] - recall[RAW]) * 2 < 0"), Ok(false));
         assert_eq!(met("1 > 2 || 1 < 2 && 3 != 3"), Ok(false));
         assert_eq!(met("!(1 > 2)"), Ok(true));
+        assert_eq!(met("finding[model.components] == 4"), Ok(true));
         assert_eq!(met("recall[DTEF] >= recall[DTEF] && 2 <= 2"), Ok(true));
         assert_eq!(met("recall[G, below=0.5, Struck] >= -.5 + 1.4"), Ok(true));
     }

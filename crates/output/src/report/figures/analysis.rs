@@ -29,7 +29,10 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
         .collect();
     let reason = format!("the analysis {} has no chart {} with a point here", shows.analysis, shows.part);
     let Some((first, look)) = found.first() else { return Err(DrawError::NoData(reason)) };
-    let note = format!("{}, {}", suites_note(first), manifest::runs(first.runs));
+    // Where trackers have other numbers of runs, the caption tells them.
+    let is_same = found.iter().all(|(analysed, _)| analysed.runs == first.runs);
+    let runs = is_same.then(|| format!(", {}", manifest::runs(first.runs)));
+    let note = suites_note(first) + &runs.unwrap_or_default();
     let of_tracker = |(k, (analysed, chart)): (usize, &(&Analysed, &Chart))| {
         OfTracker::new(&analysed.tracker, chart, scope.place(&analysed.tracker).unwrap_or(k))
     };
@@ -147,7 +150,7 @@ fn together(
     let key = |t: &OfTracker| if t.number.is_nan() { f64::NEG_INFINITY } else { t.number };
     trackers.sort_by(|a, b| key(b).total_cmp(&key(a)));
     let curve = |t: &OfTracker| {
-        let (look, line) = t.curve(Style { dash: Dash::nth(t.place), ..Style::nth(t.place) });
+        let (look, line) = t.curve(Style::dashed(t.place));
         (look, Line { operating: best(&t.points).filter(|_| is_precision_recall), ..line })
     };
     let curves: Vec<(Look, Line)> = trackers.iter().map(curve).collect();
@@ -210,7 +213,7 @@ fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<(Look, Line)> {
             let k = names.iter().position(|n| n == name).unwrap_or(0);
             let style = match is_ordered {
                 true => Style::new(Color::ordered(k, names.len()), Dash::Solid),
-                false => Style { dash: Dash::nth(k), ..Style::nth(k) },
+                false => Style::dashed(k),
             };
             let points = if chart.y_log { broken(points) } else { points.clone() };
             curve(&of.tracker, name, points, style, few.then_some(Marker::nth(k)))

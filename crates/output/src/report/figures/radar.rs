@@ -8,7 +8,9 @@
 
 use super::lines::{capitalized, distinct};
 use super::{DrawError, Scope};
-use crate::figure::{Dash, Entry, Figure, Form, Mark, Marker, Panel, Polygon, Radar, Style, Symbol};
+use crate::figure::{Entry, Figure, Form, Mark, Marker, Panel, Polygon, Radar, Style, Symbol};
+use crate::report::standings::Measured;
+use crate::table::leaderboard::better_first;
 use crate::table::number;
 use crate::table::suites::suites_note;
 use trackfail_core::direction::Direction;
@@ -72,11 +74,9 @@ fn values(findings: &Findings, table: &str, column: &str) -> Vec<(String, f64)> 
 /// The figure; `None` where there are too few spokes.
 fn radar(note: &str, column: &str, mut trackers: Vec<OfTracker>) -> Option<Figure> {
     trackers.retain(|t| !t.values.is_empty());
-    let is_less_better =
-        TrackerMetric::of_heading(column).is_some_and(|m| m.direction == Direction::LowerIsBetter);
-    let sign = if is_less_better { -1.0 } else { 1.0 };
-    let key = |t: &OfTracker| t.value(OVERALL).map_or(f64::NEG_INFINITY, |value| sign * value);
-    trackers.sort_by(|a, b| key(b).total_cmp(&key(a)));
+    let direction = Measured::column(column).direction;
+    let is_less_better = direction == Direction::LowerIsBetter;
+    trackers.sort_by(|a, b| better_first(a.value(OVERALL), b.value(OVERALL), direction));
     let all = trackers.len();
     trackers.truncate(MAX_TRACKERS);
     let names = distinct(trackers.iter().flat_map(|t| &t.values).map(|(name, _)| name.as_str()));
@@ -94,8 +94,7 @@ fn radar(note: &str, column: &str, mut trackers: Vec<OfTracker>) -> Option<Figur
         let range = format!("{}–{}", digits.format(*low), digits.format(*high));
         [capitalized(&name.replace(['-', '_'], " ")), range]
     };
-    let look =
-        |t: &OfTracker| (Style { dash: Dash::nth(t.place), ..Style::nth(t.place) }, Marker::nth(t.place));
+    let look = |t: &OfTracker| (Style::dashed(t.place), Marker::nth(t.place));
     let polygon = |t: &OfTracker| {
         let share = |v: f64, high: f64| if high > 0.0 { (v / high).clamp(0.0, 1.0) } else { 0.0 };
         let corner = |(name, (_, high)): (&&str, &(f64, f64))| t.value(name).map(|v| share(v, *high));

@@ -1,4 +1,4 @@
-//! What a user is told of the boxes that were read.
+//! Notes to the user on the boxes that were read.
 
 use super::{Base, Options, UserBoxes};
 use trackfail_core::region::{Rect, Region};

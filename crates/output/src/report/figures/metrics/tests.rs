@@ -74,3 +74,26 @@ fn a_horizon_without_a_measure_is_a_gap() {
     assert!(points[1].0.1.is_nan() && points[2].1.0.is_nan());
     assert_eq!(points[2].0, (30.0, 0.7));
 }
+
+// The share of each track is the same, so that every sample has it; two tracks are too few.
+#[test]
+fn bounds_of_shares_need_three_tracks() {
+    let events: &[usize] = &[20, 40, 60, 80];
+    let score = |found: usize| {
+        let matches: Vec<(usize, usize)> = (0..found).map(|k| (k, k)).collect();
+        TrackScore {
+            events: events.into(),
+            detections: events[..found].into(),
+            matches: matches.as_slice().into(),
+            ..TrackScore::default()
+        }
+    };
+    let last = |found: &[usize]| {
+        let tracks: Vec<TrackScore> = found.iter().map(|n| score(*n)).collect();
+        *bounds(&tracks, &Sampling::with_seed(7)).last().unwrap()
+    };
+    assert_eq!(last(&[2; 3]), (0.5, 0.5));
+    assert!(last(&[2; 2]).0.is_nan());
+    let (low, high) = last(&[0, 2, 4, 1]);
+    assert!((0.0..0.4375).contains(&low) && (0.4375..=1.0).contains(&high), "{low} {high}");
+}
