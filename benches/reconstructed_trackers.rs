@@ -1,7 +1,7 @@
 //! Time per frame of the two reconstructed trackers, one thread: `fragments-particle-filter` with 400 particles on a
 //! target of 40 x 80 pixels, and `pixel-lut` with all windows within 30 pixels of a target of 64 x 64, learning included.
 //!
-//! `benches/peers/reconstructed_trackers.py` does the most expensive part of both in NumPy.
+//! `benches/peers/reconstructed_trackers.py` does the most expensive part of the latter in NumPy.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -30,10 +30,8 @@ fn reconstructions(criterion: &mut Criterion) {
     let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
     let tall = Region::Rect(Rect::new(140.0, 80.0, 40.0, 80.0));
     let square = Region::Rect(Rect::new(128.0, 88.0, 64.0, 64.0));
-    let fragments = &fragments_particle_filter::ENTRY;
     let cases = [
-        ("fragments-particle-filter", fragments, "{}", &tall, 400),
-        ("fragments-particle-filter-grey", fragments, "{ histogram = \"grey\" }", &tall, 400),
+        ("fragments-particle-filter", &fragments_particle_filter::ENTRY, "{}", &tall, 400),
         ("pixel-lut", &pixel_lut::ENTRY, "{}", &square, 64),
         ("pixel-lut-24-cells", &pixel_lut::ENTRY, "{ cells = 24 }", &square, 64),
     ];

@@ -1,4 +1,4 @@
-//! The command line: one file for each verb, with its arguments and calls of the layers below.
+//! The command line: one file for each verb, with its arguments and its calls of the layers below.
 //!
 //! [`Exit`] lists the exit codes.
 
@@ -14,6 +14,7 @@ pub mod merge;
 pub mod monitor;
 pub mod new;
 pub mod output;
+pub mod pack;
 pub mod report;
 pub mod run;
 pub mod schema;
@@ -36,8 +37,9 @@ use std::path::{Path, PathBuf};
     version,
     about,
     after_help = "Exit codes: 0 success, 1 a bug or an I/O error, 2 wrong arguments or experiment file, \
-3 data missing or not as pinned in datasets.lock, 4 some cells failed, 5 a required claim does not hold, \
-6 the target is lost (`detect --fail-on-loss`), 130 interrupted (finished work is kept)."
+3 data missing or not as pinned in datasets.lock, or results not as their manifest says (`data verify`), \
+4 some cells failed, 5 a required claim does not hold, 6 the target is lost (`detect --fail-on-loss`), \
+130 interrupted (finished work is kept)."
 )]
 pub struct Cli {
     #[command(subcommand)]
@@ -52,7 +54,7 @@ enum Verb {
     Report(report::Args),
     /// List experiments, suites, trackers, signals, detectors, methods, analyses or protocols
     List(list::Args),
-    /// List, verify, download, render, add and pin the sequences of suites
+    /// List, verify, download, render, add and pin the sequences of suites; verify results that somebody sent
     Data(data::Args),
     /// Tell, frame by frame, whether your own tracker has lost its target
     Detect(detect::Args),
@@ -60,6 +62,8 @@ enum Verb {
     Monitor(monitor::Args),
     /// Write a batch script that runs experiments on a SLURM cluster, or submit it
     Slurm(slurm::Args),
+    /// Write the results of an experiment as one file to be sent, which `data verify` checks and unpacks
+    Pack(pack::Args),
     /// Merge the stores of several `run --shard` into one
     Merge(merge::Args),
     /// Compare two trackers, methods or results folders on the same sequences, with confidence intervals
@@ -80,7 +84,7 @@ impl Cli {
     /// Runs the verb.
     ///
     /// # Errors
-    /// As the verb.
+    /// The errors of the verb.
     pub fn run(&self) -> Result<(), Failure> {
         match &self.verb {
             Verb::Run(args) => run::run(args),
@@ -90,6 +94,7 @@ impl Cli {
             Verb::Detect(args) => detect::run(args),
             Verb::Monitor(args) => monitor::run(args),
             Verb::Slurm(args) => slurm::run(args),
+            Verb::Pack(args) => pack::run(args),
             Verb::Merge(args) => merge::run(args),
             Verb::Compare(args) => compare::run(args),
             Verb::ServeTrax(args) => serve_trax::run(args),
@@ -101,7 +106,7 @@ impl Cli {
     }
 }
 
-/// The error of a command line; that of an unknown verb has the nearest one, also where two of three letters are swapped.
+/// Adds the nearest verb to the error of an unknown verb. Two swapped letters count as near, too.
 pub fn with_nearest_verb(mut error: clap::Error) -> clap::Error {
     let word = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) => word.clone(),
@@ -130,7 +135,7 @@ enum Tier {
 }
 
 impl Tier {
-    /// Name of the method.
+    /// Name of the method that the tier stands for.
     fn method(self) -> &'static str {
         match self {
             Self::Light => "Agreement",
@@ -141,7 +146,7 @@ impl Tier {
     }
 }
 
-/// Reads a budget of false alarms.
+/// Parses a budget of false alarms.
 fn budget(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
     number.ok_or_else(|| "it is a number above 0: false alarms per 1000 frames".to_string())
@@ -167,10 +172,10 @@ struct DataRoots {
 }
 
 impl DataRoots {
-    /// The folders: those of `--data-root`, else those of TRACKFAIL_DATA.
+    /// Folders of data: those of `--data-root`, else those of TRACKFAIL_DATA.
     ///
     /// # Errors
-    /// [`Exit::Data`] if one is no folder.
+    /// [`Exit::Data`] if one of them is not a folder.
     fn folders(&self) -> Result<Vec<PathBuf>, Failure> {
         let named = std::env::var_os("TRACKFAIL_DATA").unwrap_or_default();
         let named = std::env::split_paths(&named).filter(|root| !root.as_os_str().is_empty());
@@ -181,16 +186,17 @@ impl DataRoots {
         }
     }
 
-    /// The same folders, with none left to the environment.
+    /// The same folders as explicit arguments, so that the environment is not needed later.
     fn resolved(&self) -> Result<Self, Failure> {
         Ok(Self { given: self.folders()? })
     }
 }
 
-/// The built-in suites and the user suites of the data roots.
+/// Catalog of the built-in suites and of the user suites in the data roots.
 ///
 /// # Errors
-/// [`Exit::Data`] if the datasets.lock in a data root cannot be read or is wrong, or two define a suite differently.
+/// [`Exit::Data`] if the datasets.lock of a data root cannot be read or is wrong, or if two of them define a
+/// suite differently.
 fn catalog(data_roots: &[PathBuf]) -> Result<Catalog, Failure> {
     let mut catalog = Catalog::default();
     data_roots.iter().try_for_each(|root| catalog.add_root(root)).map_err(Failure::data)?;
@@ -205,7 +211,7 @@ fn plugins_file(given: Option<&Path>) -> Option<PathBuf> {
     given.map(Path::to_path_buf).or(named).or_else(here)
 }
 
-/// Reads the programs of [`plugins_file`]; none without such a file.
+/// Reads the programs of [`plugins_file`]; no programs without such a file.
 ///
 /// # Errors
 /// [`Exit::Usage`] if the file cannot be read or is wrong.
@@ -214,77 +220,77 @@ fn programs(given: Option<&Path>) -> Result<Programs, Failure> {
     plugins_file(given).map_or_else(|| Ok(Programs::default()), read)
 }
 
-/// An error of a layer below, or a message.
+/// Error of a layer below, or a message.
 pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// The exit codes of a verb that ends without success.
+/// Exit codes of a verb that ends without success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Exit {
     /// A bug or an I/O error.
     Io = 1,
-    /// Wrong arguments or a wrong experiment file.
+    /// Wrong arguments, or a wrong experiment file.
     Usage = 2,
     /// Data are missing or not as pinned.
     Data = 3,
-    /// Some cells failed; the others are computed.
+    /// Some cells failed; all others were computed.
     Cells = 4,
     /// A required claim does not hold.
     Expectation = 5,
-    /// A method finds that the target is lost, and the user wants to fail then.
+    /// A method detects a loss, and the user requested a failure in that case.
     Loss = 6,
-    /// Ctrl-C, or the end of a batch job; finished work is kept.
+    /// Interrupted by Ctrl-C or the end of a batch job; finished work is kept.
     Interrupted = 130,
 }
 
-/// The reason why a verb ends without success, with its exit code.
+/// Error of a verb, with the exit code of the process.
 #[derive(Debug, thiserror::Error)]
 #[error("{cause}")]
 pub struct Failure {
-    /// The exit code of the process.
+    /// Exit code of the process.
     pub exit: Exit,
     cause: Cause,
 }
 
 impl Failure {
-    /// The failure with an exit code of an error or a message.
+    /// Failure with an exit code; the cause is an error or a message.
     pub fn new(exit: Exit, cause: impl Into<Cause>) -> Self {
         Self { exit, cause: cause.into() }
     }
 
-    /// [`Exit::Io`] of an error or a message.
+    /// Failure with [`Exit::Io`]; the cause is an error or a message.
     pub fn io(cause: impl Into<Cause>) -> Self {
         Self::new(Exit::Io, cause)
     }
 
-    /// [`Exit::Usage`] of an error or a message.
+    /// Failure with [`Exit::Usage`]; the cause is an error or a message.
     pub fn usage(cause: impl Into<Cause>) -> Self {
         Self::new(Exit::Usage, cause)
     }
 
-    /// [`Exit::Data`] of an error or a message.
+    /// Failure with [`Exit::Data`]; the cause is an error or a message.
     pub fn data(cause: impl Into<Cause>) -> Self {
         Self::new(Exit::Data, cause)
     }
 
-    /// [`Exit::Interrupted`].
+    /// Failure with [`Exit::Interrupted`].
     pub fn interrupted() -> Self {
         Self::new(Exit::Interrupted, Interrupted)
     }
 
-    /// The exit code as a number.
+    /// Exit code as a number.
     pub fn code(&self) -> u8 {
         self.exit as u8
     }
 
-    /// Tells it on stderr, and gives the exit code.
+    /// Prints the failure on stderr and returns the exit code.
     pub fn tell(&self) -> u8 {
         output::note(&format!("error: {self}"));
         self.code()
     }
 }
 
-/// The [`Exit::Io`] of what the file system says of a path.
+/// Converts an error of the file system at a path to a failure with [`Exit::Io`].
 fn io_at<E: Display>(path: &Path) -> impl FnOnce(E) -> Failure {
     move |e| Failure::io(format!("{}: {e}", path.display()))
 }

@@ -12,14 +12,14 @@
 //! | | [`detector`] | a signal; for ARTE and ARTE* also reverse runs of the tracker | a label for each frame |
 //! | | [`score`] | labels and ground truth | counts and metrics, by versioned protocols |
 //! | | [`method`] | a name, or plugins with parameters | signals and a detector |
-//! | | [`judge`], [`monitor`] | frames and boxes of a tracker | a judgement of each frame: whole tracks, or live |
+//! | | [`judge`], [`monitor`] | frames and boxes of a tracker | a judgment of each frame: whole tracks, or live |
 //! | dataset | [`dataset`] | folders, `datasets/*.toml`, downloads, `scenes/*.toml` | sequences: frames and ground truth |
 //! | methods | [`tracker`], [`signal`], [`detector`] | result files, foreign programs | the same, beside those of judge |
 //! | | [`analysis`] | signals or regions of whole suites | numbers, tables and charts about signals and trackers |
 //! | engine | [`spec`] | `experiments/*.toml` | checked experiments |
 //! | | [`engine`] | an experiment and its suites | judged cells, stored under content addresses |
 //! | output | [`results`] | judged cells | the files of a results folder, written and read |
-//! | | [`sampling`] | counts of sequences | intervals of what is made of them |
+//! | | [`sampling`] | counts of sequences | confidence intervals of numbers computed from them |
 //! | | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | | [`figure`] | plain series | SVG, PDF and PNG |
 //! | | [`report`] | results alone | an offline HTML page for each experiment, one over all; the parts of a number |

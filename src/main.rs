@@ -1,4 +1,4 @@
-//! The `trackfail` program: pick the verb, run it, print one error, set the exit code.
+//! The `trackfail` program: picks the verb, runs it, prints the first error, sets the exit code.
 
 use clap::Parser;
 use std::io::Write;
@@ -16,7 +16,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the verb. Help and version are output like any other: when they cannot be written, that is an error.
+/// Runs the verb. Help and version go to stdout like other output; failing to write them is an error.
 fn run() -> Result<(), Failure> {
     match Cli::try_parse() {
         Ok(cli) => cli.run(),

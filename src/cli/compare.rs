@@ -1,4 +1,5 @@
-//! `trackfail compare A B --in EXPERIMENT [--in EXPERIMENT]`, or of two results folders: `trackfail compare DIR DIR`
+//! `trackfail compare A B --in EXPERIMENT [--in EXPERIMENT]`, or `trackfail compare DIR DIR` for two results
+//! folders.
 
 use super::Failure;
 use super::output::{self, Format};
@@ -36,9 +37,9 @@ pub struct Args {
     format: Format,
 }
 
-/// Bootstrap samples.
+/// Number of bootstrap samples.
 const SAMPLES: usize = 10_000;
-/// Probability that an interval holds the mean difference.
+/// Probability with which an interval contains the mean difference.
 const LEVEL: f64 = 0.95;
 
 /// Runs the verb.
@@ -115,13 +116,13 @@ impl From<PairsError> for Failure {
 
 /// A measure that both sides have.
 enum Compared {
-    /// That of a name on the sequences that both have.
+    /// A measure by sequence, on the common sequences; `of` names the method or tracker.
     Sequences { of: String, measure: String, pairs: Vec<(f64, f64)> },
-    /// Over all sequences together.
+    /// A measure over all sequences together.
     Pooled(Apart),
 }
 
-/// The measures that both sides have on common sequences.
+/// Measures of both sides on the common sequences.
 fn by_sequence(of: &str, first: &Values, second: &Values) -> Vec<Compared> {
     let one = |(measure, pairs)| Compared::Sequences { of: of.to_string(), measure, pairs };
     pairs::common(first, second).into_iter().map(one).collect()
@@ -134,7 +135,7 @@ impl Compared {
         }
     }
 
-    /// Its row; none without a common sequence.
+    /// Row of the measure; `None` without a common sequence.
     fn row(&self, format: Format) -> Option<Vec<String>> {
         let number = |value: Option<f64>| match (value, format) {
             (None, _) => String::new(),
@@ -160,7 +161,7 @@ impl Compared {
     }
 }
 
-/// Why two sides have nothing in common, for the end of a sentence.
+/// Reason why two sides have no measures in common, as the end of a sentence.
 fn without_common(first: &Values, second: &Values) -> String {
     let measures = |side: &Values| side.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     let sequences = |side: &Values| {

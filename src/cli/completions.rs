@@ -1,4 +1,4 @@
-//! `trackfail completions SHELL`: a script that lets a shell complete the program's words.
+//! `trackfail completions SHELL`: a script with which a shell completes the program's words.
 
 use super::{Cli, Failure, output};
 use clap::CommandFactory;

@@ -1,8 +1,9 @@
 //! `trackfail data`: which sequences are known, which are here, and whether they are what was pinned; downloads, rendered
-//! suites, and user suites.
+//! suites, and user suites. Results are verified here, too.
 
 mod fetch;
 mod render;
+mod sent;
 #[cfg(test)]
 mod tests;
 
@@ -18,7 +19,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `trackfail data`.
 #[derive(Debug, clap::Args)]
@@ -39,13 +40,18 @@ enum Verb {
         #[arg(long, value_enum, default_value_t = Format::Table)]
         format: Format,
     },
-    /// Hash local sequences and compare them with what is pinned
+    /// Hash local sequences and compare them with what is pinned, or results with their manifest
     Verify {
-        /// Suites; by default all that are read from disk
-        suites: Vec<String>,
+        /// Suites, by default all that are read from disk; or results: a file of `trackfail pack`, or the folder of an
+        /// experiment, such as `results/quickstart`
+        #[arg(value_name = "SUITE|RESULTS")]
+        names: Vec<String>,
         /// Missing sequences are no failure
         #[arg(long)]
         allow_missing: bool,
+        /// Results folder that files of `trackfail pack` are unpacked into if nothing is wrong with them
+        #[arg(long, value_name = "DIR")]
+        unpack: Option<PathBuf>,
     },
     /// Download missing sequences, unpack and check them
     Fetch(fetch::Args),
@@ -78,7 +84,7 @@ struct AddArgs {
     title: Option<String>,
 }
 
-/// Reads the word of a format that suites can be found in.
+/// Parser of the format names for which suites can be added.
 fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
     let addable = FORMATS.iter().filter(|f| f.find_targets.is_some());
     let values = addable.map(|f| PossibleValue::new(f.word).help(f.summary));
@@ -90,7 +96,8 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 ///
 /// # Errors
 /// `Usage` for unknown suites; `Data` for data that are not as pinned or, in `verify`
-/// without `--allow-missing`, not there; `Io` when stdout fails; and those of `fetch` and `render`.
+/// without `--allow-missing`, not there, and for results that are not as their manifest says; `Io` when stdout
+/// fails; and those of `fetch` and `render`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     // What is rendered needs no data.
     let needs_data = !matches!(args.verb, Verb::Render(_));
@@ -102,8 +109,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             overview(&chosen(suites)?, roots)
         }
         Verb::List { suites, format } => list(&chosen(suites)?, roots, *format)?,
-        Verb::Verify { suites, allow_missing } => {
-            let (text, outcome) = verify(&chosen(suites)?, roots, *allow_missing);
+        Verb::Verify { names, allow_missing, unpack } => {
+            let is_suite = |name: &String| !sent::is_results(name) || catalog.suite(name).is_ok();
+            let (suites, results): (Vec<String>, Vec<String>) = names.iter().cloned().partition(is_suite);
+            if results.is_empty() && unpack.is_some() {
+                return Err(Failure::usage("--unpack: name a file of `trackfail pack` to unpack"));
+            }
+            results.iter().try_for_each(|path| sent::verify(Path::new(path), unpack.as_deref()))?;
+            if suites.is_empty() && !results.is_empty() {
+                return Ok(());
+            }
+            let (text, outcome) = verify(&chosen(&suites)?, roots, *allow_missing);
             output::write(&text)?;
             return outcome;
         }
@@ -114,7 +130,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-/// The suites of these names; all if there are none.
+/// Suites of these names; all suites if no name is given.
 fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<Suite>, Failure> {
     if names.is_empty() {
         return Ok(catalog.suites().collect());
@@ -134,18 +150,18 @@ struct Row {
     folder: String,
     attributes: String,
     note: String,
-    /// The data root that it is taken from.
+    /// Data root that has the sequence.
     root: String,
 }
 
 const COLUMNS: [&str; 10] =
     ["suite", "sequence", "status", "frames", "annotated", "digest", "folder", "attributes", "note", "root"];
 
-/// Places of the columns that a table has.
+/// Indices of the columns that are shown in a table.
 const SHOWN: [usize; 7] = [1, 2, 3, 4, 5, 6, 9];
 
 impl Row {
-    /// The columns as text, with nothing where a number is not known.
+    /// Columns as text; empty for unknown numbers.
     fn cells(&self) -> Vec<String> {
         let fields = serde_json::to_value(self).unwrap_or_default();
         let text = |column: &str| match &fields[column] {
@@ -205,7 +221,7 @@ fn list(suites: &[Suite], data_roots: &[PathBuf], format: Format) -> Result<Stri
     }
 }
 
-/// Suites, a line each: how many sequences are here, whether the others can be fetched.
+/// Overview of suites, one line each: how many sequences are present, and if the others can be downloaded.
 fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
     let row = |suite: &Suite| {
         let loaded = suite.load(data_roots);
@@ -220,7 +236,7 @@ fn overview(suites: &[Suite], data_roots: &[PathBuf]) -> String {
     format!("{shown}{note}`trackfail data list SUITE` shows its sequences and how to get them\n")
 }
 
-/// Whether the addresses of a suite's archives are known.
+/// Tells if the addresses of a suite's archives are known: for all, some or no sequences.
 fn download(suite: &Suite) -> &'static str {
     let entries = suite.entries();
     match entries.iter().filter(|e| e.archives().next().is_some()).count() {
@@ -249,17 +265,17 @@ fn table(suite: &Suite, rows: &[Row]) -> String {
     text
 }
 
-/// Findings about sequences, against their pins.
+/// Results of comparing sequences with their pins.
 #[derive(Debug, Default)]
 struct Checks {
-    /// A line for each of them.
+    /// Text with one line for each sequence.
     text: String,
     differing: Vec<String>,
     missing: Vec<String>,
 }
 
 impl Checks {
-    /// Hashes the sequences of a suite that are wanted.
+    /// Hashes the sequences of a suite that `wanted` accepts.
     fn add(&mut self, suite: &Suite, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) {
         for checked in suite.verify(data_roots, wanted) {
             let name = format!("{}/{}", suite.name(), checked.name);
@@ -280,7 +296,7 @@ impl Checks {
     }
 }
 
-/// Findings about each sequence, and an error unless all is right.
+/// Results for each sequence as text, and an error unless all are as pinned.
 fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
     let mut checks = Checks::default();
     suites.iter().for_each(|suite| checks.add(suite, data_roots, |_| true));
@@ -295,7 +311,7 @@ fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (Str
     (text, Err(Failure::data(wrong)))
 }
 
-/// The first data root, which a verb writes to or reads from.
+/// First data root, which a verb writes to or reads from.
 fn first_root<'r>(verb: &str, data_roots: &'r [PathBuf]) -> Result<&'r PathBuf, Failure> {
     data_roots.first().ok_or_else(|| {
         let how = "give --data-root DIR or set TRACKFAIL_DATA";

@@ -107,13 +107,13 @@ pub struct Args {
     save_boxes: Option<PathBuf>,
 }
 
-/// Inputs beside frames.
+/// Tracks that the user gives beside the frames.
 struct Tracks {
-    /// Each has a box in at least one frame.
+    /// Targets, each with a box in at least one frame.
     targets: Vec<UserTarget>,
-    /// Confidence of the tracker in each frame of the video; for a single target.
+    /// Confidence of the tracker in each frame of the video. Only with a single target.
     confidence: Vec<Option<f64>>,
-    /// Boxes of other trackers in each frame; for a single target.
+    /// Boxes of other trackers in each frame. Only with a single target.
     companions: Vec<Vec<Option<Region>>>,
 }
 
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     run_until(args, &stop).map_err(|e| if stop.is_set() { Failure::interrupted() } else { e })
 }
 
-/// Runs the verb until the user interrupts.
+/// Runs the verb until it is finished or the user interrupts.
 fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let wanted = methods::Wanted::of(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
@@ -163,7 +163,7 @@ fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     }
 }
 
-/// Program, inputs and methods that the results rest on, for the page.
+/// Names and values of the program, inputs and methods behind the results, for the page.
 fn facts(args: &Args, methods: &[Method]) -> Vec<(String, String)> {
     let mut facts = vec![("program".to_string(), format!("trackfail {}", env!("CARGO_PKG_VERSION")))];
     let mut add = |name: &str, value: String| facts.push((name.to_string(), value));
@@ -181,7 +181,7 @@ fn facts(args: &Args, methods: &[Method]) -> Vec<(String, String)> {
     facts
 }
 
-/// The frames, which no output may replace.
+/// Frames that the user gives; `None` without any. Checks that no output would replace them.
 fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     let frames = inputs::frames(args, stop)?;
     if let Some(frames) = &frames {
@@ -190,7 +190,7 @@ fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     Ok(frames)
 }
 
-/// Judges the targets by all methods, in one pass over the frames.
+/// Judges the targets by all methods in one pass over the frames.
 fn judge_all(
     tracks: Tracks,
     methods: &[Method],
@@ -225,7 +225,7 @@ fn judge_all(
     Ok(targets.into_iter().zip(judged).map(of).collect())
 }
 
-/// The boxes of a target; where there is none between two others, the last one stays.
+/// Boxes of a target as they are shown. Where a box is missing between two others, the last one is repeated.
 fn shown(regions: Vec<Option<Region>>) -> Vec<Option<Region>> {
     let end = regions.iter().rposition(Option::is_some).unwrap_or(0);
     let mut last = None;

@@ -1,4 +1,4 @@
-//! `trackfail explain TABLE ROW COLUMN`
+//! `trackfail explain TABLE ROW COLUMN`: traces a number to sequences, events and frames.
 
 use super::Failure;
 use super::output::{self, Format};

@@ -1,5 +1,5 @@
-//! Tracks as result files, for `trackfail run --export-tracks DIR`: a folder a tracker, which `replay` reads when it
-//! lies under `results/` of a data root.
+//! Tracks as result files, for `trackfail run --export-tracks DIR`: one folder per tracker. `replay` reads it
+//! from `results/` of a data root.
 //!
 //! | protocol | file of run r |
 //! |---|---|
@@ -7,13 +7,13 @@
 //! | one pass, one run | `<tracker>/<Seq>.txt`, OTB |
 //! | one pass or spatial, several runs | `<tracker>/<Seq>_00{r+1}.txt`, OTB |
 //!
-//! OTB's files have one kind of line, `x,y,w,h`: of a polygon, its upright bounding box. VOT's keep polygons.
+//! OTB files have lines `x,y,w,h`; of a polygon, that is the upright bounding box. VOT files keep polygons.
 //!
 //! A confidence is written beside them, `<name>_confidence.value`, and absence as a line of NaN, which `replay` reads with
 //! `without_area = "absent"`.
 //!
-//! Runs of the temporal protocol start within a sequence, for which neither format has words; they are left out,
-//! and so are tracks that failed.
+//! Runs of the temporal protocol start within a sequence, which neither format can express. They are left
+//! out, as are tracks that failed.
 
 use super::{Failure, output};
 use crate::engine::Outcome;
@@ -23,16 +23,16 @@ use crate::tracker::protocol::RunProtocol;
 use crate::tracker::results::write;
 use std::path::{Path, PathBuf};
 
-/// Name of a tracker's folder.
+/// Folder name of a tracker.
 fn folder_name(label: &str) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     label.chars().map(safe).collect()
 }
 
-/// Checks that there is a folder of its own for each tracker, and that none of them holds results that a data root has.
+/// Checks that each tracker has its own folder, and that no folder has results that a data root uses.
 ///
 /// # Errors
-/// `Usage` when two trackers would share a folder, or one would replace results.
+/// `Usage` if two trackers would share a folder, or one would replace results.
 pub fn check(folder: &Path, experiment: &Experiment, data_roots: &[PathBuf]) -> Result<(), Failure> {
     let names: Vec<String> = experiment.trackers.iter().map(|t| folder_name(&t.label)).collect();
     for (k, name) in names.iter().enumerate() {
@@ -56,7 +56,7 @@ pub fn check(folder: &Path, experiment: &Experiment, data_roots: &[PathBuf]) -> 
     Ok(())
 }
 
-/// Writes every track of the test suite below `folder`.
+/// Writes all tracks of the test suite below `folder`.
 ///
 /// # Errors
 /// When a file cannot be written.

@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// For people a sentence says how much there is, for programs it is in numbers.
+/// Lists experiments. The computed share is a sentence for people, and numbers for programs.
 fn experiments(args: &Args) -> Result<(), Failure> {
     let finished = finished::names(&args.results);
     let roots = args.data_roots.folders()?;
@@ -141,7 +141,7 @@ fn experiments(args: &Args) -> Result<(), Failure> {
     output::print(args.format, headings, &rows)
 }
 
-/// The methods that have a name, with what they need beside the tracker's boxes.
+/// Named methods, with their inputs beside the tracker's boxes.
 fn methods() -> Result<Vec<Vec<String>>, Failure> {
     let mut rows = Vec::new();
     for name in trackfail_judge::method::names() {
@@ -156,7 +156,7 @@ fn methods() -> Result<Vec<Vec<String>>, Failure> {
     Ok(rows)
 }
 
-/// The built-in plugins of a kind, and the programs behind them.
+/// Built-in plugins of a kind, followed by the user's programs.
 fn with_programs<T: ?Sized>(
     args: &Args,
     list: &'static [Entry<T>],

@@ -6,10 +6,10 @@ use crate::spec::error::Source;
 use crate::tracker::process;
 use crate::tracker::{TRACKERS, TrackerConfig};
 
-/// A tracker's entry in the list, and its configuration.
+/// Entry of a tracker in the list, and its configuration.
 pub type NamedTracker = (&'static Entry<dyn TrackerConfig>, Configured<dyn TrackerConfig>);
 
-/// The built-in tracker of a kind; `params` is a TOML table.
+/// Built-in tracker of a kind; `params` is a TOML table.
 ///
 /// # Errors
 /// `Usage` for an unknown tracker, wrong parameters, or a tracker that needs more than frames.

@@ -1,4 +1,4 @@
-//! `trackfail merge DIR...`
+//! `trackfail merge DIR...`: copies the records of other stores into one.
 
 use super::{Failure, output};
 use crate::engine::store::{FOLDER, Store};

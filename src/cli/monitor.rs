@@ -1,6 +1,6 @@
 //! `trackfail monitor`: a JSON line in and a JSON line out for each frame.
 //!
-//! Every line that comes in is a frame of the stream, and has its answer before the next one is read.
+//! Each input line is a frame of the stream. It is answered before the next line is read.
 
 mod line;
 
@@ -16,7 +16,7 @@ use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Most characters of an error, which may quote what was read.
+/// Longest error message, in characters. Messages may quote the input.
 const MAX_ERROR: usize = 1000;
 
 /// Arguments of `monitor`.
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     ended
 }
 
-/// A signal ends the program between two lines, wherever the stream is stuck.
+/// Starts a thread that ends the program at a signal, between two lines, even if the stream is blocked.
 fn stop_on_signals(lines: Arc<Mutex<Lines>>, state: Option<PathBuf>) {
     // Without a handler a signal ends the program, and its state is the last one that was written.
     let _ = ctrlc::set_handler(move || {
@@ -88,7 +88,7 @@ fn locked(lines: &Mutex<Lines>) -> MutexGuard<'_, Lines> {
     lines.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Judges line after line, until the input ends or nobody reads the answers any more.
+/// Answers line after line, until the input ends or the reader of the answers is gone.
 fn serve(args: &Args, lines: &Mutex<Lines>, state: Option<&Path>) -> Result<(), Failure> {
     let mut input = BufReader::with_capacity(1 << 18, io::stdin().lock());
     let mut out = io::stdout().lock();
@@ -110,7 +110,8 @@ fn serve(args: &Args, lines: &Mutex<Lines>, state: Option<&Path>) -> Result<(), 
     Ok(())
 }
 
-/// The next line without its end; of one that is too long, the beginning, one byte longer than lines may be.
+/// Reads the next line, without its end. Of a line that is too long, only the beginning is returned, one byte
+/// longer than a line may be.
 fn read_line(input: &mut impl BufRead) -> io::Result<Option<Vec<u8>>> {
     let mut line = Vec::new();
     input.take(MAX_LINE as u64 + 1).read_until(b'\n', &mut line)?;
@@ -125,7 +126,7 @@ fn read_line(input: &mut impl BufRead) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(line))
 }
 
-/// The answer to a line, with the id of its target if it has one.
+/// Answer to a line, with the id of its target if it has one.
 #[derive(Serialize)]
 struct Answered {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -142,25 +143,25 @@ enum What {
         index: u64,
         ended: bool,
     },
-    /// A line that cannot be used.
+    /// Answer to a line that cannot be used.
     Refused {
         index: u64,
         error: String,
     },
 }
 
-/// A stream of lines and the answers to them.
+/// A stream of lines: the monitors of its targets, and the state between lines.
 pub struct Lines {
     targets: Targets,
-    /// Method of the last line.
+    /// Method of the last answer.
     method: Option<String>,
 }
 
 impl Lines {
-    /// A stream before its first line.
+    /// Creates a stream before its first line.
     ///
     /// # Errors
-    /// As [`Monitor::new`](crate::monitor::Monitor::new).
+    /// The errors of [`Monitor::new`](crate::monitor::Monitor::new).
     pub fn new(options: Options) -> Result<Self, MonitorError> {
         Ok(Self::of(Targets::new(options)?))
     }
@@ -195,20 +196,20 @@ impl Lines {
         serde_json::to_string(&Answered { id, what }).unwrap_or_default() + "\n"
     }
 
-    /// The answer to the next line, and its method where that is another one than before.
+    /// Answers the next line, and returns the method if it differs from that of the last answer.
     fn judged(&mut self, line: &[u8]) -> (String, Option<String>) {
         let known = self.method.clone();
         let answer = self.answer(line);
         (answer, self.method.clone().filter(|method| known.as_ref() != Some(method)))
     }
 
-    /// Counts a line that names no target.
+    /// Counts a frame for the stream without targets, for a line that cannot be used.
     fn skip(&mut self) -> Result<(), LineError> {
         self.targets.of(None)?.ok_or(LineError::TooMany)?.skip();
         Ok(())
     }
 
-    /// The answer of the target's monitor; `None` for a target that ends.
+    /// Answer of the monitor of a target; `None` if the line ends the target.
     fn judge(&mut self, id: Option<&Id>, line: Line) -> Result<Option<Answer>, LineError> {
         if line.end == Some(true) {
             return if self.targets.end(id) { Ok(None) } else { Err(LineError::NoTarget) };
@@ -235,7 +236,7 @@ fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, LineError> {
     Ok(monitor.update(&Update { frame, region, confidence, companions: &companions, restart })?)
 }
 
-/// The stream of the arguments, or that of the state if there is one.
+/// Creates the stream from the arguments, or restores it from the state if there is one.
 fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
     let has = |input: &str| args.inputs.iter().any(|given| given == input);
     let [frames, companions, confidence] = ["frames", "companions", "confidence"].map(has);
@@ -262,7 +263,8 @@ fn start(args: &Args, state: Option<&Path>) -> Result<Lines, Failure> {
     Ok(Lines::of(targets))
 }
 
-/// Keeps other monitors from the state as long as the file is open. It is another file, since the state's own is replaced.
+/// Locks the state against other monitors as long as the returned file is open. The lock is a separate file,
+/// since the file of the state is replaced.
 fn lock(state: &Path) -> Result<File, Failure> {
     let mut path = state.as_os_str().to_owned();
     path.push(".lock");
@@ -285,14 +287,15 @@ fn lock(state: &Path) -> Result<File, Failure> {
     Ok(file)
 }
 
-/// Writes the state, if it is to be kept; a reader of the file sees the old one or the new one.
+/// Writes the state, if there is a file for it. Readers of the file see the old or the new state.
 fn keep(lines: &Lines, state: Option<&Path>) -> Result<(), Failure> {
     let Some(state) = state else { return Ok(()) };
     let bytes = lines.targets.save().map_err(Failure::usage)?;
     store::write(state, &bytes).map_err(Failure::io)
 }
 
-/// The file itself that keeps the state: a link stays a link, and a device is not replaced.
+/// Path of the file that is replaced when the state is written. A link is resolved, so that it stays a link;
+/// devices are refused.
 fn place(state: &Path) -> Result<PathBuf, Failure> {
     let refuse = |why: &str| Failure::usage(format!("--state {}: {why}", state.display()));
     match std::fs::metadata(state) {

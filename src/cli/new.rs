@@ -1,4 +1,5 @@
-//! `trackfail new NAME`: a commented minimal experiment, which runs, and the schema that editors check it with.
+//! `trackfail new NAME`: writes a commented minimal experiment that runs, and the schema with which editors
+//! check it.
 
 use super::{Failure, output, schema};
 use crate::spec::{builtin, check_experiment_name};
@@ -15,15 +16,16 @@ pub struct Args {
     force: bool,
 }
 
-/// The experiment, with words in place of its name and its file.
+/// Text of the experiment, with placeholders for its name and its file.
 const TEMPLATE: &str = include_str!("new.toml");
-/// Name of the schema beside it; a `schema.json` may be somebody else's.
+/// Name of the schema beside the experiment. A `schema.json` may belong to the user.
 const SCHEMA: &str = "trackfail.schema.json";
 
 /// Runs the verb.
 ///
 /// # Errors
-/// `Usage` for a name that no experiment can have, or a built-in one has, and a file that is there, `Io` for what the file system refuses.
+/// `Usage` for an invalid name, the name of a built-in experiment, or an existing file; `Io` for errors of
+/// the file system.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let name = args.name.strip_suffix(".toml").unwrap_or(&args.name);
     check_experiment_name(name).map_err(Failure::usage)?;
@@ -48,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write(&format!("experiment: {file}\nschema:     {SCHEMA}\nrun it:     trackfail run {file}\n"))
 }
 
-/// The text of the experiment.
+/// Text of the experiment, with its name and file filled in.
 fn text(name: &str, file: &str) -> String {
     TEMPLATE.replace("SCHEMA", SCHEMA).replace("NAME", name).replace("FILE", file)
 }

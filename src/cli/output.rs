@@ -1,4 +1,4 @@
-//! Lists on stdout, as a table for people or as CSV or JSON for programs.
+//! Lists on stdout: a table for people, or CSV or JSON for programs.
 
 pub mod replace;
 
@@ -21,8 +21,8 @@ pub enum Format {
     Json,
 }
 
-/// Prints rows under headings; a reader that stops listening is no error. On a terminal a table is as wide as that, with
-/// long fields on several lines.
+/// Prints rows under headings. A closed pipe is not an error. On a terminal, a table has the terminal's
+/// width, with long fields on several lines.
 ///
 /// # Errors
 /// When stdout cannot be written to.
@@ -33,12 +33,12 @@ pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<
     }
 }
 
-/// Columns of the terminal that stdout is.
+/// Width of the terminal in columns; `None` if stdout is not a terminal.
 fn terminal_width() -> Option<u16> {
     terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| width.0)
 }
 
-/// Rows under headings, at most so wide; the columns of `numbers` are aligned at their right.
+/// Table of rows under headings, at most `width` columns wide. The columns `numbers` are right-aligned.
 pub fn table(headings: &[&str], rows: &[Vec<String>], numbers: &[usize], width: Option<u16>) -> String {
     let mut table = Table::new();
     table.load_preset(presets::NOTHING).set_header(headings.iter().copied()).add_rows(rows);
@@ -53,7 +53,7 @@ pub fn table(headings: &[&str], rows: &[Vec<String>], numbers: &[usize], width: 
     table.trim_fmt() + "\n"
 }
 
-/// Rows under headings, as text.
+/// Text of rows under headings, in a format.
 ///
 /// # Errors
 /// When the rows do not fit the headings.
@@ -74,10 +74,10 @@ pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<S
     })
 }
 
-/// Columns whose values are names, even where a name looks like a number.
+/// Headings of columns whose values are names, even if a name looks like a number.
 const NAMES: [&str; 8] = ["experiment", "suite", "sequence", "tracker", "method", "params", "kind", "title"];
 
-/// A field as JSON: a missing value is null, a number is a number, names are text.
+/// A field as JSON: null for a missing value, else a number or a text. Names are always texts.
 fn json(heading: &str, field: &str) -> serde_json::Value {
     if field.is_empty() {
         return serde_json::Value::Null;
@@ -92,19 +92,19 @@ fn json(heading: &str, field: &str) -> serde_json::Value {
     }
 }
 
-/// A word in the quotes of a shell.
+/// Quotes a word for a shell.
 pub fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// Text for a terminal: its lines as they are, but without characters that would move the cursor, change
-/// colours or turn the reading direction. Names and messages come from files that anybody may have written.
+/// Makes text safe for a terminal: lines stay, but characters that move the cursor, change colors or turn the
+/// reading direction are replaced. Names and messages come from files that anybody may have written.
 pub fn for_terminal(text: &str) -> String {
     text.chars().map(|c| if c == '\n' || c == '\t' || is_plain(c) { c } else { '\u{fffd}' }).collect()
 }
 
-/// Writes text to stdout, see [`for_terminal`]; the same whether or not a terminal listens, so that what is
-/// piped is what was seen. A closed pipe ends quietly.
+/// Writes text to stdout, made safe by [`for_terminal`] even if stdout is not a terminal, so that a pipe gets
+/// what a user would see. A closed pipe ends quietly.
 ///
 /// # Errors
 /// When stdout cannot be written to.
@@ -113,7 +113,7 @@ pub fn write(text: &str) -> Result<(), Failure> {
     written(out.write_all(for_terminal(text).as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The outcome of writing to stdout. A closed pipe ends quietly.
+/// Result of writing to stdout, in which a closed pipe is not an error.
 ///
 /// # Errors
 /// When stdout cannot be written to.
@@ -124,13 +124,13 @@ pub fn written(result: std::io::Result<()>) -> Result<(), Failure> {
     }
 }
 
-/// A line on stderr, see [`for_terminal`].
+/// Prints a line on stderr, made safe by [`for_terminal`].
 pub fn note(line: &str) {
     // Nobody is left to tell when stderr is closed.
     let _ = writeln!(std::io::stderr(), "{}", for_terminal(line));
 }
 
-/// A bar on stderr, where that is a terminal; `more` is a template of indicatif for what stands behind the bar.
+/// Progress bar on stderr, if that is a terminal; `more` is an indicatif template for the text after the bar.
 pub fn progress_bar(name: &str, more: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_prefix(name.to_string());
     match ProgressStyle::with_template(&format!("{{prefix}} {{wide_bar}} {more}")) {

@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.paper.as_ref().map_or(Ok(()), |folder| write_paper(folder, &args.only, &rendered))
 }
 
-/// Writes chosen tables and figures of reports for a paper; all where none is chosen.
+/// Writes selected tables and figures of reports for a paper; all if `only` is empty.
 fn write_paper(
     folder: &Path,
     only: &[String],
@@ -85,7 +85,7 @@ fn write_paper(
     output::write(&format!("{}\n", folder.join(paper::DOCUMENT).display()))
 }
 
-/// The name of an experiment that is asked for by name, or by a file.
+/// Name of a requested experiment, and the file if it was requested by file.
 fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
     let path = Path::new(asked);
     if !path.is_file() && path.extension().is_none_or(|end| end != "toml") {
@@ -95,12 +95,15 @@ fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
     Ok((name, Some(path)))
 }
 
-/// Results that are not there are a wrong argument, damaged ones an error of what is on the disk: for every verb.
+/// Absent results count as a wrong argument, damaged ones as an I/O error, in all verbs.
 impl From<ResultsError> for Failure {
     fn from(e: ResultsError) -> Self {
         let is_usage = matches!(
             e,
-            ResultsError::Unfinished(_) | ResultsError::OtherNumbers { .. } | ResultsError::Spec(_)
+            ResultsError::Unfinished(_)
+                | ResultsError::OtherNumbers { .. }
+                | ResultsError::Beside { .. }
+                | ResultsError::Spec(_)
         );
         Self::new(if is_usage { Exit::Usage } else { Exit::Io }, e)
     }
@@ -116,10 +119,10 @@ impl From<FinishedError> for Failure {
     }
 }
 
-/// Writes the page over all reports below a folder, with a warning for each report that it cannot list.
+/// Writes the page over all reports below a folder, and warns about each report that cannot be listed.
 ///
 /// # Errors
-/// `Io`.
+/// `Io` when the page cannot be written.
 pub fn write_site(reports: &Path) -> Result<(), Failure> {
     let warnings = report::site::write_index(reports).map_err(Failure::io)?;
     warnings.iter().for_each(|warning| output::note(&format!("warning: {warning}")));

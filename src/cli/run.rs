@@ -1,5 +1,6 @@
-//! `trackfail run [SPEC...]`: parse, load, plan, run, write, report.
+//! `trackfail run [SPEC...]`: parses, loads, plans, runs, writes and reports experiments.
 
+mod beside;
 mod dry_run;
 mod print;
 
@@ -87,16 +88,16 @@ impl Args {
     }
 }
 
-/// A positive number of at most a hundred million.
+/// Parses a positive number of at most a hundred million.
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|n: &f64| *n > 0.0 && *n <= 1e8);
     number.ok_or_else(|| format!("`{text}` is no number above 0 and up to 100000000"))
 }
 
-/// Reads an experiment from a file, or a built-in one by name; it may run `programs`.
+/// Reads an experiment from a file, or a built-in one by name. It may run `programs`.
 ///
 /// # Errors
-/// `Usage` if there is no such file or experiment, or it is wrong.
+/// `Usage` if there is no such file or experiment, or if it is wrong.
 pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<Experiment, Failure> {
     let path = Path::new(name);
     let built_in = builtin::EXPERIMENTS.iter().find(|(known, _)| *known == name);
@@ -114,10 +115,10 @@ pub fn read_spec(name: &str, catalog: &Catalog, programs: &Programs) -> Result<E
     }
 }
 
-/// Reads experiments as [`read_spec`] does.
+/// Reads several experiments as [`read_spec`] does.
 ///
 /// # Errors
-/// `Usage` with the errors of all that are wrong.
+/// `Usage` with the errors of all wrong experiments.
 pub fn read_specs(
     names: &[String],
     catalog: &Catalog,
@@ -133,8 +134,8 @@ pub fn read_specs(
     if wrong.is_empty() { Ok(experiments) } else { Err(Failure::usage(wrong.join("\n"))) }
 }
 
-/// Runs the verb: all experiments, one after the other. One whose data are missing or whose cells fail does not keep
-/// the others from running; the exit code is then the lowest of theirs.
+/// Runs the verb: all experiments, one after the other. After missing data or failed cells the next
+/// experiment runs all the same; the exit code is then the lowest of all failures.
 ///
 /// # Errors
 /// See [`Failure`].
@@ -158,7 +159,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     failures.into_iter().min_by_key(Failure::code).map_or(Ok(()), Err)
 }
 
-/// Reads all experiments, so that a wrong one is found before the first is run.
+/// Reads all experiments first, so that a wrong one is found before any runs.
 fn parse(args: &Args) -> Result<Vec<Experiment>, Failure> {
     let programs = super::programs(args.plugins.as_deref())?;
     let catalog = super::catalog(&args.data_roots.given)?;
@@ -171,7 +172,7 @@ fn parse(args: &Args) -> Result<Vec<Experiment>, Failure> {
     Ok(experiments)
 }
 
-/// A flag that Ctrl-C and the signals of batch systems set; a second one ends the program at once.
+/// Creates a flag that Ctrl-C and the signals of batch systems set. A second signal ends the program at once.
 pub(super) fn stop_on_signals() -> Stop {
     static STOP: std::sync::OnceLock<Stop> = std::sync::OnceLock::new();
     let stop = STOP.get_or_init(|| {
@@ -194,9 +195,16 @@ pub(super) fn stop_on_signals() -> Stop {
 /// Runs one experiment: load, plan, run, write, report.
 fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(), Failure> {
     let start = Instant::now();
-    let suites = load(experiment, &args.data_roots.given, args.allow_missing)?;
+    let kept = beside::kept(args, experiment)?;
+    let mut suites = load(experiment, &args.data_roots.given, args.allow_missing)?;
+    if let Some(kept) = &kept {
+        beside::keep_common(kept, experiment, &mut suites)?;
+    }
     let plan = ExperimentPlan::new(experiment, suites, &args.data_roots.given, &limits.stop)
         .map_err(|e| run_failure(experiment, e))?;
+    if let Some(kept) = &kept {
+        results::beside::check(experiment, &plan.test().digests(), kept)?;
+    }
     if args.runs.is_none() {
         tell_of_further_runs(&plan, &args.data_roots.given);
     }
@@ -237,7 +245,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     if let Some(folder) = &args.export_tracks {
         export::write(folder, experiment, &outcome)?;
     }
-    let (results, written, index) = write(args, experiment, &store, &outcome, start)
+    let (results, written, index) = write(args, (experiment, kept.as_ref()), &store, &outcome, start)
         .map_err(|e| Failure::io(format!("{}: {e}", experiment.name)))?;
     drop(outcome);
     print::store_problems(&store);
@@ -251,7 +259,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     print::judge(args, &results, &written.findings)
 }
 
-/// Tells of result files that are there and not read: those of runs after the last one of the experiment.
+/// Warns about result files of runs beyond the last one of the experiment, which are not read.
 fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
     for tracker in plan.experiment.trackers.iter().filter(|tracker| tracker.kind == replay::ENTRY.kind) {
         let mut sequences = plan.test().sequences.iter().map(|planned| planned.sequence.as_ref());
@@ -269,7 +277,7 @@ fn tell_of_further_runs(plan: &ExperimentPlan<'_>, data_roots: &[PathBuf]) {
     }
 }
 
-/// The failure of an experiment whose run ended with an error.
+/// Failure of an experiment whose run ended with an error.
 fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
     let exit = match error {
         RunError::Interrupted => Exit::Interrupted,
@@ -278,10 +286,10 @@ fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
     Failure::new(exit, format!("{}: {error}", experiment.name))
 }
 
-/// Writes results and report aside and puts them in their place.
+/// Writes results and report aside, with the kept results beside them, and puts them in their place.
 fn write(
     args: &Args,
-    experiment: &Experiment,
+    (experiment, kept): (&Experiment, Option<&Results>),
     store: &Store,
     outcome: &Outcome<'_>,
     start: Instant,
@@ -291,6 +299,9 @@ fn write(
     let record = RunRecord::here(option_env!("TRACKFAIL_REVISION"), start.elapsed().as_secs_f64());
     let detail = if args.compact { Detail::Sequences } else { Detail::Frames };
     results::write(aside.path(), experiment, outcome, &record, detail)?;
+    if let Some(kept) = kept {
+        results::beside::keep(kept, aside.path())?;
+    }
     let mut results = Results::read(aside.path())?;
     for request in stills::requests(&results)? {
         let Some(sequence) = outcome.sequences().find(|s| s.name == request.sequence) else { continue };
@@ -312,7 +323,7 @@ fn write(
 /// Loads the suites of an experiment.
 ///
 /// # Errors
-/// `Data` for sequences that cannot be read, and for missing ones unless they may be.
+/// `Data` for sequences that cannot be read, and for missing ones unless `allow_missing`.
 pub(super) fn load(
     experiment: &Experiment,
     data_roots: &[PathBuf],
@@ -334,7 +345,7 @@ pub(super) fn load(
     Ok(suites)
 }
 
-/// Says which sequences of a suite are missing, why, and how to get them.
+/// Message on the missing sequences of a suite: which, why, and how to get them.
 fn missing_message(data_roots: &[PathBuf], suite: &str, loaded: &Loaded, first: &Missing) -> String {
     let names: Vec<&str> = loaded.missing.iter().map(|m| m.name.as_str()).collect();
     let names = names.join(", ");

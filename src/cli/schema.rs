@@ -3,10 +3,10 @@
 use super::{Failure, output};
 use crate::spec;
 
-/// The schema as a file has it.
+/// Text of the schema as a file.
 ///
 /// # Errors
-/// None that is known of: the schema is JSON.
+/// None is expected, since the schema is valid JSON.
 pub fn text() -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(&spec::schema::schema()).map_err(Failure::io)? + "\n")
 }

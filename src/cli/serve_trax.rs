@@ -1,4 +1,4 @@
-//! `trackfail serve-trax TRACKER`
+//! `trackfail serve-trax TRACKER`: serves a built-in tracker by the TraX protocol.
 
 use super::Failure;
 use super::live::live_tracker;
@@ -19,11 +19,11 @@ pub struct Args {
     seed: u64,
 }
 
-/// Runs the verb: a TraX server on stdin and stdout, until the client quits.
+/// Serves TraX on stdin and stdout, until the client quits.
 ///
 /// # Errors
-/// `Usage` for an unknown tracker or wrong parameters, `Data` for an image that cannot be read, `Io` for anything else
-/// that ends the session early.
+/// `Usage` for an unknown tracker or wrong parameters, `Data` for an image that cannot be read, `Io` for
+/// other errors that end the session early.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (entry, config) = live_tracker(&args.tracker, &args.params)?;
     let server = Server { name: entry.kind, description: entry.summary, config: &*config, seed: args.seed };

@@ -1,8 +1,8 @@
 //! `trackfail slurm SPEC... --shards N`: a batch script that runs experiments on a SLURM cluster.
 //!
-//! The script is an array of N tasks, `trackfail run --shard I/N`, and the job behind it that makes tables and report;
-//! started by hand, or by `--submit`, it submits both. All paths must be on a file system that the cluster's nodes share.
-//! Results are the bytes of a plain `trackfail run`.
+//! The script is an array of N tasks, `trackfail run --shard I/N`, with a final job that makes tables and
+//! report. Started by hand or by `--submit`, it submits both. All paths must be on a file system that the
+//! nodes of the cluster share. The results have the same bytes as those of a plain `trackfail run`.
 
 use super::run::{load, read_specs};
 use super::{Failure, output, output::quoted};
@@ -13,9 +13,9 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Name of the script in its folder.
+/// File name of the script.
 pub const SCRIPT: &str = "trackfail.sbatch";
-/// The script, with places for what the user says.
+/// Text of the script, with placeholders for the user's settings.
 const TEMPLATE: &str = include_str!("slurm.sbatch");
 
 /// Arguments of `slurm`.
@@ -67,11 +67,11 @@ pub struct Args {
     submit: bool,
 }
 
-/// Runs the verb. Experiments and data are checked before anything is written.
+/// Writes the script, and submits it on request. Experiments and data are checked before anything is written.
 ///
 /// # Errors
-/// `Usage` for a wrong experiment and a path that cannot stand in a script, `Data` for data that is missing, `Io` for what
-/// the file system or sbatch refuses.
+/// `Usage` for a wrong experiment or a path that cannot stand in a script, `Data` for missing data, `Io` for
+/// errors of the file system or sbatch.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let roots = args.data_roots.folders()?;
     let programs = super::programs(args.plugins.as_deref())?;
@@ -108,14 +108,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// A value of an `#SBATCH` line, which sbatch reads by rules of its own for quotes, blanks and `#`.
+/// Value of an `#SBATCH` line. sbatch has rules of its own for quotes, blanks and `#`.
 fn setting(text: &str) -> Result<String, String> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_.,:-".contains(c);
     let want = "want letters, digits, `_`, `.`, `,`, `:` and `-`";
     if text.is_empty() || !text.chars().all(is_plain) { Err(want.into()) } else { Ok(text.into()) }
 }
 
-/// A line of the user's, which must not be more than one, nor set what the script sets already.
+/// Checks a line from the user: a single line that does not set what the script sets already.
 fn line(text: &str) -> Result<String, String> {
     const TAKEN: [&str; 10] =
         ["--array", "-a", "--chdir", "-D", "--dependency", "-d", "--output", "-o", "--job-name", "--signal"];
@@ -129,7 +129,7 @@ fn line(text: &str) -> Result<String, String> {
     }
 }
 
-/// A path as a word of the script.
+/// Path as a word of the script.
 fn path(path: impl AsRef<Path>) -> Result<String, Failure> {
     Ok(quoted(&absolute(path.as_ref())?))
 }

@@ -151,7 +151,7 @@ suites.test = "synthetic-d1"
 tracker = [
     { name = "still" },
     { name = "ncc" },
-    { name = "ncc", label = "NCC that learns", update_rate = 0.1 },
+    { name = "ncc", label = "NCC that looks near", search = 0.5 },
 ]
 table = [{ name = "f", rows = ["f_score", "tp"], columns = "method" }]
 

@@ -3,6 +3,7 @@
 mod absence;
 mod archives;
 mod bad_data;
+mod beside;
 mod detect;
 mod detect_inputs;
 mod detect_output;
@@ -17,8 +18,6 @@ mod frame_measures;
 mod hostile;
 mod learning;
 mod live;
-#[cfg(unix)]
-mod method_programs;
 mod monitor;
 mod monitor_lines;
 mod monitor_state;
@@ -36,6 +35,7 @@ mod process;
 #[cfg(unix)]
 mod readings;
 mod restarts;
+mod sent;
 mod server;
 #[cfg(unix)]
 mod slurm;

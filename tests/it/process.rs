@@ -1,9 +1,9 @@
-//! Foreign programs as trackers, and our trackers for foreign programs.
+//! Foreign programs as trackers, signals and detectors in whole runs, and our trackers for foreign programs.
 
 use crate::outside::{is_running, pid};
-use crate::tools::{needs, rows, trackfail};
+use crate::tools::{Place, Ran, needs, trackfail, words};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use trackfail::dataset::user_frames::without_frames;
 use trackfail::dataset::{Frames, Sequence};
@@ -13,9 +13,9 @@ use trackfail::region::{Rect, Region};
 use trackfail::spec::programs;
 use trackfail::tracker::process::Bind;
 use trackfail::tracker::{RunContext, TRACKERS, TrackerConfig, TrackerState};
-use trackfail_testing::put;
 
 const FRAMES: u32 = 140;
+const SCORES: &str = "results/mine/try/scores.csv";
 
 /// Answers the first region for ever.
 const STILL: &str = "while read -r line; do case $line in quit) exit;; init*) region=$(printf '%s' \"$line\" | \
@@ -33,11 +33,6 @@ command = ["PROGRAM", "serve-trax", "ncc"]
 version = "1"
 confidence = "confidence"
 
-[tracker.broken]
-command = ["sh", "-c", "read -r line; echo 1,2,3,4; read -r line; echo 'no memory' >&2; exit 7"]
-protocol = "lines"
-version = "1"
-
 [tracker.hanging]
 command = ["sh", "-c", "echo $$ > hanging.pid; (setsid sh -c 'echo $$ > away.pid; exec sleep 1000' &); sleep 1000 & echo $! > sleeping.pid; wait"]
 protocol = "lines"
@@ -47,25 +42,21 @@ version = "1"
 command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); exec sh tracker.sh"]
 protocol = "lines"
 version = "1"
-
-[tracker.absent]
-command = ["./no-such-program"]
-protocol = "lines"
-version = "1"
-
-[tracker.killed]
-command = ["sh", "-c", "read -r line; echo gone >&2; kill -s SEGV $$"]
-protocol = "lines"
-version = "1"
 "#;
 
 /// The left top corner of the target.
-fn place(t: u32) -> (u32, u32) {
+fn corner(t: u32) -> (u32, u32) {
     (8 + t / 5, 10 + t % 7)
 }
 
+/// The target.
+fn target(t: u32) -> Rect {
+    let (x, y) = corner(t);
+    Rect::new(f64::from(x), f64::from(y), 16.0, 12.0)
+}
+
 fn frame(t: u32) -> Frame {
-    let (x, y) = place(t);
+    let (x, y) = corner(t);
     Frame::from_fn(64, 48, |column, row| {
         let inside = (x..x + 16).contains(&(column as u32)) && (y..y + 12).contains(&(row as u32));
         let (u, v) = (column as u32 - x.min(column as u32), row as u32 - y.min(row as u32));
@@ -74,94 +65,76 @@ fn frame(t: u32) -> Frame {
     })
 }
 
-/// A data root with one sequence in OTB layout, and a folder with `plugins.toml`.
-struct Place {
-    dir: tempfile::TempDir,
+/// The image of a frame.
+fn image(t: u32) -> String {
+    format!("data/otb/Couple/img/{:04}.png", t + 1)
 }
 
-impl Place {
-    fn new() -> Self {
-        let place = Self { dir: tempfile::tempdir().unwrap() };
-        let mut truth = String::new();
-        for t in 0..FRAMES {
-            place.put(place.image(t), encode_png(&frame(t)).unwrap());
-            let (x, y) = self::place(t);
-            truth += &format!("{},{},16,12\n", x + 1, y + 1);
-        }
-        place.put("data/otb/Couple/groundtruth_rect.txt", truth);
-        place.put("programs/tracker.sh", STILL);
-        place.plugins(PLUGINS);
-        place
+/// A data root `data` with one sequence in OTB layout, and a folder `programs` with `plugins.toml`.
+fn place() -> Place {
+    let place = Place::new();
+    let mut truth = String::new();
+    for t in 0..FRAMES {
+        place.write(&image(t), encode_png(&frame(t)).unwrap());
+        let (x, y) = corner(t);
+        truth += &format!("{},{},16,12\n", x + 1, y + 1);
     }
-
-    fn put(&self, name: impl AsRef<Path>, bytes: impl AsRef<[u8]>) {
-        put(self.dir.path(), name, bytes);
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.dir.path().join(name)
-    }
-
-    fn image(&self, t: u32) -> PathBuf {
-        self.path(&format!("data/otb/Couple/img/{:04}.png", t + 1))
-    }
-
-    fn plugins(&self, text: &str) {
-        self.put("programs/plugins.toml", text.replace("PROGRAM", env!("CARGO_BIN_EXE_trackfail")));
-    }
-
-    /// A run of a built-in tracker beside a program.
-    fn command(&self, built_in: &str, program: &str) -> assert_cmd::Command {
-        let text = format!(
-            "schema = 1\nname = \"mine/try\"\ntitle = \"A try\"\nprotocol = \"khalid2016/1\"\n\
-             [suites]\ntest = \"otb-dtef20\"\n[[tracker]]\nname = \"{built_in}\"\n\
-             [[tracker]]\nname = \"process\"\nprogram = \"{program}\"\nlabel = \"mine\"\n\
-             [[method]]\nname = \"Hist\"\nsignal = {{ kind = \"rgb-histogram\" }}\n\
-             detector = {{ kind = \"level\", below = 0.97 }}\n\
-             [[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"tracker\"\nmethods = [\"Hist\"]\n"
-        );
-        self.put("try.toml", text);
-        let mut command = trackfail();
-        command.arg("run").arg(self.path("try.toml")).arg("--allow-missing");
-        for (flag, folder) in [("--data-root", "data"), ("--results", "results"), ("--reports", "reports")] {
-            command.arg(flag).arg(self.path(folder));
-        }
-        command
-    }
-
-    fn run(&self, built_in: &str, program: &str) -> Output {
-        let plugins = self.path("programs/plugins.toml");
-        self.command(built_in, program).arg("--plugins").arg(plugins).output().unwrap()
-    }
-
-    /// The rows of the scores without the tracker's name, by tracker.
-    fn scores(&self, tracker: &str) -> Vec<Vec<String>> {
-        let text = std::fs::read_to_string(self.path("results/mine/try/scores.csv")).unwrap();
-        let mine = rows(&text).into_iter().filter(|row| row["tracker"] == tracker);
-        mine.map(|row| row.into_iter().filter(|(k, _)| k != "tracker").map(|(_, v)| v).collect()).collect()
-    }
-
-    /// The sequence in memory.
-    fn sequence(&self) -> Sequence {
-        let (x, y) = self::place(0);
-        let first = Region::Rect(Rect::new(f64::from(x), f64::from(y), 16.0, 12.0));
-        let files: Vec<PathBuf> = (0..FRAMES).map(|t| self.image(t)).collect();
-        let mut sequence = without_frames("Couple", files.len());
-        (sequence.truth[0], sequence.frames) = (Some(first), Frames::Files(files.into()));
-        sequence
-    }
+    place.write("data/otb/Couple/groundtruth_rect.txt", truth);
+    place.write("programs/tracker.sh", STILL);
+    place.write("programs/plugins.toml", PLUGINS.replace("PROGRAM", env!("CARGO_BIN_EXE_trackfail")));
+    place
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// The sequence in memory.
+fn sequence(place: &Place) -> Sequence {
+    let files: Vec<PathBuf> = (0..FRAMES).map(|t| place.path(&image(t))).collect();
+    let mut sequence = without_frames("Couple", files.len());
+    (sequence.truth[0], sequence.frames) = (Some(Region::Rect(target(0))), Frames::Files(files.into()));
+    sequence
 }
 
-/// Tracks that were computed, not found.
-fn computed(output: &Output) -> usize {
-    let text = stderr(output);
-    assert_eq!(output.status.code(), Some(3), "the sequence is not the pinned one: {text}");
-    let tally = text.lines().find(|l| l.contains("tracks") && l.contains("cached")).expect("a tally");
+/// An experiment with one method.
+fn experiment(suite: &str, trackers: &str, signal: &str, detector: &str) -> String {
+    format!(
+        "schema = 1\nname = \"mine/try\"\ntitle = \"A try\"\nprotocol = \"khalid2016/1\"\n\
+         [suites]\ntest = \"{suite}\"\n{trackers}\
+         [[method]]\nname = \"Mine\"\nsignal = {signal}\ndetector = {detector}\n\
+         [[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"tracker\"\nmethods = [\"Mine\"]\n"
+    )
+}
+
+/// A built-in tracker and a program.
+fn trackers(built_in: &str, program: &str) -> String {
+    format!(
+        "[[tracker]]\nname = \"{built_in}\"\n\
+         [[tracker]]\nname = \"process\"\nprogram = \"{program}\"\nlabel = \"mine\"\n"
+    )
+}
+
+const SCRIPTED: &str = "[[tracker]]\nname = \"scripted\"\n";
+const LEVEL: &str = "{ kind = \"level\", below = 0.97 }";
+
+/// The line that runs the experiment of a built-in tracker and a program on the sequence.
+fn line(place: &Place, built_in: &str, program: &str) -> String {
+    let trackers = trackers(built_in, program);
+    let text = experiment("otb-dtef20", &trackers, "{ kind = \"rgb-histogram\" }", LEVEL);
+    place.write("try.toml", text);
+    "run try.toml --allow-missing --data-root data".into()
+}
+
+/// Number of tracks that are computed, not found, with the programs of a folder.
+fn computed(place: &Place, built_in: &str, program: &str, folder: &str) -> usize {
+    let line = line(place, built_in, program);
+    // The sequence is not the pinned one.
+    let ran = place.run(&format!("{line} --plugins {folder}/plugins.toml")).ends(3);
+    let tally = ran.err.lines().find(|l| l.contains("tracks") && l.contains("cached")).expect("a tally");
     tally.split_once("tracks ").unwrap().1.split(' ').next().unwrap().parse().unwrap()
+}
+
+/// The scores without the tracker's name, by tracker.
+fn scores(place: &Place, tracker: &str) -> Vec<Vec<String>> {
+    let mine = place.rows(SCORES).into_iter().filter(|row| row["tracker"] == tracker);
+    mine.map(|row| row.into_iter().filter(|(k, _)| k != "tracker").map(|(_, v)| v).collect()).collect()
 }
 
 /// The first `n` frames.
@@ -188,115 +161,137 @@ fn program(file: &Path, name: &str) -> Configured<dyn TrackerConfig> {
 
 #[test]
 fn a_program_is_run_once_until_it_or_its_version_changes() {
-    let place = Place::new();
-    assert_eq!(computed(&place.run("still", "still-in-sh")), 2);
-    let scores = place.scores("mine");
-    assert!(!scores.is_empty() && scores == place.scores("still"));
-    assert_eq!(computed(&place.run("still", "still-in-sh")), 0);
+    let place = place();
+    let computed = |folder: &str| computed(&place, "still", "still-in-sh", folder);
+    assert_eq!(computed("programs"), 2);
+    let mine = scores(&place, "mine");
+    assert!(!mine.is_empty() && mine == scores(&place, "still"));
+    assert_eq!(computed("programs"), 0);
     // Where it is kept is of no importance, nor how long it is waited for.
     std::fs::rename(place.path("programs"), place.path("elsewhere")).unwrap();
-    std::fs::create_dir(place.path("programs")).unwrap();
-    std::fs::rename(place.path("elsewhere/tracker.sh"), place.path("programs/tracker.sh")).unwrap();
-    place.plugins(&PLUGINS.replace("deterministic", "answer_timeout = 9\ndeterministic"));
-    assert_eq!(computed(&place.run("still", "still-in-sh")), 0);
-    place.plugins(&PLUGINS.replacen("version = \"1\"", "version = \"2\"", 1));
-    assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
-    place.put("programs/tracker.sh", format!("# changed\n{STILL}"));
-    assert_eq!(computed(&place.run("still", "still-in-sh")), 1);
+    let plugins = |from: &str, to: &str| place.write("elsewhere/plugins.toml", PLUGINS.replacen(from, to, 1));
+    plugins("deterministic", "answer_timeout = 9\ndeterministic");
+    assert_eq!(computed("elsewhere"), 0);
+    plugins("version = \"1\"", "version = \"2\"");
+    assert_eq!(computed("elsewhere"), 1);
+    place.write("elsewhere/tracker.sh", format!("# changed\n{STILL}"));
+    assert_eq!(computed("elsewhere"), 1);
     // A report is made of results alone.
-    std::fs::remove_dir_all(place.path("programs")).unwrap();
-    let mut report = trackfail();
-    report.arg("report").arg("--results").arg(place.path("results"));
-    let output = report.arg("--reports").arg(place.path("again")).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
+    std::fs::remove_dir_all(place.path("elsewhere")).unwrap();
+    place.run("report --reports again").ends(0);
 }
 
 #[test]
 fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
-    let place = Place::new();
-    let dry = |place: &Place, program: &str| {
-        let mut command = place.command("still", program);
-        command.arg("--dry-run").current_dir(place.dir.path());
-        command
+    let place = place();
+    let dry = |program: &str, more: &str| {
+        place.command(&format!("{} --dry-run {more}", line(&place, "still", program)))
     };
-    let message = |mut command: assert_cmd::Command| {
-        let output = command.output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-        stderr(&output)
-    };
-    let text = message(dry(&place, "still-in-sh"));
+    let refused = |mut command: assert_cmd::Command, words: &str| Ran::of(&mut command).ends(2).tells(words);
     let words = "try.toml:11: unknown program `still-in-sh`: there is no plugins.toml here";
-    assert!(text.contains(words), "{text}");
-    let file = place.path("programs/plugins.toml");
-    let mut named = dry(&place, "still-in-hs");
-    named.arg("--plugins").arg(&file);
-    let text = message(named);
+    refused(dry("still-in-sh", ""), words);
+    let named = "--plugins programs/plugins.toml";
     let words = "plugins.toml: unknown program `still-in-hs`; did you mean `still-in-sh`?";
-    assert!(text.contains(words), "{text}");
-    let good = |command: &mut assert_cmd::Command| {
-        let output = command.output().unwrap();
-        assert!(output.status.success(), "{}", stderr(&output));
-        String::from_utf8(output.stdout).unwrap()
-    };
-    good(dry(&place, "still-in-sh").arg("--plugins").arg(&file));
-    good(dry(&place, "still-in-sh").env("TRACKFAIL_PLUGINS", &file));
-    std::fs::copy(&file, place.path("plugins.toml")).unwrap();
-    good(&mut dry(&place, "still-in-sh"));
-    let listed = good(trackfail().args(["list", "trackers"]).current_dir(place.dir.path()));
+    refused(dry("still-in-hs", named), words);
+    refused(dry("still-in-sh", "--plugins absent.toml"), "absent.toml:1: ");
+    Ran::of(&mut dry("still-in-sh", named)).ends(0);
+    Ran::of(dry("still-in-sh", "").env("TRACKFAIL_PLUGINS", "programs/plugins.toml")).ends(0);
+    std::fs::copy(place.path("programs/plugins.toml"), place.path("plugins.toml")).unwrap();
+    Ran::of(&mut dry("still-in-sh", "")).ends(0);
+    let listed = place.run("list trackers").ends(0).out;
     let line = listed.lines().find(|l| l.contains("still-in-sh")).unwrap();
     assert!(line.contains("process") && line.contains("speaks lines, from plugins.toml"), "{line}");
-    place.put("plugins.toml", "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n");
-    let text = message(dry(&place, "still-in-sh"));
-    assert!(text.contains("plugins.toml:3: unknown key `verson`") && text.contains("`version`?"), "{text}");
     // An experiment cannot say what is run.
-    let spec = std::fs::read_to_string(place.path("try.toml")).unwrap();
-    place.put("bad.toml", spec.replace("label = ", "command = [\"true\"]\nlabel = "));
-    let mut bad = trackfail();
-    bad.arg("run").arg(place.path("bad.toml")).arg("--plugins").arg(&file);
-    trackfail_testing::assert_says(message(bad), "unknown key `command`");
-    let mut absent = dry(&place, "still-in-sh");
-    absent.args(["--plugins", "absent.toml"]);
-    assert!(message(absent).contains("absent.toml:1: "));
+    let text = place.read("try.toml").replace("label = ", "command = [\"true\"]\nlabel = ");
+    place.write("bad.toml", text);
+    refused(place.command("run bad.toml"), "unknown key `command`");
+    place.write("plugins.toml", "[tracker.a]\ncommand = [\"a\"]\nverson = \"1\"\n");
+    refused(dry("still-in-sh", ""), "plugins.toml:3: unknown key `verson`").tells("`version`?");
 }
 
 #[test]
-fn a_program_that_ends_fails_its_cells_alone_and_it_is_told_how() {
-    let place = Place::new();
-    for (program, words) in [
-        ("absent", ["cannot start `", "No such file or directory (os error 2)"]),
-        ("killed", ["it ended (signal: 11", "its stderr ends with: gone"]),
+fn a_program_that_fails_fails_its_cells_alone_with_the_reason() {
+    let mine = "{ kind = \"process\", program = \"mine\" }";
+    let ends = ["sh", "-c", "read -r meta; read -r line; echo 'no memory' >&2; exit 7"];
+    let later = ["sh", "-c", "read -r line; echo 1,2,3,4; read -r line; echo 'no memory' >&2; exit 7"];
+    let killed = ["sh", "-c", "read -r line; echo no memory >&2; kill -s SEGV $$"];
+    let absent = ["./no-such-program", "", ""];
+    let cannot = ["cannot start `", "No such file or directory (os error 2)"];
+    let memory = "its stderr ends with: no memory";
+    for (role, command, told) in [
+        ("tracker", later, ["frame 2 of ", "it ended (exit status: 7); expected `"]),
+        ("tracker", killed, ["it ended (signal: 11", memory]),
+        ("tracker", absent, cannot),
+        ("signal", ends, ["it ended (exit status: 7); expected `", memory]),
+        ("signal", absent, cannot),
+        ("detector", ends, ["it ended (exit status: 7); expected `", memory]),
     ] {
-        let text = stderr(&place.run("still", program));
-        assert!(words.iter().all(|words| text.contains(words)), "{program}: {text}");
+        let in_place = |of: &str, built_in: &'static str| if role == of { mine } else { built_in };
+        let (signal, detector) =
+            (in_place("signal", "{ kind = \"box-motion\" }"), in_place("detector", LEVEL));
+        let is_tracker = role == "tracker";
+        let (all, protocol) = match is_tracker {
+            true => (trackers("scripted", "mine"), "protocol = \"lines\"\n"),
+            false => (SCRIPTED.to_string(), ""),
+        };
+        let place = Place::with(&[("try.toml", &experiment("synthetic-otb", &all, signal, detector))]);
+        let text = format!("[{role}.mine]\ncommand = {command:?}\nversion = \"1\"\n{protocol}");
+        place.write("plugins.toml", text);
+        let reason = if told == cannot { cannot[0] } else { "no memory" };
+        place.run("run try.toml").ends(4).tells(reason);
+        let scores = place.read(SCORES);
+        let cells = scores.lines().skip(1).filter(|line| !line.contains(",*,"));
+        let (failed, good): (Vec<&str>, Vec<&str>) =
+            cells.partition(|line| !is_tracker || line.contains(",mine,"));
+        assert!(!failed.is_empty() && good.is_empty() != is_tracker, "{scores}");
+        assert!(good.iter().all(|line| line.ends_with(",ok")), "{scores}");
+        for cell in failed {
+            // No count in its place.
+            let (before, reason) = cell.split_once("failed: ").unwrap_or_else(|| panic!("{cell}"));
+            assert!(before.trim_end_matches('"').ends_with(",Mine,,,,,,,,,,,,"), "{cell}");
+            assert!(told.iter().all(|words| reason.contains(words)), "{cell}");
+        }
+        // Programs are named in a file of one's own.
+        place.write("plugins.toml", "");
+        place.run("run try.toml").ends(2).tells(&format!("names no {role}"));
     }
-    let output = place.run("still", "broken");
-    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
-    assert!(stderr(&output).contains("it ended (exit status: 7)"), "{}", stderr(&output));
-    let scores = std::fs::read_to_string(place.path("results/mine/try/scores.csv")).unwrap();
-    let line = scores.lines().find(|l| l.contains(",mine,") && l.contains("Couple")).unwrap();
-    assert!(line.contains("failed: broken: frame 2 of Couple: it ended (exit status: 7)"), "{line}");
-    assert!(line.contains("its stderr ends with: no memory"), "{line}");
-    assert!(scores.lines().any(|l| l.contains(",still,") && l.ends_with(",ok")), "{scores}");
+}
+
+// The built-in detector `level` labels what the example does with one frame in a row.
+#[needs(python)]
+#[test]
+fn the_examples_of_the_documentation_judge_tracks() {
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/examples/plugins.toml");
+    let python = "{ kind = \"process\", program = \"patient\", params = { above = 0.05, frames = 1 } }";
+    let [ours, level] = [python, "{ kind = \"level\", above = 0.05 }"].map(|detector| {
+        let signal = "{ kind = \"process\", program = \"size\", good = \"low\", params = { rate = 0.2 } }";
+        let place = Place::with(&[("try.toml", &experiment("synthetic-otb", SCRIPTED, signal, detector))]);
+        place.run(&format!("run try.toml --plugins '{examples}'")).ends(0);
+        let mut cells = place.rows(SCORES);
+        cells.retain(|row| row["sequence"] != "*");
+        ["tp", "fp", "fn"].map(|column| cells.iter().map(|row| row[column].clone()).collect::<Vec<_>>())
+    });
+    assert_eq!(ours, level);
+    assert!(ours[0].iter().chain(&ours[1]).any(|count| count != "0"), "no detection at all");
 }
 
 #[test]
 fn programs_do_not_outlive_us() {
-    let place = Place::new();
-    let temporary = place.path("tmp");
-    std::fs::create_dir(&temporary).unwrap();
+    let place = place();
+    let temporary = place.folder("tmp");
+    let line = format!("{} --plugins programs/plugins.toml", line(&place, "still", "hanging"));
     for signal in ["-KILL", "-INT"] {
         let files = ["hanging.pid", "sleeping.pid", "away.pid"].map(|name| place.path("programs").join(name));
         files.iter().for_each(|f| std::fs::remove_file(f).unwrap_or_default());
-        let command = place.command("still", "hanging");
-        let mut run = Command::new(command.get_program());
-        run.args(command.get_args()).arg("--plugins").arg(place.path("programs/plugins.toml"));
-        let mut run = run.env("TMPDIR", &temporary).stderr(std::process::Stdio::null()).spawn().unwrap();
+        let mut run = Command::new(env!("CARGO_BIN_EXE_trackfail"));
+        run.args(words(&line)).current_dir(place.root()).env("TMPDIR", &temporary);
+        let mut run = run.stderr(Stdio::null()).spawn().unwrap();
         let processes = files.map(|f| pid(&f));
         assert!(processes.iter().all(|p| is_running(p)));
         assert!(Command::new("kill").arg(signal).arg(run.id().to_string()).status().unwrap().success());
         run.wait().unwrap();
         let end = Instant::now() + Duration::from_secs(30);
-        let left = || std::fs::read_dir(&temporary).unwrap().count();
+        let left = || place.list("tmp").len();
         while processes.iter().any(|p| is_running(p)) || left() > 0 {
             assert!(Instant::now() < end, "{signal}: {processes:?} or {} folders are left", left());
             std::thread::sleep(Duration::from_millis(20));
@@ -308,57 +303,51 @@ fn programs_do_not_outlive_us() {
 #[cfg(target_os = "linux")]
 #[test]
 fn no_process_is_left_after_a_run() {
-    let place = Place::new();
-    assert_eq!(computed(&place.run("still", "leaving")), 2);
+    let place = place();
+    assert_eq!(computed(&place, "still", "leaving", "programs"), 2);
     let left = pid(&place.path("programs/left.pid"));
     assert!(!is_running(&left), "{left} is left");
 }
 
 #[test]
 fn a_served_tracker_is_the_tracker() {
-    let place = Place::new();
-    let sequence = place.sequence();
+    let place = place();
+    let sequence = sequence(&place);
     let served = program(&place.path("programs/plugins.toml"), "served");
     assert_eq!(track(&*served, &sequence, 40), track(&*built_in("ncc"), &sequence, 40));
-    assert_eq!(computed(&place.run("ncc", "served")), 2);
-    assert_eq!(place.scores("mine"), place.scores("ncc"));
+    assert_eq!(computed(&place, "ncc", "served", "programs"), 2);
+    assert_eq!(scores(&place, "mine"), scores(&place, "ncc"));
 }
 
-/// Answer of `serve-trax` to some lines: exit code, stdout and stderr.
-fn serve(arguments: &[&str], lines: &str) -> (i32, String, String) {
-    let output = trackfail().arg("serve-trax").args(arguments).write_stdin(lines).output().unwrap();
-    let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
-    (output.status.code().unwrap_or(-1), stdout, stderr(&output))
+/// What `serve-trax` says to some lines.
+fn serve(arguments: &[&str], lines: &str) -> Ran {
+    Ran::of(trackfail().arg("serve-trax").args(arguments).write_stdin(lines))
 }
 
 #[test]
 fn a_session_ends_well_or_with_a_reason() {
-    let place = Place::new();
-    let image = |t| place.image(t).display().to_string();
-    let (a, b) = (image(0), image(1));
+    let place = place();
+    let [a, b] = [0, 1].map(|t| place.path(&image(t)).display().to_string());
     let other = place.path("other.png");
     image::RgbImage::new(9, 9).save(&other).unwrap();
     let start = format!("@@TRAX:initialize \"file://{a}\" \"8,10,16,12\"\n");
-    let (code, said, _) =
-        serve(&["still"], &format!("{start}@@TRAX:frame \"{b}\"\nnoise\n{start}@@TRAX:quit\n"));
-    let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(code, 0, "{said}");
-    assert!(lines[0].starts_with(
-        "@@TRAX:hello \"trax.version=3\" \"trax.image=path\" \"trax.region=rectangle;polygon\""
-    ));
-    assert!(lines[0].contains("\"trax.name=still\""), "{said}");
-    assert_eq!(lines[1..], ["@@TRAX:state \"8,10,16,12\""; 3]);
+    let lines = format!("{start}@@TRAX:frame \"{b}\"\nnoise\n{start}@@TRAX:quit\n");
+    let said = serve(&["still"], &lines).ends(0).out;
+    let (hello, states) = said.split_once('\n').unwrap();
+    let words = "@@TRAX:hello \"trax.version=3\" \"trax.image=path\" \"trax.region=rectangle;polygon\"";
+    assert!(hello.starts_with(words) && hello.contains("\"trax.name=still\""), "{hello}");
+    assert_eq!(states, "@@TRAX:state \"8,10,16,12\"\n".repeat(3));
     // A client that hangs up has nothing more to ask.
-    assert_eq!(serve(&["still"], &start).0, 0);
+    serve(&["still"], &start).ends(0);
     // A posterior has a likelihood, and the seed counts.
     let sampled = |seed: &str| {
         let polygon = start.replace("8,10,16,12", "8,10,24,10,24,22,8,22");
         let arguments = ["color-particle-filter", "--seed", seed, "--params", "{ particles = 50 }"];
-        serve(&arguments, &format!("{polygon}@@TRAX:frame {b}\n"))
+        serve(&arguments, &format!("{polygon}@@TRAX:frame {b}\n")).ends(0).out
     };
-    let (code, said, told) = sampled("1");
-    assert!(code == 0 && said.lines().nth(2).unwrap().contains("\" \"confidence=0."), "{said}{told}");
-    assert!(said == sampled("1").1 && said != sampled("2").1);
+    let said = sampled("1");
+    assert!(said.lines().nth(2).unwrap().contains("\" \"confidence=0."), "{said}");
+    assert!(said == sampled("1") && said != sampled("2"));
     for (lines, code, reason) in [
         (format!("@@TRAX:frame \"{b}\"\n"), 1, "expected `initialize` first"),
         ("@@TRAX:initialize 1,2,3,4\n".to_string(), 1, "an image and a region, as in version 3"),
@@ -373,11 +362,10 @@ fn a_session_ends_well_or_with_a_reason() {
             "all frames of a sequence must have one size",
         ),
     ] {
-        let (got, said, told) = serve(&["still"], &lines);
-        let last = said.lines().last().unwrap();
-        assert_eq!(got, code, "{said}{told}");
+        let Ran { out, err, .. } = serve(&["still"], &lines).ends(code).tells(reason);
+        let last = out.lines().last().unwrap();
         assert!(last.starts_with("@@TRAX:quit \"trax.reason=") && last.contains(reason), "{last}");
-        assert!(told.starts_with("error: ") && told.contains(reason), "{told}");
+        assert!(err.starts_with("error: "), "{err}");
     }
     for (arguments, reason) in [
         (&["stil"][..], "unknown tracker `stil`; did you mean `still`?"),
@@ -387,8 +375,7 @@ fn a_session_ends_well_or_with_a_reason() {
         (&["ncc", "--params", "{ searsh = 2 }"], "--params:1: unknown field `searsh`"),
         (&["ncc", "--params", "{"], "--params:1: "),
     ] {
-        let (code, said, told) = serve(arguments, "");
-        assert!(code == 2 && said.is_empty() && told.contains(reason), "{said}{told}");
+        serve(arguments, "").refuses(2, reason);
     }
 }
 
@@ -419,13 +406,13 @@ with trax.Server(formats, [trax.Image.PATH], tracker_name="peer") as server:
 #[needs(vot_trax)]
 #[test]
 fn a_tracker_written_with_vot_trax_is_followed() {
-    let place = Place::new();
-    place.put("programs/peer.py", PEER_SERVER);
+    let place = place();
+    place.write("programs/peer.py", PEER_SERVER);
     let block = |name: &str, more: &str| {
         format!("[tracker.{name}]\ncommand = [\"python3\", \"peer.py\"{more}]\nversion = \"1\"\n")
     };
-    place.plugins(&(block("rectangle", "") + &block("polygon", ", \"polygon\"")));
-    let sequence = place.sequence();
+    place.write("programs/plugins.toml", block("rectangle", "") + &block("polygon", ", \"polygon\""));
+    let sequence = sequence(&place);
     for name in ["rectangle", "polygon"] {
         let states = track(&*program(&place.path("programs/plugins.toml"), name), &sequence, 6);
         for (t, state) in states.iter().enumerate() {
@@ -458,16 +445,14 @@ sys.exit(served.wait(30))
 #[needs(vot_trax)]
 #[test]
 fn our_trackers_are_followed_by_the_client_of_vot_trax() {
-    let place = Place::new();
-    place.put("client.py", PEER_CLIENT);
-    let mut client = Command::new("python3");
+    let place = place();
+    place.write("client.py", PEER_CLIENT);
+    let mut client = assert_cmd::Command::new("python3");
     client.arg(place.path("client.py")).arg(env!("CARGO_BIN_EXE_trackfail"));
-    let output = client.args((0..20).map(|t| place.image(t))).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    let text = String::from_utf8(output.stdout).unwrap();
-    let mut lines = text.lines();
+    let ran = Ran::of(client.args((0..20).map(|t| place.path(&image(t))))).ends(0);
+    let mut lines = ran.out.lines();
     assert_eq!(lines.next(), Some("ncc rectangle polygon path"));
-    let expected = track(&*built_in("ncc"), &place.sequence(), 20);
+    let expected = track(&*built_in("ncc"), &sequence(&place), 20);
     assert_eq!(lines.clone().count(), expected.len());
     for (line, state) in lines.zip(expected) {
         let got: Vec<f64> = line.split(' ').map(|n| n.parse().unwrap()).collect();
@@ -481,11 +466,10 @@ fn our_trackers_are_followed_by_the_client_of_vot_trax() {
 #[needs(pillow)]
 #[test]
 fn the_example_follows_a_target() {
-    let place = Place::new();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plugins.toml");
-    let states = track(&*program(&file, "least-squares"), &place.sequence(), 60);
+    let place = place();
+    let states = track(&*program(&file, "least-squares"), &sequence(&place), 60);
     for (t, state) in states.iter().enumerate() {
-        let (x, y) = self::place(t as u32);
-        assert_eq!(state.region.rect(), Rect::new(f64::from(x), f64::from(y), 16.0, 12.0), "frame {t}");
+        assert_eq!(state.region.rect(), target(t as u32), "frame {t}");
     }
 }

@@ -10,7 +10,7 @@ protocol = "khalid2016/1"
 suites.test = "synthetic-vot"
 tracker = [
     { name = "ncc", label = "NCC", protocol = "vot-reset" },
-    { name = "ncc", label = "NCC follows", like = "NCC", update_rate = 0.1, protocol = "vot-reset" },
+    { name = "ncc", label = "NCC nearby", like = "NCC", search = 0.5, protocol = "vot-reset" },
 ]
 
 [[method]]
@@ -70,7 +70,7 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
         readings.iter().find(is_it).unwrap_or_else(|| panic!("{tracker}, {method}, {statistic}")).clone()
     };
     // Both readings of the tracker and all of the method belong to one group, with the same published numbers and units.
-    for tracker in ["NCC", "NCC follows"] {
+    for tracker in ["NCC", "NCC nearby"] {
         for method in ["RgbHist", "RgbHist 16 bins", "RgbHist anew"] {
             for (statistic, published) in [("recall", "0.6"), ("score_mean", "0.67"), ("score_std", "0.16")] {
                 let row = of(tracker, method, statistic);
@@ -93,7 +93,7 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
     assert!((first - 1.0).abs() < 1e-9, "{first}");
     assert!(place.has("reports/mine/readings/figures/readings-rgbhist-ncc.svg"));
     let table = place.read("results/mine/readings/tables/readings.md");
-    assert!(table.contains("RgbHist (as it is)") && table.contains("RgbHist anew on NCC follows"), "{table}");
+    assert!(table.contains("RgbHist (as it is)") && table.contains("RgbHist anew on NCC nearby"), "{table}");
 }
 
 #[test]

@@ -42,7 +42,7 @@ def bins(image, space, counts):
     return (index[..., 0] * counts[1] + index[..., 1]) * counts[2] + index[..., 2]
 
 
-def histogram(numbers, count, ellipse, kernel):
+def histogram(numbers, count, ellipse):
     x, y, hx, hy, theta = ellipse
     dx = np.arange(numbers.shape[1])[None, :] + 0.5 - x
     dy = np.arange(numbers.shape[0])[:, None] + 0.5 - y
@@ -50,8 +50,7 @@ def histogram(numbers, count, ellipse, kernel):
     v = -math.sin(theta) * dx + math.cos(theta) * dy
     r2 = (u / hx) ** 2 + (v / hy) ** 2
     inside = r2 < 1
-    weight = 1 - r2[inside] if kernel == "epanechnikov" else np.ones(inside.sum())
-    h = np.bincount(numbers[inside], weights=weight, minlength=count)
+    h = np.bincount(numbers[inside], weights=1 - r2[inside], minlength=count)
     return h / h.sum() if h.sum() > 0 else h
 
 
@@ -59,12 +58,12 @@ def step(states, weights, q, numbers, noise, deviations, sigma, offset, limits):
     """Propagate, weigh, estimate, resample."""
     states = states + noise * deviations
     states[:, 2:4] = np.clip(states[:, 2:4], *limits)
-    rho = np.array([np.sqrt(histogram(numbers, len(q), s, "epanechnikov") * q).sum() for s in states])
+    rho = np.array([np.sqrt(histogram(numbers, len(q), s) * q).sum() for s in states])
     weights = weights * np.exp((rho - 1) / (2 * sigma**2)) / (math.sqrt(2 * math.pi) * sigma)
     weights = weights / weights.sum()
     mean = np.average(states, axis=0, weights=weights)
     covariance = np.cov(states.T, aweights=weights, ddof=0)
-    of_mean = np.sqrt(histogram(numbers, len(q), mean, "epanechnikov") * q).sum()
+    of_mean = np.sqrt(histogram(numbers, len(q), mean) * q).sum()
     n = len(states)
     parents = np.searchsorted(np.cumsum(weights), (np.arange(n) + offset) / n, side="right")
     return {
@@ -100,16 +99,15 @@ def main():
     histograms = []
     for space, counts in [("rgb", [8, 8, 8]), ("hsv", [8, 8, 8]), ("hsv", [16, 4, 3]), ("rgb", [1, 5, 16])]:
         numbers = bins(image, space, counts)
-        for kernel in ("epanechnikov", "uniform"):
-            for e in ellipses:
-                h = histogram(numbers, math.prod(counts), e, kernel)
-                case = {"space": space, "bins": counts, "kernel": kernel, "ellipse": e}
-                histograms.append(case | {"shares": sparse(h)})
+        for e in ellipses:
+            h = histogram(numbers, math.prod(counts), e)
+            case = {"space": space, "bins": counts, "ellipse": e}
+            histograms.append(case | {"shares": sparse(h)})
 
     n, sigma, offset = 60, 0.2, 0.37
     deviations = np.array([5.0, 5.0, 0.75, 0.75, math.radians(4.0)])
     first = np.array([30.0, 27.0, 10.0, 15.0, 0.0])
-    q = histogram(bins(frame(0), "rgb", [8, 8, 8]), 512, first, "epanechnikov")
+    q = histogram(bins(frame(0), "rgb", [8, 8, 8]), 512, first)
     states, weights = np.tile(first, (n, 1)), np.full(n, 1 / n)
     steps = []
     for t in (1, 2):

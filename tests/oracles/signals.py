@@ -74,8 +74,7 @@ def cut_patch(image, box):
 
 FIELD = dict(
     layers=32, sigma_u=1.0, sigma_v=2.0, sigma_layer=0.625, history=10, support_u=9, support_v=15,
-    support_layer=5, smoothing="anisotropic", layer_rule="paper", border="uniform", regions="corners",
-    displacement="past", outside="shift", equal_means="thirds",
+    support_layer=5, smoothing="anisotropic", border="uniform", regions="corners", displacement="past", outside="shift",
 )  # fmt: skip
 
 
@@ -89,11 +88,8 @@ def field(pixels, p, sigma_u, support_u, sigma_v, support_v):
     """d''(i, j, c, m) of a patch."""
     m = p["layers"]
     values = pixels.astype(np.float64)
-    if p["layer_rule"] == "paper":
-        # ceil(value / (255 / M)); the product is exact in float64.
-        layer = np.maximum(np.ceil(values * m / 255), 1)
-    else:
-        layer = np.ceil((values + 1) * m / 256)
+    # ceil(value / (255 / M)); the product is exact in float64.
+    layer = np.maximum(np.ceil(values * m / 255), 1)
     exploded = (layer[..., None] == np.arange(1, m + 1)).astype(np.float64)
     a, b = support_v // 2, support_u // 2
     sides = ((a, a), (b, b), (0, 0), (0, 0))
@@ -152,7 +148,7 @@ def y_t(image, boxes, t, p):
             other = patch(image, window((x, y, w, h), image, p["outside"]))
             gap = np.abs(state.mean(axis=(0, 1)) - other.mean(axis=(0, 1)))
             if np.all(state.sum(axis=(0, 1), dtype=np.int64) == other.sum(axis=(0, 1), dtype=np.int64)):
-                omega = np.full(3, 1 / 3 if p["equal_means"] == "thirds" else 0.0)
+                omega = np.full(3, 1 / 3)
             else:
                 omega = gap / gap.sum()
             l1 = np.abs(state_field - field(other, p, *level)).sum(axis=(0, 1, 3))
@@ -348,16 +344,15 @@ def settings(name):
     if name in ("leave", "odd"):
         return basic + [("distribution-field", {"outside": "replicate", "border": "replicate"})]
     if name == "grey":
-        return basic + [("distribution-field", {"equal_means": "zero"})]
+        return basic
     if name == "harsh":
-        return basic + [("distribution-field", {"layers": 7, "layer_rule": "dft", "support_layer": 9, "sigma_layer": 1.5})]
+        return basic + [("distribution-field", {"layers": 7, "support_layer": 9, "sigma_layer": 1.5})]
     field_options = [
         {"border": "zero"},
         {"border": "replicate"},
         {"regions": "sides"},
         {"smoothing": "two-levels"},
         {"layers": 20},
-        {"layers": 20, "layer_rule": "dft"},
         {"displacement": "printed", "history": 3},
         {"history": 2},
         {"layers": 256, "support_layer": 1},

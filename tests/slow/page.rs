@@ -11,6 +11,7 @@ use trackfail::report::sequences::{Method, Sequence, Sequences, Track};
 use trackfail::report::{FigureView, Page, render};
 use trackfail::results::{MethodSeries, TrackSeries};
 use trackfail::score::protocol;
+use trackfail_testing::hostile;
 
 /// Scores of a tracker that loses its target in frames 20 to 29 of 60, and of a method that says so.
 fn series(names: [&str; 2]) -> Sequences {
@@ -349,10 +350,7 @@ const FAINT: &str = "(() => {
 #[test]
 fn names_of_any_kind_are_text_and_break_nothing() {
     let mut browser = Browser::start();
-    let long = "\u{5d0}\u{5d1} \u{202e}</script><script>alert(1)</script><img src=x onerror='alert(1)'>\"&amp;{{7*7}} \
-                \\input{a} $x^2_3$ %c #1 ~ `b` \u{2028}\u{0} "
-        .to_string()
-        + &"long".repeat(75);
+    let long = hostile::words().concat();
     let all = series([&long, "<b>&'\"</b>"]);
     let page = Page {
         title: long.clone(),
@@ -370,7 +368,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
         browser.becomes(&format!("{READOUT}.startsWith('Frame 21 (21 of 60) · Oₜ 1, lost · score 0.0032, threshold 0.004 · no alarm · hit')"));
         browser.has_no_sideways_scroll();
         let shown = browser.text("document.querySelector('#show-sequence').options[0].text");
-        assert!(shown.contains("</script><script>alert(1)") && shown.contains("\u{fffd}"), "{shown}");
+        assert!(shown.contains("</script><script>alert(") && shown.contains("\u{fffd}"), "{shown}");
         assert_eq!(browser.value("document.scripts.length"), 2);
         assert_eq!(browser.value("document.querySelectorAll('img, b').length"), 0);
         choose(&mut browser, "by-tracker", "<b>&'\"</b>");

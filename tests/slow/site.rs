@@ -5,6 +5,7 @@ use crate::tools::needs;
 use std::path::Path;
 use trackfail::report::claims::ClaimCounts;
 use trackfail::report::site;
+use trackfail_testing::hostile;
 
 /// A folder of reports of all kinds, without their pages.
 fn gallery(reports: &Path) {
@@ -34,7 +35,7 @@ fn gallery(reports: &Path) {
     (summary.present, summary.synthetic, summary.failed) = (9, false, 3);
     summary.experiment = "khalid2016/table1".into();
     write("khalid2016/table1", &summary);
-    summary.title = "<b>\u{5d0}\u{202e}".to_string() + &"very-long-".repeat(30);
+    summary.title = hostile::words().concat();
     summary.data.clone_from(&summary.title);
     summary.experiment = "x".repeat(64);
     write(&"x".repeat(64), &summary);

@@ -1,8 +1,8 @@
-//! Whether larger or smaller values of a metric or a signal are better.
+//! Direction in which values of a metric or a signal are better: larger or smaller.
 
 use serde::Serialize;
 
-/// Whether larger or smaller values are better.
+/// Direction in which values are better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Direction {
     /// Larger is better: scores, similarities.
@@ -11,7 +11,7 @@ pub enum Direction {
     /// Smaller is better: errors, distances, uncertainties.
     #[serde(rename = "down")]
     LowerIsBetter,
-    /// Neither: a description.
+    /// Neither direction is better: a description.
     #[serde(rename = "neither")]
     Neither,
 }

@@ -4,8 +4,8 @@
 //! |---|---|
 //! | [`region`] | rectangles and polygons, their overlap |
 //! | [`mod@image`] | frames, color and gradient features, distribution fields, warps |
-//! | [`direction`] | whether larger or smaller values are better |
-//! | [`sequence`] | what trackers and signals may ask of a sequence |
+//! | [`direction`] | direction in which values are better |
+//! | [`sequence`] | facts about a sequence for trackers and signals |
 //! | [`num`] | filters, time series models, distributions, mixtures, comparisons of methods, seeds |
 //! | [`plugin`] | lists of plugins, checked parameters, suggestions for misspelled words |
 

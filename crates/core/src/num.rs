@@ -17,9 +17,10 @@ pub mod seed;
 pub mod special;
 pub mod summary;
 
-/// The integer that `value` is: whole, and of less than 2^51 either way; other values give any integer.
+/// Converts an integral `value` of less than 2^51 to an integer. Other values give an arbitrary integer.
 ///
-/// Loops over it become vector operations on every processor. Those over a cast do not, for its bounds.
+/// Loops over this function compile to vector operations on all processors. Loops over a cast do not, because
+/// of its range checks.
 #[inline(always)]
 pub fn integer(value: f64) -> i64 {
     // Numbers from 2^52 on are whole, so that the low bits of this sum count from its first term.
@@ -27,7 +28,7 @@ pub fn integer(value: f64) -> i64 {
     (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64
 }
 
-/// A number as people read it: `0.5`, `1e-300`. In plain digits, unless these are more than 17 characters and the form
+/// A number for people: `0.5`, `1e-300`. Plain digits, unless they take more than 17 characters and the form
 /// with an exponent is shorter.
 pub fn readable(number: impl std::fmt::Display) -> String {
     let plain = number.to_string();
@@ -38,7 +39,8 @@ pub fn readable(number: impl std::fmt::Display) -> String {
     short.ok().filter(|short| short.len() < plain.len()).unwrap_or(plain)
 }
 
-/// A number with so many decimals: `0.500`; with an exponent, `1.000e300`, where that takes more than 17 characters.
+/// A number with a fixed number of decimals: `0.500`; with an exponent, `1.000e300`, if the plain form takes
+/// more than 17 characters.
 pub fn fixed(value: f64, decimals: usize) -> String {
     let plain = format!("{value:.decimals$}");
     if plain.len() <= 17 { plain } else { format!("{value:.decimals$e}") }

@@ -1,5 +1,5 @@
-//! Lists of plugins: an entry per kind, parameters that are checked once, and errors that know which part of
-//! the experiment file they are about.
+//! Lists of plugins: an entry per kind, parameters that are checked once, and errors that know their place in
+//! the experiment file.
 
 use crate::num::readable;
 use serde::de::DeserializeOwned;
@@ -11,25 +11,25 @@ use std::sync::Arc;
 pub enum RawParams<'i> {
     /// A JSON value.
     Json(&'i Value),
-    /// A TOML value that still knows its place in the file.
+    /// A TOML value that knows its place in the file.
     #[cfg(feature = "toml")]
     Toml(toml::de::ValueDeserializer<'i>),
 }
 
-/// Why parameters are refused.
+/// Reason why parameters are refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct ParamError {
-    /// The fault and the remedy, for people.
+    /// What is wrong and what to do, for people.
     pub message: String,
-    /// The parameter at fault, unless several are.
+    /// Name of the wrong parameter, unless several are involved.
     pub key: Option<&'static str>,
-    /// Byte range in the text that was read, where the reader knows it.
+    /// Byte range in the text; `None` if the reader does not know it.
     pub span: Option<ops::Range<usize>>,
 }
 
 impl ParamError {
-    /// The error for a value out of its range; `rule` completes "must be ...".
+    /// Error for a value out of its range; `rule` completes "must be ...".
     pub fn out_of_range(key: &'static str, rule: &str, got: impl std::fmt::Display) -> Self {
         let message = format!("`{key}` must be {rule}, not {}", readable(got));
         Self { message, key: Some(key), span: None }
@@ -57,54 +57,54 @@ fn of_toml(fault: &toml::de::Error) -> ParamError {
     ParamError { message: fault.message().to_string(), key: None, span: fault.span() }
 }
 
-/// Parameters as JSON, with defaults filled in, as they enter addresses and manifests.
+/// Parameters as JSON with defaults filled in, as used in addresses and manifests.
 pub fn show_params<P: serde::Serialize>(params: &P) -> Value {
     serde_json::to_value(params).unwrap_or(Value::Null)
 }
 
-/// The numbers that a parameter may be; of a list, each of its numbers. Only finite numbers are in a range.
+/// Range of numbers for a parameter; for a list, for each of its numbers. Only finite numbers are in range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    /// The parameter.
+    /// Name of the parameter.
     pub key: &'static str,
-    /// Its lower end.
+    /// Lower end.
     pub low: Bound<f64>,
-    /// Its upper end.
+    /// Upper end.
     pub high: Bound<f64>,
 }
 
 impl Range {
-    /// Every finite number.
+    /// Range of all finite numbers.
     pub const fn of(key: &'static str) -> Self {
         Self { key, low: Bound::Unbounded, high: Bound::Unbounded }
     }
 
-    /// The numbers from `low` to `high`, both included.
+    /// Range from `low` to `high`, both included.
     pub const fn within(key: &'static str, low: f64, high: f64) -> Self {
         Self { key, low: Bound::Included(low), high: Bound::Included(high) }
     }
 
-    /// This range without the numbers below `low`.
+    /// The range without numbers below `low`.
     pub const fn at_least(self, low: f64) -> Self {
         Self { low: Bound::Included(low), ..self }
     }
 
-    /// This range without `low` and the numbers below it.
+    /// The range without `low` and the numbers below it.
     pub const fn above(self, low: f64) -> Self {
         Self { low: Bound::Excluded(low), ..self }
     }
 
-    /// This range without the numbers above `high`.
+    /// The range without numbers above `high`.
     pub const fn at_most(self, high: f64) -> Self {
         Self { high: Bound::Included(high), ..self }
     }
 
-    /// This range without `high` and the numbers above it.
+    /// The range without `high` and the numbers above it.
     pub const fn below(self, high: f64) -> Self {
         Self { high: Bound::Excluded(high), ..self }
     }
 
-    /// The range in words, which complete "must be ...".
+    /// The range in words that complete "must be ...".
     pub fn rule(&self) -> String {
         let in_words = |end: Bound<f64>, included: &str, excluded: &str| match end {
             Bound::Included(end) => Some(format!("{included} {}", readable(end))),
@@ -119,7 +119,7 @@ impl Range {
         if ends.is_empty() { "finite".to_string() } else { ends.join(" and ") }
     }
 
-    /// Checks the parameter among those shown; one that is left out there is in its range.
+    /// Checks the parameter in JSON. A missing parameter counts as in range.
     fn check(&self, shown: &Value) -> Result<(), ParamError> {
         // A key with a dot is one of a table in the table.
         let mut path = self.key.split('.');
@@ -137,37 +137,37 @@ impl Range {
     }
 }
 
-/// A plugin that is made from checked parameters.
+/// A plugin that is built from checked parameters.
 pub trait Plugin: Sized {
-    /// Its parameters.
+    /// Type of the parameters.
     type Params: DeserializeOwned + serde::Serialize + schemars::JsonSchema;
 
-    /// The ranges of its parameters, whose first fault is told.
+    /// Ranges of the parameters, checked in this order.
     const RANGES: &'static [Range] = &[];
 
-    /// Makes the plugin from parameters that are in their [ranges](Self::RANGES).
+    /// Builds the plugin from parameters that are in their [ranges](Self::RANGES).
     ///
     /// # Errors
-    /// For parameters that do not go together, and other faults that no range tells.
+    /// Parameters that contradict each other, and other errors beyond ranges.
     fn make(params: Self::Params) -> Result<Self, ParamError>;
 
-    /// The parameters as JSON, with defaults filled in.
+    /// Parameters as JSON with defaults filled in.
     fn shown(params: &Self::Params) -> Value {
         show_params(params)
     }
 
-    /// Checks the parameters, and makes the plugin.
+    /// Checks the parameters and builds the plugin.
     ///
     /// # Errors
-    /// As [`make`](Self::make), and for a parameter out of its range.
+    /// The errors of [`make`](Self::make), and a parameter out of its range.
     fn new(params: Self::Params) -> Result<Self, ParamError> {
         Self::checked(params).map(|(_, plugin)| plugin)
     }
 
-    /// Checks the parameters, and makes the plugin, with the parameters as they are [shown](Self::shown).
+    /// Checks the parameters and builds the plugin; also returns the parameters as [shown](Self::shown).
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// The errors of [`new`](Self::new).
     fn checked(params: Self::Params) -> Result<(Value, Self), ParamError> {
         let shown = Self::shown(&params);
         Self::RANGES.iter().try_for_each(|range| range.check(&shown))?;
@@ -175,9 +175,9 @@ pub trait Plugin: Sized {
     }
 }
 
-/// Parameters that are a plugin by themselves, as each of their values in its range makes one.
+/// Parameters that are the plugin itself: any values in their ranges are valid together.
 pub trait PlainParams: DeserializeOwned + serde::Serialize + schemars::JsonSchema {
-    /// The ranges of the parameters, whose first fault is told.
+    /// Ranges of the parameters, checked in this order.
     const RANGES: &'static [Range] = &[];
 }
 
@@ -191,36 +191,36 @@ impl<P: PlainParams> Plugin for P {
     }
 }
 
-/// Parameters of a plugin that has none.
+/// Parameters of a plugin without parameters.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NoParams {}
 
-/// The trait object of a list, such as `dyn Detector`, which a plugin of type `P` becomes.
+/// Trait object of a list, such as `dyn Detector`, to which a plugin of type `P` can be converted.
 pub trait Role<P> {
-    /// Hides the plugin's type.
+    /// Converts the plugin to the trait object.
     fn hold(plugin: P) -> Arc<Self>;
 }
 
-/// A plugin with its checked parameters. It is used as the plugin itself.
+/// A plugin with its checked parameters. It dereferences to the plugin.
 pub struct Configured<T: ?Sized> {
     params: Value,
-    /// The plugin.
+    /// The plugin itself.
     pub plugin: Arc<T>,
 }
 
 impl<T: ?Sized> Configured<T> {
-    /// A plugin with parameters that were checked.
+    /// Combines a plugin with its checked parameters.
     pub fn new(params: Value, plugin: Arc<T>) -> Self {
         Self { params, plugin }
     }
 
-    /// Checked parameters, defaults filled in, as they enter addresses and manifests.
+    /// Checked parameters with defaults filled in, as used in addresses and manifests.
     pub fn params(&self) -> Value {
         self.params.clone()
     }
 
-    /// Shows a further value among the parameters, such as the version of a program.
+    /// Adds a value to the shown parameters, such as the version of a program.
     pub fn show(&mut self, key: &str, value: impl Into<Value>) {
         if let Some(params) = self.params.as_object_mut() {
             params.insert(key.to_string(), value.into());
@@ -248,19 +248,19 @@ impl<T: ?Sized> AsRef<T> for Configured<T> {
     }
 }
 
-/// One line of a plugin list.
+/// An entry of a plugin list.
 pub struct Entry<T: ?Sized + 'static> {
-    /// The word an experiment file uses.
+    /// Name of the kind in experiment files.
     pub kind: &'static str,
-    /// Raised whenever the plugin's output changes for any input.
+    /// Version, raised whenever the output changes for some input.
     pub version: u32,
     /// One line for `trackfail list`.
     pub summary: &'static str,
     /// Smallest complete parameters as an inline TOML table, for tests and help.
     pub example: &'static str,
-    /// Further parameters, so that every branch is under the laws that tests check.
+    /// Further parameters for tests of general properties, so that all branches are covered.
     pub more: &'static [&'static str],
-    /// The ranges of its parameters.
+    /// Ranges of the parameters.
     pub ranges: &'static [Range],
     /// Checks the parameters and builds the plugin.
     pub build: fn(RawParams<'_>) -> Result<Configured<T>, ParamError>,
@@ -276,7 +276,7 @@ impl<T: ?Sized> Clone for Entry<T> {
 
 impl<T: ?Sized> Copy for Entry<T> {}
 
-/// Two lists as one; `N` is the sum of their lengths.
+/// Joins two lists; `N` must be the sum of their lengths.
 pub const fn joined<T: ?Sized, const N: usize>(list: &[Entry<T>], more: &[Entry<T>]) -> [Entry<T>; N] {
     assert!(list.len() + more.len() == N);
     let mut all = [list[0]; N];
@@ -289,7 +289,7 @@ pub const fn joined<T: ?Sized, const N: usize>(list: &[Entry<T>], more: &[Entry<
 }
 
 impl<T: ?Sized> Entry<T> {
-    /// The line of a plugin whose parameters may all be left out.
+    /// Entry of a plugin whose parameters are all optional.
     pub const fn of<P: Plugin>(kind: &'static str, version: u32, summary: &'static str) -> Self
     where
         T: Role<P>,
@@ -306,12 +306,12 @@ impl<T: ?Sized> Entry<T> {
         }
     }
 
-    /// This line with other parameters as its example.
+    /// The entry with another example.
     pub const fn example(self, example: &'static str) -> Self {
         Self { example, ..self }
     }
 
-    /// This line with further parameters.
+    /// The entry with further parameters for tests.
     pub const fn more(self, more: &'static [&'static str]) -> Self {
         Self { more, ..self }
     }
@@ -319,7 +319,7 @@ impl<T: ?Sized> Entry<T> {
     /// Builds from an inline TOML table such as `{ below = 0.039 }`.
     ///
     /// # Errors
-    /// As `build`, and for text that is not a TOML value.
+    /// The errors of `build`, and text that is not a TOML value.
     #[cfg(feature = "toml")]
     pub fn build_from_text(&self, text: &str) -> Result<Configured<T>, ParamError> {
         let value = toml::de::ValueDeserializer::parse(text).map_err(|e| of_toml(&e))?;
@@ -332,13 +332,12 @@ fn build<T: ?Sized + Role<P>, P: Plugin>(raw: RawParams<'_>) -> Result<Configure
     Ok(Configured::new(params, T::hold(plugin)))
 }
 
-/// The entry of a kind, if the list has one.
+/// Entry of a kind; `None` if the list lacks it.
 pub fn find<T: ?Sized>(list: &'static [Entry<T>], kind: &str) -> Option<&'static Entry<T>> {
     list.iter().find(|e| e.kind == kind)
 }
 
-/// The word of `known` that is nearest to `word`, if it is near enough for a misspelling: with more than one letter and
-/// more than half of the letters wrong it is another word.
+/// Word of `known` that is nearest to `word`; `None` if the difference is too large for a misspelling.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let most = (word.chars().count() / 2).max(1);
     known
@@ -349,7 +348,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, k)| k)
 }
 
-/// Words of `known` that have `part` in them, or a part that is near to it; it is three letters long or longer.
+/// Words of `known` that contain `part`, or something similar. `part` must have at least three letters.
 fn with_part<'a>(part: &str, known: &[&'a str]) -> Vec<&'a str> {
     if part.chars().count() < 3 {
         return Vec::new();
@@ -360,8 +359,8 @@ fn with_part<'a>(part: &str, known: &[&'a str]) -> Vec<&'a str> {
     known.iter().filter(has).copied().collect()
 }
 
-/// The message about an unknown word: it suggests the nearest known word or those that have it as a part, or lists all
-/// known ones.
+/// Message about an unknown word. It suggests the nearest known word or those that contain the word; else it
+/// lists all known ones.
 pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     let near =
@@ -373,7 +372,7 @@ pub fn unknown<'k>(what: &str, word: &str, known: impl IntoIterator<Item = &'k s
     }
 }
 
-/// The message about an unknown word that may be one of `near`.
+/// Message about an unknown word that suggests the words `near`.
 pub fn suggest(what: &str, word: &str, near: &[&str]) -> String {
     format!("unknown {what} `{word}`; did you mean `{}`?", near.join("` or `"))
 }

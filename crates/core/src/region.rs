@@ -10,7 +10,7 @@ pub use overlap::Areas;
 
 use serde::{Deserialize, Serialize};
 
-/// An axis-aligned rectangle: left, top, width and height in pixels.
+/// Upright rectangle: left, top, width and height in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Rect {
     /// Left edge.
@@ -24,7 +24,7 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// A rectangle from its left, top, width and height.
+    /// Creates a rectangle from left, top, width and height.
     pub fn new(x: f64, y: f64, w: f64, h: f64) -> Self {
         Self { x, y, w, h }
     }
@@ -39,7 +39,7 @@ impl Rect {
         self.w * self.h
     }
 
-    /// The same rectangle moved by `(dx, dy)`.
+    /// The rectangle moved by `(dx, dy)`.
     pub fn shifted(&self, dx: f64, dy: f64) -> Self {
         Self::new(self.x + dx, self.y + dy, self.w, self.h)
     }
@@ -54,37 +54,37 @@ impl Rect {
 /// A target's region in one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Region {
-    /// Axis-aligned rectangle.
+    /// Upright rectangle.
     Rect(Rect),
-    /// Convex polygon, at least 3 corners, either orientation.
+    /// Convex polygon of at least 3 corners, in either orientation.
     Polygon(Vec<(f64, f64)>),
 }
 
 /// Largest absolute coordinate, in pixels.
 const MAX_COORDINATE: f64 = 1e15;
 
-/// Why numbers do not make a region.
+/// Reason why numbers do not make a region.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RegionError {
     /// NaN or infinity among the numbers.
     #[error("a coordinate is not a finite number")]
     NotFinite,
-    /// A coordinate so large that areas would overflow or neighboring pixels would be the same number.
+    /// A coordinate so large that areas overflow or neighboring pixels become equal.
     #[error("a coordinate is beyond {MAX_COORDINATE:e} pixels, where no image is")]
     TooFar,
     /// A width or height of 0 or less, or a polygon without area.
     #[error("the region has no area")]
     Empty,
-    /// A count other than 4, 6, 8, 10 ...
+    /// A count of numbers other than 4, 6, 8, 10 ...
     #[error("a region takes 4 numbers (x,y,w,h) or at least 3 corners (x1,y1,x2,y2,...), not {0} numbers")]
     Count(usize),
-    /// The corners turn both ways.
+    /// A polygon that is not convex.
     #[error("the polygon is not convex; only convex polygons can be scored exactly")]
     NotConvex,
 }
 
 impl Region {
-    /// The region of 4 numbers (`x,y,w,h`) or of the corners of a convex polygon.
+    /// Region from 4 numbers (`x,y,w,h`) or from the corners of a convex polygon.
     ///
     /// # Errors
     /// See [`RegionError`].
@@ -115,12 +115,12 @@ impl Region {
         }
     }
 
-    /// The region of a target that has none: all its numbers are NaN.
+    /// Region that stands for "no region": all its numbers are NaN.
     pub fn nowhere() -> Self {
         Self::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN))
     }
 
-    /// Whether all coordinates are finite.
+    /// True if all coordinates are finite.
     pub fn is_finite(&self) -> bool {
         self.corners().iter().all(|corner| corner.0.is_finite() && corner.1.is_finite())
     }
@@ -141,7 +141,7 @@ impl Region {
         }
     }
 
-    /// The upright rectangle that stands for the region in methods that need one.
+    /// Upright rectangle that replaces the region in methods that need one.
     ///
     /// A quadrilateral becomes the rectangle with its center and its mean side lengths, as the OTB
     /// code treats the affine boxes of IVT; other polygons become their bounds. An axis-aligned
@@ -166,7 +166,7 @@ impl Region {
         Rect::new(cx - w / 2.0, cy - h / 2.0, w, h)
     }
 
-    /// The smallest upright rectangle around the region.
+    /// Smallest upright rectangle around the region.
     pub fn bounds(&self) -> Rect {
         match self {
             Self::Rect(r) => *r,
@@ -177,7 +177,7 @@ impl Region {
         }
     }
 
-    /// The same region moved by `(dx, dy)`.
+    /// The region moved by `(dx, dy)`.
     pub fn shifted(&self, dx: f64, dy: f64) -> Self {
         match self {
             Self::Rect(r) => Self::Rect(r.shifted(dx, dy)),
@@ -185,7 +185,7 @@ impl Region {
         }
     }
 
-    /// Area of the intersection with `other`, in square pixels, by exact clipping.
+    /// Area of the intersection with `other` in square pixels, by exact clipping.
     pub fn intersection(&self, other: &Self) -> f64 {
         if let (Self::Rect(a), Self::Rect(b)) = (self, other) {
             let w = (a.x + a.w).min(b.x + b.w) - a.x.max(b.x);
@@ -195,7 +195,7 @@ impl Region {
         area(&clip(&self.corners(), &other.corners()))
     }
 
-    /// The part of the region that lies in `window`; `None` if it has no area.
+    /// Part of the region that lies in `window`; `None` if it has no area.
     pub fn clipped(&self, window: &Self) -> Option<Self> {
         if let (Self::Rect(a), Self::Rect(b)) = (self, window) {
             let (x, y) = (a.x.max(b.x), a.y.max(b.y));
@@ -237,7 +237,7 @@ fn is_convex(p: &[(f64, f64)]) -> bool {
     turns && fan
 }
 
-/// Sutherland-Hodgman clipping of one convex polygon by another.
+/// Sutherland-Hodgman clipping of a convex polygon by another.
 fn clip(subject: &[(f64, f64)], window: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let orientation = signed_area(window).signum();
     let mut out = subject.to_vec();

@@ -1,4 +1,4 @@
-//! What trackers and signals may ask of a sequence beside the frames that they are given.
+//! Facts about a sequence that trackers and signals may use, beside its frames.
 
 use crate::region::Region;
 use std::error::Error;
@@ -8,39 +8,39 @@ use std::sync::Arc;
 /// Frame numbers of a sequence in its dataset, for readers of result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Numbering {
-    /// Number of the sequence's first frame here.
+    /// Number of the first frame that is used.
     pub first: u32,
     /// First and last frame of the dataset's own, uncut range (OTB: David 300..=770).
     pub official: (u32, u32),
 }
 
-/// A sequence as trackers and signals know it.
+/// A sequence from the view of trackers and signals.
 pub trait SequenceInfo: Send + Sync {
-    /// Its name, unique in its suite: `Jogging-1`.
+    /// Name, unique in the suite: `Jogging-1`.
     fn name(&self) -> &str;
 
-    /// Its frame numbers.
+    /// Frame numbers in the dataset.
     fn numbering(&self) -> Numbering;
 
-    /// Ground truth, one entry a frame; `None` where the target is not annotated.
+    /// Ground truth, one entry per frame; `None` where the target is not annotated.
     fn truth(&self) -> &[Option<Region>];
 
     /// Attributes of the whole sequence, sorted: `occlusion`, `scale-change` ...
     fn attributes(&self) -> &[String];
 
-    /// Width and height of its frames, in pixels.
+    /// Width and height of the frames, in pixels.
     ///
     /// # Errors
-    /// When it has no frames, or the first one cannot be read.
+    /// When the sequence has no frames, or the first one cannot be read.
     fn size(&self) -> Result<(usize, usize), Box<dyn Error + Send + Sync>>;
 
-    /// The image files of its frames; none where its frames have no files.
+    /// Image files of the frames; empty if the frames have no files.
     ///
     /// # Errors
     /// When the frames of a video cannot be decoded.
     fn files(&self) -> Result<Vec<PathBuf>, Box<dyn Error + Send + Sync>>;
 
-    /// The same sequence, for those who keep it.
+    /// The sequence as a shared pointer, for owners beyond this borrow.
     fn shared(&self) -> Arc<dyn SequenceInfo>;
 
     /// Number of frames.

@@ -8,26 +8,26 @@ use serde::Deserialize;
 pub enum Packing {
     /// A zip file.
     Zip,
-    /// No archive: one file, kept as it is.
+    /// A single file without an archive around it, kept as downloaded.
     File,
 }
 
-/// One download.
+/// A file that `trackfail data fetch` downloads.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Archive {
-    /// Name, unique among all; entries refer to it.
+    /// Name of the archive, unique among all. Entries of suites refer to it.
     pub name: String,
-    /// Public address, http or https.
+    /// Public address of the file, http or https.
     pub url: String,
-    /// How it is packed.
+    /// Packing of the file, which decides how it is unpacked.
     pub packing: Packing,
-    /// Size in bytes, where it is known.
+    /// Size in bytes; `None` if it is not pinned.
     pub size: Option<u64>,
-    /// SHA-256 in hexadecimal, where it is known.
+    /// SHA-256 in hexadecimal; `None` if it is not pinned.
     pub sha256: Option<String>,
     /// Folder under the data root that the archive's paths start from, parts separated by `/`.
     pub into: String,
-    /// Only members below this folder of the archive are unpacked, and it itself is left out.
+    /// Folder of the archive whose members are unpacked, without the folder itself; `None` for all members.
     pub below: Option<String>,
 }

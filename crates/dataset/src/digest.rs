@@ -6,15 +6,15 @@
 //! - **files digest** ([`Sequence::digest`]): the text `trackfail-files/1`; number of the first frame used,
 //!   official first, official last; number of frames; per frame its file name (without folders) and the
 //!   file's bytes; the truth. It pins what was downloaded, byte for byte, without decoding. Where the frames
-//!   are in a video the text is `trackfail-video/1`, and the video file's name and bytes stand in the place
-//!   of the frames'.
+//!   are in a video the text is `trackfail-video/1`, and the video file's name and bytes stand in
+//!   the place of those of the frames.
 //! - **content digest** ([`content_digest`]): the text `trackfail-content/1`; number of frames; per frame its
 //!   number, width, height and RGB bytes; the truth; the number of attributes and each of them; the number of
-//!   frame attributes and per attribute its name and one byte a frame. It is the same for a sequence rendered
+//!   frame attributes and per attribute its name and one byte per frame. It is the same for a sequence rendered
 //!   in memory and for the same sequence written as PNG files and loaded again.
 //!
-//! The truth is, per frame, a tag byte and what belongs to it: 0, not annotated; 1, rectangle, `x y w h`;
-//! 2, polygon, number of corners, then `x y` of each. Coordinates are 0-based, as they are kept in memory.
+//! The truth has for each frame a tag byte and its values: 0, not annotated; 1, rectangle, `x y w h`; 2,
+//! polygon, number of corners, then `x y` of each. Coordinates are 0-based, as they are kept in memory.
 
 use super::{DatasetError, Frames, Sequence, text};
 use sha2::{Digest as _, Sha256};
@@ -23,20 +23,21 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use trackfail_core::region::Region;
 
-/// A sequence's files digest, computed when it is first asked for.
+/// Files digest of a sequence, computed at the first request and then kept.
 #[derive(Debug, Clone, Default)]
 pub struct Digest(OnceLock<String>);
 
 impl<T: Into<String>> From<T> for Digest {
-    /// A digest that is known already.
+    /// Stores a digest that is known already.
     fn from(hexadecimal: T) -> Self {
         Self(OnceLock::from(hexadecimal.into()))
     }
 }
 
 impl Sequence {
-    /// SHA-256 in hexadecimal of the frames' files and the ground truth in the range used; of the content
-    /// where the frames are rendered and no digest came with them. Reads the files once, then remembers.
+    /// Files digest: SHA-256 in hexadecimal of the frame files and the ground truth in the range used. A
+    /// rendered sequence without a known digest gets its content digest. The files are read at the first
+    /// call; later calls return the stored digest.
     ///
     /// # Errors
     /// When a file cannot be read.
@@ -48,8 +49,8 @@ impl Sequence {
         Ok(self.digest.0.get_or_init(|| fresh))
     }
 
-    /// SHA-256 in hexadecimal of the frames that a video was decoded into, since another decoder may make other
-    /// pixels of it; `None` for frames that are files themselves.
+    /// SHA-256 in hexadecimal of the image files that the video was decoded into, which differ between
+    /// decoders; `None` if the frames are not from a suite's video.
     ///
     /// # Errors
     /// When the video cannot be decoded.
@@ -60,7 +61,8 @@ impl Sequence {
         Ok(Some(hash.hexadecimal()))
     }
 
-    /// The digest once more, from the files as they are now; rendered frames cannot change.
+    /// Computes the digest again from the files as they are now. Rendered frames cannot change, so theirs is
+    /// returned as stored.
     ///
     /// # Errors
     /// When a file cannot be read.
@@ -109,7 +111,8 @@ pub fn file_digest(path: &Path) -> Result<String, DatasetError> {
     }
 }
 
-/// SHA-256 in hexadecimal of pixels, frame numbers, truth and attributes, whatever files they came in.
+/// Content digest: SHA-256 in hexadecimal of pixels, frame numbers, truth and attributes. The kind of file
+/// that they came in makes no difference.
 ///
 /// # Errors
 /// When a frame cannot be read.
@@ -136,13 +139,13 @@ pub fn content_digest(sequence: &Sequence) -> Result<String, DatasetError> {
     Ok(hash.hexadecimal())
 }
 
-/// No frame or video is larger.
+/// Largest frame or video file that is hashed, in bytes.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// Files that are read before they are hashed.
+/// Number of files that the reading thread may be ahead of the hashing.
 const READ_AHEAD: usize = 32;
 
-/// A digest that is being made.
+/// Digest being computed.
 pub(crate) struct Hash(Sha256);
 
 impl Hash {
@@ -161,8 +164,8 @@ impl Hash {
         self.0.update(bytes);
     }
 
-    /// Names and bytes in order. A digest has one order, so the hashing has one thread; another one reads ahead. It is
-    /// none of the pool's: who waits for help of those may be given their work.
+    /// Hashes the names and bytes of the files in order, while a thread of its own reads ahead. A thread of
+    /// the pool would not do: a pool thread that waits may be given the waiting task itself.
     fn files(&mut self, files: &[&Path]) -> Result<(), DatasetError> {
         std::thread::scope(|scope| {
             let (sender, arrived) = std::sync::mpsc::sync_channel(READ_AHEAD);

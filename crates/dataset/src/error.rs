@@ -4,7 +4,7 @@ use crate::suite::Missing;
 use std::path::{Path, PathBuf};
 use trackfail_core::image::ImageError;
 
-/// Why a dataset or result file was not read.
+/// Reason why a dataset or result file could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused.
@@ -36,25 +36,25 @@ pub enum DatasetError {
         /// Width and height found.
         got: (usize, usize),
     },
-    /// A line of a text file.
+    /// A wrong line of a text file.
     #[error("{}, line {line}: {message}", path.display())]
     Line {
         /// The text file.
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// Explanation of the error, with what is expected.
+        /// What is wrong, and what is expected.
         message: String,
     },
-    /// A file or folder as a whole.
+    /// A file or folder that is wrong as a whole.
     #[error("{}: {message}", path.display())]
     Content {
         /// The file or folder.
         path: PathBuf,
-        /// Explanation of the error, with what is expected.
+        /// What is wrong, and what is expected.
         message: String,
     },
-    /// Files of frames whose names leave their order in doubt.
+    /// Frame files whose names can be put in more than one order.
     #[error(
         "{}: the order of the frames is in doubt: {message}; rename the files so that one number counts them, or give \
          them to `detect` one by one in their order",
@@ -63,7 +63,7 @@ pub enum DatasetError {
     FrameOrder {
         /// The folder of the files.
         folder: PathBuf,
-        /// The orders that may be meant.
+        /// The possible orders.
         message: String,
     },
     /// A sequence that is not under the data root, or not whole.
@@ -72,33 +72,33 @@ pub enum DatasetError {
     /// An unknown suite; the message names the nearest one.
     #[error("{0}")]
     UnknownSuite(String),
-    /// A frame number outside the sequence.
+    /// A frame index outside the sequence.
     #[error("sequence {sequence} has {frames} frames, numbered here from 0; there is no frame {index}")]
     NoFrame {
-        /// The sequence.
+        /// Name of the sequence.
         sequence: String,
-        /// Its number of frames.
+        /// Number of frames of the sequence.
         frames: usize,
-        /// The number asked for.
+        /// The index that was requested, 0-based.
         index: usize,
     },
-    /// A frame of a sequence that has boxes only.
+    /// A request for pixels of a sequence that has boxes only.
     #[error("sequence {0} has no frames here, only boxes")]
     NoFrames(String),
 }
 
 impl DatasetError {
-    /// A file that cannot be read, with the cause.
+    /// Error for a file that the system cannot read.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }
     }
 
-    /// A line of a file that is wrong; `line` counts from 1.
+    /// Error for a wrong line of a file; `line` counts from 1.
     pub fn line(path: &Path, line: usize, message: impl Into<String>) -> Self {
         Self::Line { path: path.into(), line, message: message.into() }
     }
 
-    /// A file whose content is wrong as a whole.
+    /// Error for a file whose content is wrong as a whole.
     pub fn content(path: &Path, message: impl Into<String>) -> Self {
         Self::Content { path: path.into(), message: message.into() }
     }

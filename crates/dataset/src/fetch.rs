@@ -10,10 +10,10 @@
 //! | `licence-<suite>` | the licence text that was agreed to |
 //!
 //! A sequence's folder is unpacked below `unpack-*`, compared with what is pinned of it, flushed, given the
-//! file [`MARKER`] as its last one, and renamed. Renaming is one step for the file system, so a folder under its final
-//! name is whole: with a marker it was fetched, without one the user has put it there. Neither is touched again, unless
-//! the user asks for one that was fetched and is not as pinned to be fetched anew; then the old one is moved away first.
-//! The download is removed after that; it is also removed when it turns out not to be the pinned file or to be refused.
+//! file [`MARKER`] as its last one, and renamed. Renaming is one step for the file system, so a folder under
+//! its final name is whole: with a marker it was fetched, without one the user has put it there. Both are
+//! left alone. Only on request is a fetched folder that is not as pinned fetched again; the old folder is
+//! moved away first. The download is removed afterwards, also if it is not the pinned file or is refused.
 //!
 //! Nothing a server sends becomes part of a path except names of archive members that have been
 //! checked, see [`unpack()`]; only members that belong to a folder of a suite are written at all. Names of the built-in
@@ -40,27 +40,28 @@ use std::path::Path;
 /// Settings of [`fetch`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FetchOptions {
-    /// Start of the addresses that are asked instead of the pinned ones; the file name is appended.
+    /// Address that replaces the folder part of the pinned addresses; the file name is appended. `None` for
+    /// the pinned ones.
     pub mirror: Option<String>,
-    /// Patience with servers.
+    /// Timeouts and retries.
     pub patience: Patience,
-    /// Limits of archives.
+    /// Limits on what archives unpack to.
     pub caps: Caps,
 }
 
-/// A fetched archive.
+/// An archive that was downloaded and unpacked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fetched {
-    /// Bytes of the archive.
+    /// Size of the archive in bytes.
     pub size: u64,
-    /// Its SHA-256 in hexadecimal.
+    /// SHA-256 of the archive in hexadecimal.
     pub sha256: String,
-    /// The folders or the file it was fetched for.
+    /// Folders, or the single file, that came from the archive.
     pub placed: Placed,
 }
 
-/// The folders below `root` that are not what is pinned of them, each with its first difference. Where a part of a
-/// sequence comes in another download nothing can be said yet.
+/// Folders below `root` that differ from what is pinned, each with its first difference. A folder whose
+/// sequence has a part in another download is not compared yet.
 fn not_as_pinned(folders: &[String], root: &Path) -> Vec<(String, String)> {
     let roots = [root.to_path_buf()];
     let mut found: Vec<(String, String)> = Vec::new();
@@ -80,10 +81,10 @@ fn not_as_pinned(folders: &[String], root: &Path) -> Vec<(String, String)> {
     found
 }
 
-/// Downloads an archive, unpacks it, and puts those of its folders in place that are as pinned.
+/// Downloads an archive, unpacks it, and moves the folders that are as pinned to their final place.
 ///
 /// # Errors
-/// See [`FetchError`]. Nothing is left of an archive that is refused; the part of a download that was cut stays for
+/// See [`FetchError`]. A refused archive leaves nothing behind; the bytes of an interrupted download stay for
 /// the next call.
 pub fn fetch(
     space: &Workspace,
@@ -115,7 +116,7 @@ pub fn fetch(
     Ok(Fetched { size: got.size, sha256: got.sha256, placed })
 }
 
-/// The path below the data root of a download that is no archive but one file: it has the name that its address ends with.
+/// Path below the data root of a download that is a single file. Its name is the last part of the address.
 fn single_file(archive: &Archive) -> Result<String, FetchError> {
     let address = download::address(&archive.url)?;
     unpack::single_file(archive, download::file_name(&address))

@@ -1,4 +1,4 @@
-//! Frames from disk: which files of a folder they are, and decoding one.
+//! Frames from disk: the image files of a folder, and the decoding of one of them.
 //!
 //! Links to images and to folders of them are followed; what they lead to must be a file of at most
 //! [`image::MAX_FILE_BYTES`] bytes, so that reading never waits for a device or a pipe.
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use trackfail_core::image::{self, Frame};
 
-/// Image files in order, and the size of the first one once it is known.
+/// Image files in order. The size of the first one is kept once it has been read.
 #[derive(Debug, Clone, Default)]
 pub struct ImageFiles {
     paths: Vec<PathBuf>,
@@ -33,7 +33,7 @@ impl Deref for ImageFiles {
 }
 
 impl ImageFiles {
-    /// Width and height of the first file, read once; `None` when there is no file.
+    /// Width and height of the first file in pixels; `None` if there are no files. Read at the first call.
     fn size(&self) -> Result<Option<(usize, usize)>, DatasetError> {
         if let Some(known) = self.size.get() {
             return Ok(Some(*known));
@@ -48,7 +48,8 @@ impl Sequence {
     /// Frame `t`, 0-based, decoded or rendered anew at each call.
     ///
     /// # Errors
-    /// No such frame, an unreadable or cut file, or another size than the first frame's.
+    /// An index beyond the last frame, an unreadable or truncated file, or a size other than that of the
+    /// first frame.
     pub fn frame(&self, t: usize) -> Result<Frame, DatasetError> {
         let absent = || DatasetError::NoFrame { sequence: self.name.clone(), frames: self.len(), index: t };
         let files = match &self.frames {
@@ -72,7 +73,7 @@ impl Sequence {
         Ok(frame)
     }
 
-    /// Width and height of the frames, in pixels, from the first one.
+    /// Width and height of all frames in pixels, taken from the first one.
     ///
     /// # Errors
     /// As [`Sequence::frame`].
@@ -96,7 +97,7 @@ fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
     DatasetError::Image { path: path.into(), source }
 }
 
-/// The paths of all that is in a folder, in no order.
+/// Paths of all entries of a folder, in any order.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     let list = || -> std::io::Result<Vec<PathBuf>> {
         std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect()
@@ -107,7 +108,7 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
 /// The JPEG and PNG files of a folder by frame number, as [`numbered`] reads it from their names.
 ///
 /// # Errors
-/// No images at all, and those of [`numbered`].
+/// A folder without images, and the errors of [`numbered`].
 pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
     let is_hidden = |path: &Path| path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
     let mut paths = entries(folder)?;
@@ -118,10 +119,10 @@ pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, D
     numbered(paths)
 }
 
-/// Frames `first..=last` in order.
+/// Image files of frames `first..=last`, in order.
 ///
 /// # Errors
-/// The first number without a file.
+/// The first number that has no file.
 pub(crate) fn take_range(
     folder: &Path,
     images: &BTreeMap<u32, PathBuf>,
@@ -139,25 +140,25 @@ pub(crate) fn take_range(
         .collect()
 }
 
-/// The first of the named folders that exists in a folder, or the folder itself.
+/// First of the folders `names` that exists in `folder`; `folder` itself if none does.
 pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
     let inside = names.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
     inside.unwrap_or_else(|| folder.to_path_buf())
 }
 
-/// The name of a folder, also of `.` and `..`.
+/// Last part of a path, also for `.` and `..`.
 pub(crate) fn folder_name(folder: &Path) -> String {
     let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
     whole.file_name().map_or_else(|| "sequence".into(), |n| n.to_string_lossy().into_owned())
 }
 
-/// Whether the name is a JPEG or PNG file's.
+/// True if the name is that of a JPEG or PNG file.
 pub fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     extension == "jpg" || extension == "jpeg" || extension == "png"
 }
 
-/// The number that a file's name without extension ends with.
+/// Number at the end of a file name, without its extension.
 pub(crate) fn number(path: &Path) -> Option<u32> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.len() - stem.bytes().rev().take_while(u8::is_ascii_digit).count();
@@ -195,7 +196,7 @@ mod tests {
         }
     }
 
-    /// The sequence of three files, as they are.
+    /// Sequence of three image files, in the order given.
     fn named(folder: &Path) -> Sequence {
         let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
         sequence(Frames::Files(paths.into()))

@@ -19,46 +19,47 @@ use trackfail_core::region::Region;
 
 const GROUND_TRUTH: &str = "groundtruth.txt";
 
-/// The region of each frame, 0-based; `None` where the target is absent.
+/// Regions of the frames, 0-based pixels; `None` where the target is absent.
 type Truth = Vec<Option<Region>>;
 
 /// Lists the targets of a folder.
 type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
 
-/// A format of sequences on disk: how their folders are recognized and read.
+/// A format of sequences on disk, with the functions that recognize and read its folders.
 pub struct FormatEntry {
-    /// Word for it in files of suites and for `trackfail data add --format`.
+    /// Name of the format in suite files and in `trackfail data add --format`.
     pub word: &'static str,
     /// Files of a sequence in one line, for help texts.
     pub summary: &'static str,
-    /// Name of the ground-truth file of a folder with one target.
+    /// Name of the ground-truth file in a folder with one target.
     pub truth_file: &'static str,
-    /// Loads the sequence of an entry under a data root; that of the default entry is the root as a whole. Reads lists
-    /// of files and text, no image and no video.
+    /// Loads the sequence of an entry under a data root; the default entry stands for the root folder itself.
+    /// Reads lists of files and text, no image and no video.
     pub load: fn(&Path, &Entry) -> Result<Sequence, DatasetError>,
-    /// Reads the bytes of a ground-truth file, one entry a frame, 0-based; the path names it in messages.
+    /// Reads the bytes of a ground-truth file: one entry per frame, 0-based pixels. The path is for messages.
     pub parse_truth: fn(&Path, &[u8]) -> Result<Truth, DatasetError>,
-    /// Names that the folder of images may have in that of the sequence; without one of them, the images are beside the
-    /// ground truth.
+    /// Names that the image folder may have. If none exists, the images are beside the ground truth.
     pub image_folders: &'static [&'static str],
-    /// Whether a file of this name beside the images is read.
+    /// True if a file of this name, beside the images, is read.
     pub reads: fn(&str) -> bool,
-    /// Whether a file of its folder is part of an entry's sequence: its name, and its number if it is an image.
+    /// True if a file of the folder is part of an entry's sequence, given its name and, for an image, its
+    /// number.
     pub belongs: fn(&Entry, &str, Option<u32>) -> bool,
-    /// Whether the file of this name is a label file, which the files digest of a sequence does not cover.
+    /// True if a file of this name holds labels. The files digest of a sequence does not cover those.
     pub is_label: fn(&str) -> bool,
-    /// Whether a range of the folder's images can be a sequence, so that images after it may be absent.
+    /// True if a sequence may be only a range of the folder's images, so that later ones may be absent.
     pub takes_ranges: fn(&Path) -> Result<bool, DatasetError>,
-    /// The part of a sequence that its folder lacks, where parts are downloaded apart.
+    /// Name of the part (annotation or frames) that a folder lacks. Only for formats whose parts are
+    /// downloaded apart.
     pub absent_part: fn(&Path) -> Result<Option<&'static str>, DatasetError>,
-    /// The targets of a folder, `None` for the only one, and nothing if the folder is no sequence; absent if
-    /// suites of the format cannot be found that way and are written by hand.
+    /// Targets of a folder: `[None]` for a single unnumbered one, empty if the folder holds no sequence.
+    /// `None` for formats whose suites are written by hand.
     pub find_targets: Option<FindTargets>,
 }
 
 impl FormatEntry {
-    /// A format of one target a folder in `groundtruth.txt`, with the images beside it; entries replace what
-    /// differs. It reads nothing.
+    /// Default format: one target per folder in `groundtruth.txt`, images beside it, nothing loaded. Each
+    /// format replaces what differs.
     const BASE: Self = Self {
         word: "",
         summary: "",
@@ -89,11 +90,11 @@ impl std::fmt::Debug for FormatEntry {
     }
 }
 
-/// Every format.
+/// All formats.
 pub static FORMATS: &[FormatEntry] =
     &[otb::FORMAT, otb_boxes::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
 
-/// The format of a word.
+/// Returns the format called `word`.
 pub fn find(word: &str) -> Option<&'static FormatEntry> {
     FORMATS.iter().find(|f| f.word == word)
 }

@@ -1,4 +1,6 @@
-//! Decoded frames that are kept for a while, for those who go over a sequence more than once or backwards.
+//! Cache of decoded frames, for readers that go over a sequence more than once or backwards.
+//!
+//! Frames of more than `MAX_FRAME_BYTES` are not kept: too few would fit for one to be found again.
 //!
 //! Frames of more than `MAX_FRAME_BYTES` are not kept: too few of them have room for one to be found again.
 
@@ -7,10 +9,10 @@ use lru::LruCache;
 use std::sync::{Arc, Mutex, PoisonError};
 use trackfail_core::image::Frame;
 
-/// Size of the largest frame that is kept, that of about 2.8 megapixels.
+/// Largest frame that is kept, in bytes: about 2.8 megapixels.
 const MAX_FRAME_BYTES: usize = 8 << 20;
 
-/// The frames used last, of any number of sequences, up to a number of bytes.
+/// The most recently used frames of all sequences, up to a limit in bytes.
 pub struct FrameCache {
     most: usize,
     kept: Mutex<CachedFrames>,
@@ -18,20 +20,21 @@ pub struct FrameCache {
 
 struct CachedFrames {
     bytes: usize,
-    /// By the sequence's place in memory and the frame; the entry holds the sequence there.
+    /// Frames by the address of their sequence and their index. The entry owns the sequence, so that the
+    /// address stays in use.
     frames: LruCache<(usize, usize), (Arc<Sequence>, Arc<Frame>)>,
 }
 
 impl FrameCache {
-    /// A cache of at most so many bytes of pixels; with 0 it keeps nothing.
+    /// Creates a cache of at most `most` bytes of pixels. With 0 nothing is kept.
     pub fn new(most: usize) -> Self {
         Self { most, kept: Mutex::new(CachedFrames { bytes: 0, frames: LruCache::unbounded() }) }
     }
 
-    /// Frame `t` of a sequence, from 0.
+    /// Frame `t` (0-based) of a sequence, from the cache or decoded.
     ///
     /// # Errors
-    /// When it cannot be decoded.
+    /// When the frame cannot be decoded.
     pub fn frame(&self, sequence: &Arc<Sequence>, t: usize) -> Result<Arc<Frame>, DatasetError> {
         let key = (Arc::as_ptr(sequence) as usize, t);
         if let Some((_, frame)) = self.kept().frames.get(&key) {
@@ -64,7 +67,7 @@ mod tests {
     use crate::{Frames, Render};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Frames of 4 x 2 pixels, 24 bytes, that count how often they are made.
+    /// Renderer of 4 x 2 pixels (24 bytes) that counts its calls.
     struct Counted(Arc<AtomicUsize>);
     impl Render for Counted {
         fn render(&self, t: usize) -> Frame {

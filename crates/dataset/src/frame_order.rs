@@ -1,7 +1,7 @@
 //! The order and the numbers of frame files, from the numbers in their names.
 //!
-//! The order is that of people: text as text, and every run of digits as a number, from left to right, so that
-//! `img2_b` comes before `img10_a`. Which of the numbers counts the frames:
+//! Names are ordered as people do it: text as text, and every run of digits as a number, from left to right,
+//! so that `img2_b` comes before `img10_a`. This number of a name counts the frames:
 //!
 //! | names | the number of a frame |
 //! |---|---|
@@ -20,13 +20,14 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// The names of files that messages show of an order.
+/// Number of file names that a message shows of an order.
 const SHOWN: usize = 3;
 
-/// A number as it is written: how many digits it has without zeros before them, and these digits.
+/// Number in a name: its count of digits without leading zeros, and these digits. So tuples are ordered by
+/// value.
 type Value<'n> = (usize, &'n str);
 
-/// A name in parts: a text, a run of digits, a text, and so on; the first and the last text may be empty.
+/// File name split into text, run of digits, text, and so on. The first and the last text may be empty.
 struct Name {
     path: PathBuf,
     texts: Vec<String>,
@@ -34,7 +35,7 @@ struct Name {
 }
 
 impl Name {
-    /// The parts of a path, or only of its last part without extension.
+    /// Splits the whole path, or only its last part without the extension.
     fn new(path: PathBuf, whole: bool) -> Self {
         let stem = if whole { path.with_extension("") } else { path.file_stem().unwrap_or_default().into() };
         let stem = stem.to_string_lossy();
@@ -52,7 +53,7 @@ impl Name {
         }
     }
 
-    /// The digits of a run; none behind the last one.
+    /// Digits of a run; empty after the last run.
     fn digits(&self, run: usize) -> &str {
         self.runs.get(run).map_or("", String::as_str)
     }
@@ -70,19 +71,19 @@ impl Name {
         self.texts.last().is_some_and(String::is_empty)
     }
 
-    /// Whether a run is what stands behind the point of a decimal number.
+    /// True if the run stands after the point of a decimal number.
     fn is_fraction(&self, run: usize) -> bool {
         let point = |text: usize| self.texts.get(text).is_some_and(|text| text == ".");
         run > 0 && run < self.runs.len() && point(run) && !point(run - 1) && !point(run + 1)
     }
 
-    /// The digits of a fraction, without zeros at their end.
+    /// Digits of a fraction without zeros at the end; `None` for other runs.
     fn fraction(&self, run: usize) -> Option<&str> {
         Some(self.runs.get(run)?.trim_end_matches('0'))
     }
 }
 
-/// The names of some files, of which there are more.
+/// First names of a longer list, for messages.
 pub(crate) fn shown<'p>(paths: impl Iterator<Item = &'p Path>) -> String {
     paths.map(|path| file_name(path) + ", ").collect::<String>() + "..."
 }
@@ -91,22 +92,22 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Files in the order of all numbers in their names.
+/// Sorts files by all the numbers in their names.
 pub(crate) fn natural_order(paths: Vec<PathBuf>) -> Vec<PathBuf> {
     named(paths).into_iter().map(|name| name.path).collect()
 }
 
-/// Files by frame number, see the table of this module.
+/// Files by frame number; the table of this module tells which number that is.
 ///
 /// # Errors
-/// Two files of one number, one without a number, and [`DatasetError::FrameOrder`].
+/// Two files with one number, a file without a number, and [`DatasetError::FrameOrder`].
 pub(crate) fn numbered(paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
     let names = named(paths);
     let numbers = numbers(&names)?;
     Ok(numbers.into_iter().zip(names).map(|(number, name)| (number, name.path)).collect())
 }
 
-/// The names of files in their natural order; folders are part of the name where there are several.
+/// Names of the files in natural order. Folders are part of the name if there are several.
 fn named(paths: Vec<PathBuf>) -> Vec<Name> {
     let whole = paths.windows(2).any(|pair| pair[0].parent() != pair[1].parent());
     let mut names: Vec<Name> = paths.into_iter().map(|path| Name::new(path, whole)).collect();
@@ -114,13 +115,14 @@ fn named(paths: Vec<PathBuf>) -> Vec<Name> {
     names
 }
 
-/// Texts and numbers compared one after the other; a name that ends comes first.
+/// Compares names part by part, texts and numbers in turn. A name that is the start of another comes first.
 fn natural(a: &Name, b: &Name) -> Ordering {
     let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| a.value(k).cmp(&b.value(k)));
     (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
-/// As [`natural`], of names that differ in numbers alone, with fractions compared as such.
+/// Like [`natural`], for names that differ in numbers alone, and with digits after a decimal point compared
+/// as fractions.
 fn decimal(a: &Name, b: &Name) -> Ordering {
     let part = |k: usize| {
         if a.is_fraction(k) { a.fraction(k).cmp(&b.fraction(k)) } else { a.value(k).cmp(&b.value(k)) }
@@ -128,7 +130,7 @@ fn decimal(a: &Name, b: &Name) -> Ordering {
     (0..a.runs.len()).map(part).fold(Ordering::Equal, Ordering::then)
 }
 
-/// The frame numbers of names in their natural order.
+/// Frame numbers of the names, which are in natural order.
 fn numbers(names: &[Name]) -> Result<Vec<u32>, DatasetError> {
     let from_one = || (1..=names.len() as u32).collect();
     if let [one] = names {
@@ -185,7 +187,7 @@ fn numbers(names: &[Name]) -> Result<Vec<u32>, DatasetError> {
     Err(doubt(names, &by_last, "the last number alone"))
 }
 
-/// Whether each value is larger than the one before.
+/// True if every value is larger than the one before.
 fn rises(values: &[Value<'_>]) -> bool {
     values.windows(2).all(|pair| pair[0] < pair[1])
 }
@@ -194,14 +196,14 @@ fn whole(value: Value<'_>) -> Option<u32> {
     if value.0 == 0 { Some(0) } else { value.1.parse().ok() }
 }
 
-/// Whether each value is larger by 1 than the one before.
+/// True if every value is larger by 1 than the one before.
 fn follow(values: &[Value<'_>]) -> bool {
     let numbers: Option<Vec<u32>> = values.iter().copied().map(whole).collect();
     numbers.is_some_and(|numbers| numbers.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1])))
 }
 
-/// Rising values as frame numbers: themselves at the end of names, else counted from 1 for the first. Values that are too
-/// large are times, of which only the order is taken.
+/// Frame numbers of rising values: the values themselves if they end the names, else counted from 1 for the
+/// first. Values that are too large for a number are times; only their order is used.
 fn counted(values: &[Value<'_>], at_end: bool) -> Vec<u32> {
     let own: Option<Vec<u32>> = values.iter().copied().map(whole).collect();
     let mut numbers = own.unwrap_or_else(|| (1..=values.len() as u32).collect());
@@ -211,7 +213,7 @@ fn counted(values: &[Value<'_>], at_end: bool) -> Vec<u32> {
     numbers
 }
 
-/// The first run that is not the same number in all names, where all that stands before it is the same.
+/// First run whose number differs among the names, provided that all text before it is the same.
 fn first_that_varies(names: &[Name]) -> Option<usize> {
     let (first, rest) = names.split_first()?;
     let same_before = |run: &usize| {
@@ -221,11 +223,11 @@ fn first_that_varies(names: &[Name]) -> Option<usize> {
     (0..first.runs.len()).take_while(same_before).find(varies)
 }
 
-/// Whether the numbers from `run`, the first that varies, on are one quantity in parts, each of which counts within the
-/// one before it: a date, a time, a decimal number. The names differ in numbers alone.
+/// True if the numbers from `run` on, where the names first differ, are one quantity in parts: a date, a time
+/// or a decimal number. Each part counts within the one before it. The names differ in numbers alone.
 ///
 /// # Errors
-/// [`DatasetError::FrameOrder`] for fractions of several lengths that are in another order as whole numbers.
+/// [`DatasetError::FrameOrder`] if fractions of different lengths would have another order as whole numbers.
 fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     let mut by_decimal: Vec<&Name> = names.iter().collect();
     by_decimal.sort_by(|a, b| decimal(a, b));
@@ -245,20 +247,20 @@ fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     Ok(first.is_fraction(run + 1) || (0..=run).any(covers))
 }
 
-/// Whether a text has so many digits and is a number in the range.
+/// True if the text has that many digits and its number is in the range.
 fn is_number(digits: &str, count: RangeInclusive<usize>, range: RangeInclusive<u32>) -> bool {
     count.contains(&digits.len()) && digits.parse().is_ok_and(|value: u32| range.contains(&value))
 }
 
-/// Whether the runs from `start` on are hours, minutes and seconds.
+/// True if the runs from `start` on are hours, minutes and seconds.
 fn is_time_of_day(name: &Name, start: usize) -> bool {
     let is = |k: usize, last: u32| is_number(name.digits(start + k), 1..=2, 0..=last);
     let separator = |k: usize| name.texts.get(start + k).filter(|text| text.chars().count() == 1);
     is(0, 23) && is(1, 59) && is(2, 60) && separator(1).is_some() && separator(1) == separator(2)
 }
 
-/// The first file after more than half a day without any, of names with times of day and no date: the later ones may be those
-/// of the day before.
+/// First file after a gap of more than 12 hours, if the names have a time of day and no date. The files after
+/// the gap may be those of the evening before.
 fn night(names: &[Name], run: usize) -> Option<usize> {
     let first = names.first()?;
     let hour = (0..=run).find(|k| names.iter().all(|name| is_time_of_day(name, *k)))?;
@@ -268,7 +270,8 @@ fn night(names: &[Name], run: usize) -> Option<usize> {
     gap.map(|before| before + 1).filter(|_| !has_date)
 }
 
-/// How many runs from `start` on are a date, a time of day, or seconds since 1970 with their fraction; 0 for others.
+/// Number of runs from `start` on that form a date, a time of day, or seconds since 1970 with a fraction; 0
+/// for anything else.
 fn stamp_length(name: &Name, start: usize) -> usize {
     let digits = |k: usize| name.digits(start + k);
     let is_date = |year: &str, month: &str, day: &str| {
@@ -291,14 +294,14 @@ fn stamp_length(name: &Name, start: usize) -> usize {
     }
 }
 
-/// The error for two files of one number.
+/// Error for two files with the same number.
 fn again(other: &Name, name: &Name, value: Option<Value<'_>>) -> DatasetError {
     let number = value.map_or("0", |(_, digits)| if digits.is_empty() { "0" } else { digits });
     let message = format!("frame {number} again, after {}; keep one file a frame", file_name(&other.path));
     DatasetError::content(&name.path, message)
 }
 
-/// The error for names that can be put in two orders, or that are of several kinds and leave numbers out.
+/// Error for names that can be put in two orders, or that are of several kinds.
 fn doubt(names: &[Name], other: &[&Name], how: &str) -> DatasetError {
     let differs = names.iter().zip(other).position(|(a, b)| a.path != b.path);
     let from = differs.unwrap_or_default();

@@ -1,23 +1,24 @@
 //! Programs outside of this one, such as ffmpeg and trackers, which may misbehave in any way.
 //!
-//! The end of a [`Guarded`] program, or of this one, whatever the cause, ends all that it has started. On Linux a guard sees
-//! to that, a process between the two. Elsewhere the program leads a group of its own, which a small shell guards: it waits
-//! for the end of its stdin, a pipe that only this program holds, then kills the group.
+//! A [`Guarded`] program and all its child processes end when the program ends or when this process ends,
+//! whatever the cause. On Linux a guard process between the two ensures it. Elsewhere the program leads a
+//! process group, and a small shell waits for the end of its stdin, a pipe that only this process holds, and
+//! then kills the group.
 //!
-//! What has left the guard or the group may hold the streams of the program open: the end of a stream is waited for no
-//! longer than a moment.
+//! A process that has escaped may still hold the streams of the program open. The end of a stream is
+//! therefore awaited for at most [`STREAM_GRACE`].
 
 #[cfg(target_os = "linux")]
 mod guard;
 
-/// A system without guards.
+/// Stand-in for the guard on systems other than Linux.
 #[cfg(not(target_os = "linux"))]
 mod guard {
     use std::{path::Path, process::Command};
 
     pub(super) const CANNOT_START: &str = "";
 
-    /// Does nothing here.
+    /// Does nothing on this system.
     pub fn serve_if_asked() {}
 
     pub(super) fn command(_: &Command, _: Option<&Path>) -> Option<Command> {
@@ -38,42 +39,42 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Bytes of a stream that are kept.
+/// Number of bytes at the end of a stream that are kept.
 const MAX_TAIL_BYTES: usize = 4 << 10;
-/// Longest time to wait for the end of a stream after that of the program.
+/// Longest wait for the end of a stream after the program has ended.
 pub const STREAM_GRACE: Duration = Duration::from_millis(300);
-/// Longest pause between two looks whether a program has ended.
+/// Longest pause between two checks that a program has ended.
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Tells whoever waits for a program without a flag of its own that the user interrupts. May be called by a handler of
-/// signals.
+/// Records that the user interrupted the program, for waits without a flag of their own. A signal handler may
+/// call it.
 pub fn interrupt() {
     INTERRUPTED.store(true, Ordering::Relaxed);
 }
 
-/// Whether [`interrupt`] was called.
+/// True once [`interrupt`] was called.
 pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// A program, which is ended together with all that it has started when this is dropped.
+/// A running program. Dropping the value ends the program and all that it started.
 pub struct Guarded {
     process: Child,
-    /// Whether the process is a guard, which has started the program.
+    /// True if the process is a guard, which in turn started the program.
     is_guard: bool,
-    /// Kills the group of the program, where that is no guard, once its stdin ends.
+    /// Shell that kills the group of the program once its stdin ends. Only where there is no guard.
     shell: Option<Child>,
     stderr: Option<Tail>,
 }
 
 impl Guarded {
-    /// Starts a program with a stdin and a stdout; its stderr is read. `folder`, if there is one, is deleted if this
-    /// program dies before the other one has ended.
+    /// Starts a program with the given stdin and stdout; its stderr is read. `folder` is deleted if this
+    /// process dies first.
     ///
     /// # Errors
-    /// When it cannot be started; some systems tell so only in [`Self::try_wait`].
+    /// When the program cannot be started. Some systems report that only in [`Self::try_wait`].
     pub fn start(
         command: Command,
         [stdin, stdout]: [Stdio; 2],
@@ -94,43 +95,43 @@ impl Guarded {
         Ok(Self { process, is_guard, shell, stderr })
     }
 
-    /// Its stdin, once, if it is a pipe.
+    /// Takes the stdin of the program, if it is a pipe. `None` at the second call.
     pub fn stdin(&mut self) -> Option<ChildStdin> {
         self.process.stdin.take()
     }
 
-    /// Its stdout, once, if it is a pipe.
+    /// Takes the stdout of the program, if it is a pipe. `None` at the second call.
     pub fn stdout(&mut self) -> Option<ChildStdout> {
         self.process.stdout.take()
     }
 
-    /// The end of its stderr, waited for no longer than [`STREAM_GRACE`].
+    /// Last bytes of the program's stderr. Its end is awaited for at most [`STREAM_GRACE`].
     pub fn stderr(&self) -> String {
         self.stderr.as_ref().map(Tail::text).unwrap_or_default()
     }
 
-    /// How it has ended; `None` while it runs.
+    /// Exit status of the program; `None` while it runs.
     ///
     /// # Errors
-    /// When it could not be started.
+    /// When the program could not be started.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         let status = self.process.try_wait()?;
         let error = status.and_then(|_| self.start_error());
         error.map_or(Ok(status), Err)
     }
 
-    /// The system's error, if the guard could not start the program.
+    /// Error of the system, if the guard could not start the program.
     fn start_error(&self) -> Option<std::io::Error> {
         let text = self.is_guard.then(|| self.stderr())?;
         let number = text.strip_prefix(guard::CANNOT_START)?.trim_end().parse().ok()?;
         Some(std::io::Error::from_raw_os_error(number))
     }
 
-    /// Waits for its end, or until `check` has a reason against that, and ends what it has started; how it has ended, or
-    /// the reason.
+    /// Waits until the program ends or `check` fails, then ends everything that the program started. Returns
+    /// the exit status or the error of `check`.
     ///
     /// # Errors
-    /// When it could not be started.
+    /// When the program could not be started.
     pub fn wait<E>(&mut self, check: impl Fn() -> Result<(), E>) -> std::io::Result<Result<ExitStatus, E>> {
         let mut pause = Duration::from_millis(1);
         let outcome = loop {
@@ -147,7 +148,7 @@ impl Guarded {
         Ok(outcome)
     }
 
-    /// Ends it with all that it has started.
+    /// Ends the program with all that it has started.
     pub fn end(&mut self) {
         // When a guard has ended, so have the others, and its number may be another process's.
         if self.is_guard && matches!(self.process.try_wait(), Ok(None)) {
@@ -170,14 +171,14 @@ impl Drop for Guarded {
     }
 }
 
-/// The last bytes of a stream, read by a thread, so that whoever writes is never stopped by a full pipe.
+/// Keeps the last bytes of a stream. A thread reads on, so that a full pipe never blocks the writer.
 pub struct Tail {
     kept: Arc<Mutex<VecDeque<u8>>>,
     ended: Receiver<()>,
 }
 
 impl Tail {
-    /// Begins to read.
+    /// Starts the reading thread.
     pub fn new(stream: impl Read + Send + 'static) -> Self {
         let (end, ended) = sync_channel(1);
         let kept = Arc::new(Mutex::new(VecDeque::new()));
@@ -189,7 +190,7 @@ impl Tail {
         tail
     }
 
-    /// The last bytes as text; the end of the stream is waited for no longer than [`STREAM_GRACE`].
+    /// Last bytes of the stream as text. Its end is awaited for at most [`STREAM_GRACE`].
     pub fn text(&self) -> String {
         let _ = self.ended.recv_timeout(STREAM_GRACE);
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -214,8 +215,8 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
     }
 }
 
-/// Starts a shell that kills a process group when its stdin ends, and deletes a folder if no line came before; `None` if it
-/// cannot be started.
+/// Starts a shell that kills a process group when its stdin ends, and deletes `folder` if no line came
+/// before. `None` if the shell cannot be started.
 fn start_shell(group: u32, folder: Option<&Path>) -> Option<Child> {
     const SCRIPT: &str = r#"lives=; while read -r _; do lives=1; done; kill -s KILL -- "-$1"; shift
         [ "$lives" ] || rm -rf -- "$@""#;

@@ -1,17 +1,18 @@
-//! Temporary folders, and those of them that killed processes have left behind.
+//! Temporary folders, and the removal of those that killed processes left behind.
 
 use std::fs::{File, TryLockError};
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Age in seconds from which on nobody is still at work in a folder.
+/// Age in seconds from which on a folder counts as abandoned.
 const OLD: u64 = 3600;
 
-/// The file in a temporary folder that its process holds a lock on. A folder without one is not ours.
+/// Name of the file in a temporary folder that its process holds a lock on. Folders without it are not
+/// touched.
 const LOCK: &str = "trackfail.lock";
 
-/// A folder among the temporary ones of the system, deleted when this is dropped; if the process is killed, the next one
-/// that makes such a folder deletes it.
+/// A folder in the system's temporary folder, deleted when the value is dropped. If the process is killed,
+/// the next process that creates such a folder deletes it.
 #[derive(Debug)]
 pub struct TemporaryFolder {
     folder: TempDir,
@@ -19,11 +20,11 @@ pub struct TemporaryFolder {
 }
 
 impl TemporaryFolder {
-    /// An empty folder but for the lock, whose name starts with `prefix`. Those of the prefix that killed processes have
-    /// left are deleted.
+    /// Creates a folder, empty but for its lock file, whose name starts with `prefix`. Folders of the prefix
+    /// that killed processes left are deleted.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// When the folder cannot be created.
     pub fn new(prefix: &str) -> std::io::Result<Self> {
         Self::new_in(&std::env::temp_dir(), prefix)
     }
@@ -41,13 +42,13 @@ impl TemporaryFolder {
         }
     }
 
-    /// The folder.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// Whether nobody holds the lock of a folder that has one.
+/// True if a folder has a lock file that no process holds.
 fn is_free(folder: &Path) -> bool {
     let lock = folder.join(LOCK);
     // A pipe would be waited for, and a link may lead anywhere.
@@ -55,12 +56,12 @@ fn is_free(folder: &Path) -> bool {
         && File::options().write(true).open(lock).is_ok_and(|lock| lock.try_lock().is_ok())
 }
 
-/// Removes the folders in `parent` whose names start with `prefix`, if nothing has been put into them for an hour.
+/// Removes folders in `parent` whose names start with `prefix`, if nothing was put into them for an hour.
 pub fn sweep(parent: &Path, prefix: &str) {
     remove(parent, prefix, is_old);
 }
 
-/// Removes the folders in `parent` whose names start with `prefix`, if `is_left` says that they are nobody's.
+/// Removes folders in `parent` whose names start with `prefix`, if `is_left` accepts them.
 pub(crate) fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> bool) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
@@ -72,7 +73,8 @@ pub(crate) fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> boo
     }
 }
 
-/// Whether a folder is old enough to be a killed process's, not one that is just being filled or removed.
+/// True if a folder is so old that its process must have been killed; a newer one may still be filled or
+/// removed by a running process.
 pub fn is_old(path: &Path) -> bool {
     let modified = path.symlink_metadata().and_then(|about| about.modified());
     modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age.as_secs() > OLD))

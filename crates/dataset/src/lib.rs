@@ -1,8 +1,8 @@
 //! Sequences and their ground truth.
 //!
-//! A [`Sequence`] is the frames of one target, in order, with one optional region a frame. Its frames
-//! come from files or from the synthetic renderer and are decoded one at a time, so that a suite of any
-//! size needs the memory of a few frames.
+//! A [`Sequence`] is the frames of one target, in order, with one optional region per frame. Its frames come
+//! from files or from the synthetic renderer and are decoded one at a time, so that a suite of any size needs
+//! the memory of a few frames.
 
 pub mod archive;
 mod digest;
@@ -45,18 +45,18 @@ pub trait Render: Send + Sync {
     }
 }
 
-/// Source of a sequence's frames.
+/// Source of the pixels of a sequence.
 #[derive(Clone)]
 pub enum Frames {
     /// Image files in order.
     Files(ImageFiles),
-    /// Frames of a video file, decoded into image files at their first use.
+    /// Range of a suite's video, decoded into image files at the first use.
     Video(Arc<video::Video>),
-    /// Frames of a video file, decoded in their order whenever they are asked for.
+    /// A user's video, decoded in order whenever frames are requested.
     Stream(Arc<video::VideoStream>),
-    /// A renderer and the number of its frames.
+    /// A renderer and the number of frames.
     Rendered(Arc<dyn Render>, usize),
-    /// Nowhere: only the ground truth is known.
+    /// No pixels: only the ground truth is known.
     Absent,
 }
 
@@ -75,24 +75,24 @@ impl std::fmt::Debug for Frames {
 /// The frames of one target with its ground truth.
 #[derive(Clone, Debug)]
 pub struct Sequence {
-    /// Name, unique in its suite: `Jogging-1`.
+    /// Name, unique in the suite: `Jogging-1`.
     pub name: String,
-    /// Frame numbers.
+    /// Mapping from frame indices to the dataset's frame numbers.
     pub numbering: Numbering,
-    /// Ground truth, one entry a frame; `None` where the target is not annotated.
+    /// Ground truth, one entry per frame; `None` where the target is not annotated.
     pub truth: Vec<Option<Region>>,
     /// Attributes of the whole sequence, sorted: `occlusion`, `scale-change` ...
     pub attributes: Vec<String>,
-    /// Attributes a frame, by name, each as long as `truth`; empty where the dataset has none.
+    /// Attributes per frame: a name and one flag for each entry of `truth`. Empty if the dataset has none.
     pub frame_attributes: Vec<(String, Vec<bool>)>,
-    /// The files digest, known already or computed by [`Sequence::digest`] when first asked for.
+    /// Files digest, known from the start or computed by [`Sequence::digest`].
     pub digest: Digest,
     /// The pixels.
     pub frames: Frames,
 }
 
 impl Sequence {
-    /// A sequence without attributes, of an unknown digest.
+    /// Creates a sequence without attributes and with an unknown digest.
     pub(crate) fn new(
         name: String,
         numbering: Numbering,
@@ -108,22 +108,22 @@ impl Sequence {
         self.truth.len()
     }
 
-    /// Whether there is no frame.
+    /// True if the sequence has no frames.
     pub fn is_empty(&self) -> bool {
         self.truth.is_empty()
     }
 
-    /// Whether its frames can be read; if not, only its ground truth is known.
+    /// True if the frames can be read; false if only the ground truth is known.
     pub fn has_frames(&self) -> bool {
         !matches!(self.frames, Frames::Absent)
     }
 
-    /// The dataset's number of frame `t` (0-based).
+    /// Frame number of the dataset for index `t` (0-based).
     pub fn number(&self, t: usize) -> u32 {
         self.numbering.first + t as u32
     }
 
-    /// The dataset's numbers of the first and the last frame.
+    /// Frame numbers of the first and the last frame, as in the dataset.
     fn range(&self) -> (u32, u32) {
         (self.number(0), self.number(self.len().saturating_sub(1)))
     }
@@ -163,7 +163,7 @@ impl SequenceInfo for Sequence {
     }
 }
 
-/// Words in order, each once.
+/// Words sorted, without repetitions.
 fn sorted(words: impl IntoIterator<Item = String>) -> Vec<String> {
     words.into_iter().collect::<std::collections::BTreeSet<_>>().into_iter().collect()
 }

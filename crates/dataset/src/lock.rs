@@ -1,4 +1,4 @@
-//! What is pinned: the suites of published sequences, and the archives these come in.
+//! Pinned facts: the suites of published sequences, and the archives that contain these.
 //!
 //! The facts are in the TOML files of `datasets/`, which are built into the program; its `README.md` describes them. A fact
 //! that no source states is left out: an entry without `range` takes all frames of its folder. Parsing all files takes
@@ -26,9 +26,9 @@ macro_rules! suites {
     };
 }
 
-/// The names of the suites in order, and the texts of their files.
+/// Names of the built-in suites in order, each with the text of its file.
 pub const SUITES: &[(&str, &str)] = suites!(
-    "otb-dtef20" "otb-2013" "otb-100" "vot-longterm-car9" "otb-100-boxes" "vot2013" "vot2014" "otb-vot"
+    "otb-dtef20" "otb-2013" "otb-100" "longterm" "otb-100-boxes" "vot2013" "vot2014" "otb-vot"
     "uav123-10fps" "tlp" "otb-vot-uav-tlp" "vot2015" "vot2016" "pets2009-s2l1" "pets2009-s2l1-160" "caviar"
     "clemson-heads" "d1-real"
 );
@@ -39,15 +39,15 @@ struct ArchiveFile {
     archive: Vec<Archive>,
 }
 
-/// A suite of sequences on disk.
+/// A suite whose sequences are on disk.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PinnedSuite {
     /// Name, unique among all suites.
     pub name: String,
-    /// One line about it.
+    /// Title: one line about the suite.
     pub title: String,
-    /// Format of its folders, unless an entry gives another.
+    /// Format of the folders, unless an entry gives another one.
     pub format: &'static FormatEntry,
     /// Address and paper of the data.
     pub source: String,
@@ -55,16 +55,16 @@ pub(crate) struct PinnedSuite {
     pub licence: String,
     /// How to get a missing sequence.
     pub how_to_get: String,
-    /// Built-in suites whose sequences it has, before its own.
+    /// Names of built-in suites whose sequences come before the suite's own.
     #[serde(default, skip_serializing)]
     pub includes: Vec<String>,
-    /// Its sequences in order; files have them a line each.
+    /// Sequences of the suite in order; one line each in the file.
     #[serde(default, skip_serializing)]
     pub sequence: Vec<Entry>,
 }
 
 impl PinnedSuite {
-    /// The suite with the sequences of those that it includes; the name of one that is not known.
+    /// Adds the sequences of the included suites. An unknown name is returned as the error.
     pub fn complete(mut self) -> Result<Self, String> {
         let mut all = Vec::new();
         for name in &self.includes {
@@ -85,17 +85,17 @@ impl PinnedSuite {
     }
 }
 
-/// Names of the suites on disk, in order.
+/// Names of the built-in suites on disk, in order.
 pub(crate) fn pinned_suite_names() -> impl Iterator<Item = &'static str> {
     SUITES.iter().map(|(name, _)| *name)
 }
 
-/// The suites on disk, in order.
+/// Built-in suites on disk, in order. Each file is parsed at its first use.
 pub(crate) fn pinned_suites() -> impl Iterator<Item = &'static Arc<PinnedSuite>> {
     pinned_suite_names().filter_map(pinned_suite)
 }
 
-/// The suite on disk of a name.
+/// Returns the built-in suite called `name`.
 pub(crate) fn pinned_suite(name: &str) -> Option<&'static Arc<PinnedSuite>> {
     static PARSED: [OnceLock<Arc<PinnedSuite>>; SUITES.len()] = [const { OnceLock::new() }; SUITES.len()];
     let (place, (_, text)) = SUITES.iter().enumerate().find(|(_, (known, _))| *known == name)?;
@@ -105,7 +105,7 @@ pub(crate) fn pinned_suite(name: &str) -> Option<&'static Arc<PinnedSuite>> {
     }))
 }
 
-/// All archives, in order.
+/// All archives, in the order of the file.
 pub fn archives() -> &'static [Archive] {
     static PARSED: LazyLock<ArchiveFile> = LazyLock::new(|| {
         let text = include_str!("../../../datasets/archives.toml");

@@ -41,7 +41,7 @@ enum SuiteContent {
 }
 
 impl Suite {
-    /// Its pinned facts; `None` for rendered suites.
+    /// Pinned facts of the suite; `None` for rendered suites.
     fn pinned(&self) -> Option<&PinnedSuite> {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => Some(pinned),
@@ -49,7 +49,7 @@ impl Suite {
         }
     }
 
-    /// Its name.
+    /// Name of the suite, unique in a catalog.
     pub fn name(&self) -> &str {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => &pinned.name,
@@ -57,7 +57,7 @@ impl Suite {
         }
     }
 
-    /// One line about it.
+    /// Title of the suite: one line.
     pub fn title(&self) -> &str {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => &pinned.title,
@@ -65,17 +65,17 @@ impl Suite {
         }
     }
 
-    /// Address and paper of the data, and what is known of their licence; `None` for rendered suites.
+    /// Source (address and paper) and licence of the data; `None` for rendered suites.
     pub fn source(&self) -> Option<(&str, &str)> {
         self.pinned().map(|p| (p.source.as_str(), p.licence.as_str()))
     }
 
-    /// The pinned sequences in order; none for rendered suites.
+    /// Pinned sequences in order; empty for rendered suites.
     pub fn entries(&self) -> &[Entry] {
         self.pinned().map_or(&[], |p| &p.sequence)
     }
 
-    /// The names of its sequences, in order.
+    /// Names of all sequences, in order.
     pub fn sequence_names(&self) -> Vec<String> {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => pinned.sequence.iter().map(|e| e.name.clone()).collect(),
@@ -83,7 +83,7 @@ impl Suite {
         }
     }
 
-    /// The source of videos of each of its sequences; of a rendered suite its name.
+    /// Source of the video of each sequence; for rendered suites, the name of the suite.
     pub fn sources(&self) -> Vec<String> {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => pinned.sequence.iter().map(|e| e.source().to_string()).collect(),
@@ -93,8 +93,8 @@ impl Suite {
         }
     }
 
-    /// Loads the sequences that are under one of `data_roots`, each from the first root that has all of it; without
-    /// a root all sequences on disk are missing.
+    /// Loads the sequences found under `data_roots`, each from the first root that has it completely. Without
+    /// a root, all sequences on disk are missing.
     ///
     /// Cheap: no image or video is opened. Digests are not compared here, see [`Suite::verify`].
     pub fn load(&self, data_roots: &[PathBuf]) -> Loaded {
@@ -123,8 +123,8 @@ impl Suite {
         loaded
     }
 
-    /// Compares the sequences under `data_roots` whose names `wanted` accepts with what is pinned, hashing their files; in
-    /// the suite's order. Rendered suites have nothing to compare.
+    /// Compares the sequences that `wanted` accepts with what is pinned, by hashing their files. Results are
+    /// in the order of the suite. Rendered suites have nothing to compare.
     pub fn verify(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
         let entries = pinned.sequence.par_iter().filter(|entry| wanted(&entry.name));
@@ -133,10 +133,10 @@ impl Suite {
             .collect()
     }
 
-    /// The lines of the suite's file for the sequences under `data_roots`, with the facts found there.
+    /// Lines of the suite file for the sequences under `data_roots`, with the facts found there.
     ///
     /// # Errors
-    /// A sequence that is there but cannot be read, or has not the pinned frames.
+    /// A sequence that is present but cannot be read or lacks the pinned frames.
     pub fn pin(&self, data_roots: &[PathBuf]) -> Result<Vec<String>, DatasetError> {
         let Some(pinned) = self.pinned() else { return Ok(Vec::new()) };
         let line = |entry: &Entry| match pinned.facts(entry, data_roots) {
@@ -147,7 +147,8 @@ impl Suite {
         pinned.sequence.par_iter().filter_map(line).collect()
     }
 
-    /// The sections of `datasets.files` for the suite's folders under `data_roots`, sorted, by folder.
+    /// Sections of `datasets.files` for the suite's folders under `data_roots`, each with its folder, sorted
+    /// by folder.
     ///
     /// # Errors
     /// When a file cannot be read.

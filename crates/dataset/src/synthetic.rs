@@ -2,17 +2,16 @@
 //!
 //! * `synthetic-otb`: 20 sequences with upright boxes and OTB's attributes (occlusion, clutter of
 //!   look-alikes, changes of light and scale, fast motion, blur, rotation, low resolution).
-//! * `synthetic-vot`: 9 sequences with turned boxes and VOT's attributes a frame.
+//! * `synthetic-vot`: 9 sequences with turned boxes and VOT's attributes for each frame.
 //! * `synthetic-d1`, `synthetic-d2`: 18 and 51 sequences of cars, people and faces as surveillance cameras see
 //!   them, see below.
 //!
-//! A sequence is a plan (who moves where, before which background) played by `scene`: a background
-//! picture scrolled by the camera, sprites warped bilinearly over it, motion blur as the mean of
-//! instants within the exposure, light and shadow, sensor noise from a hash of place and frame. Frames
-//! depend on names alone and can be rendered in any order; only IEEE-exact operations are used, so that
-//! they are the same bytes everywhere. Ground truth is the whole target's box also where it is hidden,
-//! as OTB annotates it, on a grid of 1/64 pixel. Where a target is turned, the upright box is that of
-//! the turned box's inscribed ellipse.
+//! A sequence is a plan (who moves where, before which background) played by `scene`: a background picture
+//! scrolled by the camera, sprites warped bilinearly over it, motion blur as the mean of instants within the
+//! exposure, light and shadow, sensor noise from a hash of place and frame. Frames depend on names alone and
+//! can be rendered in any order; only IEEE-exact operations are used, so that they are the same bytes
+//! everywhere. Ground truth is the box of the whole target, even where it is hidden, as in OTB, on a grid of
+//! 1/64 pixel. For a turned target, the upright box bounds the ellipse inscribed in the turned box.
 //!
 //! The plans are data, see [`scenes`]. To add a sequence, add its scene to the suite's file and raise [`VERSION`].
 //!
@@ -29,14 +28,14 @@
 //! of light and of scale; limbs swing and heads turn, so that a target's own colors change too. **None of the
 //! paper's video is in them**, and no number found on them is a number about the paper's sets.
 //!
-//! How they differ: cameras stand still but for a few pans; every target is annotated in every frame, also
-//! where it is hidden (the paper does not say what it does there); it is whole and in full view in the first
-//! 25 frames; textures and gaits are simpler than in video. `synthetic-d1` has more people and cars of the
-//! target's own colors about, so that a lost color tracker often finds something, at times the target again;
-//! `synthetic-d2` has calmer scenes with fewer look-alikes and longer ways behind scenery, after which a
-//! tracker stays lost. They were set so that a color particle filter with the paper's parameters changes
-//! between "no overlap with the ground truth" and "some overlap" about as often a target as the paper counts
-//! (1.21 on D1, 0.92 on D2). The suites have 18 targets in 3630 frames and 51 in 7560.
+//! How they differ: cameras stand still, except for a few pans; every target is annotated in every frame,
+//! also where it is hidden (the paper does not say how it annotates such frames); it is whole and in full
+//! view in the first 25 frames; textures and gaits are simpler than in video. `synthetic-d1` has more people
+//! and cars of the target's own colors about, so that a lost color tracker often finds something, at times
+//! the target again; `synthetic-d2` has calmer scenes with fewer look-alikes and longer ways behind scenery,
+//! after which a tracker stays lost. They were set so that a color particle filter with the paper's
+//! parameters changes between "no overlap with the ground truth" and "some overlap" about as often per target
+//! as the paper counts (1.21 on D1, 0.92 on D2). The suites have 18 targets in 3630 frames and 51 in 7560.
 
 mod actor;
 mod figures;
@@ -65,20 +64,20 @@ use std::sync::OnceLock;
 /// Raised whenever a frame or a region of any sequence changes.
 pub const VERSION: u32 = 1;
 
-/// Format that `trackfail data render` writes a suite in.
+/// Layout in which `trackfail data render` writes a suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RenderLayout {
-    /// `<Seq>/img/0001.png` and `groundtruth_rect.txt`, counted from 1.
+    /// `<Seq>/img/0001.png` and `groundtruth_rect.txt`, with pixels counted from 1.
     Otb,
-    /// `<seq>/00000001.png` and `groundtruth.txt` with corners, counted from 0.
+    /// `<seq>/00000001.png` and `groundtruth.txt` of corners, with pixels counted from 0.
     Vot,
 }
 
 /// A suite of rendered sequences.
 #[derive(Debug)]
 pub struct RenderedSuite {
-    /// Its name in experiment files.
+    /// Name of the suite in experiment files.
     pub name: &'static str,
     text: &'static str,
     parsed: OnceLock<SceneFile>,
@@ -89,16 +88,16 @@ impl RenderedSuite {
         Self { name, text, parsed: OnceLock::new() }
     }
 
-    /// Its scenes, read when they are first asked for.
+    /// Scenes of the suite, parsed at the first call.
     pub fn scenes(&self) -> &SceneFile {
         self.parsed.get_or_init(|| {
             scenes::parse(Path::new(self.name), self.text).expect("the scenes are part of the program")
         })
     }
 
-    /// The sequences with their ground truth; nothing is painted until a frame is rendered. The digest of each is that
-    /// of its names and [`VERSION`], which stand for the pixels: a test sees to it that the version is raised when they
-    /// change.
+    /// Sequences with their ground truth. Nothing is painted until a frame is rendered. The digest of a
+    /// sequence is made of its names and [`VERSION`], not of pixels; a test ensures that the version is
+    /// raised when pixels change.
     pub fn sequences(&self) -> Vec<Sequence> {
         let mut sequences = self.scenes().sequences(self.name);
         for sequence in &mut sequences {
@@ -121,12 +120,12 @@ pub static SUITES: [RenderedSuite; 4] = [
     RenderedSuite::new("synthetic-d2", include_str!("../../../scenes/synthetic-d2.toml")),
 ];
 
-/// Whether a suite of this name is rendered by the program, so that it is no real video.
+/// True if the program renders the suite of this name, so that it is not real video.
 pub fn is_rendered(name: &str) -> bool {
     SUITES.iter().any(|suite| suite.name == name)
 }
 
-/// The sequences of a suite, or `None` if there is no such suite.
+/// Sequences of a rendered suite; `None` if no rendered suite has the name.
 pub fn suite(name: &str) -> Option<Vec<Sequence>> {
     SUITES.iter().find(|s| s.name == name).map(RenderedSuite::sequences)
 }

@@ -4,33 +4,32 @@
 //! CRLF, a byte-order mark and a missing last line end are tolerated, and so are empty lines at the end.
 //! An empty line before that is an error, because lines are counted as frames.
 //!
-//! Such files come from anywhere, so all of them are read through caps on their size and the length of
-//! their lines; what is larger is refused unread. Links are followed: whoever keeps a dataset elsewhere
-//! links to it.
+//! Such files come from anywhere, so their size and the length of their lines are limited. A larger file is
+//! refused unread. Links are followed, since users may keep a dataset elsewhere and link to it.
 
 use super::DatasetError;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest text or JSON file that is read, in bytes; real ones stay below one MiB.
+/// Largest text or JSON file that is read, in bytes. Real ones stay below one MiB.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
-/// Longest line that is read, in bytes: a polygon of hundreds of corners.
+/// Longest line that is read, in bytes, enough for a polygon of hundreds of corners.
 pub const MAX_LINE_BYTES: usize = 16 << 10;
 
-/// The bytes of a file of at most `limit` bytes; a larger one is not read.
+/// Reads a file of at most `limit` bytes.
 ///
 /// # Errors
-/// I/O errors and larger files.
+/// I/O errors and larger files, which are not read.
 pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
     let (file, length) = open(path)?;
     if length > limit { Err(too_large(path, limit)) } else { read_stream(path, file, limit) }
 }
 
-/// A file, opened to be read, and its length.
+/// Opens a file for reading and returns its length, too.
 ///
 /// # Errors
-/// I/O errors, and what is no file: a pipe would be waited for.
+/// I/O errors, and anything but a regular file: a pipe might block.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), DatasetError> {
     let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
     if !about.is_file() {
@@ -39,7 +38,7 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), DatasetError> {
     Ok((File::open(path).map_err(|e| DatasetError::io(path, e))?, about.len()))
 }
 
-/// The bytes of a stream, whose length nobody knows.
+/// Reads a stream of unknown length, up to `limit` bytes.
 fn read_stream(path: &Path, stream: impl Read, limit: u64) -> Result<Vec<u8>, DatasetError> {
     let mut bytes = Vec::new();
     stream.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
@@ -50,7 +49,7 @@ fn too_large(path: &Path, limit: u64) -> DatasetError {
     DatasetError::content(path, format!("larger than {} MiB, so no file of its kind", limit >> 20))
 }
 
-/// The bytes of a file of at most [`MAX_TEXT_BYTES`] bytes.
+/// Reads a file of at most [`MAX_TEXT_BYTES`] bytes.
 ///
 /// # Errors
 /// I/O errors and larger files.
@@ -58,8 +57,7 @@ pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
     read_at_most(path, MAX_TEXT_BYTES)
 }
 
-/// The bytes of a text that the user names: a file, a pipe, or `-` for what stands on stdin, of at most
-/// [`MAX_TEXT_BYTES`] bytes.
+/// Reads a text that the user names: a file, a pipe, or `-` for stdin, of at most [`MAX_TEXT_BYTES`] bytes.
 ///
 /// # Errors
 /// I/O errors, folders, and larger texts.
@@ -70,7 +68,7 @@ pub fn read_named(path: &Path) -> Result<Vec<u8>, DatasetError> {
     read_stream(path, File::open(path).map_err(|e| DatasetError::io(path, e))?, MAX_TEXT_BYTES)
 }
 
-/// Reads a text file and takes off a byte-order mark.
+/// Reads a text file and removes a byte-order mark.
 ///
 /// # Errors
 /// I/O errors, files above [`MAX_TEXT_BYTES`], and bytes that are not UTF-8, with their line.
@@ -78,12 +76,12 @@ pub fn read(path: &Path) -> Result<String, DatasetError> {
     Ok(decode(path, &read_capped(path)?)?.to_owned())
 }
 
-/// Bytes without the byte-order mark of UTF-8 before them.
+/// Removes the byte-order mark of UTF-8 at the start.
 pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
-/// The text that bytes are, without a byte-order mark; `path` names them in messages.
+/// Decodes UTF-8 and removes a byte-order mark; `path` is for messages.
 ///
 /// # Errors
 /// Bytes that are not UTF-8, with their line.
@@ -95,15 +93,15 @@ pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError>
     })
 }
 
-/// The line, from 1, of a place in a text.
+/// Line, from 1, of a byte position in a text.
 pub(crate) fn line_of(text: &[u8], place: usize) -> usize {
     1 + text.iter().take(place).filter(|&&byte| byte == b'\n').count()
 }
 
-/// One value a line.
+/// Reads one value per line.
 ///
 /// # Errors
-/// As [`decode`] and [`lines`], and errors of `read_line`.
+/// The errors of [`decode`], [`lines`] and `read_line`.
 pub fn rows<T, E: Into<String>>(
     path: &Path,
     bytes: &[u8],
@@ -113,7 +111,7 @@ pub fn rows<T, E: Into<String>>(
     rows.into_iter().map(|(n, row)| read_line(row).map_err(|m| DatasetError::line(path, n, m))).collect()
 }
 
-/// The lines of `text` with their numbers from 1, without empty lines at the end.
+/// Lines of `text` with their numbers from 1, without empty lines at the end.
 ///
 /// # Errors
 /// A text without any line, an empty line among the others, and a line above [`MAX_LINE_BYTES`].
@@ -126,12 +124,11 @@ pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, Da
     Ok(lines)
 }
 
-/// All lines of `text` with their numbers from 1, empty ones included, also those at the end; for files in which an
-/// empty line is a frame without a value.
+/// All lines of `text` with their numbers from 1, including empty ones, for files in which an empty line is a
+/// frame without a value.
 ///
 /// # Errors
-/// A text without any character but blanks, line ends that are carriage returns alone, and a line above
-/// [`MAX_LINE_BYTES`].
+/// A text of blanks only, carriage returns as the only line ends, and a line above [`MAX_LINE_BYTES`].
 pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
     if text.trim_end().is_empty() {
         return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
@@ -149,16 +146,16 @@ pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t 
     Ok(lines)
 }
 
-/// Why a line is no list of numbers.
+/// Reason why a line is not a list of numbers.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NumbersError {
-    /// Nothing stands between two separators.
+    /// An empty column between two separators.
     #[error("an empty column; write one number between two separators")]
     EmptyColumn,
-    /// A word, shortened, that is no number.
+    /// A word that is not a number, shortened.
     #[error("`{0}` is no number")]
     NotANumber(String),
-    /// Infinity, or a number that is too large for one.
+    /// Infinity, or a number too large for an `f64`.
     #[error("`{0}` is not a finite number; where there is none, write nan")]
     Infinite(String),
 }
@@ -169,10 +166,10 @@ impl From<NumbersError> for String {
     }
 }
 
-/// The number that a word is; `NaN` is one here.
+/// Parses a word as a number; `NaN` is allowed.
 ///
 /// # Errors
-/// A word that is none, infinity, and what is as large.
+/// A word that is not a number, infinity, and numbers too large for an `f64`.
 pub fn number(word: &str) -> Result<f64, NumbersError> {
     match word.parse::<f64>() {
         Ok(value) if value.is_infinite() => Err(NumbersError::Infinite(shorten(word))),
@@ -181,10 +178,10 @@ pub fn number(word: &str) -> Result<f64, NumbersError> {
     }
 }
 
-/// The numbers of one line, separated by commas, semicolons or blanks.
+/// Parses the numbers of one line, separated by commas, semicolons or blanks.
 ///
 /// # Errors
-/// The first word that is no [`number`], or an empty column.
+/// The first word that is not a [`number`], or an empty column.
 pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
     let mut values = Vec::with_capacity(8);
     for column in line.split([',', ';']) {
@@ -199,12 +196,12 @@ pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
     Ok(values)
 }
 
-/// At most 40 characters of what was found, for messages.
+/// First 40 characters of a foreign text, for messages.
 pub fn shorten(word: &str) -> String {
     shorten_to(word, 40)
 }
 
-/// At most `most` characters of a text, for messages.
+/// First `most` characters of a text, for messages.
 pub fn shorten_to(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", &text[..end]),
@@ -212,14 +209,15 @@ pub fn shorten_to(text: &str, most: usize) -> String {
     }
 }
 
-/// Whether a character shows itself and does nothing else: neither controls the terminal or the file nor
-/// turns the reading direction of what follows.
+/// True if a character is visible and has no other effect: it neither controls the terminal or the file nor
+/// changes the reading direction.
 pub fn is_plain(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     !c.is_control() && !turns && !matches!(c, '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
 }
 
-/// Whether a name may stand in a table: spreadsheets take a field that begins with one of `= + - @` for a formula.
+/// True if a name may stand in a table. Spreadsheets take a field that begins with one of `= + - @` for a
+/// formula.
 pub fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().all(is_plain) && !text.trim_start().starts_with(['=', '+', '-', '@'])
 }
@@ -227,7 +225,7 @@ pub fn is_name(text: &str) -> bool {
 /// The rule of [`is_name`] in words.
 pub const NAME: &str = "plain text that does not begin with one of = + - @";
 
-/// Text on one line; whatever is not plain becomes a blank where it separates words, else U+FFFD.
+/// The text on one line. Characters that are not plain become a blank if they separate words, else U+FFFD.
 pub fn visible(text: &str) -> String {
     let shown = |c| match c {
         '\n' | '\r' | '\t' => ' ',

@@ -17,22 +17,23 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Frames without annotation, and what belongs to them.
+/// Frames that a user named, without annotation.
 #[derive(Debug)]
 pub struct UserFrames {
-    /// The frames.
+    /// The frames as a sequence.
     pub sequence: Sequence,
-    /// Frames in a second, of a video that says so.
+    /// Frames per second, if the frames are from a video that tells.
     pub rate: Option<f64>,
-    /// What to tell the user: that files are in the order given, which is not that of their numbers.
+    /// Note for the user that the files stay in the order given, which is not that of their numbers.
     pub note: Option<String>,
 }
 
-/// Finds the frames that the user names; reads no image, but a video to its end, until `is_stopped` says so.
+/// Finds the frames that the user names. Reads no image, but decodes a video to its end, until `is_stopped`
+/// returns true.
 ///
 /// # Errors
-/// Nothing of the name, no image among the files, two files of one number, an order in doubt, a video that ffmpeg cannot
-/// decode, and no ffmpeg for it, and an interruption.
+/// A name that does not exist, no image among the files, two files of one number, a doubtful order, an absent
+/// ffmpeg or a video that it cannot decode, and an interruption.
 pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
     let frames = |sequence| Ok(UserFrames { sequence, rate: None, note: None });
     match given {
@@ -55,18 +56,18 @@ pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFram
     }
 }
 
-/// A sequence of so many frames, numbered from 1, none of which is there.
+/// Sequence of `frames` frames, numbered from 1, without any pixels.
 pub fn without_frames(name: &str, frames: usize) -> Sequence {
     let numbering = Numbering { first: 1, official: (1, frames as u32) };
     Sequence::new(name.to_string(), numbering, vec![None; frames], Frames::Absent)
 }
 
-/// Whether a name has characters that stand for others.
+/// True if a name has wildcard characters.
 fn is_pattern(name: &Path) -> bool {
     name.as_os_str().as_encoded_bytes().iter().any(|b| b"*?[".contains(b))
 }
 
-/// The files whose names fit a pattern.
+/// Image files whose names fit a pattern.
 fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     let fault = |message: String| DatasetError::content(pattern, message);
     let text = pattern.to_str().ok_or_else(|| fault("a pattern has to be UTF-8 text".into()))?;
@@ -80,8 +81,8 @@ fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     if images.is_empty() { Err(fault("no .jpg or .png file fits this pattern".into())) } else { Ok(images) }
 }
 
-/// The frames of image files given one by one, and a note where they stay in the order given. Files in the order in
-/// which a shell writes those that fit a pattern are put in the order of their numbers; any other order is meant.
+/// Frames of image files given one by one, with a note if they stay in the order given. An order that a shell
+/// writes for a pattern is replaced by that of the numbers; any other order is taken as intended.
 fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
     let first = files.first().ok_or_else(|| DatasetError::content(Path::new("--frames"), "no file"))?;
     if let Some(other) = files.iter().find(|file| !is_image(file)) {
@@ -110,7 +111,7 @@ fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
     Ok(UserFrames { sequence, rate: None, note })
 }
 
-/// Whether files are in an order in which shells sort names: byte by byte, or by letters and digits alone.
+/// True if the files are ordered as shells sort names: byte by byte, or by letters and digits alone.
 fn is_of_a_shell(files: &[PathBuf]) -> bool {
     let letters = |path: &PathBuf| -> String {
         let name = path.to_string_lossy();
@@ -119,7 +120,7 @@ fn is_of_a_shell(files: &[PathBuf]) -> bool {
     files.is_sorted_by_key(|path| path.as_os_str().as_encoded_bytes()) || files.is_sorted_by_key(letters)
 }
 
-/// The sequence of files by number, which is theirs if they follow each other.
+/// Sequence of files by number. The numbers are kept if they are consecutive, else frames count from 1.
 fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
     let first = images.keys().next().copied().unwrap_or(1);
     let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
@@ -138,7 +139,7 @@ mod tests {
     use super::*;
     use trackfail_testing::{assert_says, needs, put};
 
-    /// A folder of empty files.
+    /// Folder of empty files with these names.
     fn folder_of(names: &[&str]) -> tempfile::TempDir {
         trackfail_testing::folder(names.iter().map(|name| (name, "")))
     }

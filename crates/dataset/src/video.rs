@@ -1,14 +1,15 @@
-//! Frames of a video file, decoded by `ffmpeg`: those of a suite's once, into PNG files; those of a user's for
-//! each pass over them, without files, see [`VideoStream`].
+//! Frames of a video file, decoded by `ffmpeg`. A suite's video is decoded once, into PNG files; a user's
+//! video is decoded for each pass over the frames, without files, see [`VideoStream`].
 //!
 //! ```text
 //! DATA/caviar/Walk1/Walk1.mpg                            the video
 //! DATA/.trackfail/frames/<SHA-256 of the video>/000001.png ...    its frames, all of them, from 1 on
 //! ```
 //!
-//! Decoding starts when a frame is first asked for. It writes into a folder of another name beside the last
-//! one and renames it when it is complete, so a folder of that name is never a part; what a killed run leaves
-//! is named `.decoding-...`; a later run deletes it. The frames themselves may be deleted. One video is decoded at a time.
+//! Decoding starts when a frame is first requested. The frames are written into a folder `.decoding-...`
+//! beside the final one, which is renamed when it is complete; so a folder with the final name is always
+//! whole. A later run deletes what a killed run left. Users may delete the decoded frames. One video is
+//! decoded at a time.
 //!
 //! The `ffmpeg` on the PATH is run without a shell and [guarded](mod@guarded). The file's name is given to it as `file:` and an absolute
 //! path, so that it can be no option or network address; only files are read, and only formats of [`FORMATS`].
@@ -31,18 +32,18 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Containers that are opened, by ffmpeg's names.
+/// Containers that may be opened, by ffmpeg's names.
 pub const FORMATS: &str = "mpeg,mpegvideo,mpegts,avi,mov,matroska,webm";
 
-/// Start of the names of folders that are being filled.
+/// Prefix of folders that are being filled with frames.
 const DECODING: &str = ".decoding-";
 
-/// Longest time for reading the rate of a video.
+/// Longest time for reading the frame rate of a video.
 const PROBE_TIME: Duration = Duration::from_secs(60);
-/// Characters of what ffmpeg says that messages quote.
+/// Most characters of ffmpeg's output that a message quotes.
 const MAX_REASON: usize = 200;
 
-/// Folder of the decoded frames of the videos under a data root.
+/// Folder under a data root for the decoded frames of its videos.
 pub fn cache(data_root: &Path) -> PathBuf {
     data_root.join(".trackfail").join("frames")
 }
@@ -50,18 +51,18 @@ pub fn cache(data_root: &Path) -> PathBuf {
 /// Limits on decoding a video.
 #[derive(Debug, Clone, Copy)]
 pub struct VideoLimits {
-    /// Time for decoding.
+    /// Longest time for decoding.
     pub time: Duration,
-    /// Number of frames.
+    /// Most frames.
     pub frames: u32,
-    /// Bytes of all frames together, as PNG files.
+    /// Most bytes of all frames together, as PNG files.
     pub bytes: u64,
-    /// Whether damage ends the decoding; else ffmpeg makes up what is missing.
+    /// True if damage stops the decoding; otherwise ffmpeg invents the damaged parts.
     pub damage_ends_it: bool,
 }
 
-/// Limits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB). The bytes of a suite's video are
-/// pinned, so that its flaws are part of the data.
+/// Limits far above the longest clip of any suite (CAVIAR: two minutes, half a GiB). Damage is tolerated: the
+/// bytes of a suite's video are pinned, so its flaws are part of the data.
 pub const DEFAULT_LIMITS: VideoLimits =
     VideoLimits { time: Duration::from_secs(3600), frames: 100_000, bytes: 64 << 30, damage_ends_it: false };
 
@@ -75,7 +76,7 @@ pub struct Video {
 }
 
 impl Video {
-    /// Frames `range` of the video at `path`, numbered from 1, to be decoded below the folder `decoded`.
+    /// Frames `range` (numbered from 1) of the video at `path`, to be decoded below the folder `decoded`.
     pub fn new(path: PathBuf, decoded: PathBuf, range: (u32, u32)) -> Self {
         Self { path, decoded, range, files: OnceLock::new() }
     }
@@ -85,10 +86,10 @@ impl Video {
         &self.path
     }
 
-    /// The image files of the range in order, decoded if they are not there yet.
+    /// Image files of the range in order. The video is decoded first, if needed.
     ///
     /// # Errors
-    /// No ffmpeg, a file it cannot decode, a limit, or a video with fewer frames than the range.
+    /// No ffmpeg, a video that ffmpeg cannot decode, a limit, or a video with fewer frames than the range.
     pub fn files(&self) -> Result<&ImageFiles, DatasetError> {
         if let Some(files) = self.files.get() {
             return Ok(files);
@@ -110,8 +111,8 @@ impl Video {
     }
 }
 
-/// Mean number of frames in a second, as `ffprobe` reads it; `None` where the video or the program does not tell, or
-/// `is_stopped` says so before.
+/// Mean frames per second, as `ffprobe` reads them; `None` if the rate is unknown or `is_stopped` returns
+/// true.
 pub fn rate(video: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
     let mut command = Command::new("ffprobe");
     command
@@ -129,7 +130,7 @@ pub fn rate(video: &Path, is_stopped: &dyn Fn() -> bool) -> Option<f64> {
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// Decodes all frames of `video` into `folder` unless that is there.
+/// Decodes all frames of `video` into `folder` unless the folder exists.
 fn decode(
     video: &Path,
     folder: &Path,
@@ -164,18 +165,18 @@ fn decode(
     }
 }
 
-/// How a run of ffmpeg went.
+/// Result of a run of ffmpeg.
 struct Outcome {
-    /// How it ended, or what is against going on.
+    /// Exit status, or the reason why the run was stopped.
     status: Result<ExitStatus, String>,
-    /// The last words of its stderr.
+    /// Last part of the stderr of ffmpeg.
     said: String,
-    /// Number of frames that it gave.
+    /// Number of frames written.
     frames: usize,
 }
 
-/// Decodes all frames of `video` by `attempt`, which is given a path and the option for every frame. Returns the
-/// path and the option that serve, and the number of frames.
+/// Decodes all frames of `video` by `attempt`, which is given a path and an option that makes ffmpeg keep
+/// every frame. Returns the path and the option that worked, and the number of frames.
 fn run_on(
     video: &Path,
     limits: VideoLimits,
@@ -223,14 +224,14 @@ fn not_started(video: &Path, e: &std::io::Error) -> DatasetError {
     DatasetError::content(video, message)
 }
 
-/// A path as ffmpeg takes it for nothing else.
+/// Path in a form that ffmpeg can take only for a file.
 fn url(path: &Path) -> OsString {
     let mut url = OsString::from("file:");
     url.push(path);
     url
 }
 
-/// A run of ffmpeg that decodes every frame; where they go to is to be added.
+/// Command of ffmpeg that decodes every frame. The caller adds the output.
 fn command(program: &OsStr, input: &Path, every_frame: &str, limits: VideoLimits) -> Command {
     let mut command = Command::new(program);
     command
@@ -244,7 +245,7 @@ fn command(program: &OsStr, input: &Path, every_frame: &str, limits: VideoLimits
     command
 }
 
-/// A check from now on whether something is against going on.
+/// Check that fails once the time is up or `is_stopped` returns true. Time counts from this call.
 fn in_time(limits: VideoLimits, is_stopped: &dyn Fn() -> bool) -> impl Fn() -> Result<(), String> {
     let until = Instant::now() + limits.time;
     move || {
@@ -258,7 +259,7 @@ fn in_time(limits: VideoLimits, is_stopped: &dyn Fn() -> bool) -> impl Fn() -> R
     }
 }
 
-/// Runs a program that writes frames into a folder to its end.
+/// Runs a program to its end that writes frames into a folder.
 fn run(
     command: Command,
     output: &Path,
@@ -278,7 +279,7 @@ fn run(
     Ok(Outcome { status, said: program.stderr(), frames: files().count() })
 }
 
-/// The meaning of a failure of ffmpeg, with a remedy.
+/// Explanation of a failure of ffmpeg, with a remedy.
 fn refusal(status: ExitStatus, said: &str, frames: usize, limits: VideoLimits) -> String {
     let meaning = match frames {
         _ if status.code().is_none() => format!("ffmpeg did not finish ({status}); try it again"),
@@ -300,7 +301,7 @@ fn refusal(status: ExitStatus, said: &str, frames: usize, limits: VideoLimits) -
     }
 }
 
-/// The last line that ffmpeg says, without the part of it that speaks (`[mpeg @ 0x55d0]`) and the file's name.
+/// Last line of ffmpeg's output, without the name of the component (`[mpeg @ 0x55d0]`) and of the file.
 fn reason(said: &str) -> Option<String> {
     let line = said.lines().map(str::trim).rfind(|line| !line.is_empty())?;
     let line =

@@ -3,30 +3,31 @@
 use crate::store::StoreError;
 use trackfail_methods::tracker::TrackerError;
 
-/// Why a cell has no result.
+/// Reason why a cell has no result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CellError {
-    /// Its data or the tracker's results are absent.
+    /// The data or the results of the tracker are absent.
     #[error("{0}")]
     Missing(String),
-    /// Its computation failed.
+    /// The computation failed.
     #[error("{0}")]
     Failed(String),
-    /// Its method needs what the suite or the tracker does not give, so that it is not run.
+    /// The suite or the tracker lacks an input that the method needs, so the cell is not run.
     #[error("{0}")]
     Unmet(&'static str),
-    /// The experiment declares that the tracker has no track on the sequence, and why.
+    /// The experiment declares that the tracker has no track on the sequence; the text is the declared
+    /// reason.
     #[error("{0}")]
     Absent(String),
 }
 
 impl CellError {
-    /// The error in the place of a result that nobody needs.
+    /// Placeholder for a result that no part of the experiment needs.
     pub(crate) fn not_asked_for() -> Self {
         Self::Missing("not asked for".to_string())
     }
 
-    /// Whether it stands for something that was to be run.
+    /// True if the result was to be computed and is lacking.
     pub fn is_failure(&self) -> bool {
         !matches!(self, Self::Unmet(_) | Self::Absent(_))
     }
@@ -41,27 +42,28 @@ impl From<&TrackerError> for CellError {
     }
 }
 
-/// Why a step of a run has no result: it failed alone, or the whole run ends.
+/// Reason why a step of a run has no result: either only the results that need the step are lost, or the
+/// whole run ends.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum StepError {
     /// Only the results that need the step are lost.
     #[error(transparent)]
     Cell(#[from] CellError),
-    /// As [`Cell`](Self::Cell); the reason does not tell the sequence.
+    /// As [`Cell`](Self::Cell), with a reason that does not name the sequence yet.
     #[error("{0}")]
     Here(String),
-    /// The run ends.
+    /// The whole run ends.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
 impl StepError {
-    /// A failed step.
+    /// Error of a step that failed for this reason.
     pub(crate) fn failed(reason: impl std::fmt::Display) -> Self {
         Self::Cell(CellError::Failed(reason.to_string()))
     }
 
-    /// The error with `context` before the reason of a failure.
+    /// The error with `context` put before the reason of a failure.
     pub(crate) fn within(self, context: &str) -> Self {
         match self {
             Self::Run(e) => Self::Run(e),
@@ -69,7 +71,7 @@ impl StepError {
         }
     }
 
-    /// The error of a result on the sequence of this name.
+    /// The error of a result on the sequence of this name, which is put into the reason.
     pub(crate) fn on(self, sequence: &str) -> CellError {
         match self {
             Self::Cell(e) => e,
@@ -77,7 +79,7 @@ impl StepError {
         }
     }
 
-    /// The result of a step, or the reason why it failed alone.
+    /// Splits off the errors that end the run; other errors are returned as the inner result.
     ///
     /// # Errors
     /// The error that ends the run.
@@ -103,13 +105,13 @@ impl From<StoreError> for StepError {
     }
 }
 
-/// Why a run did not finish.
+/// Reason why a run did not finish.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum RunError {
     /// The store cannot be written to.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The user interrupted it; finished results are in the store.
+    /// The user interrupted the run; finished results are in the store.
     #[error("interrupted; run the same command to go on from what is done")]
     Interrupted,
 }

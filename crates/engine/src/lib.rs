@@ -1,5 +1,6 @@
-//! Experiments: their files, their plan, their execution, and the store of their results. The engine knows traits, no
-//! method by name; it reads frames from sequences and records from the store, and no other files.
+//! Experiments: their files, their plan, their execution, and the store of their results. The engine works
+//! with traits and knows no method by name. It reads frames of sequences and records of the store, no other
+//! files.
 //!
 //! The folders in order; each uses only those above it:
 //!

@@ -4,32 +4,32 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// The run was interrupted.
+/// Error of a run that the user interrupted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
 pub struct Interrupted;
 
-/// A flag that interrupts a run; set by Ctrl-C. Clones share it.
+/// A flag that interrupts a run, set by Ctrl-C. Clones share the flag.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Requests the interruption.
+    /// Interrupts the run.
     pub fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the interruption was requested.
+    /// True once the run is interrupted.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// Limits of supervised work.
+/// Time limit and interruption of supervised jobs.
 #[derive(Debug, Clone, Default)]
 pub struct RunLimits {
-    /// Longest time a job may use, all its steps together; `None` for no limit.
+    /// Longest time of a job, all steps together; `None` for no limit.
     pub timeout: Option<Duration>,
-    /// Interrupts everything.
+    /// Flag that interrupts all jobs.
     pub stop: Stop,
 }

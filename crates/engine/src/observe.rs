@@ -1,4 +1,4 @@
-//! Observation of runs: the tally of computed and cached results, and what they cost.
+//! Observation of runs: numbers of computed and cached results, and costs.
 
 pub mod costs;
 pub mod tally;

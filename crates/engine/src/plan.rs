@@ -1,5 +1,5 @@
-//! The plan of an experiment, made before anything is computed: its sequences with their digests, its jobs, and the
-//! recipes of its tracks, signals, models and cells.
+//! Plan of an experiment, made before anything is computed: sequences with their digests, jobs, and the
+//! recipes of tracks, signals, models and cells.
 
 pub mod cells;
 mod demand;
@@ -20,7 +20,7 @@ pub use shard::Shard;
 pub use training::{Key, Place, TrainingNeed};
 pub use why::why;
 
-/// A tracker and a repetition, which are run on every sequence.
+/// One repetition of a tracker, to be run on each sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Job {
     /// Index of the tracker in the experiment.

@@ -1,13 +1,13 @@
 //! Experiments: one TOML file -> a checked [`Experiment`] -> cells.
 //!
-//! A file can name only what the lists of trackers, signals, detectors and protocols know; it cannot run code or
-//! leave its folder and the data root.
+//! A file can name only trackers, signals, detectors and protocols that are in the program's lists. It cannot
+//! run code or leave its folder and the data root.
 //!
 //! In the order in which they use each other:
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`name`], [`limits`], [`width`], [`error`] | what names may be, how large a file and a table may be, where a file is wrong |
+//! | [`name`], [`limits`], [`width`], [`error`] | valid names, largest sizes of files and tables, errors with their place |
 //! | [`wire`] | the shape of the file; [`schema`] describes it as JSON Schema, by which `check` finds all that is wrong with keys, types and words |
 //! | `raw_plugin` | plugins that are not yet built |
 //! | `words` | the names that parts of an experiment can refer to |
@@ -57,9 +57,9 @@ use trackfail_methods::score::chance::Chance;
 use trackfail_methods::tracker::TrackerConfig;
 use trackfail_methods::tracker::protocol::RunProtocol;
 
-/// Role of the suite that methods are evaluated on.
+/// Role of the suite on which methods are evaluated.
 pub const TEST: &str = "test";
-/// In place of a role: the test suite without the sequence and the tracker that a parameter or model is made for.
+/// Word in place of a role: train on the test suite without the sequence and the tracker to be tested.
 pub const OTHERS: &str = "others";
 
 /// A checked experiment.
@@ -68,23 +68,25 @@ pub struct Experiment {
     pub name: String,
     /// Title for people.
     pub title: String,
-    /// Key of the paper it replicates, if any.
+    /// Key of the paper that the experiment replicates, if any.
     pub paper: Option<String>,
     /// The paper's object: `Table 1`.
     pub object: Option<String>,
-    /// Warning to the reader, without which the numbers would be misjudged.
+    /// Warning to readers about what they could misjudge.
     pub note: Option<String>,
-    /// Whether its methods stand on the leaderboard, with all trackers pooled.
+    /// True if the methods stand on the leaderboard, with all trackers pooled.
     pub leaderboard: bool,
+    /// Name of the experiment whose results stand beside the own ones, if any.
+    pub beside: Option<String>,
     /// How labels are scored, unless a method names a protocol of its own; `None` without methods.
     pub protocol: Option<&'static Protocol>,
-    /// Base of all seeds.
+    /// Seed from which all other seeds are derived.
     pub seed: u64,
-    /// Folds in which sequences are left out where a parameter or model is made on others.
+    /// Unit of sequences that are left out together when training on others.
     pub folds: FoldsBy,
-    /// Role -> suite name; [`TEST`] is always there.
+    /// Suite names by role. [`TEST`] is always present.
     pub suites: BTreeMap<String, String>,
-    /// The catalog that the suites are looked up in.
+    /// Catalog in which the suites are looked up.
     pub catalog: Catalog,
     /// Trackers in file order.
     pub trackers: Vec<Tracker>,
@@ -96,22 +98,22 @@ pub struct Experiment {
     pub tables: Vec<Table>,
     /// Figures in file order.
     pub figures: Vec<Figure>,
-    /// Numbers that the paper prints.
+    /// Numbers printed in the paper.
     pub published: Vec<Published>,
-    /// Conclusions of the paper, as predicates over the measured numbers.
+    /// Claims of the paper, each checked against our results.
     pub claims: Vec<Claim>,
-    /// The whole text, with what it extends and its groups written out; kept beside the results.
+    /// Whole text with extended files and groups written out; saved beside the results.
     pub source: String,
 }
 
-/// Unit of cross-validation: sequences, and for some units trackers, that are left out together.
+/// Unit of cross-validation: what is left out together when training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FoldsBy {
     /// A tenth of the videos, and the tracker.
     #[default]
     Video,
-    /// A source of videos, on all trackers.
+    /// A source of videos, for all trackers.
     Source,
 }
 
@@ -124,7 +126,7 @@ impl Experiment {
         }
     }
 
-    /// The suite of a role; the test suite for [`OTHERS`].
+    /// Suite name of a role; that of the test suite for [`OTHERS`].
     pub fn suite_of(&self, role: &str) -> Option<&String> {
         self.suites.get(if role == OTHERS { TEST } else { role })
     }
@@ -134,19 +136,19 @@ impl Experiment {
         self.methods.iter().find(|m| m.name == method).map(|m| m.protocol).or(self.protocol)
     }
 
-    /// How often random detections match events under a method's protocol.
+    /// Probability that random detections match events under a method's protocol.
     pub fn chance_of(&self, method: &str) -> Option<Chance> {
         self.protocol_of(method).map(|p| p.chance)
     }
 }
 
-/// A track that is known not to be there: `{ sequence = "Board", reason = "the file lacks a line" }`.
+/// A track that is known to be absent: `{ sequence = "Board", reason = "the file lacks a line" }`.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Absence {
     /// Name of the sequence.
     pub sequence: String,
-    /// Why there is no track.
+    /// Reason why there is no track.
     pub reason: String,
 }
 
@@ -154,9 +156,9 @@ pub struct Absence {
 pub struct Tracker {
     /// Name in tables, unique in the experiment.
     pub label: String,
-    /// Family in which its measures are pooled.
+    /// Family of trackers over which measures are pooled.
     pub family: Option<String>,
-    /// Label of the tracker that it is a reading of.
+    /// Label of the tracker of which this one is another reading.
     pub like: Option<String>,
     /// Plugin kind.
     pub kind: &'static str,
@@ -166,18 +168,18 @@ pub struct Tracker {
     pub runs: u32,
     /// Repetitions on suites that models are learned from.
     pub training_runs: u32,
-    /// Sources of videos on which it runs; all when `None`.
+    /// Sources of videos on which the tracker runs; `None` for all.
     pub sources: Option<Vec<String>>,
-    /// Tracks that are known not to be there.
+    /// Tracks that are known to be absent.
     pub absent: Vec<Absence>,
-    /// Run protocol: one pass, resets or shifted starts.
+    /// Protocol of the run: one pass, resets or shifted starts.
     pub protocol: RunProtocol,
-    /// The checked tracker, under its protocol.
+    /// Tracker with checked parameters, wrapped in its run protocol.
     pub setup: Configured<dyn TrackerConfig>,
 }
 
 impl Tracker {
-    /// Whether it is run on the videos of a source.
+    /// True if the tracker is run on the videos of a source.
     pub fn runs_on(&self, source: &str) -> bool {
         self.sources.as_ref().is_none_or(|mine| mine.iter().any(|s| s == source))
     }

@@ -15,10 +15,10 @@
 //! left in place. Locks are the operating system's and end with the process that holds them, however it ends; where
 //! the file system has none, the store works without and is never cleaned.
 //!
-//! When the packs are larger than the limit, the least recently used ones (by the times of their files) are removed,
-//! but never one that the current run has used. Two runs may use one store at once: both may compute the same record,
-//! which the store then has twice, with the same content. Of several records under one address the one in the newest pack
-//! counts, so that one that is computed again takes the place of the one before.
+//! When the packs are larger than the limit, the least recently used ones (by file time) are removed. Packs
+//! that the current run used are always kept. Two runs may use one store at once. If both compute the same
+//! record, the store has it twice, with the same content. Of several records under one address, that in the
+//! newest pack counts, so that a record computed again replaces the earlier one.
 //!
 //! Format of the store:
 //! - 1: first version.
@@ -48,28 +48,28 @@ pub(crate) const TEMPORARY: &str = ".trackfail-tmp-";
 /// Name of the store's folder in the results folder.
 pub const FOLDER: &str = ".store";
 const FORMAT: &str = "trackfail-store 1\n";
-/// Bytes of payload that a merge packs at once, about.
+/// Bytes of payload, approximately, that a merge packs at once.
 const MAX_BATCH: usize = 64 << 20;
 
 /// A file that could not be written or read.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct StoreError {
-    /// The file or folder.
+    /// File or folder that is concerned.
     pub path: PathBuf,
     /// Cause of the failure.
     pub source: Arc<dyn std::error::Error + Send + Sync>,
 }
 
 impl StoreError {
-    /// An error about `path`; its source is an error, or a text.
+    /// Error about `path`; `source` is the cause, an error or a text.
     pub fn new(path: &Path, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         let source: Box<dyn std::error::Error + Send + Sync> = source.into();
         Self { path: path.to_path_buf(), source: source.into() }
     }
 }
 
-/// An open store. Threads may share it.
+/// An open store, which threads may share.
 pub struct Store {
     folder: PathBuf,
     index: RwLock<Index>,
@@ -77,21 +77,21 @@ pub struct Store {
     writable: bool,
 }
 
-/// The packs of an open store, and the place of every record in them.
+/// Packs of an open store, and the place of each record in them.
 #[derive(Default)]
 struct Index {
-    /// Path of each pack, and whether this run has read from it or written it; the oldest comes first.
+    /// Path of each pack, and true if this run has read from it or written it. The oldest comes first.
     packs: Vec<(PathBuf, AtomicBool)>,
-    /// Address -> pack and place in it.
+    /// Pack index and place of each record, by address.
     places: HashMap<Address, (usize, Place)>,
-    /// Key of a cell's name -> addresses of its records.
+    /// Addresses of a cell's records, by the key of the cell's name.
     names: HashMap<u64, Vec<Address>>,
     /// Reports of damage.
     problems: Vec<String>,
 }
 
 impl Index {
-    /// Adds a pack, whose records count from now on.
+    /// Adds a pack. Its records replace earlier ones of the same address.
     fn add(&mut self, path: PathBuf, places: Vec<Place>, is_used: bool) {
         for place in places {
             let known = self.names.entry(place.name).or_default();
@@ -103,7 +103,7 @@ impl Index {
         self.packs.push((path, is_used.into()));
     }
 
-    /// Takes a pack out. Returns whether it had any record.
+    /// Removes a pack. Returns true if it had any record.
     fn drop_pack(&mut self, pack: usize) -> bool {
         let before = self.places.len();
         self.places.retain(|_, (p, _)| *p != pack);
@@ -112,7 +112,7 @@ impl Index {
     }
 }
 
-/// Result of [`Store::merge`].
+/// Numbers of records in [`Store::merge`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Merged {
     /// Number of records that were added.
@@ -132,7 +132,7 @@ impl Drop for Store {
 }
 
 impl Store {
-    /// Opens the store of a results folder for reading and writing; creates both if need be.
+    /// Opens the store of a results folder for reading and writing. Creates both if needed.
     ///
     /// # Errors
     /// When the folder cannot be written to, or holds a store of another format.
@@ -201,14 +201,14 @@ impl Store {
         self.index.write().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes the reports of damage found so far, in sentences.
+    /// Takes the reports of damage found so far, one sentence each.
     pub fn problems(&self) -> Vec<String> {
         let mut problems = std::mem::take(&mut self.index_mut().problems);
         problems.sort();
         problems
     }
 
-    /// Whether the store has a record.
+    /// True if the store has a record.
     pub fn contains(&self, address: &Address) -> bool {
         self.index().places.contains_key(address)
     }
@@ -218,29 +218,30 @@ impl Store {
         self.index().places.len()
     }
 
-    /// Whether the store has no record.
+    /// True if the store has no records.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether a cell of that name was computed before, from any recipe.
+    /// True if the store has a record of a cell of that name, from any recipe.
     pub fn knows(&self, stage: Stage, cell: &str) -> bool {
         self.index().names.get(&pack::name_key(stage, cell)).is_some_and(|known| !known.is_empty())
     }
 
-    /// Heads of all records of a cell's name, in the order of their addresses.
+    /// Descriptions of all records of a cell's name, in the order of their addresses.
     pub fn heads(&self, stage: Stage, cell: &str) -> Vec<Head> {
         let mut known = self.index().names.get(&pack::name_key(stage, cell)).cloned().unwrap_or_default();
         known.sort();
         known.iter().filter_map(|a| self.head(a)).filter(|head| head.name.cell == cell).collect()
     }
 
-    /// Head of a record.
+    /// Description of a record; `None` if it is absent.
     pub fn head(&self, address: &Address) -> Option<Head> {
         self.record(address, |head, _| Ok(head))
     }
 
-    /// Content of a record; `None` when it is absent or damaged. `rows` is the number of rows it must have.
+    /// Content of a record; `None` if it is absent or damaged. `rows` is the number of rows that it must
+    /// have.
     pub fn get<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
         self.record(address, |head, payload| {
             let content = postcard::from_bytes(&payload).ok().filter(|_| head.rows == rows as u64);
@@ -248,7 +249,7 @@ impl Store {
         })
     }
 
-    /// A record, decoded by `decode`. A pack whose record cannot be read or decoded is given up.
+    /// Reads a record with `decode`. If that fails, the whole pack is given up as damaged.
     fn record<T>(
         &self,
         address: &Address,
@@ -277,7 +278,7 @@ impl Store {
         }
     }
 
-    /// Writes records, all of them or none. They take the place of those that the store has under their addresses.
+    /// Writes records, all or none. They replace earlier ones under the same addresses.
     ///
     /// # Errors
     /// When the disk is full or the folder cannot be written to.
@@ -289,11 +290,11 @@ impl Store {
         Ok(())
     }
 
-    /// Adds the records of another store that this one lacks.
+    /// Adds those records of another store that this one lacks.
     ///
     /// # Errors
-    /// When the two have different contents under one address, naming the cell; nothing is added then. When
-    /// a record of the other store is damaged.
+    /// When both stores have different contents under one address (the error names the cell, nothing is
+    /// added), or when a record of the other store is damaged.
     pub fn merge(&self, other: &Store) -> Result<Merged, StoreError> {
         let theirs: BTreeSet<Address> = other.index().places.keys().copied().collect();
         let whole = |head, payload| Ok(Record { head, payload });
@@ -334,8 +335,8 @@ impl Store {
         Ok(Merged { added: fresh.len(), known: theirs.len() - fresh.len() })
     }
 
-    /// Marks the packs that this run used, and removes the least recently used others until at most `limit` bytes are
-    /// left. Nothing is removed while another run uses the store. Returns the number of packs that were removed.
+    /// Marks the packs that this run used, and removes the least recently used others until at most `limit`
+    /// bytes are left. Does nothing while another run uses the store. Returns the number of removed packs.
     pub fn evict(mut self, limit: u64) -> usize {
         let index = std::mem::take(&mut *self.index_mut());
         let used = index.packs.iter().filter(|(_, is_used)| is_used.load(Ordering::Relaxed));
@@ -364,22 +365,22 @@ impl Store {
         removed
     }
 
-    /// A new staging folder, in which results are written before they take their place.
+    /// Creates a staging folder, in which results are written before they are moved to their final place.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// When the folder cannot be created.
     pub fn staging(&self) -> Result<staging::Staging, StoreError> {
         staging::Staging::new(&self.folder.join("staging"))
     }
 
-    /// Folder of the store.
+    /// Path of the folder in which the store keeps its files.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 }
 
-/// The report of a pack that cannot be used. A damaged one is removed if it may be, because its other records are cheaper
-/// to compute again than to trust; one that the operating system refuses may be whole.
+/// Report of a pack that cannot be used. A damaged pack is removed if `writable`: computing its other records
+/// again is cheaper than trusting them. A pack that the operating system refuses may be whole and is kept.
 fn give_up(path: &Path, error: &StoreError, writable: bool) -> String {
     if writable && !error.source.is::<std::io::Error>() {
         // A pack that cannot be removed is reported again next time, and does no harm.
@@ -388,15 +389,15 @@ fn give_up(path: &Path, error: &StoreError, writable: bool) -> String {
     format!("{error}; its records are computed again")
 }
 
-/// Waits until no other process is putting results in their place, and keeps others from it until the file is dropped.
-/// `None` where the file system has no locks; there the user must not start two runs at once.
+/// Waits until no other process is publishing results, and blocks others until the file is dropped. `None` on
+/// file systems without locks; there users must not start two runs at once.
 pub fn lock_exclusive(results: &Path) -> Option<File> {
     let path = results.join(FOLDER).join("place");
     let file = File::options().create(true).truncate(false).write(true).open(path).ok()?;
     file.lock().ok().map(|()| file)
 }
 
-/// The packs in a folder with time and size, the oldest first.
+/// Packs in a folder with time and size, the oldest first.
 fn packs(folder: &Path) -> Result<Vec<(SystemTime, PathBuf, u64)>, StoreError> {
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
@@ -414,7 +415,7 @@ fn packs(folder: &Path) -> Result<Vec<(SystemTime, PathBuf, u64)>, StoreError> {
     Ok(packs)
 }
 
-/// A record with `content` encoded.
+/// Creates a record with `content` encoded.
 ///
 /// # Errors
 /// When the content cannot be encoded, which would be a bug of its type.

@@ -32,7 +32,7 @@ mod two_model_chi_square;
 
 #[cfg(test)]
 mod conformance;
-/// The example of the documentation, which has to pass what the list has to pass.
+/// Example of the documentation, which must pass the same tests as the list.
 #[cfg(test)]
 #[path = "../../../docs/examples/deviation.rs"]
 mod deviation;
@@ -51,11 +51,11 @@ use std::sync::Arc;
 
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.
 pub trait Reverse {
-    /// Tracking error, in `[0, 1]`, between two regions of frame `to`: the one of the track, and the one that the
-    /// tracker gives when it starts in the later frame `from` with its state of that frame and goes back frame by
-    /// frame. Frames count from 0, and an error of 0 is agreement. Frames after `from` are not read.
+    /// Tracking error, in `[0, 1]`, between two regions of frame `to`: that of the track, and that of the
+    /// tracker when it starts in the later frame `from`, with its state of that frame, and runs backwards.
+    /// Frames count from 0; an error of 0 is agreement. Frames after `from` are not read.
     ///
-    /// `None` when the run breaks; the engine then discards the detector's output.
+    /// `None` if the run fails; the engine then discards the detector's output.
     fn error(&self, from: usize, to: usize) -> Option<f64>;
 }
 
@@ -69,110 +69,113 @@ pub struct Input<'a> {
     /// Tracking error O_t of each frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
     /// anchor may read it.
     pub error: &'a [f64],
-    /// Seed that is made from names; only the `random` anchor uses it.
+    /// Seed made from names. Only the `random` anchor uses it.
     pub seed: u64,
     /// Runs the tracker backwards, for detectors that [need](Detector::needs_reverse) it.
     pub reverse: Option<&'a dyn Reverse>,
 }
 
-/// Output of a detector for one track; every list has one value for each frame of the signal.
+/// Output of a detector for one track. Each list has one value for each frame of the signal.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DetectorOutput {
-    /// The number that is compared with the threshold, for example the signal itself or |z_t| of a forecast.
+    /// Score in each frame, normally the value that is compared with the threshold: the signal itself, |z_t|
+    /// of a forecast ...
     pub score: Vec<f64>,
-    /// The number that is compared with the threshold where it is not the score: where the score is how likely the target is
-    /// lost, and an alarm asks for more, for example that the loss is fresh.
+    /// Value that is compared with the threshold, if it is not the score. This is the case if the score is
+    /// the probability of a loss and an alarm requires more, for example a fresh loss.
     pub alarm_score: Option<Vec<f64>>,
     /// `true` where the detector calls the track inconsistent (the tracker has failed).
     pub alarm: Vec<bool>,
-    /// The forecast of the signal, from detectors that make one; NaN in frames without a forecast.
+    /// Forecast of the signal, NaN in frames without one; `None` from detectors that make no forecasts.
     pub forecast: Option<Vec<f64>>,
-    /// The changes (+1, -1, 0), from detectors that find them directly and may find two of one sign in a
-    /// row; `None` where they follow from the alarms.
+    /// Changes (+1, -1, 0) from detectors that find them directly, perhaps two of one sign in a row; `None`
+    /// if the changes follow from the alarms.
     pub changes: Option<Vec<i32>>,
-    /// Condition of the tracker and recovery checks, from detectors that follow them.
+    /// Condition of the tracker and recovery checks, from detectors that estimate them.
     pub quality: Option<Quality>,
-    /// Why there are no labels, from detectors that run a program; then the lists are empty, and the cell fails.
+    /// Reason why there are no labels, from detectors that run a program. The lists are then empty, and the
+    /// cell fails.
     #[serde(skip)]
     pub failure: Option<String>,
 }
 
 impl DetectorOutput {
-    /// The number that is compared with the threshold.
+    /// Values that are compared with the threshold.
     pub fn compared(&self) -> &[f64] {
         self.alarm_score.as_deref().unwrap_or(&self.score)
     }
 
-    /// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where there is none.
+    /// Change into each frame: +1 from consistent to inconsistent, -1 back, 0 for no change.
     pub fn changes(&self) -> std::borrow::Cow<'_, [i32]> {
         self.changes.as_deref().map_or_else(|| changes(&self.alarm).into(), Into::into)
     }
 }
 
-/// A checked configuration of a detector.
+/// A detector with checked parameters.
 pub trait Detector: Any + Send + Sync {
-    /// Whether it reads the signal; anchors do not.
+    /// True if the detector reads a signal; false for anchors.
     fn needs_signal(&self) -> bool {
         true
     }
 
-    /// Number of signals that it reads, if it reads any.
+    /// Number of signals that the detector reads, if it reads any.
     fn signals(&self) -> usize {
         1
     }
 
-    /// Whether its labels depend on the seed; if not, another seed recomputes nothing.
+    /// True if the labels depend on the seed. Otherwise another seed recomputes nothing.
     fn uses_seed(&self) -> bool {
         false
     }
 
-    /// Whether it runs the tracker backwards; without [`Input::reverse`] its checks are rejected.
+    /// True if the detector runs the tracker backwards. Without [`Input::reverse`] its checks are rejected.
     fn needs_reverse(&self) -> bool {
         false
     }
 
-    /// Learner of its model, for detectors that need a model before they can detect.
+    /// Learner of the model, for detectors that need a model before they can detect.
     fn learner(&self) -> Option<&dyn Learner> {
         None
     }
 
-    /// The threshold on the score, as figures draw it, where there is one.
+    /// Threshold on the score, as figures draw it; `None` if there is no fixed one.
     fn threshold(&self) -> Option<f64> {
         None
     }
 
-    /// Which scores speak for a good track; by default low ones. Neither way of anchors matters, whose score is the alarm.
+    /// Direction in which scores are better: by default low scores mean a good track. Anchors may return
+    /// either direction: their score is 0 or 1, the alarm itself.
     fn score_direction(&self) -> Direction {
         Direction::LowerIsBetter
     }
 
-    /// Whether its score is the signal, as it is.
+    /// True if the score is the signal itself.
     fn scores_signal(&self) -> bool {
         false
     }
 
-    /// Whether its score is the probability of a loss.
+    /// True if the score is the probability of a loss.
     fn gives_probability(&self) -> bool {
         false
     }
 
-    /// Frames in a row without an alarm after which a lost target counts as found again, see [`lost`]: 1 for detectors
-    /// whose alarm lasts until they themselves have found that the track is good again.
+    /// Frames without an alarm in a row after which a lost target counts as found again, see [`lost`]. It is
+    /// 1 for detectors whose alarm lasts until they find that the track is good again.
     fn frames_to_recover(&self) -> usize {
         RECOVERY_FRAMES
     }
 
-    /// The detector before the first frame of a track that goes on, from detectors that judge frame by frame.
+    /// Stream before the first frame of a live track; `None` for detectors that need the whole track.
     fn stream(&self) -> Option<Box<dyn Stream>> {
         None
     }
 
-    /// The detector as it was when [`Stream::save`] was called; `None` if the bytes are not those of this detector.
+    /// Stream in the state saved by [`Stream::save`]; `None` if the bytes are not from this detector.
     fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Stream>> {
         None
     }
 
-    /// Labels every frame of a track.
+    /// Labels all frames of a track.
     fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }
 
@@ -182,14 +185,14 @@ impl<P: Detector> Role<P> for dyn Detector {
     }
 }
 
-/// The threshold of the largest budget that is within `budget`, of budgets in rising order with their thresholds; of those
-/// that are all larger, the smallest.
+/// Threshold of the largest budget up to `budget`, or of the smallest budget if all are larger. `thresholds`
+/// has pairs of budget and threshold, by ascending budget.
 fn threshold_within(thresholds: &[(f64, f64)], budget: f64) -> Option<f64> {
     let within = thresholds.iter().rev().find(|(most, _)| *most <= budget);
     within.or(thresholds.first()).map(|(_, threshold)| *threshold)
 }
 
-/// Every detector, by kind.
+/// All detectors, by kind.
 pub static DETECTORS: &[Entry<dyn Detector>] = &[
     arma_forecast::ENTRY,
     naive_forecast::ENTRY,

@@ -1,4 +1,4 @@
-//! Judges whole tracks, all tracks of a video in one pass over its frames.
+//! Judges whole tracks: all tracks of a video in one pass over its frames.
 
 use crate::detector::Input;
 use crate::image::Frame;
@@ -16,32 +16,32 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// An error of whoever gives the frames.
+/// Error of the code that provides the frames.
 pub type FrameError = Box<dyn Error + Send + Sync>;
 
-/// Frame `t`, from 0.
+/// Function that returns frame `t` (0-based).
 pub type FrameOf<'a> = &'a (dyn Fn(usize) -> Result<Arc<Frame>, FrameError> + Sync);
 
-/// A track of a tracker: what it says in each frame of the video.
+/// Output of a tracker on one target, in each frame of the video.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Track<'a> {
-    /// Its regions, in 0-based pixels; `None` where it says that the target is absent.
+    /// Regions in 0-based pixels; `None` where the tracker reports the target as absent.
     pub regions: &'a [Option<Region>],
-    /// Its own confidence, in its scale, high where it is sure; empty if it gives none.
+    /// Confidence of the tracker in its own scale, high if it is sure; empty if it gives none.
     pub confidence: &'a [Option<f64>],
-    /// The regions of other trackers on the same target, a list for each of them.
+    /// Regions of other trackers on the same target, one list for each.
     pub companions: &'a [&'a [Option<Region>]],
 }
 
-/// Why tracks are not judged.
+/// Reason why tracks cannot be judged.
 #[derive(Debug, thiserror::Error)]
 pub enum JudgeError {
-    /// A frame cannot be had.
+    /// A frame cannot be provided.
     #[error("{source}")]
     Frame {
-        /// Its index, from 0.
+        /// Index of the frame, from 0.
         t: usize,
-        /// The reason.
+        /// Error of the code that provides the frames.
         source: FrameError,
     },
     /// A signal has no value.
@@ -51,39 +51,39 @@ pub enum JudgeError {
         track: usize,
         /// Index of the frame, from 0.
         t: usize,
-        /// The reason.
+        /// Reason why the signal has no value.
         source: SignalFault,
     },
-    /// A detector gives no labels.
+    /// A detector returns no labels.
     #[error("{reason}")]
     Detector {
         /// Index of the track.
         track: usize,
-        /// The reason.
+        /// Reason given by the detector.
         reason: String,
     },
-    /// A track has another number of frames than the first one.
+    /// A track has a different number of frames than the first one.
     #[error("track {track} has {got} frames, the first one {expected}")]
     Frames {
         /// Index of the track.
         track: usize,
         /// Number of frames of the first track.
         expected: usize,
-        /// Number of its own.
+        /// Number of frames of this track.
         got: usize,
     },
-    /// The caller wants to stop.
+    /// The caller requested a stop.
     #[error("interrupted")]
     Interrupted,
 }
 
-/// Judges every track by every method: a list for each track, in the order of the methods.
+/// Judges all tracks by all methods. Returns a list for each track, in the order of the methods.
 ///
-/// `frames` gives the frames of the video, each once and in order, where there are any; methods that look at pixels need them.
-/// `stop` is asked before each frame.
+/// `frames` returns the frames of the video and is called once for each, in order; methods that read pixels
+/// need it. `stop` is called before each frame; true ends the call.
 ///
 /// # Errors
-/// A frame that cannot be had, a signal without a value, a detector without labels, and an interruption.
+/// A frame that cannot be provided, a signal without a value, a detector without labels, and an interruption.
 pub fn judge(
     methods: &[Method],
     tracks: &[Track<'_>],
@@ -103,7 +103,7 @@ pub fn judge(
     lanes.into_par_iter().enumerate().map(one).collect()
 }
 
-/// Each signal of the methods once, and the indices of each method's own.
+/// Distinct signals of the methods, and for each method the indices of its signals.
 fn distinct(methods: &[Method]) -> (Vec<&SignalChoice>, Vec<Vec<usize>>) {
     let mut signals: Vec<(&SignalChoice, String)> = Vec::new();
     let mut of_method = Vec::new();
@@ -122,14 +122,15 @@ fn distinct(methods: &[Method]) -> (Vec<&SignalChoice>, Vec<Vec<usize>>) {
     (signals.into_iter().map(|(choice, _)| choice).collect(), of_method)
 }
 
-/// A track with its signals.
+/// A track with the values of its signals.
 struct Lane<'a> {
     track: Track<'a>,
-    /// From the first region to the last one.
+    /// Frames from the first to the last region.
     range: Range<usize>,
-    /// While the track lasts: a file may have thousands of tracks, few of them at once.
+    /// Reader of the signals, only while the track lasts. A file may have thousands of tracks, few of them at
+    /// once.
     reader: Option<Reader>,
-    /// The values of each signal, one frame after the other.
+    /// Values of each signal, one frame after the other.
     series: Vec<Vec<f64>>,
 }
 
@@ -141,7 +142,7 @@ impl<'a> Lane<'a> {
         Self { track, range: start..end, reader: None, series: vec![Vec::new(); signals] }
     }
 
-    /// Reads frame `t`.
+    /// Computes the signals in frame `t`.
     fn read(
         &mut self,
         t: usize,
@@ -171,7 +172,7 @@ impl<'a> Lane<'a> {
         Ok(())
     }
 
-    /// Judges the track by a method with these signals; `track` is its index.
+    /// Judges the track by a method whose signals have these indices; `track` is the index of the track.
     fn judged(&self, track: usize, method: &Method, signals: &[usize]) -> Result<JudgedMethod, JudgeError> {
         let widths = method.signals.iter().map(|choice| choice.signal.width());
         let columns = columns(signals.iter().map(|k| self.series[*k].as_slice()).zip(widths));
@@ -193,7 +194,7 @@ impl<'a> Lane<'a> {
     }
 }
 
-/// Gives all frames to the tracks; the next frame is decoded meanwhile.
+/// Passes all frames to the tracks. The next frame is decoded on another thread.
 fn read(
     lanes: &mut [Lane<'_>],
     signals: &[&SignalChoice],
@@ -230,7 +231,7 @@ fn read(
     Ok(())
 }
 
-/// A sequence of which nothing but the number of frames is known.
+/// A sequence of which only the number of frames is known.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Unannotated(pub usize);
 

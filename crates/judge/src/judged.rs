@@ -1,34 +1,34 @@
-//! What a method says of every frame of a track.
+//! Result of a method on a track, frame by frame.
 
 use crate::detector::labels::TargetState;
 use crate::detector::{Detector, DetectorOutput, StateOfTarget, changes, lost};
 use crate::direction::Direction;
 use std::ops::Range;
 
-/// Judgement of one target by a method; every list has a value for each frame.
+/// Result of a method on one target. Each list has a value for each frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedMethod {
-    /// Its name.
+    /// Name of the method.
     pub name: String,
-    /// Level that the score is compared with, of methods that have one.
+    /// Threshold on the score; `None` if the method has no fixed one.
     pub threshold: Option<f64>,
-    /// Scores that speak for a good track.
+    /// Direction in which scores are good.
     pub direction: Direction,
-    /// Whether its score is the probability of a loss.
+    /// True if the score is the probability of a loss.
     pub is_probability: bool,
     /// Score; `None` before the first box and after the last one.
     pub score: Vec<Option<f64>>,
-    /// Whether there is an alarm.
+    /// True in frames with an alarm.
     pub label: Vec<bool>,
     /// Change of the label: +1, -1, 0.
     pub changes: Vec<i32>,
-    /// State.
+    /// State of the target in each frame.
     pub states: Vec<TargetState>,
 }
 
 impl JudgedMethod {
-    /// The output of a detector on a track that begins at `start`; `present` says for each frame of the video whether the
-    /// tracker gives a box.
+    /// Converts the output of a detector on a track that begins in frame `start`. `present` is true for each
+    /// frame of the video in which the tracker gives a box.
     pub fn new(
         name: &str,
         detector: &dyn Detector,
@@ -68,13 +68,14 @@ impl JudgedMethod {
         }
     }
 
-    /// Whether a score is at or beyond the threshold, on the side of the alarms; `None` without a score or a threshold.
+    /// True if the score is at or beyond the threshold, on the side of alarms; `None` without a score or a
+    /// threshold.
     pub fn is_beyond(&self, t: usize) -> Option<bool> {
         let score = self.score.get(t).copied().flatten()?;
         Some(badness(self.direction, score) >= badness(self.direction, self.threshold?))
     }
 
-    /// The runs of frames of one state, in order.
+    /// Runs of frames with the same state, in order.
     pub fn stretches(&self) -> impl Iterator<Item = (TargetState, Range<usize>)> + '_ {
         let mut at = 0;
         self.states.chunk_by(|a, b| a == b).filter_map(move |run| {
@@ -84,22 +85,22 @@ impl JudgedMethod {
         })
     }
 
-    /// The runs of frames in which the target is lost.
+    /// Runs of frames in which the target is lost.
     pub fn losses(&self) -> Vec<Range<usize>> {
         self.stretches().filter(|(state, _)| *state == TargetState::Lost).map(|(_, run)| run).collect()
     }
 }
 
-/// A score turned so that high ones speak for a loss.
+/// Score with a sign such that high values speak for a loss.
 pub fn badness(direction: Direction, score: f64) -> f64 {
     if direction == Direction::HigherIsBetter { -score } else { score }
 }
 
-/// Whether each frame raises an alarm by itself, and does not only hold one of the frames before.
+/// For each frame, true if it raises an alarm itself, instead of holding one of an earlier frame.
 ///
-/// Each frame of a detector that alarms in single frames does. An alarm that lasts is raised where it begins; where it is
-/// on from an absence, also by a score beyond the threshold, or, where scores are sums over earlier frames, beyond that of the
-/// absence's last frame.
+/// Detectors of single-frame alarms raise one in each alarm frame. An alarm that lasts is raised where it
+/// begins. If it began during an absence, it is also raised later by a score beyond the threshold. Scores
+/// that are sums over earlier frames must exceed that of the last frame of the absence instead.
 fn raised(detector: &dyn Detector, output: &DetectorOutput, has_box: impl Fn(usize) -> bool) -> Vec<bool> {
     if detector.frames_to_recover() > 1 {
         return output.alarm.clone();
@@ -127,7 +128,7 @@ fn raised(detector: &dyn Detector, output: &DetectorOutput, has_box: impl Fn(usi
 mod tests {
     use super::*;
 
-    /// A detector whose alarm begins where the signal is below 0.3 and goes on until another rule ends it.
+    /// A detector whose alarm begins when the signal is below 0.3 and lasts until another rule ends it.
     struct Holding;
 
     impl Detector for Holding {
@@ -152,13 +153,13 @@ mod tests {
         }
     }
 
-    /// The judgement of a detector of the list.
+    /// States and labels by a detector of the list.
     fn judged(text: &str, kind: &str, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
         let entry = crate::plugin::find(crate::detector::DETECTORS, kind).unwrap();
         judged_by(&*entry.build_from_text(text).unwrap(), score, alarm, boxes)
     }
 
-    /// The judgement of an output on a track that has a box where `boxes` has a `b`, in states of one letter, with its labels.
+    /// States (one letter each) and labels of an output on a track that has a box where `boxes` has a `b`.
     fn judged_by(detector: &dyn Detector, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
         let alarm = alarm.chars().map(|c| c == '!').collect();
         let output = DetectorOutput { score: score.to_vec(), alarm, ..DetectorOutput::default() };

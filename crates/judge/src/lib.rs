@@ -9,7 +9,7 @@
 //! | [`method`] | a name, or plugins with parameters | signals and a detector |
 //! | [`reader`] | the frames of a track | the values of its signals |
 //! | [`judged`] | the output of a detector | the state of the target in each frame |
-//! | [`mod@judge`], [`monitor`] | frames and boxes of a tracker | a judgement of each frame: whole tracks, or live |
+//! | [`mod@judge`], [`monitor`] | frames and boxes of a tracker | a judgment of each frame: whole tracks, or live |
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -1,4 +1,5 @@
-//! Methods: signals and a detector under a name; those that have a name, and the one that is recommended.
+//! Methods: signals and a detector under a name. Some are published under a name; one is recommended for
+//! given inputs.
 
 use crate::detector::{DETECTORS, Detector};
 use crate::plugin::{self, Configured, Entry, ParamError, RawParams};
@@ -8,83 +9,83 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// The methods that have a name, as JSON: `name`, `about`, `signal` (one or a list) and `detector`, with parameters as an
-/// experiment file has them.
+/// Named methods as JSON: `name`, `about`, `signal` (one or a list) and `detector`, with parameters as in an
+/// experiment file.
 pub const METHODS: &str = include_str!("methods.json");
 
-/// Name of the parameter of detectors that take a budget of false alarms.
+/// Name of the parameter for the budget of false alarms.
 const BUDGET: &str = "budget";
 
-/// A checked signal with its kind and version.
+/// A signal with checked parameters, its kind and version.
 #[derive(Clone)]
 pub struct SignalChoice {
     /// Plugin kind.
     pub kind: &'static str,
     /// Plugin version.
     pub version: u32,
-    /// The checked signal.
+    /// Signal with checked parameters.
     pub signal: Configured<dyn Signal>,
-    /// Whether it begins again where the tracker is started again.
+    /// Treatment of restarts of the tracker.
     pub restarts: Restarts,
 }
 
-/// A checked detector with its kind and version.
+/// A detector with checked parameters, its kind and version.
 #[derive(Clone)]
 pub struct FixedDetector {
     /// Plugin kind.
     pub kind: &'static str,
     /// Plugin version.
     pub version: u32,
-    /// The checked detector.
+    /// Detector with checked parameters.
     pub detector: Configured<dyn Detector>,
-    /// Whether it begins again where the tracker is started again.
+    /// Treatment of restarts of the tracker.
     pub restarts: Restarts,
 }
 
 /// Signals and a detector that reads them.
 #[derive(Clone)]
 pub struct Method {
-    /// Its name.
+    /// Name of the method.
     pub name: String,
-    /// Its signals; none for a detector that needs none.
+    /// Signals of the method; empty for a detector that needs none.
     pub signals: Vec<SignalChoice>,
-    /// Its detector.
+    /// Detector of the method.
     pub detector: FixedDetector,
 }
 
-/// Why there is no such method.
+/// Reason why a method cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MethodError {
     /// No method has this name.
     #[error("{0}")]
     Unknown(String),
-    /// Its threshold is trained in an experiment.
+    /// The threshold of the method is trained in an experiment.
     #[error("method `{0}` has a threshold that is trained on annotated sequences")]
     Trained(String),
-    /// It takes no budget.
+    /// The method has no budget.
     #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]
     NoBudget {
-        /// Its name.
+        /// Name of the method.
         method: String,
-        /// Names of the methods that take one.
+        /// Names of the methods that have a budget.
         known: Vec<&'static str>,
     },
     /// A parameter is refused.
     #[error("{part}: {source}")]
     Params {
-        /// The signal or the detector.
+        /// The signal or the detector that refused it.
         part: String,
-        /// The reason.
+        /// Reason of the refusal.
         source: ParamError,
     },
-    /// The detector reads another number of signals.
+    /// The number of signals does not match the detector.
     #[error("detector `{kind}` reads {reads} signals, not {given}")]
     Signals {
         /// Kind of the detector.
         kind: &'static str,
-        /// Number that it reads.
+        /// Number of signals that the detector reads.
         reads: usize,
-        /// Number that there are.
+        /// Number of signals given.
         given: usize,
     },
 }
@@ -108,29 +109,29 @@ fn find(name: &str) -> Option<&'static Named> {
     NAMED.iter().find(|named| named.name == name)
 }
 
-/// Names of the methods that have one.
+/// Names of all named methods.
 pub fn names() -> Vec<&'static str> {
     NAMED.iter().map(|named| named.name.as_str()).collect()
 }
 
-/// Whether the detector of a named method takes a budget of false alarms.
+/// True if the detector of a named method has a budget of false alarms.
 pub fn takes_budget(name: &str) -> bool {
     let kind = find(name).and_then(|named| named.detector["kind"].as_str());
     let schema = kind.and_then(|kind| plugin::find(DETECTORS, kind)).map(|entry| (entry.schema)());
     schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(BUDGET)).is_some())
 }
 
-/// Names of the methods that take a budget of false alarms.
+/// Names of the methods that have a budget of false alarms.
 pub fn names_with_budget() -> Vec<&'static str> {
     names().into_iter().filter(|name| takes_budget(name)).collect()
 }
 
 impl Method {
-    /// The method of a name with its published threshold or, with a budget, with the one that raises at most so many false
-    /// alarms per 1000 frames.
+    /// Method called `name` with its published threshold. With a budget, the threshold allows at most this
+    /// number of false alarms per 1000 frames.
     ///
     /// # Errors
-    /// An unknown name, a method that is trained in an experiment, and a budget that it does not take.
+    /// An unknown name, a method that is trained in an experiment, and a budget for a method without one.
     pub fn named(name: &str, budget: Option<f64>) -> Result<Self, MethodError> {
         let named =
             find(name).ok_or_else(|| MethodError::Unknown(plugin::unknown("method", name, names())))?;
@@ -147,11 +148,11 @@ impl Method {
         Self::new(name, named.signals(), &detector)
     }
 
-    /// A method of one's own. Signals and detector are objects with a `kind` and the parameters that `trackfail list`
-    /// shows: `{"kind": "level", "below": 0.5}`.
+    /// Creates a custom method. Signals and detector are objects with a `kind` and the parameters that
+    /// `trackfail list` shows: `{"kind": "level", "below": 0.5}`.
     ///
     /// # Errors
-    /// Unknown kinds, refused parameters, and another number of signals than the detector reads.
+    /// Unknown kinds, refused parameters, and a number of signals that does not match the detector.
     pub fn new(name: &str, signals: &[Value], detector: &Value) -> Result<Self, MethodError> {
         let signal = |value: &Value| {
             let (entry, signal) = build(SIGNALS, "signal", value)?;
@@ -170,10 +171,10 @@ impl Method {
         Ok(Self { name: name.to_string(), signals, detector })
     }
 
-    /// The method with a model that it has learned, as the files in the folder `models` of an experiment's results have it.
+    /// The method with a learned model, as in the files of the folder `models` of an experiment's results.
     ///
     /// # Errors
-    /// A method that does not learn, and a model of another one.
+    /// A method that does not learn, and a model of another method.
     pub fn with_model(mut self, model: &Value) -> Result<Self, MethodError> {
         let refuse = |message: String| MethodError::Params {
             part: self.detector.kind.to_string(),
@@ -185,12 +186,12 @@ impl Method {
         Ok(self)
     }
 
-    /// Parts of a track that its signals read.
+    /// Parts of a track that the signals read.
     pub fn reads(&self) -> impl Iterator<Item = Reads> + '_ {
         self.signals.iter().map(|choice| choice.signal.reads())
     }
 
-    /// Its signals and its detector, with their parameters.
+    /// Description of signals and detector with their parameters.
     pub fn words(&self) -> String {
         let signals = self.signals.iter().map(|s| format!("{} {}", s.kind, s.signal.params()));
         let detector = format!("{} {}", self.detector.kind, self.detector.detector.params());
@@ -198,7 +199,7 @@ impl Method {
     }
 }
 
-/// Whether a parameter is trained instead of given.
+/// True if a parameter is trained instead of given.
 fn is_trained(value: &Value) -> bool {
     value.get("train").is_some()
 }
@@ -227,19 +228,19 @@ fn build<T: ?Sized>(
     Ok((entry, built))
 }
 
-/// Inputs that there are of a track beside its boxes.
+/// Inputs that are available for a track, beside its boxes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// The frames.
+    /// True if the frames are available.
     pub frames: bool,
-    /// Boxes of other trackers on the same frames.
+    /// True if boxes of other trackers on the same frames are available.
     pub companions: bool,
-    /// The tracker's own confidence.
+    /// True if the tracker's own confidence is available.
     pub confidence: bool,
 }
 
 impl Inputs {
-    /// Whether a signal that reads this can be computed.
+    /// True if a signal with this input can be computed.
     pub fn has(self, reads: Reads) -> bool {
         match reads {
             Reads::Boxes => true,
@@ -251,7 +252,7 @@ impl Inputs {
     }
 }
 
-/// Name of the method that the benchmark recommends for the inputs given, see `docs/which-detector.md`.
+/// Name of the method that the benchmark recommends for the given inputs, see `docs/which-detector.md`.
 pub fn recommended(inputs: Inputs) -> &'static str {
     match inputs {
         Inputs { frames: true, companions: true, .. } => "Fused deep and companions",
@@ -262,7 +263,7 @@ pub fn recommended(inputs: Inputs) -> &'static str {
     }
 }
 
-/// Name of the method that is recommended for the inputs among those that take a budget of false alarms.
+/// Name of the recommended method for the inputs, among those with a budget of false alarms.
 pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
     match recommended(inputs) {
         "Confidence" => "Fused boxes",

@@ -1,4 +1,4 @@
-//! Live monitoring: whether a tracker has lost its target, frame by frame, while it tracks.
+//! Live monitoring: tells frame by frame, while a tracker runs, if it has lost its target.
 //!
 //! ```
 //! use trackfail_judge::monitor::{Monitor, Options, TargetState, Update};
@@ -19,17 +19,17 @@
 //! # Ok::<(), MonitorError>(())
 //! ```
 //!
-//! A [`Monitor`] is given what is known of each frame once, in order: the frame, the tracker's region, its confidence,
-//! and the regions of companions, other trackers on the same frames. Regions are 0-based pixels with the top left
-//! corner of the first pixel at (0, 0). Everything but the first region may be missing, in all frames or in some: a
-//! value that cannot be computed is missing for the detector too, which is no error and no alarm. A frame without a
-//! region is one in which the tracker says that the target is absent; the signals are then read at its last region, and an
-//! alarm that they raise ends with the absence.
+//! A [`Monitor`] receives the data of each frame once, in order: pixels, the tracker's region and confidence,
+//! and the regions of companions (other trackers on the same frames). Regions are in 0-based pixels; the top
+//! left corner of the first pixel is (0, 0). All data except the first region may be missing, in some or all
+//! frames. A signal value that cannot be computed is then missing for the detector, too; this is neither an
+//! error nor an alarm. In a frame without a region the tracker reports the target as absent. Signals are then
+//! read at its last region, and an alarm that they raise ends with the absence.
 //!
-//! Without a name of a method, the first frame with a region decides: its inputs are those that the recommendation is
-//! made for; with a budget it is that among the methods that take one. A method without frames gives way to another one when
-//! frames come. A tracker that was started again on its target is followed anew from there, see [`Update::restart`]. The memory of a monitor does not grow with the
-//! number of frames.
+//! Without a method name, the recommended method for the inputs of the first frame with a region is used;
+//! with a budget, it is one that has a budget. A method that does not read frames is replaced when frames
+//! arrive. After a restart of the tracker ([`Update::restart`]) the monitor starts over. The memory of a
+//! monitor does not grow with the number of frames.
 
 mod chosen;
 mod saved;
@@ -47,54 +47,59 @@ use crate::tracker::TrackerError;
 use chosen::Chosen;
 use serde::{Serialize, Serializer};
 
-/// Reasons of an answer, at most.
+/// Most reasons in an answer.
 const MAX_REASONS: usize = 3;
-/// Probability from which on there are reasons.
+/// Probability from which on reasons are given.
 const TOLD: f64 = 0.1;
 
 /// Options of a monitor.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
-    /// Name of the method; otherwise the one that is recommended for the inputs.
+    /// Name of the method; `None` for the recommended one.
     pub method: Option<String>,
-    /// Largest number of false alarms per 1000 frames, for methods that take one.
+    /// Largest number of false alarms per 1000 frames, for methods that have a budget.
     pub budget: Option<f64>,
-    /// Inputs that will come, for the recommendation; otherwise those of the first frame with a region.
+    /// Inputs that will be available, for the recommendation; `None` for those of the first frame with a
+    /// region.
     pub inputs: Option<Inputs>,
-    /// Number of the top left pixel in the boxes that the regions are made of; otherwise 0, or that of the state. It is kept, so
-    /// that a state goes on under no other one, and changes nothing else.
+    /// Number of the top left pixel in the boxes from which the regions are made; `None` for 0, or for that
+    /// of a saved state. It has no effect except that a state cannot be resumed with another number.
     pub base: Option<u8>,
 }
 
-/// Everything that is known of a frame.
+/// Data of one frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Update<'a> {
-    /// The frame; all have the same size.
+    /// Pixels of the frame. All frames have the same size.
     pub frame: Option<&'a Frame>,
-    /// The tracker's region; `None`, or one whose coordinates are no numbers, where the tracker has none.
+    /// Region of the tracker; `None` or NaN coordinates if it has none.
     pub region: Option<&'a Region>,
-    /// The tracker's own confidence, in its scale; high values are sure.
+    /// Confidence of the tracker in its own scale, high if it is sure.
     pub confidence: Option<f64>,
-    /// Regions of other trackers, in the same order in all frames; one whose coordinates are no numbers is nowhere.
+    /// Regions of other trackers, in the same order in all frames. NaN coordinates mean that a tracker has no
+    /// region.
     pub companions: &'a [Region],
-    /// Whether the tracker was started again on its target, with the region of this frame: nothing from before it counts.
+    /// True if the tracker was restarted on its target, with the region of this frame. Earlier frames then no
+    /// longer count.
     pub restart: bool,
 }
 
-/// Judgement of a frame.
+/// Result for one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Answer {
-    /// Number of the frame in the stream, from 0.
+    /// Index of the frame in the stream, from 0.
     pub index: u64,
-    /// Probability that the target is lost, in `[0, 1]`; `None` before the first region, and from methods that estimate
-    /// none. Written with four digits.
+    /// Probability that the target is lost, in `[0, 1]`, serialized with four digits. `None` before the first
+    /// region, and for methods that estimate none.
     #[serde(serialize_with = "four_digits")]
     pub probability: Option<f64>,
     /// State of the target.
     pub state: TargetState,
-    /// At most three features that speak for a loss, the loudest first; none at a probability below a tenth.
+    /// At most three features that speak for a loss, the strongest first; empty for a probability below a
+    /// tenth.
     pub reasons: Vec<String>,
-    /// Why an input was left out, or that there is none to judge by; the state then is that of the frame before.
+    /// Reason why an input was left out, or why the frame could not be judged; the state is then that of the
+    /// frame before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
@@ -103,18 +108,18 @@ fn four_digits<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::O
     value.map(|value| (value * 1e4).round() / 1e4).serialize(serializer)
 }
 
-/// Why a frame is not judged, or a monitor cannot start or go on.
+/// Reason why a frame cannot be judged, or a monitor cannot start or resume.
 #[derive(Debug, thiserror::Error)]
 pub enum MonitorError {
-    /// There is no such method, or it takes no such budget.
+    /// There is no such method, or it has no budget.
     #[error(transparent)]
     Method(#[from] MethodError),
-    /// The method does not judge frame by frame, or needs more than a stream has.
+    /// The method cannot judge frame by frame, or needs inputs that a stream lacks.
     #[error("method `{method}` {reason}; methods that can monitor: {}", known.join(", "))]
     Unfit {
         /// Name of the method.
         method: String,
-        /// Reason, in words that follow its name.
+        /// Reason, as words that follow the name.
         reason: &'static str,
         /// Names of the methods that can monitor.
         known: Vec<&'static str>,
@@ -122,62 +127,62 @@ pub enum MonitorError {
     /// A signal cannot start.
     #[error(transparent)]
     Signal(#[from] TrackerError),
-    /// The frame is of another size than those before.
+    /// The size of the frame differs from that of earlier frames.
     #[error("the frame has {}x{} pixels, those before had {}x{}", got.0, got.1, expected.0, expected.1)]
     FrameSize {
-        /// Width and height of the frames before.
+        /// Width and height of earlier frames.
         expected: (usize, usize),
-        /// Width and height of this one.
+        /// Width and height of this frame.
         got: (usize, usize),
     },
-    /// The numbers of the box are no region.
+    /// The numbers of the box do not make a region.
     #[error("box: {0}")]
     Region(#[from] RegionError),
-    /// The method has a signal that cannot be saved.
+    /// The method has a signal whose state cannot be saved.
     #[error("the state of signal `{0}` cannot be kept")]
     NotSaved(&'static str),
-    /// The bytes are no state.
+    /// The bytes are not a saved state.
     #[error("not a state of `trackfail monitor`")]
     NoState,
-    /// The state is of another version of the program.
+    /// The state was saved by another version of the program.
     #[error("a state of format {0}, which this program does not read")]
     OtherFormat(String),
-    /// The state is damaged or cut short.
+    /// The state is damaged or truncated.
     #[error("the state is damaged")]
     Damaged,
-    /// The state is that of another method.
+    /// The state was saved with another method.
     #[error("the state is one of method `{saved}`, not of `{given}`")]
     OtherMethod {
-        /// Method of the state.
+        /// Method of the saved state.
         saved: String,
-        /// Method that was asked for.
+        /// Method of the options.
         given: String,
     },
-    /// The state is one with another budget.
+    /// The saved state was made with another budget.
     #[error("the state is one with {}, not with {}", budget(*saved), budget(*given))]
     OtherBudget {
-        /// Budget of the state.
+        /// Budget of the saved state.
         saved: Option<f64>,
-        /// Budget that was asked for.
+        /// Budget that the options ask for.
         given: Option<f64>,
     },
-    /// The state is one for other inputs.
+    /// The saved state was made for other inputs.
     #[error("the state is one for {}, not for {}", in_words(*saved), in_words(*given))]
     OtherInputs {
-        /// Inputs of the state.
+        /// Inputs of the saved state.
         saved: Option<Inputs>,
-        /// Inputs that were named.
+        /// Inputs that the options give.
         given: Option<Inputs>,
     },
-    /// The state is one of boxes that count pixels from another number.
+    /// The saved state was made with another pixel base.
     #[error("the state is one of boxes that count pixels from {saved}, not from {given}")]
     OtherBase {
-        /// Number of the top left pixel in the state.
+        /// Number of the top left pixel in the saved state.
         saved: u8,
-        /// The one that was asked for.
+        /// Number of the top left pixel in the options.
         given: u8,
     },
-    /// The method of the state has changed since.
+    /// The method has changed since the state was saved.
     #[error("the state is one of another version of method `{0}`")]
     OtherVersion(String),
 }
@@ -195,26 +200,26 @@ fn in_words(inputs: Option<Inputs>) -> String {
     std::iter::once("boxes").chain(named).collect::<Vec<_>>().join(", ")
 }
 
-/// A track being monitored.
+/// A monitor of one track.
 pub struct Monitor {
     budget: Option<f64>,
     inputs: Option<Inputs>,
     base: u8,
-    /// Number of the frame that comes next.
+    /// Index of the next frame.
     index: u64,
-    /// Width and height of the frames, once there was one.
+    /// Width and height of the frames; `None` before the first frame.
     size: Option<(usize, usize)>,
     target: StateOfTarget,
     chosen: Option<Chosen>,
-    /// Whether nobody has named a method or inputs.
+    /// True if neither a method nor inputs were given, so that the method may still change.
     is_free: bool,
 }
 
 impl Monitor {
-    /// A monitor before its first frame.
+    /// Creates a monitor before its first frame.
     ///
     /// # Errors
-    /// For a method that does not exist, cannot judge frame by frame, or takes no budget if one is given.
+    /// An unknown method, one that cannot judge frame by frame, and a budget for a method without one.
     pub fn new(options: &Options) -> Result<Self, MonitorError> {
         let Options { budget, inputs, base, .. } = *options;
         let chosen = match (&options.method, inputs) {
@@ -243,8 +248,8 @@ impl Monitor {
     /// Judges the next frame.
     ///
     /// # Errors
-    /// For a frame of another size, or a region without area or beyond any image. The frame then counts, and nothing else is
-    /// changed by it.
+    /// A frame of another size, or a region without area or beyond any image. The frame is counted, but has
+    /// no other effect.
     pub fn update(&mut self, update: &Update<'_>) -> Result<Answer, MonitorError> {
         let index = self.index;
         self.index += 1;
@@ -278,8 +283,8 @@ impl Monitor {
         Ok(Answer { index, probability, state, reasons, note: note.or(choice) })
     }
 
-    /// Chooses a method where nobody has named one, for the inputs of the first frame with a region, and another one when
-    /// frames come; the text says so where the choice may not be meant.
+    /// Chooses a method if none was given, for the inputs of the first frame with a region, and another one
+    /// when frames arrive. The text is a note if the choice may surprise the user.
     fn choose(&mut self, update: &Update<'_>) -> Result<Option<String>, MonitorError> {
         let stays = |chosen: &Chosen| !self.is_free || update.frame.is_none() || chosen.reader.reads_frames();
         if self.chosen.as_ref().is_some_and(stays) {
@@ -294,27 +299,27 @@ impl Monitor {
         })
     }
 
-    /// Counts a frame of which nothing can be read.
+    /// Counts a frame whose data cannot be used.
     pub fn skip(&mut self) {
         self.index += 1;
     }
 
-    /// Number of the frame that comes next, from 0.
+    /// Index of the next frame, from 0.
     pub fn index(&self) -> u64 {
         self.index
     }
 
-    /// Number of the top left pixel in the boxes that the regions are made of.
+    /// Number of the top left pixel in the boxes from which the regions are made.
     pub fn base(&self) -> u8 {
         self.base
     }
 
-    /// Name of the method, once it is chosen.
+    /// Name of the method; `None` until it is chosen.
     pub fn method(&self) -> Option<&str> {
         self.chosen.as_ref().map(|chosen| chosen.name.as_str())
     }
 
-    /// Whether frames are looked at: by the method, or because they may change the choice of it.
+    /// True if frames are used: by the method, or because they may change the choice of the method.
     pub fn reads_frames(&self) -> bool {
         self.is_free || self.chosen.as_ref().is_none_or(|chosen| chosen.reader.reads_frames())
     }
@@ -326,7 +331,7 @@ impl Monitor {
     }
 }
 
-/// The inputs of a frame.
+/// Inputs that are present in a frame.
 fn inputs_of(update: &Update<'_>) -> Inputs {
     Inputs {
         frames: update.frame.is_some(),
@@ -335,7 +340,7 @@ fn inputs_of(update: &Update<'_>) -> Inputs {
     }
 }
 
-/// The region, if it is one.
+/// Checks that the region is valid.
 fn checked(region: &Region) -> Result<Region, RegionError> {
     match region {
         Region::Rect(r) => Region::from_numbers(&[r.x, r.y, r.w, r.h]),

@@ -6,9 +6,9 @@
 //! excite       y[c] = f(g[c] x[c])                                         g from the channels' means
 //! ```
 //!
-//! Every output is one sum, the bias first and then its products in the order of the indices above, each multiplied and
-//! added on its own: vectors of any width give the same bits, and so do processors with and without fused
-//! multiplication. Terms beyond the border are left out.
+//! Each output is one sum: first the bias, then the products in the order of the indices above, without fused
+//! multiplication. So all vector widths and all processors give the same bits. Terms beyond the border are
+//! left out.
 //!
 //! A [`Tensor`] is stored as `[row][channel / 8][column][8]`, so that eight channels are one vector and a row of all
 //! channels stays in the fastest cache; numbers of channels are multiples of 8. Weights are stored as
@@ -19,10 +19,10 @@ pub mod nanotrack;
 use multiversion::multiversion;
 use std::cell::RefCell;
 
-/// Channels that are computed side by side.
+/// Number of channels that are computed side by side.
 const LANES: usize = 8;
 
-/// Pixels that are computed side by side.
+/// Number of pixels that are computed side by side.
 const PIXELS: usize = 4;
 
 /// Eight channels of a pixel, or of a weight.
@@ -34,7 +34,7 @@ impl Lanes {
     const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// The function after a layer.
+/// Activation function after a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activation {
     /// `x`.
@@ -60,7 +60,7 @@ impl Activation {
     }
 }
 
-/// `min(max(v, 0), most)` in two vector operations.
+/// Computes `min(max(v, 0), most)` in two vector operations.
 #[inline(always)]
 fn clamp(v: f32, most: f32) -> f32 {
     let v = if v > 0.0 { v } else { 0.0 };
@@ -68,16 +68,16 @@ fn clamp(v: f32, most: f32) -> f32 {
 }
 
 thread_local! {
-    /// Memory of tensors that are not used any more.
+    /// Memory of tensors that are no longer used, for reuse.
     static SPARE: RefCell<Vec<Vec<Lanes>>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Rows of pixels, each with groups of eight channels.
+/// A tensor: rows of pixels with groups of eight channels.
 #[derive(Debug, PartialEq)]
 pub struct Tensor {
     height: usize,
     width: usize,
-    /// Groups of eight channels.
+    /// Number of groups of eight channels.
     groups: usize,
     values: Vec<Lanes>,
 }
@@ -91,7 +91,7 @@ impl Drop for Tensor {
 }
 
 impl Tensor {
-    /// A tensor of any values.
+    /// Tensor with arbitrary contents.
     fn new(height: usize, width: usize, groups: usize) -> Self {
         let mut values = SPARE.with(|spare| spare.borrow_mut().pop()).unwrap_or_default();
         values.resize(height * width * groups, Lanes::ZERO);
@@ -108,7 +108,7 @@ impl Tensor {
         self.row(y, group)[x].0
     }
 
-    /// Means of the channels: a tensor of one pixel.
+    /// Means of the channels, as a tensor of one pixel.
     fn means(&self) -> Self {
         let mut means = Self::new(1, 1, self.groups);
         let pixels = (self.height * self.width) as f32;
@@ -124,7 +124,7 @@ impl Tensor {
         means
     }
 
-    /// Multiplies every channel by its factor, a tensor of one pixel.
+    /// Multiplies each channel by its factor from a tensor of one pixel.
     fn excite(mut self, factors: &Self, activation: Activation) -> Self {
         let row = self.width * self.groups;
         for row in self.values.chunks_exact_mut(row) {
@@ -137,7 +137,7 @@ impl Tensor {
         self
     }
 
-    /// The channels of two tensors of the same size, one after the other.
+    /// Concatenates the channels of two tensors of the same size.
     fn beside(&self, other: &Self) -> Self {
         let mut both = Self::new(self.height, self.width, self.groups + other.groups);
         let (left, right) = (self.width * self.groups, self.width * other.groups);
@@ -149,7 +149,7 @@ impl Tensor {
     }
 }
 
-/// Weights that layers take from the front, each its own.
+/// Weights that no layer has taken yet. Each layer takes its weights from the front.
 pub struct Weights<'a>(pub &'a [Lanes]);
 
 impl<'a> Weights<'a> {
@@ -159,13 +159,13 @@ impl<'a> Weights<'a> {
         taken
     }
 
-    /// A pointwise convolution to `groups` times eight channels.
+    /// Pointwise convolution to `groups` times eight channels.
     fn pointwise(&mut self, x: &Tensor, groups: usize, activation: Activation) -> Tensor {
         let (bias, weight) = (self.take(groups), self.take(groups * x.groups * LANES));
         pointwise(x, bias, weight, None, activation)
     }
 
-    /// A depthwise convolution of `side` x `side` pixels, with a border that keeps the size at stride 1.
+    /// Depthwise convolution of `side` x `side` pixels, padded so that stride 1 keeps the size.
     fn depthwise(&mut self, x: &Tensor, side: usize, stride: usize, activation: Activation) -> Tensor {
         let (bias, weight) = (self.take(x.groups), self.take(x.groups * side * side));
         let pad = (side - 1) / 2;
@@ -179,7 +179,7 @@ impl<'a> Weights<'a> {
     }
 }
 
-/// `activation(bias + weight x)`, and `rest` added to it.
+/// Computes `activation(bias + weight x)`, plus `rest` if given.
 #[multiversion(targets("x86_64+avx2"))]
 fn pointwise(
     x: &Tensor,
@@ -208,7 +208,7 @@ fn pointwise(
     y
 }
 
-/// A row of `G` groups of a pointwise convolution.
+/// Computes one row of `G` groups of a pointwise convolution.
 #[inline(always)]
 fn across<const G: usize>(
     source: &[Lanes],
@@ -273,7 +273,7 @@ fn tile<const G: usize, const P: usize>(
     }
 }
 
-/// A depthwise convolution of `K` x `K` pixels.
+/// Depthwise convolution of `K` x `K` pixels.
 #[multiversion(targets("x86_64+avx2"))]
 fn depthwise<const K: usize, const S: usize>(
     x: &Tensor,
@@ -336,8 +336,8 @@ fn depthwise<const K: usize, const S: usize>(
     y
 }
 
-/// A convolution of 3 x 3 pixels at every second place, from three planes of `side` x `side` values to 16 channels;
-/// zeros beyond the border.
+/// Convolution of 3 x 3 pixels with stride 2, from three planes of `side` x `side` values to 16 channels,
+/// with zeros beyond the border.
 #[multiversion(targets("x86_64+avx2"))]
 fn convolution(
     planes: &[f32],

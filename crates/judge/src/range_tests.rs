@@ -1,8 +1,38 @@
-//! The law of ranges, for every list of plugins: each end of a range is accepted, and the next number beyond it is refused.
+//! The laws of every list of plugins: what an entry promises, and of ranges, that each end is accepted, and the next number
+//! beyond it is refused.
 
 use serde_json::{Value, json};
 use std::ops::Bound;
 use trackfail_core::plugin::{Entry, ParamError, Range, RawParams};
+
+/// Checks that each kind is there once, that the parameters of its example are read back as they are shown, and that an
+/// unknown one is refused by its name.
+pub fn check_entries<T: ?Sized>(list: &[Entry<T>]) {
+    for (n, entry) in list.iter().enumerate() {
+        let kind = entry.kind;
+        assert!(list[..n].iter().all(|other| other.kind != kind), "{kind} is there twice");
+        assert!(entry.version >= 1 && !entry.summary.is_empty(), "{kind}");
+        assert!((entry.schema)().as_value().is_object(), "{kind}");
+        let shown = entry.build_from_text(entry.example).unwrap().params();
+        let mut set = toml::Table::try_from(without_nulls(&shown)).unwrap();
+        let build = |set: &toml::Table| entry.build_from_text(&toml::Value::Table(set.clone()).to_string());
+        assert_eq!(build(&set).unwrap().params(), shown, "{kind}");
+        set.insert("no-such-parameter".into(), 1.into());
+        let refused = build(&set).err().unwrap_or_else(|| panic!("{kind}: a parameter that nobody knows"));
+        assert!(refused.message.contains("no-such-parameter"), "{kind}: {refused}");
+    }
+}
+
+/// TOML has no null: an option that is not set is left out.
+fn without_nulls(value: &Value) -> Value {
+    match value {
+        Value::Object(members) => {
+            let set = members.iter().filter(|(_, value)| !value.is_null());
+            set.map(|(key, value)| (key.clone(), without_nulls(value))).collect()
+        }
+        other => other.clone(),
+    }
+}
 
 /// Checks the ranges of every entry.
 pub fn check<T: ?Sized>(list: &[Entry<T>]) {
@@ -14,7 +44,7 @@ pub fn check<T: ?Sized>(list: &[Entry<T>]) {
     }
 }
 
-/// The ranges of each entry in words, as pins.
+/// Ranges of each entry in words, as pins.
 pub fn pins<T: ?Sized>(list: &[Entry<T>]) -> Vec<String> {
     let ranges = |entry: &Entry<T>| {
         let ranges = entry.ranges.iter().map(|range| format!("{} {}", range.key, range.rule()));
@@ -58,7 +88,7 @@ fn check_range<T: ?Sized>(entry: &Entry<T>, range: &Range, shown: &Value) {
     }
 }
 
-/// Sets a parameter, or the first number of one that is a list.
+/// Sets a parameter or, for a list, its first number.
 fn set(params: &mut Value, key: &str, value: Value) {
     let (table, key) = match key.split_once('.') {
         Some((table, key)) => (&mut params[table], key),

@@ -1,5 +1,5 @@
-//! Gives the frames of a track to its signals: the one place where that is done, for experiments, for whole tracks of a
-//! user, and live.
+//! Computes the signals of a track frame by frame. All uses share this code: experiments, whole tracks of a
+//! user, and live monitoring.
 
 use crate::image::Frame;
 use crate::method::SignalChoice;
@@ -9,10 +9,10 @@ use crate::tracker::{RunContext, Status, TrackerError, TrackerState};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
-/// A frame for signals that do not look at it.
+/// A frame passed to signals that do not read pixels.
 static BLANK: LazyLock<Frame> = LazyLock::new(|| Frame::new(1, 1, vec![0; 3]));
 
-/// A signal of a track, with its memory.
+/// A signal with its state on a track.
 pub struct SignalReader {
     kind: &'static str,
     reads: Reads,
@@ -20,35 +20,35 @@ pub struct SignalReader {
     session: Box<dyn Session>,
 }
 
-/// Why a signal has no value in a frame.
+/// Reason why a signal has no value in a frame.
 #[derive(Debug, thiserror::Error)]
 pub enum SignalFault {
-    /// There is no frame to look at.
+    /// There is no frame, which the signal needs.
     #[error("signal {0} needs frames")]
     NoFrame(&'static str),
-    /// The tracker does not give what it reads.
+    /// The tracker does not give an input of the signal.
     #[error("signal {kind} {need}")]
     Lacks {
-        /// Its kind.
+        /// Kind of the signal.
         kind: &'static str,
-        /// The need that is not met.
+        /// The unmet need.
         need: &'static str,
     },
-    /// Its value is no finite number.
+    /// The value is not a finite number.
     #[error("signal {kind} is {value}")]
     NotFinite {
-        /// Its kind.
+        /// Kind of the signal.
         kind: &'static str,
-        /// Its value.
+        /// Value of the signal.
         value: f64,
     },
-    /// What it runs or reads broke.
+    /// A program or file of the signal failed.
     #[error(transparent)]
     Broke(TrackerError),
 }
 
 impl SignalFault {
-    /// Its words, with the number of the frame where they do not tell the place.
+    /// Text of the fault, with the number of the frame if the fault does not name the place.
     pub fn in_frame(&self, number: u32) -> String {
         match self {
             Self::NotFinite { .. } => format!("{self} in frame {number}"),
@@ -58,35 +58,36 @@ impl SignalFault {
 }
 
 impl SignalReader {
-    /// The signal before the first frame of a track; the context is that of its tracker.
+    /// Signal before the first frame of a track, with the context of its tracker.
     ///
     /// # Errors
-    /// When it cannot start, e.g. a file that it reads is absent.
+    /// When the signal cannot start, for example because a file that it reads is absent.
     pub fn start(choice: &SignalChoice, context: &RunContext<'_>) -> Result<Self, TrackerError> {
         let signal = &choice.signal;
         let (reads, width, session) = (signal.reads(), signal.width(), signal.start(context)?);
         Ok(Self { kind: choice.kind, reads, width, session })
     }
 
-    /// Its kind.
+    /// Kind of the signal.
     pub fn kind(&self) -> &'static str {
         self.kind
     }
 
-    /// Its input.
+    /// Input of the signal.
     pub fn reads(&self) -> Reads {
         self.reads
     }
 
-    /// Number of its values in a frame.
+    /// Number of values per frame.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Its values in the next frame.
+    /// Values of the signal in the next frame.
     ///
     /// # Errors
-    /// When it has none; the frame counts all the same, unless there is none to look at.
+    /// When the signal has no value. The frame is counted nevertheless, unless the signal needs pixels and
+    /// there are none.
     pub fn push(
         &mut self,
         frame: Option<&Frame>,
@@ -112,18 +113,19 @@ impl SignalReader {
         }
     }
 
-    /// Everything that it remembers; `None` from signals that cannot be interrupted.
+    /// Saves the state; `None` for signals that cannot be interrupted.
     pub fn save(&self) -> Option<Vec<u8>> {
         self.session.save()
     }
 
-    /// Takes over the memory of another one of the same signal; `false` if it does not fit.
+    /// Restores a saved state of the same signal. Returns `false` if it does not match.
     pub fn restore(&mut self, saved: &[u8]) -> bool {
         self.session.restore(saved)
     }
 }
 
-/// The series of each value of signals, from their values frame by frame and the numbers of them in a frame.
+/// Series of each value of the signals. Each signal is given by its values frame by frame and their number
+/// per frame.
 pub fn columns<'a>(signals: impl IntoIterator<Item = (&'a [f64], usize)>) -> Vec<Vec<f64>> {
     let of = |(values, width): (&'a [f64], usize)| {
         (0..width).map(move |k| values.iter().skip(k).step_by(width.max(1)).copied().collect())
@@ -131,30 +133,30 @@ pub fn columns<'a>(signals: impl IntoIterator<Item = (&'a [f64], usize)>) -> Vec
     signals.into_iter().flat_map(of).collect()
 }
 
-/// Everything that is known of a track in a frame.
+/// Data of a track in one frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Seen<'a> {
-    /// The frame.
+    /// Pixels of the frame, if available.
     pub frame: Option<&'a Frame>,
-    /// The tracker's region; `None` where it says that the target is absent.
+    /// Region of the tracker; `None` where it reports the target as absent.
     pub region: Option<&'a Region>,
-    /// The tracker's own confidence, in its scale; high values are sure.
+    /// Confidence of the tracker in its own scale, high if it is sure.
     pub confidence: Option<f64>,
     /// Regions of other trackers, in the same order in all frames.
     pub companions: &'a [&'a Region],
 }
 
-/// The signals of a track, from its first region on.
+/// Signals of a track, from its first region on.
 ///
-/// Where the tracker has no region, signals are read at its last one; where it has no confidence, the signal of the
-/// confidence has its last value again.
+/// Without a region, signals are read at the last one. Without a confidence, the confidence signal repeats
+/// its last value.
 pub struct Reader {
     signals: Vec<SignalReader>,
     last: Option<Region>,
 }
 
 impl Reader {
-    /// The signals before the first frame of a track.
+    /// Signals before the first frame of a track.
     ///
     /// # Errors
     /// When one of them cannot start.
@@ -166,22 +168,22 @@ impl Reader {
         Ok(Self { signals: signals.into_iter().map(start).collect::<Result<_, _>>()?, last: None })
     }
 
-    /// Its signals.
+    /// Readers of the signals, in their order.
     pub fn signals(&self) -> &[SignalReader] {
         &self.signals
     }
 
-    /// Whether a signal looks at pixels.
+    /// True if one of the signals reads pixels.
     pub fn reads_frames(&self) -> bool {
         self.signals.iter().any(|signal| signal.reads == Reads::Pixels)
     }
 
-    /// The last region, where signals are read while the tracker has none.
+    /// Last region, at which signals are read while the tracker has none.
     pub fn last(&self) -> Option<&Region> {
         self.last.as_ref()
     }
 
-    /// The values of the signals in the next frame, in their order; `None` before the first region.
+    /// Values of the signals in the next frame, in their order; `None` before the first region.
     pub fn push(&mut self, seen: &Seen<'_>) -> Option<Vec<Result<Vec<f64>, SignalFault>>> {
         let region = seen.region.or(self.last.as_ref())?.clone();
         let status = if seen.region.is_some() { Status::Tracked } else { Status::Absent };
@@ -197,7 +199,7 @@ impl Reader {
         Some(values)
     }
 
-    /// What its signals remember.
+    /// Saves the states of the signals.
     ///
     /// # Errors
     /// The kind of a signal that cannot be saved.
@@ -205,7 +207,7 @@ impl Reader {
         self.signals.iter().map(|signal| signal.save().ok_or(signal.kind)).collect()
     }
 
-    /// Takes over what another one of the same signals remembered; `false` if it does not fit.
+    /// Restores saved states of the same signals. Returns `false` if they do not match.
     pub fn restore(&mut self, saved: &[Vec<u8>], last: Option<Region>) -> bool {
         self.last = last;
         let pairs = self.signals.iter_mut().zip(saved);

@@ -6,11 +6,11 @@
 //! |---|---|
 //! | [`overlap`] | gives the tracking error O_t |
 //! | [`matching`] | pairs detections with events |
-//! | [`counts`], [`chance`] | what protocols count, and what is expected of random detections |
-//! | [`restarts`], `protocol` | what restarts are to a protocol; rules under a versioned name |
+//! | [`counts`], [`chance`] | counts of protocols, and the counts expected of random detections |
+//! | [`restarts`], `protocol` | treatment of restarts by protocols; rules under a versioned name |
 //! | [`khalid2016`], [`sanmiguel2015`], [`segmentation`] | the exact rules of one paper each |
 //! | [`frames`] | measures and protocols that judge a detector frame by frame |
-//! | [`pooled`], [`metric`] | counts over a suite; the list of all numbers that tables show |
+//! | [`pooled`], [`metric`] | counts over a suite; the list of all metrics in tables |
 //! | [`trajectory`], [`success`], [`average_overlap`], [`resets`], [`longterm`], [`oxuva`] | scores of trackers: OTB, GOT-10k, VOT, and with their confidence |
 //! | [`tracker_metric`] | the list of the numbers of trackers |
 
@@ -42,7 +42,7 @@ pub use protocol::{Protocol, TrackScore};
 pub use restarts::Restarts;
 pub use tracker_metric::{TRACKER_METRICS, TrackerMetric};
 
-/// Every protocol, by name.
+/// All protocols, by name.
 pub static PROTOCOLS: &[Protocol] = &[
     khalid2016::PROTOCOL,
     khalid2016::NEW_TRACK,
@@ -55,7 +55,7 @@ pub static PROTOCOLS: &[Protocol] = &[
     frames::protocols::NAB,
 ];
 
-/// The protocol of a name.
+/// Protocol of this name; `None` if it is unknown.
 pub fn protocol(name: &str) -> Option<&'static Protocol> {
     PROTOCOLS.iter().find(|p| p.name == name)
 }

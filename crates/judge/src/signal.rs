@@ -1,8 +1,9 @@
-//! Signals: one real number for each frame, or a few of one kind, computed from the frame and the tracker's state.
+//! Signals: one real number per frame, or a few related ones, computed from the frame and the tracker's
+//! state.
 //!
-//! A plugin is one file with parameters, a [`Signal`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
-//! [`SIGNALS`]. Signals are online: the value of frame `t` uses frames up to `t` only.
-//! Most signals only say what one frame does to their memory, see `causal.rs`.
+//! A plugin is one file with parameters, a [`Signal`] that is a [`Plugin`](crate::plugin::Plugin), and an
+//! `ENTRY` in [`SIGNALS`]. Signals are online: the value of frame `t` uses frames up to `t` only. Most
+//! signals only define how one frame changes their memory, see `causal.rs`.
 
 mod box_motion;
 mod causal;
@@ -43,22 +44,22 @@ use std::sync::Arc;
 /// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
-    /// The frame, and the tracker's region.
+    /// Pixels of the frame, and the tracker's region.
     Pixels,
-    /// The moments of the tracker's posterior; frames are not decoded for it.
+    /// Moments of the tracker's posterior; frames are not decoded for it.
     Posterior,
-    /// The tracker's response map in numbers; frames are not decoded for it.
+    /// Numbers of the tracker's response map; frames are not decoded for it.
     Response,
-    /// The tracker's own confidence, or the likelihood of its estimate; frames are not decoded for it.
+    /// Confidence of the tracker, or the likelihood of its estimate; frames are not decoded for it.
     Confidence,
-    /// The regions of the tracker and of other trackers on the same sequence; frames are not decoded for it.
+    /// Regions of the tracker and of other trackers on the same sequence; frames are not decoded for it.
     Companions,
-    /// The tracker's region alone; frames are not decoded for it, and the one it is given may have any size.
+    /// Region of the tracker alone; frames are not decoded for it, and the given frame may have any size.
     Boxes,
 }
 
 impl Reads {
-    /// Needs of a signal with this input beside the tracker's boxes, in words.
+    /// Inputs that a signal needs beside the tracker's boxes, in words.
     pub fn need(self) -> &'static str {
         match self {
             Self::Pixels => "frames",
@@ -70,8 +71,8 @@ impl Reads {
         }
     }
 
-    /// The need that a tracker, or the other trackers, do not meet, as a cell that is not run states it; `None` for what
-    /// every tracker gives.
+    /// Reason shown for a cell that cannot run, such as "needs a posterior"; `None` if every tracker provides
+    /// this input.
     pub fn need_of_tracker(self) -> Option<&'static str> {
         match self {
             Self::Pixels | Self::Boxes => None,
@@ -82,7 +83,7 @@ impl Reads {
         }
     }
 
-    /// Whether a tracker's state has it; frames and other trackers are not part of a state.
+    /// True if the tracker's state contains this input. Frames and other trackers are not part of a state.
     pub fn is_in(self, state: &TrackerState) -> bool {
         match self {
             Self::Posterior => state.posterior.is_some(),
@@ -93,76 +94,74 @@ impl Reads {
     }
 }
 
-/// Everything that a signal is given of a frame.
+/// Data of one frame for a signal.
 #[derive(Clone, Copy)]
 pub struct Observation<'a> {
-    /// The frame; of any size for a signal that does not read pixels.
+    /// Pixels of the frame; of any size for signals that do not read them.
     pub frame: &'a Frame,
-    /// The tracker's answer.
+    /// State of the tracker in this frame.
     pub state: &'a TrackerState,
-    /// Regions of other trackers on the same sequence, in an order that stays the same from frame to frame; empty
-    /// unless the signal reads [companions](Reads::Companions).
+    /// Regions of other trackers on the same sequence, in the same order in all frames; empty unless the
+    /// signal reads [companions](Reads::Companions).
     pub companions: &'a [&'a Region],
 }
 
 impl<'a> Observation<'a> {
-    /// A frame with the tracker's answer, without companions.
+    /// Observation of a frame and the tracker's state, without companions.
     pub fn new(frame: &'a Frame, state: &'a TrackerState) -> Self {
         Self { frame, state, companions: &[] }
     }
 }
 
-/// Properties of a signal's values that do not depend on the track.
+/// Properties of a signal's values that are independent of the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facts {
-    /// Values that speak for a good track; those at the other end speak for a failure.
+    /// Direction in which values are good. Values at the other end speak for a failure.
     pub direction: Direction,
-    /// Smallest and largest value it can take; of several the first.
+    /// Least and largest possible value; for several values, those of the first.
     pub bounds: (f64, f64),
-    /// Its input.
+    /// Input of the signal.
     pub reads: Reads,
-    /// Its symbol in figures.
+    /// Symbol of the signal in figures.
     pub symbol: &'static str,
-    /// Whether its values are probabilities: that the tracker is on target where high values are good, else that it is not.
-    pub is_probability: bool,
     /// Number of its values in a frame, at least 1. Those after the first are for detectors that read several.
     pub width: usize,
 }
 
 impl Facts {
-    /// The facts of a signal that has one value in a frame, which it reads from the pixels.
+    /// Facts of a signal with one value per frame, computed from pixels.
     pub const fn of(direction: Direction, bounds: (f64, f64)) -> Self {
-        Self { direction, bounds, reads: Reads::Pixels, symbol: "yₜ", is_probability: false, width: 1 }
+        Self { direction, bounds, reads: Reads::Pixels, symbol: "yₜ", width: 1 }
     }
 }
 
-/// A checked configuration of a signal.
+/// A signal with checked parameters.
 pub trait Signal: Any + Send + Sync {
-    /// Properties of its values.
+    /// Properties of the signal's values.
     fn facts(&self) -> Facts;
 
-    /// Its input.
+    /// Input of the signal.
     fn reads(&self) -> Reads {
         self.facts().reads
     }
 
-    /// Number of its values in a frame.
+    /// Number of values per frame.
     fn width(&self) -> usize {
         self.facts().width
     }
 
-    /// The files that it reads besides the frames; their digests are part of a signal's address.
+    /// Files that the signal reads besides the frames. Their digests are part of the signal's address.
     ///
     /// # Errors
-    /// When one of them is absent.
+    /// When one of the files is absent.
     fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
         Ok(Vec::new())
     }
 
-    /// Starts the computation for one track; the context is that of its tracker.
+    /// Starts the computation for one track, with the context of its tracker.
     ///
     /// # Errors
-    /// When a file that it reads is absent or broken.
+    /// When a file that the signal reads is absent or broken.
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError>;
 }
 
@@ -172,34 +171,35 @@ impl<P: Signal> Role<P> for dyn Signal {
     }
 }
 
-/// A signal being computed; `push` is called once a frame, in order, from the first frame on.
+/// A signal on one track. `push` is called once per frame, in order, from the first frame on.
 pub trait Session: Send {
-    /// The signal's value at this frame; not finite where the state lacks what the signal reads.
+    /// Value of the signal in this frame; not finite if the state lacks the signal's input.
     fn push(&mut self, observation: &Observation<'_>) -> f64;
 
-    /// The further values of the last frame, as many as [`Signal::width`] has beyond the first.
+    /// Further values in the last frame, one fewer than [`Signal::width`].
     fn more(&self) -> &[f64] {
         &[]
     }
 
-    /// The reason why the last value is not finite, from signals that run trackers or programs of their own.
+    /// Reason why the last value is not finite, for signals that run trackers or programs of their own.
     fn fault(&mut self) -> Option<TrackerError> {
         None
     }
 
-    /// Everything that it remembers, for [`Session::restore`]; `None` from signals that cannot be interrupted.
+    /// Saves the state for [`Session::restore`]; `None` from signals that cannot be interrupted.
     fn save(&self) -> Option<Vec<u8>> {
         None
     }
 
-    /// Gives a session before its first frame the memory of another one of the same signal, so that both go on with the
-    /// same values; `false`, and the session is of no more use, if the bytes are not what [`Session::save`] gave.
+    /// Restores a state of the same signal in a session before its first frame; the values then continue as
+    /// before. Returns `false` if the bytes are not from [`Session::save`]; the session can then no longer be
+    /// used.
     fn restore(&mut self, _saved: &[u8]) -> bool {
         false
     }
 }
 
-/// Every signal, by kind.
+/// All signals, by kind.
 pub static SIGNALS: &[Entry<dyn Signal>] = &[
     box_motion::ENTRY,
     companion_overlap::ENTRY,

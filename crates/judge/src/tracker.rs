@@ -1,8 +1,9 @@
-//! Trackers: from the frames of a sequence to a region a frame.
+//! Trackers: from the frames of a sequence to a region per frame.
 //!
-//! A plugin is one file with parameters, a [`TrackerConfig`] that is a [`Plugin`](crate::plugin::Plugin), and an `ENTRY` in
-//! [`TRACKERS`]. A configuration is shared by all sequences; [`TrackerConfig::start`] starts a [`Tracker`] on one target. A
-//! restart is a new start with the same context, so that it draws the same stream of random numbers.
+//! A plugin is one file with parameters, a [`TrackerConfig`] that is a [`Plugin`](crate::plugin::Plugin), and
+//! an `ENTRY` in [`TRACKERS`]. A configuration is shared by all sequences; [`TrackerConfig::start`] starts a
+//! [`Tracker`] on one target. A restart is a new start with the same context, and so with the same random
+//! numbers.
 
 pub mod adaptive_local_sparse;
 mod affine_candidates;
@@ -35,7 +36,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
-/// Event of a frame.
+/// Status of the tracker in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// The tracker was (re)initialized with the ground truth.
@@ -43,30 +44,31 @@ pub enum Status {
     Initialized,
     /// An ordinary frame.
     Tracked,
-    /// A reset protocol found a failure in this frame. The region is the one that failed; for result files without it,
-    /// the last one again.
+    /// A reset protocol found a failure in this frame. The region is the failed one; result files that lack
+    /// it repeat the last one.
     Failed,
-    /// A reset protocol skipped this frame, or the tracker was not asked for it; the region repeats the last one.
+    /// A reset protocol skipped this frame, or the tracker was not run on it; the region repeats the last
+    /// one.
     Skipped,
-    /// The tracker has not started yet; the region is the one that it will start with.
+    /// The tracker has not started yet; the region is the one at which it will start.
     Waiting,
-    /// The tracker says that the target is absent; the region repeats the last one that it gave.
+    /// The tracker reports the target as absent; the region repeats the last one.
     Absent,
-    /// A result file has no box for this frame, and its reader was told to pass that over: the region repeats the last one
-    /// and counts as the tracker's answer.
+    /// A result file has no box for this frame, and the parameters tolerate that. The region repeats the last
+    /// one and counts as the tracker's answer.
     Repeated,
 }
 
 impl Status {
-    /// Whether the region is an answer to this frame or counts as one. Where it is not, rules of scoring differ, see
-    /// [`Trajectory::counted`](crate::score::trajectory::Trajectory::counted).
+    /// True if the region is an answer to this frame, or counts as one. For other frames scoring rules
+    /// differ, see [`Trajectory::counted`](crate::score::trajectory::Trajectory::counted).
     pub fn has_box(self) -> bool {
         matches!(self, Self::Initialized | Self::Tracked | Self::Repeated)
     }
 }
 
-/// First and second moments of a tracker's posterior, and the evenness of its weights: of particles, or of a response
-/// map read as a density.
+/// First and second moments of a tracker's posterior, and the evenness of its weights. Samples are particles,
+/// or cells of a response map read as a density.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
     /// Mean state, `d` values.
@@ -77,16 +79,16 @@ pub struct Moments {
     pub effective_samples: f64,
     /// Number of samples: particles, or cells of a response map.
     pub samples: f64,
-    /// Entropy of the weights, from 0 (one sample has everything) to 1 (all are equal).
+    /// Entropy of the weights, from 0 (one sample has all the weight) to 1 (all are equal).
     pub entropy: f64,
     /// Likelihood of the estimate.
     pub likelihood: f64,
-    /// The particles, each a row of `d` state values and the weight; empty unless the parameters ask for them.
+    /// Always empty. The format of tracks in stores has a place for particles.
     pub particles: Vec<f64>,
 }
 
 impl Moments {
-    /// The moments of particles with these weights, which sum to 1, in the components `kept` of their states.
+    /// Moments of particles with these weights (of sum 1), for the components `kept` of their states.
     fn of<const D: usize>(
         posterior: &Posterior<D>,
         weights: &[f64],
@@ -106,7 +108,7 @@ impl Moments {
     }
 }
 
-/// Response map of a correlation tracker in numbers: its peaks and the spread of what is around them.
+/// Numbers that describe the response map of a correlation tracker: its peaks, and the spread around them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     /// Largest value.
@@ -129,18 +131,18 @@ pub struct Response {
     pub narrow_sidelobe_deviation: f64,
 }
 
-/// A tracker's answer for one frame.
+/// Answer of a tracker for one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrackerState {
     /// Region of the target.
     pub region: Region,
-    /// Event of the frame.
+    /// Status of the tracker in the frame.
     pub status: Status,
     /// Posterior moments, from trackers that have them.
     pub posterior: Option<Moments>,
-    /// Response map in numbers, from trackers that have one.
+    /// Numbers of the response map, from trackers that have one.
     pub response: Option<Response>,
-    /// The tracker's own confidence, from trackers that give one: high values are sure, the scale is the tracker's.
+    /// Confidence, from trackers that give one, in the tracker's scale; high values are sure.
     pub confidence: Option<f64>,
 }
 
@@ -150,38 +152,38 @@ pub struct TrackerState {
 pub const STATE_FORM: u32 = 3;
 
 impl TrackerState {
-    /// A region and an event, without anything else.
+    /// State with a region and a status alone.
     pub fn new(region: Region, status: Status) -> Self {
         Self { region, status, posterior: None, response: None, confidence: None }
     }
 
-    /// An ordinary answer.
+    /// State with a region that was tracked.
     pub fn tracked(region: Region) -> Self {
         Self::new(region, Status::Tracked)
     }
 
-    /// The answer to an initialization.
+    /// State of a frame in which the tracker was initialized.
     pub fn initialized(region: Region) -> Self {
         Self::new(region, Status::Initialized)
     }
 
-    /// The tracker's own confidence or, where it gives none, the likelihood of its estimate: the peak of a response map,
-    /// how well the estimate of a particle filter fits the target.
+    /// Confidence of the tracker or, if it gives none, the likelihood of its estimate: the peak of a response
+    /// map, or how well a particle filter's estimate matches the target.
     pub fn confidence_or_likelihood(&self) -> Option<f64> {
         self.confidence.or(self.posterior.as_ref().map(|posterior| posterior.likelihood))
     }
 }
 
-/// Why a tracker gives no track.
+/// Reason why a tracker gives no track.
 #[derive(Debug, thiserror::Error)]
 pub enum TrackerError {
-    /// Its result files or its program are absent.
+    /// The result files or the program are absent.
     #[error("{0}")]
     Missing(String),
-    /// A file that it reads has faults.
+    /// A file that is read has faults.
     #[error(transparent)]
     File(Box<dyn std::error::Error + Send + Sync>),
-    /// Its program did not answer in a frame.
+    /// A program did not answer in a frame.
     #[error("{program}: frame {frame} of {sequence}: {source}")]
     Program {
         /// Name of the program in `plugins.toml`.
@@ -190,66 +192,67 @@ pub enum TrackerError {
         frame: u64,
         /// Name of the sequence.
         sequence: String,
-        /// The fault.
+        /// Fault of the program.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The tracker itself broke.
+    /// The tracker itself failed.
     #[error("{0}")]
     Broken(String),
 }
 
 impl TrackerError {
-    /// The error of a tracker or a signal that reads a file with this fault.
+    /// Error of a tracker or a signal that reads a file with this fault.
     pub fn file(fault: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::File(Box::new(fault))
     }
 
-    /// The error of a tracker of this kind whose first region has coordinates that are not finite.
+    /// Error of a tracker of this kind whose first region has coordinates that are not finite.
     fn no_region(kind: &str) -> Self {
         Self::Broken(format!("{kind}: the first region is no region"))
     }
 }
 
-/// Knowledge of a tracker at its start.
+/// Facts that a tracker knows at its start.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
-    /// The sequence; online trackers may use its size and length, only replays and oracles its truth.
+    /// Sequence. Online trackers may use its size and length; only replays and oracles may use its truth.
     pub sequence: &'a dyn SequenceInfo,
-    /// Index of the frame that the tracker starts in, from 0.
+    /// Index of the frame in which the tracker starts, from 0.
     pub start_frame: usize,
     /// Repetition, from 0.
     pub run: u32,
     /// Seed made from the names of experiment, sequence, tracker and run.
     pub seed: u64,
-    /// Folders that relative result paths start from; the first that has a file wins.
+    /// Folders to which relative result paths refer. The first one that has a file is used.
     pub data_roots: &'a [std::path::PathBuf],
 }
 
-/// A tracker at work, and its state in the frame that it was started in.
+/// A running tracker, and its state in the frame in which it started.
 pub type StartedTracker = (Box<dyn Tracker>, TrackerState);
 
-/// A started tracker, or why it cannot start.
+/// A started tracker, or the reason why it cannot start.
 pub type StartResult = Result<StartedTracker, TrackerError>;
 
-/// Properties of a tracker's tracks that do not depend on the sequence.
+/// Properties of a tracker's tracks that are independent of the sequence.
 #[derive(Debug, Clone, Copy)]
 pub struct Facts {
     /// True if tracks depend on the seed. Otherwise another seed recomputes nothing.
     pub uses_seed: bool,
-    /// True if tracks depend on the number of the run other than by the seed.
+    /// True if tracks depend on the number of the run, apart from the seed.
     pub uses_run: bool,
-    /// True if tracks come from the ground truth or from results of a known sequence. New frames cannot be tracked then.
+    /// True if tracks come from the ground truth or from results for a known sequence, so that new frames
+    /// cannot be tracked.
     pub needs_truth: bool,
-    /// True if the tracker looks at pixels. Otherwise frames may have any size.
+    /// True if the tracker reads pixels. Otherwise frames may have any size.
     pub reads_pixels: bool,
-    /// Whether states have the moments of a posterior.
+    /// True if states have the moments of a posterior.
     pub gives_posterior: bool,
-    /// Whether states have a response map in numbers.
+    /// True if states have the numbers of a response map.
     pub gives_response: bool,
 }
 
 impl Facts {
-    /// Boxes that are found in the pixels, without chance.
+    /// Facts of trackers that find boxes in pixels, without random numbers.
     pub const BOXES: Self = Self {
         uses_seed: false,
         uses_run: false,
@@ -258,27 +261,27 @@ impl Facts {
         gives_posterior: false,
         gives_response: false,
     };
-    /// Boxes without chance, with response maps that are read as posteriors.
+    /// Facts of such trackers whose response maps are read as posteriors.
     pub const RESPONSES: Self = Self { gives_posterior: true, gives_response: true, ..Self::BOXES };
-    /// The same with the posterior of random samples.
+    /// Facts of such trackers whose posterior is made of random samples.
     pub const SAMPLES: Self = Self { uses_seed: true, gives_posterior: true, ..Self::BOXES };
 }
 
-/// A checked configuration of a tracker.
+/// A tracker with checked parameters.
 pub trait TrackerConfig: Any + Send + Sync {
-    /// Properties of its tracks. There is no default: a forgotten seed would give all runs one address.
+    /// Properties of the tracks. There is no default: with a forgotten seed, all runs would have one address.
     fn facts(&self) -> Facts;
 
-    /// Whether its states have a confidence on the context's sequence, or a posterior whose likelihood stands for it; one
-    /// of result files has it where the files do.
+    /// True if states have a confidence on the context's sequence, or a posterior whose likelihood replaces
+    /// it. For result files, it depends on the files.
     fn gives_confidence(&self, _context: &RunContext<'_>) -> bool {
         self.facts().gives_posterior
     }
 
-    /// The files that it reads besides the frames; their digests are part of a track's address.
+    /// Files that the tracker reads besides the frames. Their digests are part of a track's address.
     ///
     /// # Errors
-    /// When there is none for this sequence and run.
+    /// When there are none for this sequence and run.
     fn inputs(&self, _context: &RunContext<'_>) -> Result<Vec<std::path::PathBuf>, TrackerError> {
         Ok(Vec::new())
     }
@@ -286,10 +289,10 @@ pub trait TrackerConfig: Any + Send + Sync {
     /// Starts a tracker with the target at `region` in `frame`, the frame of index [`RunContext::start_frame`].
     ///
     /// # Errors
-    /// When it cannot start, e.g. a result file is absent or broken.
+    /// When the tracker cannot start, for example because a result file is absent or broken.
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult;
 
-    /// A tracker as it was when [`Tracker::save`] was called; `None` if the bytes are not those of this configuration.
+    /// Tracker in the state saved by [`Tracker::save`]; `None` if the bytes are not from this configuration.
     fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Tracker>> {
         None
     }
@@ -301,30 +304,30 @@ impl<P: TrackerConfig> Role<P> for dyn TrackerConfig {
     }
 }
 
-/// A tracker that has been started on a target and gets the frames that follow, each once and in order.
+/// A tracker that was started on a target. It receives the following frames, each once and in order.
 pub trait Tracker: Send {
     /// Finds the target in the next frame.
     ///
     /// # Errors
-    /// When the tracker breaks; a lost target is no error. A tracker that broke is of no more use.
+    /// When the tracker fails. A lost target is not an error. A failed tracker can no longer be used.
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError>;
 
-    /// Copies the tracker, its model of the target included; the copy and the original do not affect each other.
-    /// Given the frames before this one in reverse order, the copy tracks backwards in time. It draws the same
-    /// random numbers as the original would or, with `seed`, those of a track of that seed.
+    /// Copies the tracker with its model of the target; copy and original are then independent. Given earlier
+    /// frames in reverse order, the copy tracks backwards in time. It draws the same random numbers as the
+    /// original would or, with `seed`, those of a track with that seed.
     ///
     /// `None` from trackers that cannot be copied; all trackers with [`Moments`] can.
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
         None
     }
 
-    /// Everything that it remembers, for [`TrackerConfig::resume`]; `None` from trackers that cannot be interrupted.
+    /// Saves the state for [`TrackerConfig::resume`]; `None` from trackers that cannot be interrupted.
     fn save(&self) -> Option<Vec<u8>> {
         None
     }
 }
 
-/// Every tracker, by kind.
+/// All trackers, by kind.
 pub static TRACKERS: &[Entry<dyn TrackerConfig>] = &[
     ncc::ENTRY,
     still::ENTRY,

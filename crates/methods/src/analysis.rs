@@ -1,5 +1,5 @@
-//! Analyses: from the tracks of one or more suites to numbers for claims, tables and charts. They describe a signal
-//! itself, before any detector reads it, or the trackers themselves.
+//! Analyses: they compute numbers for claims, tables and charts from the tracks of one or more suites. An
+//! analysis describes either a signal, before any detector reads it, or the trackers themselves.
 //!
 //! A plugin is one file with parameters, an [`Analysis`] that is a [`Plugin`](trackfail_core::plugin::Plugin), and an `ENTRY`
 //! in [`ANALYSES`].
@@ -33,11 +33,11 @@ pub use findings::{Chart, Curve, Findings, Grid, INTERVAL, Layout, Names, Row, V
 pub struct Population<'a> {
     /// Name of the suite.
     pub suite: &'a str,
-    /// Its tracks with the analyzed signal: sequence by sequence, run by run.
+    /// Tracks of the suite with the analyzed signal, sequence by sequence and run by run.
     pub tracks: Vec<Example<'a>>,
-    /// The same tracks as regions; empty unless the analysis [reads](Analysis::reads) them.
+    /// Regions of the same tracks; empty unless the analysis [reads](Analysis::reads) them.
     pub trajectories: Vec<Trajectory<'a>>,
-    /// The time that methods took on them; empty unless the analysis reads the clock.
+    /// Time that the methods took on the tracks; empty unless the analysis reads the clock.
     pub timings: Vec<processing_time::Timing>,
 }
 
@@ -50,43 +50,43 @@ pub enum Reads {
     Regions,
     /// One signal on all tracks, and their regions.
     SignalAndRegions,
-    /// The clock; the findings differ from run to run and are not stored.
+    /// The clock. The findings differ from run to run and are not stored.
     Clock,
 }
 
 /// A checked configuration of an analysis.
 pub trait Analysis: Send + Sync {
-    /// Its input.
+    /// What the analysis reads.
     fn reads(&self) -> Reads {
         Reads::Signal
     }
 
-    /// Methods that are timed for it, and the number of repeats.
+    /// Names of the methods to time, and the number of repeats.
     fn timed(&self) -> (&[String], usize) {
         (&[], 0)
     }
 
-    /// Smallest and largest number of suites that it takes.
+    /// Smallest and largest number of suites.
     fn suites(&self) -> (usize, usize) {
         (1, 1)
     }
 
-    /// Whether it takes the runs of a suite that methods are tested on, and not those that they learn from; suites are
-    /// counted from 0.
+    /// True if the analysis takes only the runs of this suite (0-based) that methods are tested on, and not
+    /// the runs that they learn from.
     fn is_tested(&self, _suite: usize) -> bool {
         false
     }
 
-    /// Numbers, tables and charts that it finds, given the number of suites.
+    /// Names of the numbers, tables and charts for this number of suites.
     fn layout(&self, suites: usize) -> Layout;
 
-    /// Computes the values of its [layout](Self::layout) from as many suites as it takes.
+    /// Computes the values of the [layout](Self::layout).
     ///
     /// # Errors
-    /// When the tracks do not allow it.
+    /// When the tracks do not allow it, such as a suite without tracks.
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError>;
 
-    /// Names of its findings, given the number of suites.
+    /// Names of the findings for this number of suites.
     fn names(&self, suites: usize) -> Names {
         self.layout(suites).names()
     }
@@ -94,7 +94,7 @@ pub trait Analysis: Send + Sync {
     /// Computes the findings.
     ///
     /// # Errors
-    /// For another number of suites than it takes, and when the tracks do not allow it.
+    /// When the number of suites is outside of [`Analysis::suites`], and when the tracks do not allow it.
     fn analyze(&self, populations: &[Population<'_>]) -> Result<Findings, AnalysisError> {
         let ((least, most), got) = (self.suites(), populations.len());
         if !(least..=most).contains(&got) {
@@ -110,7 +110,7 @@ impl<P: Analysis + 'static> Role<P> for dyn Analysis {
     }
 }
 
-/// How many suites an analysis takes, in words.
+/// The number of suites that an analysis takes, in words.
 fn suites(least: &usize, most: &usize) -> String {
     if least == most {
         format!("exactly {least} to analyze")
@@ -119,29 +119,29 @@ fn suites(least: &usize, most: &usize) -> String {
     }
 }
 
-/// Why an analysis has no findings.
+/// Reason why an analysis has no findings.
 #[derive(Debug, thiserror::Error)]
 pub enum AnalysisError {
-    /// There is another number of suites.
+    /// The number of suites is wrong.
     #[error("suites: {}, not {got}", suites(.least, .most))]
     Suites {
         /// Least number of suites.
         least: usize,
         /// Largest number of suites.
         most: usize,
-        /// Number of suites that there are.
+        /// Number of suites that were given.
         got: usize,
     },
     /// The suite has no track.
     #[error("there is no track to score")]
     NoTrack,
-    /// No frame is without target, or none has one.
+    /// No frame, or every frame, is without a target.
     #[error("no frame is without target, or none has one")]
     NoAbsence,
     /// The suite has no timed track.
     #[error("no track was timed")]
     NotTimed,
-    /// The consistent frames give no model.
+    /// No model can be fitted to the consistent frames.
     #[error(transparent)]
     Consistency(#[from] ConsistencyError),
     /// The distribution of a sum cannot be computed.
@@ -152,12 +152,12 @@ pub enum AnalysisError {
     Compared(#[source] AccumulationError),
 }
 
-/// The error for a parameter `rules` that names none of those known.
+/// Error for a parameter `rules` that is not one of `known`.
 fn unknown_rules<'k>(rules: &str, known: impl IntoIterator<Item = &'k str>) -> ParamError {
     ParamError { message: unknown("set of rules", rules, known), key: Some("rules"), span: None }
 }
 
-/// Every analysis, by kind.
+/// All analyses, by kind.
 pub static ANALYSES: &[Entry<dyn Analysis>] = &[
     uncertainty_model::ENTRY,
     cut_values::ENTRY,
@@ -172,12 +172,12 @@ pub static ANALYSES: &[Entry<dyn Analysis>] = &[
 ];
 
 impl Reads {
-    /// Whether regions are among it.
+    /// True if the analysis reads regions.
     pub fn has_regions(self) -> bool {
         matches!(self, Self::Regions | Self::SignalAndRegions)
     }
 
-    /// Whether a signal is.
+    /// True if the analysis reads a signal.
     pub fn has_signal(self) -> bool {
         matches!(self, Self::Signal | Self::SignalAndRegions)
     }

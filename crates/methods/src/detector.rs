@@ -1,4 +1,4 @@
-//! Detectors: those of [`trackfail_judge::detector`], and programs.
+//! Detectors: the built-in ones of [`trackfail_judge::detector`], and external programs.
 
 pub mod process;
 
@@ -6,7 +6,7 @@ pub use trackfail_judge::detector::*;
 
 use trackfail_core::plugin::{Entry, joined};
 
-/// Every detector, by kind.
+/// All detectors, by kind.
 pub static DETECTORS: &[Entry<dyn Detector>] = &joined::<_, { trackfail_judge::detector::DETECTORS.len() + 1 }>(
     trackfail_judge::detector::DETECTORS,
     &[process::ENTRY],

@@ -1,4 +1,4 @@
-//! Trackers, signals, detectors, and what is counted and computed from them.
+//! Trackers, signals and detectors, and everything that is counted and computed from their output.
 //!
 //! | module | from | to |
 //! |---|---|---|
@@ -6,7 +6,7 @@
 //! | [`signal`] | frames and regions | one number for each frame |
 //! | [`detector`] | a signal | a label for each frame |
 //! | [`score`] | labels and ground truth | counts and measures, by versioned protocols |
-//! | [`readings`] | counts and scores | how far readings of a paper are from what it prints |
+//! | [`readings`] | counts and scores | the distance of readings of a paper from the numbers that it prints |
 //! | [`analysis`] | signals or regions of whole suites | numbers, tables and charts |
 
 pub mod analysis;

@@ -1,7 +1,8 @@
-//! How far readings of a paper are from the numbers that the paper prints.
+//! Distance of the readings of a paper from the numbers that the paper prints.
 //!
-//! A reading is a method or tracker with other choices where the text leaves them open (`like` in the experiment), or the
-//! one that it is like. Of every reading and every published statistic:
+//! A reading is one way to understand a paper where its text leaves a choice open: a method or tracker with
+//! `like` in the experiment, or the method or tracker that `like` names. For each reading and each published
+//! statistic:
 //!
 //! ```text
 //! d_s  = ours - published
@@ -11,11 +12,12 @@
 //! D    = sqrt( mean over s of (d_s / e_s)^2 )              the discrepancy of a reading
 //! ```
 //!
-//! D is about 1 where another choice of sequences would explain the differences. It was stated before it was looked at: all
-//! published statistics count alike but those made of F, which are shown and by which nothing is chosen, and plain counts, which
-//! depend on how many sequences are there and are left out (their shares per 1000 frames are among the others). All readings of one method on one tracker use the
-//! same e_s, so that one reading is not preferred because its numbers are unsteady. `first` is the share of bootstrap samples
-//! in which a reading has the smallest D of them, the same samples for all. Low is good.
+//! D is about 1 if another choice of sequences would explain the differences. The definition was fixed before
+//! any D was computed. All published statistics have equal weights, with two exceptions: statistics made of F
+//! are shown, but do not count in D; plain counts are left out, since they depend on the number of sequences
+//! (their rates per 1000 frames are used instead). All readings of one method on one tracker use the same
+//! e_s, so that no reading wins because its numbers vary more. `first` is the share of bootstrap samples in
+//! which a reading has the smallest D; the samples are the same for all readings. A low D is good.
 
 use crate::score::frames::bootstrap::Samples;
 use crate::score::metric::Kind;
@@ -25,16 +27,17 @@ use std::collections::BTreeMap;
 /// A published number of a method on a tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistic {
-    /// The metric that the number is a value of.
+    /// Metric of the number.
     pub metric: Metric,
-    /// The number.
+    /// The published number.
     pub published: f64,
-    /// Half a unit of its last digit.
+    /// Half a unit of the last digit of the published number.
     half_unit: f64,
 }
 
 impl Statistic {
-    /// The statistics in a published text: two where it is a mean with its deviation, none of plain counts.
+    /// Statistics in a published text: two if it is a mean with a standard deviation, none if the metric is a
+    /// plain count.
     pub fn of_text(metric: Metric, text: &str) -> Vec<Self> {
         let metrics = match metric.kind() {
             Kind::MeanAndDeviation => vec![Metric::SCORE_MEAN, Metric::SCORE_STD],
@@ -49,13 +52,14 @@ impl Statistic {
         metrics.into_iter().zip(text.split('±')).filter_map(statistic).collect()
     }
 
-    /// Whether it is part of the discrepancy.
+    /// True if the statistic counts in the discrepancy.
     fn counts(&self) -> bool {
         !self.metric.name().starts_with("f_")
     }
 }
 
-/// Standard error of a published share on as many events, detections or frames as there are; 0 for what is no share.
+/// Standard error of a published share that was measured on as many events, detections or frames as `counts`
+/// has; 0 if the metric is not a share.
 fn share_error(metric: Metric, published: f64, counts: &Counts) -> f64 {
     let Counts { tp, fp, fn_, tn } = *counts;
     let (unit, of) = match metric.name() {
@@ -69,21 +73,21 @@ fn share_error(metric: Metric, published: f64, counts: &Counts) -> f64 {
     unit * (share * (1.0 - share) / of.max(1) as f64).sqrt()
 }
 
-/// The part of one sequence in the numbers of a reading, over all runs.
+/// What one sequence adds to the numbers of a reading, over all runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Part {
     counts: Counts,
-    /// Number, sum and sum of squares of the normalized scores.
+    /// Number, sum, and sum of squares of the normalized scores.
     moments: [f64; 3],
 }
 
 impl Part {
-    /// The part of a run.
+    /// The part of one run.
     pub fn new(counts: Counts, scores: &[f64]) -> Self {
         Self { counts, moments: moments(scores) }
     }
 
-    /// Adds another part so many times.
+    /// Adds `other`, multiplied by `times`.
     pub fn add(&mut self, other: &Self, times: u64) {
         let Counts { tp, fp, fn_, tn } = other.counts;
         let more = Counts { tp: tp * times, fp: fp * times, fn_: fn_ * times, tn: tn * times };
@@ -101,7 +105,7 @@ impl Part {
     }
 }
 
-/// Number, sum and sum of squares of scores that are min-max normalized, as in [`crate::score::pooled`].
+/// Number, sum, and sum of squares of the scores after min-max normalization, as in [`crate::score::pooled`].
 fn moments(scores: &[f64]) -> [f64; 3] {
     let low = scores.iter().copied().fold(f64::INFINITY, f64::min);
     let high = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -111,27 +115,27 @@ fn moments(scores: &[f64]) -> [f64; 3] {
     scores.iter().map(|z| (z - low) / (high - low)).fold([0.0; 3], |[n, s, q], z| [n + 1.0, s + z, q + z * z])
 }
 
-/// The numbers of a reading.
+/// The numbers of a reading and of its bootstrap samples.
 #[derive(Debug)]
 pub struct Reading {
-    /// What is published.
+    /// The published statistics.
     pub statistics: Vec<Statistic>,
-    /// Our number of each statistic.
+    /// Our value of each statistic.
     pub ours: Vec<Option<f64>>,
-    /// Our number of each statistic in every bootstrap sample, NaN where it has none.
+    /// Our values of the statistics in each bootstrap sample; NaN where a sample has none.
     pub samples: Vec<Vec<f64>>,
-    /// Sequence -> its part.
+    /// Parts by index of the sequence.
     parts: BTreeMap<usize, Part>,
     counts: Counts,
 }
 
-/// The discrepancy of differences in their units; none without any.
+/// Root mean square of differences in units of e_s; `None` if there are none.
 fn discrepancy(scaled: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let squares: Vec<f64> = scaled.flatten().map(|z| z * z).collect();
     (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
-/// Standard deviation of the values that are numbers.
+/// Standard deviation of the finite values.
 fn deviation(values: &[f64]) -> f64 {
     let known: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let count = known.len().max(1) as f64;
@@ -140,7 +144,7 @@ fn deviation(values: &[f64]) -> f64 {
 }
 
 impl Reading {
-    /// The numbers of a reading from its parts by sequence.
+    /// Computes the numbers of a reading from the parts of the sequences.
     pub fn new(statistics: Vec<Statistic>, parts: BTreeMap<usize, Part>, seed: u64) -> Self {
         let all: Vec<Part> = parts.values().copied().collect();
         let samples = Samples::new(all.len(), seed);
@@ -162,7 +166,7 @@ impl Reading {
         }
     }
 
-    /// The unit e_s of each statistic, by the name of its metric.
+    /// The unit e_s of each statistic, by name of the metric.
     pub fn scales(&self) -> BTreeMap<&'static str, f64> {
         let scale = |(s, samples): (&Statistic, &Vec<f64>)| {
             let least = share_error(s.metric, s.published, &self.counts).max(s.half_unit);
@@ -171,7 +175,7 @@ impl Reading {
         self.statistics.iter().zip(&self.samples).map(scale).collect()
     }
 
-    /// The discrepancy of our numbers, or of those in a sample.
+    /// Discrepancy D of our numbers, or of the numbers of a bootstrap sample.
     pub fn discrepancy(&self, scales: &BTreeMap<&str, f64>, sample: Option<usize>) -> Option<f64> {
         let scaled = |(k, s): (usize, &Statistic)| {
             if !s.counts() {
@@ -187,7 +191,7 @@ impl Reading {
     }
 }
 
-/// Share of the samples in which each of the readings has the smallest discrepancy; readings that are alike share it.
+/// For each reading the share of samples in which its discrepancy is the smallest; a tie is divided equally.
 pub fn shares(readings: &[&Reading], scales: &BTreeMap<&str, f64>) -> Option<Vec<f64>> {
     let same = readings.windows(2).all(|pair| pair[0].parts.keys().eq(pair[1].parts.keys()));
     let draws = readings.first()?.samples.first()?.len();

@@ -1,4 +1,4 @@
-//! Signals: those of [`trackfail_judge::signal`], and programs.
+//! Signals: the built-in ones of [`trackfail_judge::signal`], and external programs.
 
 pub mod process;
 
@@ -6,7 +6,7 @@ pub use trackfail_judge::signal::*;
 
 use trackfail_core::plugin::{Entry, joined};
 
-/// Every signal, by kind.
+/// All signals, by kind.
 pub static SIGNALS: &[Entry<dyn Signal>] = &joined::<_, { trackfail_judge::signal::SIGNALS.len() + 1 }>(
     trackfail_judge::signal::SIGNALS,
     &[process::ENTRY],

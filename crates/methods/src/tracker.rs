@@ -1,4 +1,4 @@
-//! Trackers: those of [`trackfail_judge::tracker`], result files and programs.
+//! Trackers: the built-in ones of [`trackfail_judge::tracker`], result files and external programs.
 
 pub mod process;
 pub mod replay;
@@ -12,7 +12,7 @@ pub use trackfail_judge::tracker::*;
 
 use trackfail_core::plugin::{Entry, joined};
 
-/// Every tracker, by kind.
+/// All trackers, by kind.
 pub static TRACKERS: &[Entry<dyn TrackerConfig>] =
     &joined::<_, { trackfail_judge::tracker::TRACKERS.len() + 2 }>(
         trackfail_judge::tracker::TRACKERS,

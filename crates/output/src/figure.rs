@@ -1,12 +1,13 @@
 //! Figures: plain data in; SVG text, PNG and PDF bytes out; no files, no knowledge of methods.
 //!
-//! A [`Figure`] is made of [`Panel`]s, and these of [`Mark`]s. It is laid out once, as a page of stills and, over
-//! them, lines, filled shapes and texts in units of 0.7 pt; SVG (by plotters), bitmap and PDF are each drawn from these alone.
-//! All outputs therefore show the same, and the same data gives the same bytes. A figure is [`WIDTH`] or [`COLUMN`] wide, 7 or
-//! 3.3 inches in print, and its smallest text there 7.7 pt. No text is cut: what is too long is broken into lines.
+//! A [`Figure`] is made of [`Panel`]s, and these of [`Mark`]s. The figure is laid out once: as a page of
+//! stills with lines, filled shapes and texts over them, in units of 0.7 pt. SVG (by plotters), bitmap and
+//! PDF are drawn from this page alone, so all formats show the same, and the same data gives the same bytes.
+//! A figure is [`WIDTH`] or [`COLUMN`] wide (7 or 3.3 inches in print); its smallest text is 7.7 pt in print.
+//! Text that is too long is broken into lines, never cut.
 //!
-//! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the
-//! common color deficiencies can tell apart; markers differ as well. Values in order have the colors of viridis.
+//! Colors are those of Okabe and Ito (Color Universal Design, 2008), which people with any of the common
+//! color deficiencies can tell apart; markers differ as well. Ordered values have the colors of viridis.
 //!
 //! Files in the order in which they use each other: error, style, font, page, raster, pdf, axis, legend, diagram, radar, panel,
 //! still, layout, output; and dots, which makes a figure of named rows, and annotated, which draws on video frames.

@@ -3,7 +3,7 @@
 //! | module | from | to |
 //! |---|---|---|
 //! | [`results`] | judged cells | the files of a results folder, and back |
-//! | [`sampling`] | counts of sequences | intervals of what is made of them |
+//! | [`sampling`] | counts of sequences | confidence intervals of numbers computed from them |
 //! | [`table`] | results | tables as CSV, Parquet, Markdown and LaTeX |
 //! | [`figure`] | plain series | SVG, PDF and PNG |
 //! | [`user_file`] | bytes | files that the user names |

@@ -16,15 +16,15 @@
 //! | [`figures`] | draws the figures of an experiment, one file a kind |
 //! | [`claims`] | tests its claims |
 //! | [`pairs`] | measures sequence by sequence, for comparisons |
-//! | `readings` | says which reading of a paper's text its numbers speak for |
+//! | `readings` | says which reading of a paper's text fits the published numbers best |
 //! | `standings` | says which method or tracker is the best, and how sure that is |
 //! | `sources` | says where the numbers come from |
-//! | `sentences` | words what all of these say |
-//! | [`sequences`] | has what is shown sequence by sequence, and packs it for the page |
-//! | [`explain`](mod@explain) | takes numbers of tables apart |
+//! | `sentences` | puts the results of all of these into sentences |
+//! | [`sequences`] | collects the series and counts of each sequence, and packs them for the page |
+//! | [`explain`](mod@explain) | traces numbers of tables to sequences |
 //! | [`verdict`] | says in sentences when a user's tracker has lost its target |
 //! | [`page`] | the data of the page, as HTML and as Markdown |
-//! | `glance` | chooses the figure and the table at the head of it |
+//! | `glance` | chooses the figure and the table at the head of the page |
 //! | [`write`](mod@write) | fills the page and writes the report |
 //! | [`paper`] | puts chosen tables and figures into one folder, for LaTeX |
 //! | [`site`] | the page over all reports |

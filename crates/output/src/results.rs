@@ -1,4 +1,5 @@
-//! The results of an experiment: the one room that writes and reads the files of a run, `results/<experiment>/`.
+//! Results of an experiment: the only module that writes and reads the files of a run,
+//! `results/<experiment>/`.
 //!
 //! Files with columns are declared once, in `files`: writer, reader and the documentation ([`columns_markdown`]) share the
 //! declaration, and a column that is missing or does not belong there is an error. The rows are filled here:
@@ -22,10 +23,13 @@
 //! | [`models`] | `models/*.json` |
 //! | [`manifest`] | `manifest.json`: what the results rest on |
 //! | [`run`] | `run.json`: what differs from run to run |
+//! | [`beside`] | `beside/`: kept results that stand beside the own ones |
 //! | [`unfinished`] | none: the cells of the manifest that have no result, in groups |
+//! | [`sent`] | all of them as one zip file, and its check |
 //!
 //! [`write`](fn@write) writes a folder, [`Results`] reads it.
 
+pub mod beside;
 mod cells;
 pub mod detections;
 mod files;
@@ -43,6 +47,7 @@ pub mod readings;
 pub mod rows;
 pub mod run;
 pub mod scores;
+pub mod sent;
 mod tracks;
 pub mod unfinished;
 
@@ -58,14 +63,16 @@ pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, ReverseCheck, TrackFilter, TrackSeries, Truth};
 
+use std::io::{Error as IoError, ErrorKind};
 use std::path::PathBuf;
 use trackfail_dataset::DatasetError;
+use trackfail_dataset::fetch::FetchError;
 use trackfail_engine::spec::SpecError;
 use trackfail_engine::store::StoreError;
 
-/// `analyses.json`: what the experiment's analyses found out, one entry for each analysis and tracker.
+/// `analyses.json`: findings of the analyses, one entry for each analysis and tracker.
 pub mod analyses {
-    /// The file; experiments without an analysis, and those where every analysis failed, have none.
+    /// Name of the file; absent if the experiment has no analysis, or all failed.
     pub const FILE: &str = "analyses.json";
 }
 
@@ -73,20 +80,20 @@ pub mod analyses {
 pub mod tables {
     pub use super::files::TableRow;
 
-    /// The folder of the tables.
+    /// Name of the folder of tables.
     pub const FOLDER: &str = "tables";
 }
 
-/// The experiment file as it was run, in a results folder.
+/// Name of the experiment file in a results folder, as it was run.
 pub const SPEC: &str = "experiment.toml";
-/// The user's suites that the experiment names, in the results folder of one that does.
+/// Name of the file of user suites in a results folder; absent if the experiment uses none.
 pub const USER_SUITES: &str = "suites.lock";
-/// The folder of the video frames that figures show.
+/// Name of the folder of video frames that figures show.
 pub const STILLS: &str = "stills";
 /// The folders of a results folder that hold nothing else.
-pub const OWNED: [&str; 3] = [tables::FOLDER, models::FOLDER, STILLS];
+pub const OWNED: [&str; 4] = [tables::FOLDER, models::FOLDER, STILLS, beside::FOLDER];
 
-/// A results folder that cannot be written or read.
+/// Reason why a results folder cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// A file cannot be written or read.
@@ -95,57 +102,104 @@ pub enum ResultsError {
     /// A file is absent, unreadable or too large.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// A file with columns cannot be made.
+    /// A file with columns cannot be written.
     #[error(transparent)]
     Made(#[from] TableError),
-    /// A file with columns is not what it should be.
+    /// A file with columns has wrong columns or values.
     #[error("{}: {source}", path.display())]
     Table {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of reading it.
+        /// Error while reading the file.
         source: TableError,
     },
-    /// A file with columns is so damaged that polars gives up.
+    /// A file with columns is so damaged that polars fails.
     #[error("{}: a damaged file; run the experiment again", .0.display())]
     Damaged(PathBuf),
-    /// A JSON file is not what it should be.
+    /// A JSON file has wrong contents.
     #[error("{}: {source}", path.display())]
     Json {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of reading it.
+        /// Error while reading the file.
         source: serde_json::Error,
     },
-    /// A file has another digest than the manifest states.
+    /// A file whose digest differs from that in the manifest.
     #[error("{}: not the file that the run wrote (its SHA-256 is not the manifest's); run it again", .0.display())]
     Changed(PathBuf),
+    /// A folder does not hold the files that its manifest names, or others too.
+    #[error(
+        "{}: not the results that manifest.json names: {faults}; delete what does not belong there, and get the rest \
+         again or run the experiment again",
+        folder.display()
+    )]
+    NotAsNamed {
+        /// The folder.
+        folder: PathBuf,
+        /// The files, and the fault of each.
+        faults: String,
+    },
+    /// A file that somebody sent is no archive, or one that is refused.
+    #[error(transparent)]
+    Archive(#[from] FetchError),
+    /// A file that somebody sent does not hold whole results.
+    #[error("{}: {fault}", file.display())]
+    Refused {
+        /// The file.
+        file: PathBuf,
+        /// Its first error.
+        fault: String,
+    },
     /// The experiment file kept beside the results is wrong.
     #[error(transparent)]
     Spec(#[from] SpecError),
-    /// An experiment file is not one of these results.
+    /// An experiment file does not belong to these results.
     #[error(
         "{}: not what the results in {} were run with; other: {} (captions, titles, order and selection may differ); \
          run it",
         path.display(), folder.display(), keys.join(", ")
     )]
     OtherNumbers {
-        /// The experiment file.
+        /// Path of the experiment file.
         path: PathBuf,
-        /// The results.
+        /// Folder of the results.
         folder: PathBuf,
         /// Keys of the experiment file that differ.
         keys: Vec<String>,
     },
+    /// Kept results cannot stand beside those of an experiment.
+    #[error("{experiment} cannot stand beside {kept}: {}", differences.join("; "))]
+    Beside {
+        /// The experiment.
+        experiment: String,
+        /// That of the kept results.
+        kept: String,
+        /// What each of the two has where they differ.
+        differences: Vec<String>,
+    },
     /// The folder holds no finished run.
     #[error("{}: no manifest.json; run the experiment first", .0.display())]
     Unfinished(PathBuf),
-    /// Written by a later program.
+    /// The results were written by a later version of the program.
     #[error("{}: results format {found}; this program reads up to {}", path.display(), manifest::FORMAT)]
     Format {
-        /// The folder.
+        /// Folder of the results.
         path: PathBuf,
-        /// Its format.
+        /// Format of the results.
         found: u32,
     },
+}
+
+impl ResultsError {
+    /// Whether the operating system refused; a file that is not there, and all that is wrong with the files, are faults of the
+    /// results.
+    pub fn is_io(&self) -> bool {
+        let refused = match self {
+            Self::Archive(e) => return !e.is_data(),
+            Self::Store(e) => e.source.downcast_ref::<IoError>(),
+            Self::Dataset(DatasetError::Io { source, .. }) => Some(source),
+            _ => None,
+        };
+        refused.is_some_and(|e| e.kind() != ErrorKind::NotFound)
+    }
 }

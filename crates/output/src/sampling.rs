@@ -1,11 +1,12 @@
 //! Counts of sequences, and bootstrap samples of them, the same for all numbers of an experiment that are made of counts.
 //!
-//! A sample draws as many sequences as there are, with replacement, all runs of a sequence together; a number is computed
-//! from the summed counts. Numbers over as many sequences have the same samples: an interval is the same wherever it stands,
-//! and differences, ranks and claims compare numbers of the same samples.
+//! A sample draws as many sequences as there are, with replacement, and with all runs of a sequence together;
+//! a number is computed from the summed counts. Numbers over the same number of sequences use the same
+//! samples. So an interval is the same in all tables, and differences, ranks and claims compare numbers of
+//! the same samples.
 //!
-//! Seed: that of the experiment with its name. Measures of frames and readings have intervals of their own in the files of
-//! the results.
+//! The seed is made of the experiment's seed and name. Measures of frames and readings have their own
+//! intervals, in the files of the results.
 
 use crate::results::{CellScore, Measure, method_label};
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,24 +20,24 @@ use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
 use trackfail_methods::score::{Counts, Metric, Pooled};
 
-/// The samples of an experiment, by number of sequences.
+/// Bootstrap samples of an experiment, by number of sequences.
 pub struct Sampling {
     seed: u64,
     drawn: Mutex<BTreeMap<usize, Arc<Draws>>>,
 }
 
 impl Sampling {
-    /// Those of an experiment.
+    /// Samples of an experiment, by its seed and name.
     pub fn new(experiment: &Experiment) -> Self {
         Self::with_seed(seed::seed(experiment.seed, &["samples", &experiment.name]))
     }
 
-    /// Those of a seed.
+    /// Samples by a seed.
     pub fn with_seed(seed: u64) -> Self {
         Self { seed, drawn: Mutex::default() }
     }
 
-    /// A seed for random patterns of a test with these names.
+    /// Seed for the random patterns of a test with these names.
     pub fn seed_of(&self, names: &[&str]) -> u64 {
         seed::seed(self.seed, names)
     }
@@ -47,7 +48,7 @@ impl Sampling {
         (sequences >= MIN_SEQUENCES).then(|| drawn.entry(sequences).or_insert_with(new).clone())
     }
 
-    /// A statistic of the summed counts of each sample, NaN where it has no value; `None` for fewer sequences than
+    /// Statistic of the summed counts in each sample, NaN if it has no value; `None` for fewer sequences than
     /// [`MIN_SEQUENCES`].
     pub fn values(
         &self,
@@ -57,7 +58,7 @@ impl Sampling {
         self.draws(counts.len())?.values(counts, statistic)
     }
 
-    /// The interval of a statistic of summed counts; `None` where it has none, or with few sequences.
+    /// Interval of a statistic of summed counts; `None` if it has none, or for few sequences.
     pub fn interval<const N: usize>(
         &self,
         counts: &[[i64; N]],
@@ -66,7 +67,7 @@ impl Sampling {
         self.draws(counts.len())?.interval(counts, statistic, LEVEL)
     }
 
-    /// The interval of the difference of a statistic between two lists of counts of the same sequences.
+    /// Interval of the difference of a statistic between two lists of counts on the same sequences.
     pub fn difference(
         &self,
         both: &[([i64; 4], [i64; 4])],
@@ -80,19 +81,19 @@ impl Sampling {
     }
 }
 
-/// Sequence -> TP, FP, FN and TN of all runs, or those of [`counts_of_column`].
+/// TP, FP, FN and TN of all runs by sequence, or the counts of [`counts_of_column`].
 pub type BySequence = BTreeMap<String, [i64; 4]>;
 
-/// The counts of an experiment by sequence, and the samples of its sequences.
+/// Counts of an experiment by sequence, and samples of its sequences.
 pub struct Units {
-    /// The samples.
+    /// Bootstrap samples.
     pub sampling: Sampling,
-    /// Tracker and method, with its grid point -> counts.
+    /// Counts by tracker and method (with its grid point).
     counts: BTreeMap<(String, String), BySequence>,
 }
 
 impl Units {
-    /// Those of an experiment with the counts of its cells.
+    /// Counts of an experiment's cells, with its samples.
     pub fn new(experiment: &Experiment, scores: &[CellScore]) -> Self {
         let mut counts: BTreeMap<_, BySequence> = BTreeMap::new();
         for row in scores {
@@ -102,22 +103,22 @@ impl Units {
         Self { sampling: Sampling::new(experiment), counts }
     }
 
-    /// The counts of a method, with its grid point, on a tracker.
+    /// Counts of a method (with its grid point) on a tracker.
     pub fn of(&self, tracker: &str, label: &str) -> Option<&BySequence> {
         self.counts.get(&(tracker.to_string(), label.to_string()))
     }
 
-    /// The counts that a measure is of.
+    /// Counts behind a measure.
     pub fn of_measure(&self, measure: &Measure) -> Option<&BySequence> {
         self.of(&measure.tracker, &method_label(&measure.method, &measure.params))
     }
 
-    /// All sequences that anything has counts on.
+    /// All sequences on which some method has counts.
     pub fn sequences(&self) -> BTreeSet<&String> {
         self.counts.values().flat_map(BTreeMap::keys).collect()
     }
 
-    /// The counts of a method, with its grid point, on one tracker or, without one, on all together.
+    /// Counts of a method (with its grid point) on one tracker, or on all trackers together.
     pub fn pooled(&self, label: &str, tracker: Option<&str>) -> BySequence {
         let mut pooled = BySequence::new();
         let is_it = |(t, l): &(String, String)| l == label && tracker.is_none_or(|wanted| wanted == t);
@@ -133,7 +134,7 @@ fn add(sums: &mut BySequence, sequence: &str, counts: [i64; 4]) {
     sum.iter_mut().zip(counts).for_each(|(s, c)| *s = (*s + c).min(MOST));
 }
 
-/// Counts above this are cut, so that sums of forged ones do not overflow.
+/// Largest count. Larger ones are clamped, so that sums of forged counts cannot overflow.
 const MOST: i64 = 1 << 40;
 
 fn numbers(counts: Counts) -> [i64; 4] {
@@ -141,27 +142,27 @@ fn numbers(counts: Counts) -> [i64; 4] {
     [tp, fp, fn_, tn].map(|c| i64::try_from(c).unwrap_or(MOST).min(MOST))
 }
 
-/// The counts on each of some sequences, zeros where there are none.
+/// Counts on each of these sequences, zeros if there are none.
 pub fn along<'s>(counts: &BySequence, sequences: impl IntoIterator<Item = &'s String>) -> Vec<[i64; 4]> {
     sequences.into_iter().map(|s| counts.get(s).copied().unwrap_or_default()).collect()
 }
 
-/// A metric of counts of the sum over units; `None` where it has no value.
+/// Value of a metric, from counts summed over sequences; `None` if it has no value.
 pub fn metric_of_sum(metric: Metric, chance: Option<Chance>, sum: &[i64; 4]) -> Option<f64> {
     let [tp, fp, fn_, tn] = sum.map(|c| u64::try_from(c).unwrap_or(0));
     metric.value(&Pooled { counts: Counts { tp, fp, fn_, tn }, chance, ..Pooled::default() })
 }
 
-/// The table of an analysis that has a row for each sequence.
+/// Table of an analysis with one row per sequence.
 pub fn by_sequence(analysed: &Analysed) -> Option<&Grid> {
     analysed.findings.tables.iter().find(|table| table.name == "sequences")
 }
 
-/// Factor of the values of a column.
+/// Factor by which values of a column are scaled to integers.
 const BILLION: f64 = 1e9;
 
-/// A column of a table of sequences as counts: sequence -> its value in billionths, an integer, so that the sum is the same
-/// in any order, and 1. Sequences without a value are left out.
+/// Converts a column of a table by sequence to counts: the value in billionths, an integer so that sums are
+/// the same in any order, and 1. Sequences without a value are left out.
 pub fn counts_of_column(table: &Grid, column: usize) -> BySequence {
     let unit = |(sequence, cells): &(String, Vec<Option<f64>>)| {
         // Measures of a sequence are far below a million.
@@ -171,22 +172,22 @@ pub fn counts_of_column(table: &Grid, column: usize) -> BySequence {
     table.rows.iter().filter_map(unit).collect()
 }
 
-/// The mean of a column from the sum of [`counts_of_column`]; `None` without values.
+/// Mean of a column, from the sum of [`counts_of_column`]; `None` without values.
 pub fn mean_of_sum(sum: &[i64; 4]) -> Option<f64> {
     Some(total_of_sum(sum)? / sum[1] as f64)
 }
 
-/// The total of a column from the sum of [`counts_of_column`]; `None` without values.
+/// Total of a column, from the sum of [`counts_of_column`]; `None` without values.
 pub fn total_of_sum(sum: &[i64; 4]) -> Option<f64> {
     (sum[1] > 0).then(|| sum[0] as f64 / BILLION)
 }
 
-/// The sum of the counts of some units.
+/// Sum of counts.
 pub fn sum_of<'c>(counts: impl IntoIterator<Item = &'c [i64; 4]>) -> [i64; 4] {
     counts.into_iter().fold([0; 4], |total, unit| std::array::from_fn(|k| total[k] + unit[k]))
 }
 
-/// What two have on the sequences that both have.
+/// Pairs of values on the common sequences.
 pub fn in_common<T: Copy>(first: &BTreeMap<String, T>, second: &BTreeMap<String, T>) -> Vec<(T, T)> {
     first.iter().filter_map(|(sequence, one)| Some((*one, *second.get(sequence)?))).collect()
 }

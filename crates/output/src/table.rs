@@ -1,10 +1,10 @@
 //! Tables for people, from results.
 //!
-//! [`layouts`] makes the tables that an experiment asks for, each a [`layout`](mod@layout) of texts whose cells know the
-//! numbers that they show; [`write_tables`] writes them, [`render`] as CSV, Parquet, Markdown and plain text,
-//! [`latex`](mod@latex) as LaTeX, and [`macros`] with a LaTeX command for every number. [`leaderboard`](mod@leaderboard)
-//! ranks methods, [`build`] makes the tables that a report has by itself, [`number`] prints numbers as papers do,
-//! [`suites`] names suites.
+//! [`layouts`] makes the tables of an experiment. Each is a [`layout`](mod@layout) of texts, and each cell
+//! stores the number that it shows. [`write_tables`] writes the tables: [`render`] as CSV, Parquet, Markdown
+//! and plain text, [`latex`](mod@latex) as LaTeX, and [`macros`] makes a LaTeX command for each number.
+//! [`leaderboard`](mod@leaderboard) ranks methods, [`build`] makes further tables of reports, [`number`]
+//! prints numbers as papers do, [`suites`] describes suites in words.
 
 pub mod build;
 mod experiment;

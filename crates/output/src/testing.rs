@@ -1,21 +1,21 @@
-//! Experiments and judged methods of the tests.
+//! Helpers for tests: experiments and judged methods.
 
 use crate::results::detections::{JudgedMethod, TargetState};
 use trackfail_core::direction::Direction;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::read::parse;
 
-/// An experiment of these lines behind its name.
+/// Parses an experiment of these lines, with a name before them.
 pub fn parsed(lines: &str) -> Experiment {
     parse("a.toml", &format!("schema = 1\nname = \"a\"\ntitle = \"a\"\n{lines}")).unwrap()
 }
 
-/// Items of a kind, each given by its keys with semicolons between them.
+/// Writes items of a kind. The keys of each item are separated by semicolons.
 pub fn items(kind: &str, items: &[&str]) -> String {
     items.iter().map(|keys| format!("[[{kind}]]\n{}\n", keys.replace("; ", "\n"))).collect()
 }
 
-/// An experiment with one tracker and these methods, each a name and further lines, and what stands below them.
+/// Experiment with one tracker and these methods (names and further lines), followed by the text `below`.
 pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experiment {
     let method = |(name, lines): &(&str, &str)| format!("[[method]]\nname = \"{name}\"\n{lines}\n");
     let methods: String = methods.iter().map(method).collect();
@@ -25,7 +25,7 @@ pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experim
     ))
 }
 
-/// The verdict of a method on frames in these states, with a probability of a loss for each.
+/// Result of a method on frames with these states and probabilities of a loss.
 pub fn judged_method(
     name: &str,
     states: Vec<TargetState>,

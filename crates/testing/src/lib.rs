@@ -2,6 +2,7 @@
 
 #[path = "../../needs/src/conditions.rs"]
 pub mod conditions;
+pub mod hostile;
 
 use proptest::prelude::*;
 use std::borrow::Borrow;
@@ -131,17 +132,15 @@ pub fn assert_same_files(a: &Path, b: &Path) {
     }
 }
 
-/// The rows of a CSV file without quoted fields, as column -> value.
+/// The rows of a CSV file, as column -> value.
 pub fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    lines
-        .map(|line| {
-            let fields: Vec<&str> = line.split(',').collect();
-            assert_eq!(fields.len(), header.len(), "{line}");
-            header.iter().zip(fields).map(|(h, f)| (h.to_string(), f.to_string())).collect()
-        })
-        .collect()
+    let mut lines = hostile::csv(text).into_iter();
+    let header = lines.next().unwrap_or_default();
+    let row = |fields: Vec<String>| {
+        assert_eq!(fields.len(), header.len(), "{fields:?}");
+        header.iter().cloned().zip(fields).collect()
+    };
+    lines.map(row).collect()
 }
 
 /// Makes `path` a shell script that can be run.

@@ -1,4 +1,4 @@
-//! `trackfail data fetch`: downloads what is missing, with the user's consent, and checks it.
+//! `trackfail data fetch`: downloads missing sequences, with the user's consent, and checks them.
 
 use super::{Checks, first_root};
 use crate::cli::{Exit, Failure, output};
@@ -32,9 +32,8 @@ pub struct Args {
 /// Runs the verb.
 ///
 /// # Errors
-/// `Usage` for unknown names, no data root, and licences that are not agreed to;
-/// `Data` for what is not at its address, not what was pinned, refused, or to be got by hand;
-/// `Io` for network and disk.
+/// `Usage` for unknown names, no data root, and licences without consent; `Data` for files that are absent at
+/// their address, not as pinned, refused, or only available by hand; `Io` for network and disk.
 pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(), Failure> {
     let root = first_root("fetch", data_roots)?;
     let wanted = chosen(catalog, &args.wanted)?;
@@ -52,7 +51,7 @@ pub fn run(args: &Args, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<(),
     verdict(&plan, &failed)
 }
 
-/// Suites and sequences by name.
+/// Parses names of suites and sequences.
 fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, Failure> {
     let all: Vec<String> = catalog.names().map(String::from).collect();
     let names = if names.is_empty() { &all } else { names };
@@ -77,7 +76,7 @@ fn chosen(catalog: &Catalog, names: &[String]) -> Result<Vec<WantedSequences>, F
     Ok(chosen)
 }
 
-/// Tells which sequences need no download, and which cannot be downloaded.
+/// Text on the sequences that need no download, and on those that cannot be downloaded.
 fn known(plan: &FetchPlan) -> String {
     let here = plan.here.iter().map(|name| format!("{name}  is here\n"));
     let broken = plan.broken.iter();
@@ -86,7 +85,7 @@ fn known(plan: &FetchPlan) -> String {
     here.chain(broken).chain(by_hand).collect()
 }
 
-/// The suites that have something to download, each with its licence text.
+/// Suites with something to download, each with its licence text.
 fn suites_of<'w>(plan: &FetchPlan, wanted: &'w [WantedSequences]) -> Vec<(&'w str, String)> {
     let downloads = |suite: &Suite| {
         let prefix = format!("{}/", suite.name());
@@ -100,7 +99,7 @@ fn suites_of<'w>(plan: &FetchPlan, wanted: &'w [WantedSequences]) -> Vec<(&'w st
     wanted.iter().map(|w| &w.suite).filter(|suite| downloads(suite)).filter_map(text).collect()
 }
 
-/// Whether the user agrees; not without a terminal.
+/// Asks the user for consent. Without a terminal the answer is no.
 fn asked_on_terminal() -> bool {
     let is_terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let mut answer = String::new();
@@ -110,7 +109,7 @@ fn asked_on_terminal() -> bool {
         && matches!(answer.trim().to_lowercase().as_str(), "y" | "yes")
 }
 
-/// Shows every licence that has not been agreed to yet, and asks.
+/// Shows all licences without earlier consent, and asks for it.
 fn agree(
     space: &Workspace,
     suites: &[(&str, String)],
@@ -130,19 +129,19 @@ fn agree(
     Ok(())
 }
 
-/// Names of what has not come out right.
+/// Names of archives and sequences that failed.
 #[derive(Debug, Default)]
 struct Failed {
-    /// Archives that the network is to blame for.
+    /// Archives that failed because of the network.
     network: Vec<String>,
-    /// Archives that are not there, not as pinned, or refused.
+    /// Archives that are absent, not as pinned, or refused.
     data: Vec<String>,
-    /// Sequences that are not what is pinned.
+    /// Sequences that are not as pinned.
     differing: Vec<String>,
 }
 
-/// Fetches one archive after the other; one that fails does not keep the next from being fetched, unless the
-/// disk is to blame.
+/// Downloads one archive after the other. After a failure the next archive is tried, unless the disk was at
+/// fault.
 fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Result<Failed, Failure> {
     let mut failed = Failed::default();
     for job in jobs {
@@ -191,7 +190,7 @@ fn brought(job: &FetchJob, fetched: &Fetched) -> String {
     text
 }
 
-/// Compares what has been fetched with what is pinned.
+/// Compares the fetched sequences with what is pinned.
 fn check(
     wanted: &[WantedSequences],
     jobs: &[FetchJob],
@@ -239,7 +238,7 @@ fn failure(e: FetchError) -> Failure {
     Failure::new(exit, e.to_string())
 }
 
-/// A bar on stderr, where that is a terminal.
+/// Progress bar on stderr, if that is a terminal.
 struct Bar(ProgressBar);
 
 impl FetchWatch for Bar {
@@ -262,7 +261,7 @@ mod tests {
     use std::io::{BufRead, BufReader};
     use std::path::Path;
 
-    /// Serves bytes to everyone who asks.
+    /// Serves `bytes` for all requests and returns the address.
     fn serve(bytes: Vec<u8>) -> String {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}/diving.zip", listener.local_addr().unwrap());
@@ -295,7 +294,7 @@ mod tests {
         FetchJob { archive, folders: vec!["vot2014/diving".into()], sequences, again: Vec::new() }
     }
 
-    /// A folder as the archive of `vot2014/diving`.
+    /// Packs a folder as the archive of `vot2014/diving`.
     fn packed(folder: &Path) -> Vec<u8> {
         let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -307,7 +306,7 @@ mod tests {
         archive.finish().unwrap().into_inner()
     }
 
-    /// Fetches `vot2014/diving` packed from a folder.
+    /// Fetches `vot2014/diving` from an archive packed from a folder.
     fn fetch_packed(folder: &Path) -> (tempfile::TempDir, Failed) {
         let bytes = packed(folder);
         let root = tempfile::tempdir().unwrap();
@@ -376,7 +375,7 @@ mod tests {
         assert_eq!(verdict(&plan, &failed).unwrap_err().code(), 3);
     }
 
-    /// The sequence vot2014/diving with one frame that has another byte at its end.
+    /// Copy of vot2014/diving in which one frame has an additional byte.
     fn changed_copy() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for entry in std::fs::read_dir(trackfail_testing::real_data().join("vot2014/diving")).unwrap() {

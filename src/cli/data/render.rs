@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Start of the names of folders that are being filled.
+/// Prefix of folders that are being filled.
 const RENDERING: &str = ".trackfail-render-";
 
 /// Arguments of `trackfail data render`.
@@ -35,12 +35,12 @@ pub struct Args {
 
 /// Writes the suite.
 ///
-/// Everything is first written to a temporary folder beside `dir` and then renamed, so that `dir` is
-/// never half done.
+/// All files are first written to a temporary folder beside `dir`, which is then renamed, so that `dir` is
+/// never incomplete.
 ///
 /// # Errors
-/// `Usage` for an unknown suite or sequence, a faulty file of scenes and a folder that is not empty, `Io` for what the
-/// file system refuses.
+/// `Usage` for an unknown suite or sequence, a faulty file of scenes, and a folder that is not empty; `Io`
+/// for errors of the file system.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (suite, scenes) = &find_suite(&args.suite)?;
     let sequences = chosen(suite, scenes, &args.sequences)?;
@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write(&format!("{suite}: {count} sequences, {frames} frames in {folder}\n"))
 }
 
-/// The name and the scenes of a synthetic suite, or of a file.
+/// Name and scenes of a synthetic suite, or of a file.
 fn find_suite(name: &str) -> Result<(String, Cow<'static, SceneFile>), Failure> {
     let path = Path::new(name);
     if path.extension().is_some_and(|extension| extension == "toml") {
@@ -127,19 +127,19 @@ fn write_sequence(folder: &Path, layout: RenderLayout, q: &Sequence) -> Result<(
     }
 }
 
-/// `x,y,w,h`, counted from 1. OTB marks a frame without target by zeros.
+/// Line `x,y,w,h` with pixels counted from 1. OTB marks a frame without target by zeros.
 fn otb_line(region: Option<&Region>) -> String {
     let Some(r) = region.map(Region::rect) else { return "0,0,0,0".to_string() };
     join(&[r.x + 1.0, r.y + 1.0, r.w, r.h])
 }
 
-/// The corners one after the other, counted from 0. VOT marks a frame without target by NaN.
+/// Line of all corners with pixels counted from 0. VOT marks a frame without target by NaN.
 fn vot_line(region: Option<&Region>) -> String {
     let corners = region.map_or_else(|| vec![(f64::NAN, f64::NAN); 4], Region::corners);
     join(&corners.iter().flat_map(|c| [c.0, c.1]).collect::<Vec<_>>())
 }
 
-/// Shortest decimal numbers that are read back as the same bits.
+/// Joins numbers, each in the shortest form that is read back as the same bits.
 fn join(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
@@ -170,7 +170,7 @@ mod tests {
         assert!(decoded == q.frame(t).unwrap(), "{}", path.display());
     }
 
-    /// A rendered sequence is read back whole: frames, truth, numbers and attributes.
+    /// A rendered sequence is read back unchanged: frames, truth, numbers and attributes.
     #[test]
     fn both_layouts_are_read_back_to_the_same_digest() {
         let root = tempfile::tempdir().unwrap();

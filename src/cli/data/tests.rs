@@ -1,6 +1,5 @@
 use super::*;
 use clap::Parser;
-use std::path::Path;
 
 #[derive(Debug, Parser)]
 struct Cli {
@@ -16,7 +15,7 @@ fn vot() -> Vec<Suite> {
     vec![Catalog::default().suite("vot2014").unwrap()]
 }
 
-/// A root with one sequence that is too short and 24 missing ones.
+/// Data root with one sequence that is too short; 24 others are missing.
 fn root() -> tempfile::TempDir {
     let root = tempfile::tempdir().unwrap();
     let ball = root.path().join("vot2014/ball");
@@ -29,7 +28,9 @@ fn root() -> tempfile::TempDir {
 #[test]
 fn arguments() {
     let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x", "--data-root", "/y"]);
-    assert!(matches!(&args.verb, Verb::Verify { suites, allow_missing: true } if suites == &["vot2014"]));
+    assert!(
+        matches!(&args.verb, Verb::Verify { names, allow_missing: true, unpack: None } if names == &["vot2014"])
+    );
     assert_eq!(args.data_roots.given, [PathBuf::from("/x"), PathBuf::from("/y")]);
     assert!(matches!(parse(&["list", "--format", "csv"]).verb, Verb::List { format: Format::Csv, .. }));
     assert!(Cli::try_parse_from(["data", "list", "--format", "xml"]).is_err());

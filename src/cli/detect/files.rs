@@ -1,4 +1,4 @@
-//! `--report`, `--plot` and `--annotate`: the track as a page, a figure, and on its frames.
+//! `--report`, `--plot` and `--annotate`: the track as a page, as a figure, and drawn on its frames.
 
 use super::Args;
 use crate::cli::output::replace::{Output, check_inputs, check_outputs};
@@ -13,10 +13,10 @@ use crate::tracker::results::write;
 use crate::user_file;
 use std::path::Path;
 
-/// Frames in a second of a video made of single images.
+/// Frames per second of a video made of single images.
 const RATE: f64 = 25.0;
 
-/// Checks the names of outputs before anything is computed.
+/// Checks the names of outputs, before anything is computed.
 pub fn check(args: &Args) -> Result<(), Failure> {
     if let Some(path) = args.plot.as_ref().filter(|path| !["svg", "png", "pdf"].contains(&&*end(path))) {
         let message = format!("--plot {}: a figure is a .svg, a .pdf or a .png file", path.display());
@@ -44,13 +44,13 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     check_inputs(&outputs, files.chain(several).map(|(option, path)| (option, path.as_path())))
 }
 
-/// Checks that outputs leave the frames as they are, once it is known which files these are.
+/// Checks that outputs do not replace the frames, once the files of the frames are known.
 pub fn check_frames(args: &Args, sequence: &Sequence) -> Result<(), Failure> {
     let Frames::Files(frames) = &sequence.frames else { return Ok(()) };
     check_inputs(&outputs(args), frames.iter().map(|path| ("--frames", path.as_path())))
 }
 
-/// Files and folders that are written, with their options.
+/// Files and folders to be written, each with its option.
 fn outputs(args: &Args) -> Vec<Output> {
     // The tracker's confidence goes beside its boxes.
     let beside = args.save_boxes.as_deref().map(write::confidence_path);
@@ -64,17 +64,17 @@ fn outputs(args: &Args) -> Vec<Output> {
     named.into_iter().filter_map(|(option, path)| Some((option, path.clone()?))).collect()
 }
 
-/// The ending of a file's name, in small letters.
+/// Ending of a file name, in lower case.
 fn end(path: &Path) -> String {
     path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-/// Whether the annotated frames go into a folder.
+/// True if the annotated frames go into a folder.
 fn is_folder(path: &Path) -> bool {
     path.is_dir() || path.extension().is_none()
 }
 
-/// Writes what the user asks for; `rate` is that of the video, if the frames are one.
+/// Writes the requested outputs; `rate` is that of the video, if the frames are from one.
 pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop) -> Result<(), Failure> {
     if let Some(path) = &args.report {
         let page = video.page().map_err(Failure::data)?;
@@ -96,7 +96,7 @@ pub fn write(args: &Args, video: &UserVideo<'_>, rate: Option<f64>, stop: &Stop)
     }
 }
 
-/// Frame `t` with what is drawn on it.
+/// Frame `t` with boxes, state and score drawn on it.
 fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, Failure> {
     if stop.is_set() {
         return Err(Failure::interrupted());
@@ -104,7 +104,7 @@ fn drawn(video: &UserVideo<'_>, t: usize, stop: &Stop) -> Result<Frame, Failure>
     Ok(video.drawn(t, &video.sequence.frame(t).map_err(Failure::data)?))
 }
 
-/// Writes the frames as PNG files that have the frames' numbers as names.
+/// Writes the annotated frames as PNG files named by frame number.
 fn annotate_images(folder: &Path, video: &UserVideo<'_>, stop: &Stop) -> Result<(), Failure> {
     if !folder.is_dir() {
         std::fs::create_dir(folder).map_err(io_at(folder))?;

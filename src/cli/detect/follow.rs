@@ -1,4 +1,4 @@
-//! `--init`: a built-in tracker follows the target, and its own track is judged.
+//! `--init`: a built-in tracker follows the target, and the program judges this track.
 
 use super::methods::Wanted;
 use super::{Args, inputs};
@@ -28,16 +28,16 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The tracker that the built-in model is about.
+/// Tracker for which the built-in model was learned.
 pub const DEFAULT_TRACKER: &str = "color-particle-filter";
 
 /// The model that AVU learned in `sanmiguel2015/built-in-model`.
 const BUILT_IN_MODEL: &str = include_str!("../../../assets/models/color-particle-filter.json");
 
-/// Size of the largest model file, in bytes.
+/// Largest model file, in bytes.
 const MAX_MODEL_FILE: u64 = 1 << 24;
 
-/// Tracks the target from its first box, and judges the track.
+/// Runs the tracker from the target's first box, and judges the track.
 pub fn track(
     args: &Args,
     init: &str,
@@ -101,13 +101,14 @@ pub fn track(
     Ok((UserTrack { judged, regions: shown }, methods))
 }
 
-/// A signal with its values in one frame after the other.
+/// A signal with its values so far, one per frame.
 type SignalValues = (SignalReader, Vec<f64>);
 
-/// Frame `t`, from 0.
+/// Decodes frame `t` (0-based).
 type Decode<'a> = &'a (dyn Fn(usize) -> Result<Arc<Frame>, Failure> + Sync);
 
-/// The states of a started tracker in all frames, which the signals read; the next frame is decoded meanwhile.
+/// States of a started tracker in all frames. The signals are computed along the way, while another thread
+/// decodes the next frame.
 fn follow(
     sequence: &Sequence,
     (mut tracker, first): StartedTracker,
@@ -167,7 +168,7 @@ fn judge(
     Ok(judged)
 }
 
-/// The box of `--init`.
+/// Parses the box of `--init`.
 fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
     let boxes = results::parse_boxes(Path::new("--init"), text.as_bytes(), base);
     match boxes.map_err(Failure::usage)?.as_slice() {
@@ -176,7 +177,7 @@ fn first_box(text: &str, base: Base) -> Result<Region, Failure> {
     }
 }
 
-/// Writes the boxes of a track, and its confidence beside them if the tracker gives one.
+/// Writes the boxes of a track, and beside them the confidence if the tracker gives one.
 fn save(path: &Path, states: &[TrackerState], base: Base) -> Result<(), StoreError> {
     let regions: Vec<Region> = states.iter().map(|s| s.region.clone()).collect();
     let status: Vec<Status> = states.iter().map(|s| s.status).collect();
@@ -188,12 +189,13 @@ fn save(path: &Path, states: &[TrackerState], base: Base) -> Result<(), StoreErr
     Ok(())
 }
 
-/// Parameters of the default tracker as the built-in model knows it.
+/// Parameters of the default tracker for which the built-in model is valid.
 fn built_in_params() -> serde_json::Value {
     live_tracker(DEFAULT_TRACKER, "{}").map_or(serde_json::Value::Null, |(_, config)| config.params())
 }
 
-/// The learned model of a consistent filter, if there is one for the tracker: the user's, else that of the default tracker.
+/// Learned model of a consistent filter: the user's, else that of the default tracker; `None` if there is
+/// neither.
 fn model(args: &Args, is_default_tracker: bool) -> Result<Option<serde_json::Value>, Failure> {
     let (name, bytes) = match &args.model {
         Some(path) => {
@@ -209,7 +211,7 @@ fn model(args: &Args, is_default_tracker: bool) -> Result<Option<serde_json::Val
     model.map(Some).ok_or_else(|| data(&"holds no learned model; AVU and ARTE* write one"))
 }
 
-/// The methods that can judge the track of a tracker, which starts with this state.
+/// Methods that can judge the track of a tracker whose first state is `state`.
 fn ready(
     args: &Args,
     wanted: Wanted,

@@ -1,4 +1,4 @@
-//! Inputs that the user gives: frames, boxes, confidence, companions.
+//! Inputs from the user: frames, boxes, confidence, companions.
 
 use super::{Args, Tracks};
 use crate::cli::{Failure, output};
@@ -10,7 +10,7 @@ use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, U
 use crate::tracker::results::{Base, confidence};
 use std::path::{Path, PathBuf};
 
-/// The frames, if any are given.
+/// Frames that the user gives; `None` without any.
 pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     if args.frames.is_empty() {
         return Ok(None);
@@ -23,7 +23,7 @@ pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     Ok(Some(frames))
 }
 
-/// The frames in the words of the user.
+/// Frames as the user named them.
 pub fn shown_frames(args: &Args) -> String {
     match args.frames.as_slice() {
         [] => String::new(),
@@ -32,12 +32,12 @@ pub fn shown_frames(args: &Args) -> String {
     }
 }
 
-/// Number of the top left pixel, where the user gives one.
+/// Number of the top left pixel; `None` if the user gives none.
 pub fn base(args: &Args) -> Option<Base> {
     args.base.map(|base| if base == 0 { Base::Zero } else { Base::One })
 }
 
-/// The whole sequence, and the targets in it.
+/// Sequence of all frames, and the targets in it.
 pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tracks), Failure> {
     let paths = args.boxes.iter().chain(&args.confidence).chain(&args.companion);
     if paths.filter(|path| *path == Path::new("-")).count() > 1 {
@@ -82,7 +82,7 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
     Ok((whole, Tracks { targets, confidence, companions }))
 }
 
-/// A path as messages name it.
+/// Path as messages name it.
 fn named(path: &Path) -> PathBuf {
     if path == Path::new("-") { PathBuf::from("stdin") } else { path.to_path_buf() }
 }
@@ -91,7 +91,7 @@ fn name(path: &Path) -> String {
     named(path).display().to_string()
 }
 
-/// Reads a file of boxes, one for each frame where the frames are known.
+/// Reads a file of boxes; one box for each frame if the frames are known.
 fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failure> {
     let bytes = text::read_named(path).map_err(Failure::data)?;
     let boxes = user_boxes::parse(&named(path), &bytes, options).map_err(|e| match e {
@@ -114,7 +114,7 @@ fn read(args: &Args, path: &Path, options: &Options) -> Result<UserBoxes, Failur
     }
 }
 
-/// The command of the user again, once for each format.
+/// The user's command, once for each candidate format.
 fn commands(candidates: &[Candidate]) -> String {
     let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let is_plain = |word: &str| {
@@ -126,7 +126,7 @@ fn commands(candidates: &[Candidate]) -> String {
     candidates.iter().map(one).collect()
 }
 
-/// The boxes of a companion, one for each frame.
+/// Boxes of a companion, one for each frame.
 fn companion(args: &Args, path: &Path, options: &Options) -> Result<Vec<Option<Region>>, Failure> {
     let mut boxes = read(args, path, options)?;
     match (boxes.targets.pop(), boxes.targets.len()) {

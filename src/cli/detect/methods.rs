@@ -1,22 +1,22 @@
-//! The methods that run: named, recommended for the inputs, or all that the inputs allow.
+//! Methods to run: named by the user, recommended for the inputs, or all that the inputs allow.
 
 use super::Args;
 use crate::cli::Failure;
 use crate::method::{self, Inputs, Method, MethodError};
 use crate::signal::Reads;
 
-/// Methods that the user asks for.
+/// Methods that the user requests.
 pub enum Wanted {
-    /// These.
+    /// Methods named by the user.
     Named(Vec<Method>),
-    /// The one that the benchmark recommends.
+    /// The method that the benchmark recommends for the inputs.
     Recommended,
-    /// All that the inputs allow.
+    /// All methods that the inputs allow.
     All,
 }
 
 impl Wanted {
-    /// Methods that the user asks for, checked.
+    /// Checks the methods that the user requests.
     pub fn of(args: &Args) -> Result<Self, Failure> {
         let mut methods: Vec<Method> = Vec::new();
         let of_tier = args.tier.map(|tier| tier.method());
@@ -33,9 +33,9 @@ impl Wanted {
         })
     }
 
-    /// The methods that need no more than there is, the recommended one first; `need` says what one needs beside that. Of
-    /// several that are all wanted those that need more are left out, one that has to run is refused, with the end of the
-    /// sentence in `hint`.
+    /// Methods that can run with the inputs, the recommended one first. `need` returns a further need that a
+    /// method has. With `All`, methods with unmet needs are left out. A method that must run is refused
+    /// instead, and `hint` ends the message.
     pub fn ready(
         self,
         args: &Args,
@@ -64,7 +64,7 @@ impl Wanted {
     }
 }
 
-/// All methods that need no training, `first` first; with the budget those that take one.
+/// All methods that need no training, with `first` at the start; with a budget, those that accept one.
 fn all(budget: Option<f64>, first: &'static str) -> Result<Vec<Method>, Failure> {
     let others = method::names().into_iter().filter(|name| *name != first);
     let mut methods = Vec::new();
@@ -82,7 +82,7 @@ fn named(args: &Args, name: &str) -> Result<Method, Failure> {
     Method::named(name, args.budget).map_err(Failure::usage)
 }
 
-/// The methods that can judge boxes with what else is given.
+/// Methods that can judge boxes with the given inputs.
 pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<Method>, Failure> {
     let inputs = Inputs {
         frames: !args.frames.is_empty(),

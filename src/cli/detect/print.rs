@@ -1,4 +1,4 @@
-//! The verdict for people, and every frame for programs.
+//! Output on stdout: the verdict for people, or all frames for programs.
 
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
@@ -6,7 +6,7 @@ use crate::report::verdict::{Stretch, of_target, possibly_lost, stretches, table
 use crate::results::detections::{self, JudgedMethod, JudgedTrack, TargetState};
 use serde_json::{Value, json};
 
-/// Prints what the methods say.
+/// Prints the results of the methods.
 pub fn print(format: Format, tracks: &[&JudgedTrack]) -> Result<(), Failure> {
     match format {
         Format::Table => output::write(&for_people(tracks)?),
@@ -21,7 +21,8 @@ pub fn print(format: Format, tracks: &[&JudgedTrack]) -> Result<(), Failure> {
     }
 }
 
-/// The verdict of the first method on each target with the stretches behind it, and a line for each method if several ran.
+/// Verdict of the first method on each target with the stretches behind it. If several methods ran, also one
+/// line for each.
 fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
     let mut text = String::new();
     for track in tracks {
@@ -50,7 +51,7 @@ fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// The line of a method, without the first cells that are skipped.
+/// Table row of a method, without the first `skipped` cells.
 fn row(track: &JudgedTrack, method: &JudgedMethod, skipped: usize) -> Vec<String> {
     let losses = method.losses();
     let lost: usize = losses.iter().map(ExactSizeIterator::len).sum();
@@ -66,7 +67,7 @@ fn row(track: &JudgedTrack, method: &JudgedMethod, skipped: usize) -> Vec<String
     cells[skipped..].to_vec()
 }
 
-/// Everything, with the first and last frame of each stretch.
+/// All results as JSON, with the first and last frame of each stretch.
 fn json(tracks: &[&JudgedTrack]) -> Value {
     let of_track = |track: &JudgedTrack| {
         let methods: Vec<Value> = track.methods.iter().map(|method| of_method(track, method)).collect();

@@ -1,7 +1,7 @@
-//! A line of the input: what is known of one frame.
+//! A line of the input: the data of one frame.
 //!
-//! The values of a line are read once it is known how long they are, so that a line takes no more memory than a few times its
-//! length.
+//! Lengths are checked before values are parsed, so that a line takes at most a few times its length in
+//! memory.
 
 use crate::dataset::DatasetError;
 use crate::dataset::text::read_at_most;
@@ -16,33 +16,33 @@ use std::path::PathBuf;
 /// Longest line in bytes: the largest frame in base64, and some boxes.
 pub(super) const MAX_LINE: usize = (MAX_PIXELS as usize) * 4 + (1 << 20);
 
-/// Longest line in bytes without a raw frame.
+/// Longest line without raw pixels, in bytes.
 const MAX_WITHOUT_DATA: usize = 1 << 20;
 /// Most numbers of a box, and most companions.
 const MAX_NUMBERS: usize = 2048;
 const MAX_COMPANIONS: usize = 256;
-/// Most bytes of the id of a target.
+/// Longest id of a target, in bytes.
 const MAX_ID: usize = 256;
 
-/// Why a line cannot be used.
+/// Reason why a line cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum LineError {
-    /// There is nothing in it.
+    /// The line is blank.
     #[error("the line is empty; a frame of which nothing is known is {{}}")]
     Empty,
-    /// It is longer than any frame.
+    /// The line is longer than the largest frame needs.
     #[error("the line is longer than {} MiB, or {} MiB with a raw frame's `data`", MAX_WITHOUT_DATA >> 20, MAX_LINE >> 20)]
     TooLong,
-    /// It is no JSON, or has other keys or types.
+    /// The line is not JSON, or has unknown keys or wrong types.
     #[error("not a line of this protocol: {0}")]
     Json(#[from] serde_json::Error),
-    /// The value of a key has another type.
+    /// The value of a key has a wrong type.
     #[error("{0}: {1}")]
     Value(&'static str, #[source] serde_json::Error),
-    /// A list is longer than any.
+    /// A list is too long; the number is the limit.
     #[error("{0}: a list of more than {1} values")]
     LongList(&'static str, usize),
-    /// The numbers of a box are no region.
+    /// The numbers of a box do not make a region.
     #[error("{0}: {1}; for a tracker that has no box, give null")]
     Region(&'static str, #[source] RegionError),
     /// The frame is neither text nor an object.
@@ -50,21 +50,21 @@ pub(super) enum LineError {
         "frame: want the path of an image, or {{\"raw\": {{\"width\", \"height\", \"format\", \"data\"}}}}"
     )]
     NoFrame,
-    /// The file of a frame cannot be read.
+    /// The file of the frame cannot be read.
     #[error("frame: {0}")]
     File(#[from] DatasetError),
-    /// The frame's bytes are no image.
+    /// The bytes of the frame are not an image.
     #[error("frame{}: {source}", name.as_ref().map(|name| format!(" {}", name.display())).unwrap_or_default())]
     Image {
-        /// Name of the frame's file.
+        /// File name of the frame; `None` for bytes in the line.
         name: Option<PathBuf>,
-        /// The fault.
+        /// Error of the decoder.
         source: ImageError,
     },
-    /// A raw frame has no bytes, or has them twice.
+    /// A raw frame has no bytes, or has both `data` and `path`.
     #[error("frame: give `data` or `path` of a raw frame, one of the two")]
     RawSource,
-    /// The id of a target is longer than any.
+    /// The id of a target is too long.
     #[error("id: a text of more than {MAX_ID} bytes")]
     LongId,
     /// There are too many targets.
@@ -72,10 +72,10 @@ pub(super) enum LineError {
         "{MAX_TARGETS} targets are followed already; one that is gone makes room: {{\"id\": 7, \"end\": true}}"
     )]
     TooMany,
-    /// The target that ends was not there.
+    /// The line ends a target that does not exist.
     #[error("no target of this id is followed")]
     NoTarget,
-    /// The monitor refuses the frame or its box.
+    /// The monitor refuses the frame or the box.
     #[error(transparent)]
     Monitor(#[from] MonitorError),
 }
@@ -83,21 +83,21 @@ pub(super) enum LineError {
 /// Numbers of a box: `x, y, w, h` or the corners of a polygon.
 type Numbers = Vec<Option<f64>>;
 
-/// A line as it is written, with the values in it that may be long.
+/// A parsed line. Values that may be long are still JSON text.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object, {\"key\": value, ...}")]
 pub(super) struct Line {
     frame: Option<Box<RawValue>>,
     #[serde(rename = "box")]
     numbers: Option<Box<RawValue>>,
-    /// The tracker's confidence.
+    /// Confidence of the tracker.
     pub confidence: Option<f64>,
     companions: Option<Box<RawValue>>,
-    /// Whether the tracker was started again with this box.
+    /// True if the tracker was restarted with this box.
     pub restart: Option<bool>,
-    /// The target that it is about, where it names one.
+    /// Id of the target; `None` if the line names none.
     pub id: Option<Id>,
-    /// Whether the target is followed no more.
+    /// True if the target is no longer followed.
     pub end: Option<bool>,
 }
 
@@ -108,20 +108,20 @@ struct RawFrame<'a> {
     raw: &'a RawValue,
 }
 
-/// A frame without a header.
+/// A frame of raw pixels.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object, {\"key\": value, ...}")]
 struct Raw {
     width: u32,
     height: u32,
     format: PixelFormat,
-    /// The bytes in base64.
+    /// Pixels in base64.
     data: Option<String>,
-    /// The file of the bytes.
+    /// File of the pixels.
     path: Option<PathBuf>,
 }
 
-/// Reads an object. A list of its values in their order, which would be read too otherwise, is none.
+/// Parses a JSON object. serde would also accept an array of the values in order, which is refused here.
 fn object<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
     match text.trim_ascii_start().first() {
         Some(b'[') => Err(Error::invalid_type(Unexpected::Seq, &"an object, {\"key\": value, ...}")),
@@ -129,14 +129,14 @@ fn object<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
     }
 }
 
-/// Reads the list of a key.
+/// Parses the list of a key, with at most `most` items.
 fn list<T: DeserializeOwned>(key: &'static str, value: &RawValue, most: usize) -> Result<Vec<T>, LineError> {
     let values: Vec<T> = serde_json::from_str(value.get()).map_err(|e| LineError::Value(key, e))?;
     if values.len() > most { Err(LineError::LongList(key, most)) } else { Ok(values) }
 }
 
 impl Line {
-    /// Reads a line.
+    /// Parses a line.
     pub fn read(line: &[u8]) -> Result<Self, LineError> {
         if line.len() > MAX_LINE {
             return Err(LineError::TooLong);
@@ -161,13 +161,13 @@ impl Line {
         }
     }
 
-    /// The tracker's box, whose top left pixel is `base`; `None` where it has none.
+    /// Box of the tracker, with `base` the number of the top left pixel; `None` without a box.
     pub fn region(&self, base: f64) -> Result<Option<Region>, LineError> {
         let read = |value: &RawValue| region("box", list("box", value, MAX_NUMBERS)?, base);
         self.numbers.as_deref().map_or(Ok(None), read)
     }
 
-    /// The boxes of companions; one that has none is nowhere.
+    /// Boxes of the companions. One without a box has a region outside of every frame.
     pub fn companions(&self, base: f64) -> Result<Vec<Region>, LineError> {
         const KEY: &str = "companions";
         let Some(value) = &self.companions else { return Ok(Vec::new()) };
@@ -179,7 +179,7 @@ impl Line {
         boxes.into_iter().map(read).collect()
     }
 
-    /// The frame.
+    /// Decodes the frame; `None` if the line has none.
     pub fn frame(self) -> Result<Option<Frame>, LineError> {
         let Some(value) = self.frame else { return Ok(None) };
         let text = value.get();
@@ -210,7 +210,7 @@ impl Raw {
     }
 }
 
-/// The region of a box; `None` if one of its numbers is none.
+/// Region of a box; `None` if one of its numbers is null.
 fn region(key: &'static str, numbers: Numbers, base: f64) -> Result<Option<Region>, LineError> {
     if numbers.len() > MAX_NUMBERS {
         return Err(LineError::LongList(key, MAX_NUMBERS));
@@ -222,8 +222,8 @@ fn region(key: &'static str, numbers: Numbers, base: f64) -> Result<Option<Regio
     Region::from_numbers(&numbers).map(Some).map_err(|source| LineError::Region(key, source))
 }
 
-/// The line with `null` for the word `NaN` and a number that is out of range for `Infinity`, which Python writes and JSON does
-/// not know; `None` if it has none outside of texts.
+/// The line with `null` for `NaN` and a number out of range for `Infinity`, both of which Python writes
+/// though JSON lacks them. `None` if there are none outside of strings.
 fn without_nan(line: &[u8]) -> Option<Vec<u8>> {
     let (mut out, mut rest) = (Vec::with_capacity(line.len()), line);
     let (mut in_text, mut found) = (false, false);
@@ -254,7 +254,7 @@ mod tests {
         Line::read(text.as_bytes())
     }
 
-    /// The error of a line, in whatever part of it.
+    /// Error message of a line, whichever part is wrong.
     fn told(text: &str) -> String {
         let parts = |line: Line| {
             line.region(0.0)?;

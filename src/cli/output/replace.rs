@@ -1,5 +1,5 @@
-//! Outputs replace files that the user names, but no file that the same command reads, or writes under another option,
-//! whatever it is called there.
+//! Protection of files: an output may replace the file that the user names, but not a file that the same
+//! command reads or writes under another option, even by another name.
 
 use crate::cli::Failure;
 use crate::dataset::files::is_image;
@@ -7,7 +7,7 @@ use crate::engine::store;
 use crate::user_file;
 use std::path::{Path, PathBuf};
 
-/// A file or a folder, the same for every path and link that leads to it.
+/// A file or a folder, identified independently of the path or link that leads to it.
 #[derive(Debug, PartialEq, Eq)]
 enum Place {
     #[cfg(unix)]
@@ -16,7 +16,8 @@ enum Place {
 }
 
 impl Place {
-    /// The place of what is there, or is to be made in a folder; `None` for devices and pipes, which nothing replaces.
+    /// Identifies a file that exists or would be created; `None` for devices and pipes, which are never
+    /// replaced.
     fn of(path: &Path) -> Option<Self> {
         match path.metadata() {
             Ok(about) if !about.is_file() && !about.is_dir() => None,
@@ -34,19 +35,20 @@ impl Place {
         }
     }
 
-    /// The folder of an image: images in a folder of images have the names of these.
+    /// Folder of an image, since annotated images get the names of the frames.
     fn around(image: &Path) -> Option<Self> {
         Some(image).filter(|image| is_image(image)).and_then(|image| Self::of(store::folder_of(image)))
     }
 }
 
-/// An option with the file or folder that is written.
+/// An option with the file or folder that it writes.
 pub type Output = (&'static str, PathBuf);
 
 /// Checks outputs before anything is computed.
 ///
 /// # Errors
-/// `Io` for a file in no folder; `Usage` for the name `-`, and for two options that name one file.
+/// `Io` for a file whose folder does not exist; `Usage` for the name `-`, and for two options that name one
+/// file.
 pub fn check_outputs(outputs: &[Output]) -> Result<(), Failure> {
     let mut places: Vec<(Place, &Output)> = Vec::new();
     for output in outputs {
@@ -70,10 +72,11 @@ pub fn check_outputs(outputs: &[Output]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Checks that outputs leave what the command reads as it is: a file, a folder, and the files in an output that is a folder.
+/// Checks that outputs do not replace inputs of the command: a file, a folder, or the files in an output
+/// folder.
 ///
 /// # Errors
-/// `Usage` for the first output that would not.
+/// `Usage` for the first output that would replace an input.
 pub fn check_inputs<'o, 'a>(
     outputs: &'o [Output],
     inputs: impl IntoIterator<Item = (&'static str, &'a Path)>,

@@ -1,4 +1,4 @@
-//! `trackfail run --dry-run`: what a run would do, and how long it may take.
+//! `trackfail run --dry-run`: shows what a run would do, and how long it may take.
 
 use super::{Args, print};
 use crate::cli::Failure;
@@ -11,8 +11,8 @@ use crate::engine::{ExperimentPlan, Shard};
 use indicatif::HumanDuration;
 use std::time::Duration;
 
-/// Prints a summary of the work and, with `--verbose`, every cell with its state in the store and the reason for it. CSV and
-/// JSON have the cells without the summary, and reasons only with `--verbose`. With `--shard` shares stand in place of cells.
+/// Prints a summary of the work. With `--verbose`, also each cell with its state in the store and the reason.
+/// CSV and JSON have the cells without the summary; with `--shard`, shares replace cells.
 ///
 /// # Errors
 /// When the store cannot be read, or stdout cannot be written to.
@@ -34,7 +34,7 @@ pub fn run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
     }
 }
 
-/// The work in a few lines.
+/// Summary of the work, in a few lines.
 fn summary(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> String {
     let experiment = plan.experiment;
     let left = standing.remaining(args.shard);
@@ -77,19 +77,19 @@ fn summary(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> S
     lines.join("\n") + "\n"
 }
 
-/// Number of threads that a run would have.
+/// Number of threads that a run would use.
 fn threads(args: &Args) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     args.jobs.map_or_else(cores, usize::from)
 }
 
-/// The time that work of so many seconds on one core takes.
+/// Time for work that takes `seconds` on one core, in words.
 fn span(args: &Args, seconds: f64) -> String {
     let time = Duration::try_from_secs_f64(seconds / threads(args) as f64);
     time.map_or_else(|_| "an unknown time".to_string(), |time| HumanDuration(time).to_string())
 }
 
-/// The state of every cell, and why it is that, where that is asked for.
+/// Prints the state of each cell, and the reasons if they are given.
 fn cells(
     args: &Args,
     plan: &ExperimentPlan<'_>,
@@ -111,7 +111,7 @@ fn cells(
     output::print(args.format, &headings, &rows.collect::<Vec<Vec<String>>>())
 }
 
-/// Every share of the work: whether it is done, and how long the rest of it may take.
+/// Prints each share of the work: if it is done, and how long the rest may take.
 fn shares(args: &Args, standing: &Standing<'_>, of: u32) -> Result<(), Failure> {
     let all: Vec<Remaining> = (1..=of).map(|number| standing.remaining(Some(Shard { number, of }))).collect();
     let row = |(number, left): (u32, &Remaining)| {

@@ -1,4 +1,4 @@
-//! Output of `trackfail run`, and the verb's exit after its results are written.
+//! Output of `trackfail run`, and its exit code after the results are written.
 
 use super::Args;
 use crate::cli::output::{self, Format};
@@ -13,10 +13,10 @@ use crate::spec::Experiment;
 use crate::table::render;
 use std::path::Path;
 
-/// The leaderboard that the repository keeps, below its reports.
+/// Path of the leaderboard that comes with the repository, below its reports.
 const LEADERBOARD: &str = "benchmark/leaderboard.html";
 
-/// Largest number of failed cells that are listed.
+/// Most failed cells that are listed.
 const MAX_LISTED: usize = 50;
 
 /// Prints a line on stderr, unless the run is quiet.
@@ -26,14 +26,14 @@ pub fn note(args: &Args, line: &str) {
     }
 }
 
-/// Prints what is wrong with records of the store.
+/// Prints reports of damaged records in the store.
 pub fn store_problems(store: &Store) {
     for problem in store.problems() {
         output::note(&format!("warning: {problem}"));
     }
 }
 
-/// Lines about cells without a result, those of one reason together; `rest` says where those are that are too many.
+/// Lines on cells without a result, grouped by reason; `rest` tells where to find those beyond the limit.
 fn listed(failed: &[FailedCell], rest: &str) -> Vec<String> {
     let groups = unfinished::groups(failed);
     let word = |missing: bool| if missing { "not there" } else { "failed" };
@@ -43,7 +43,8 @@ fn listed(failed: &[FailedCell], rest: &str) -> Vec<String> {
     line.chain(more).collect()
 }
 
-/// The number of results that are not there, in words: `2 of 9 cells failed`, `1 track is not there`. `done` cells have one.
+/// Number of results that are lacking, in words: `2 of 9 cells failed`, `1 track is not there`. `done` is the
+/// number of cells with a result.
 fn amount(failed: &[FailedCell], done: usize, missing: bool) -> String {
     let of = |kind: &str| failed.iter().filter(|cell| unfinished::what(cell) == kind).count();
     let (n, tracks, analyses) = (failed.len(), of("tracks"), of("analyses"));
@@ -62,7 +63,8 @@ fn amount(failed: &[FailedCell], done: usize, missing: bool) -> String {
     }
 }
 
-/// The number of results that are not there, with their common reason, or else the first one; `None` if none lacks.
+/// Message with the number of lacking results and their common reason, or the first one; `None` if none is
+/// lacking.
 fn message(failed: &[FailedCell], done: usize) -> Option<String> {
     let FailedCell { sequence, tracker, method, reason, missing, .. } = failed.first()?;
     let amount = amount(failed, done, *missing);
@@ -76,7 +78,8 @@ fn message(failed: &[FailedCell], done: usize) -> Option<String> {
     })
 }
 
-/// Ends a run or a share that has `done` cells: success, or why the results are not complete.
+/// Ends a run or a share with `done` finished cells: success, or a failure that says why the results are
+/// incomplete.
 fn complete(args: &Args, name: &str, failed: &[FailedCell], done: usize) -> Result<(), Failure> {
     let (absent, broken): (Vec<FailedCell>, Vec<_>) = failed.iter().cloned().partition(|cell| cell.missing);
     let others = absent.iter().filter(|cell| unfinished::what(cell) == "cells").count();
@@ -89,10 +92,10 @@ fn complete(args: &Args, name: &str, failed: &[FailedCell], done: usize) -> Resu
     }
 }
 
-/// Prints what a share has computed.
+/// Prints the result of a share.
 ///
 /// # Errors
-/// `Cells` if cells failed, `Data` if some have no data.
+/// `Cells` if cells failed, `Data` if some lack data.
 pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOutcome) -> Result<(), Failure> {
     let (name, Shard { number, of }) = (&experiment.name, shard);
     let told = format!("{} cells; run without --shard for the tables", done.done);
@@ -102,7 +105,7 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
     complete(args, name, &failed, done.done)
 }
 
-/// Prints the rows of `measures.csv`, each behind the name of the experiment.
+/// Prints the rows of `measures.csv`, with the name of the experiment as the first column.
 pub fn measures(results: &Results, format: Format) -> Result<(), Failure> {
     let bytes = store::read(&results.folder.join(results::measures::FILE.name)).map_err(Failure::io)?;
     let (mut headings, mut rows) = results::texts_from_csv(bytes).map_err(Failure::io)?;
@@ -112,10 +115,11 @@ pub fn measures(results: &Results, format: Format) -> Result<(), Failure> {
     output::print(format, &headings, &rows)
 }
 
-/// Columns of the terminal that a summary fills, and most rows of its table.
+/// Columns of a terminal that a summary fills, and most rows of its table.
 const SCREEN: (usize, usize) = (100, 30);
 
-/// Prints the answer, the table that it is from, how claims stand, failed cells, and where everything is.
+/// Prints the verdict, the table behind it, the outcomes of claims, failed cells, and the paths of all
+/// outputs.
 pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Result<(), Failure> {
     let ((width, height), failed) = (SCREEN, &results.manifest.cells_failed);
     let head = format!("{}: {}", results.experiment.name, results.experiment.title);
@@ -145,10 +149,10 @@ pub fn summary(results: &Results, written: &WrittenReport, index: &Path) -> Resu
     output::write(&text)
 }
 
-/// Ends a run whose results are written: success, or why they are not complete.
+/// Ends a run whose results are written: success, or a failure that says why they are incomplete.
 ///
 /// # Errors
-/// `Cells`, `Data` or `Expectation`.
+/// `Cells`, `Data` or `Expectation`, by the first problem.
 pub fn judge(args: &Args, results: &Results, findings: &[Finding]) -> Result<(), Failure> {
     let (name, manifest) = (&results.experiment.name, &results.manifest);
     complete(args, name, &manifest.cells_failed, manifest.cells_done)?;

@@ -1,4 +1,4 @@
-//! A soft assignment of colors to the basic color terms: ten numbers a color.
+//! A soft assignment of colors to the basic color terms: ten numbers per color.
 //!
 //! ```text
 //! p_k = exp(-|Lab - Lab_k|^2 / (2 s^2)) / sum_j exp(-|Lab - Lab_j|^2 / (2 s^2))        k = 0..11, s = 20
@@ -9,17 +9,18 @@
 //! have one typical sRGB color, [`TERMS`]; distances are Euclidean in CIE L*a*b* (D65). As the `p_k` sum to 1, the last
 //! one, gray, is left out; values are in `[-1/11, 10/11]`.
 //!
-//! This stands in for the color names of van de Weijer et al. ("Learning color names for real-world applications", TIP
-//! 18(7), 2009) in the ten-dimensional form of Danelljan et al. (CVPR 2014), a table learned from images that has no
-//! part in this project. Colors are quantized like there: 32 levels a channel, in the middle of each.
+//! This replaces the color names of van de Weijer et al. ("Learning color names for real-world applications",
+//! TIP 18(7), 2009) in the ten-dimensional form of Danelljan et al. (CVPR 2014), a table learned from images
+//! that is not part of this project. Colors are quantized as there: 32 levels per channel, at the middle of
+//! each.
 
 use std::sync::OnceLock;
 
 /// Number of values per color.
 pub const NAMES: usize = 10;
-/// Deviation of the assignment, in units of L*a*b*.
+/// Standard deviation `s` of the assignment, in units of L*a*b*.
 const SPREAD: f64 = 20.0;
-/// Quantized levels of a channel.
+/// Number of quantized levels per channel.
 const LEVELS: usize = 32;
 /// The typical color of each term, sRGB.
 pub const TERMS: [[f64; 3]; NAMES + 1] = [
@@ -65,11 +66,11 @@ fn assign(color: [f64; 3], terms: &[[f64; 3]; NAMES + 1]) -> [f64; NAMES] {
     std::array::from_fn(|k| weights[k] / sum - 1.0 / (NAMES + 1) as f64)
 }
 
-/// Table of the ten values of every quantized color.
+/// Table with ten values for each quantized color.
 pub struct ColorNames(Vec<[f32; NAMES]>);
 
 impl ColorNames {
-    /// The table; the first call computes it.
+    /// Returns the table. The first call computes it.
     pub fn table() -> &'static Self {
         static TABLE: OnceLock<ColorNames> = OnceLock::new();
         TABLE.get_or_init(|| {
@@ -93,7 +94,7 @@ mod tests {
     use super::*;
     use trackfail_testing::assert_near;
 
-    /// The ten values of a color that is not quantized.
+    /// Ten values of a color, without quantization.
     fn names(rgb: [f64; 3]) -> [f64; NAMES] {
         assign(lab(rgb), &TERMS.map(lab))
     }

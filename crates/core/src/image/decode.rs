@@ -1,9 +1,10 @@
 //! Decoding of JPEG and PNG images that are complete.
 //!
-//! The structure of the bytes is walked first, up to the end-of-image marker (JPEG) or the `IEND` chunk (PNG); bytes
-//! after it are tolerated. A file that is cut, with or without an end marker behind the cut, is an error, and so is
-//! one whose codes are damaged. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB; alpha is dropped, not
-//! blended. A frame is upright: it is turned and mirrored as the file's Exif orientation says, as OpenCV and browsers do.
+//! The structure of the file is checked first, up to the end-of-image marker (JPEG) or the `IEND` chunk
+//! (PNG); bytes after that are tolerated. A truncated file is an error, even if an end marker was added, as
+//! is a file with damaged codes. Gray, palette, CMYK, 16-bit and alpha images become 8-bit RGB; alpha is
+//! dropped, not blended. A frame is turned and mirrored by the Exif orientation of the file, as in OpenCV and
+//! browsers.
 //!
 //! A few bytes can claim to be an image of any size. So before memory is allocated, the size in the header is checked
 //! against [`MAX_SIDE`] and [`MAX_PIXELS`], against the fewest bytes that so many pixels can be packed into, and against
@@ -26,17 +27,17 @@ pub const MAX_SIDE: u32 = 16_384;
 pub const MAX_PIXELS: u64 = 50_000_000;
 /// Largest image file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 64 << 20;
-/// Most memory that decoding a frame takes, in bytes: the file and its copy for the decoder, what the decoder keeps, and
+/// Most memory for decoding a frame, in bytes: the file, its copy for the decoder, memory of the decoder, and
 /// the frame.
 pub const MAX_MEMORY: u64 = 200_000_000;
-/// Memory of the PNG decoder beside the pixels: rows.
+/// Memory of the PNG decoder for rows, in bytes, beside the pixels.
 const PNG_ROWS: u64 = 4 << 20;
 
 /// Decodes a JPEG or PNG image.
 ///
 /// # Errors
-/// Bytes of another format, a cut or damaged image, sizes above [`MAX_SIDE`] or [`MAX_PIXELS`], more pixels than so few
-/// bytes can be, and what takes more than [`MAX_MEMORY`].
+/// Bytes of another format, a truncated or damaged image, sizes above [`MAX_SIDE`] or [`MAX_PIXELS`], more
+/// pixels than the bytes can hold, and images that need more than [`MAX_MEMORY`].
 pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
     let header = header(bytes)?;
     let rgb = if jpeg::is_jpeg(bytes) { decode_jpeg(bytes, &header)? } else { decode_png(bytes)? };
@@ -49,7 +50,7 @@ pub fn decode(bytes: &[u8]) -> Result<Frame, ImageError> {
     Ok(Frame::new(width, height, upright.into_rgb8().into_raw()))
 }
 
-/// Width and height in pixels, from the structure of the file alone.
+/// Width and height in pixels, from the structure of the file, without decoding.
 ///
 /// # Errors
 /// As [`decode`], except that the pixels are not checked.
@@ -57,26 +58,26 @@ pub fn size(bytes: &[u8]) -> Result<(usize, usize), ImageError> {
     Ok(header(bytes)?.size())
 }
 
-/// Facts of a file that are known before it is decoded.
+/// Facts about a file that are known before it is decoded.
 struct Header {
-    /// Whether each scan of a JPEG file refines those before it.
+    /// True if the scans of a JPEG file refine earlier ones.
     is_progressive: bool,
-    /// The scans of a JPEG file, each from its marker to the end of its data.
+    /// Scans of a JPEG file, each from its marker to the end of its data.
     scans: Vec<Range<usize>>,
-    /// Sides of the image as it is stored, before it is turned.
+    /// Size of the image as it is stored, before it is turned.
     width: u32,
     height: u32,
-    /// How the stored image becomes upright.
+    /// Rotation and mirroring that make the stored image upright.
     orientation: Orientation,
-    /// Bytes that hold the pixels, and the fewest that can hold so many.
+    /// Number of bytes that hold the pixels, and the fewest that could.
     packed: u64,
     least: u64,
-    /// Bytes that the pixels take beside the file: in the decoder, and as a frame.
+    /// Memory for the pixels in bytes, in the decoder and as a frame.
     memory: u64,
 }
 
 impl Header {
-    /// Width and height of the frame.
+    /// Width and height of the upright frame.
     fn size(&self) -> (usize, usize) {
         let (width, height) = (self.width as usize, self.height as usize);
         match self.orientation {
@@ -88,7 +89,7 @@ impl Header {
         }
     }
 
-    /// The header, if the image may be decoded.
+    /// Checks that the image may be decoded, and returns the header.
     fn check(self, bytes: &[u8]) -> Result<Self, ImageError> {
         let Self { width, height, packed, .. } = self;
         if width == 0 || height == 0 {
@@ -111,7 +112,7 @@ impl Header {
     }
 }
 
-/// The orientation that an Exif block names; none is upright, as is one that is no number from 1 to 8.
+/// Orientation in an Exif block. A missing or invalid number means upright.
 fn orientation(exif: Option<&[u8]>) -> Orientation {
     exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
@@ -128,7 +129,7 @@ fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     }
 }
 
-/// RGB of a JPEG file.
+/// Decodes a JPEG file to RGB.
 fn decode_jpeg(bytes: &[u8], header: &Header) -> Result<Vec<u8>, ImageError> {
     let end = header.scans.last().map_or(bytes.len(), |scan| scan.end);
     if !header.is_progressive && header.scans.len() > 1 {
@@ -139,7 +140,7 @@ fn decode_jpeg(bytes: &[u8], header: &Header) -> Result<Vec<u8>, ImageError> {
     decode_scans(&[&bytes[..end], &jpeg::STOP, &jpeg::END].concat())
 }
 
-/// RGB of a JPEG file with [`jpeg::STOP`] behind its last scan.
+/// Decodes a JPEG file with [`jpeg::STOP`] after its last scan to RGB.
 fn decode_scans(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
     let fail = |e: zune_jpeg::errors::DecodeErrors| ImageError::Decode(e.to_string());
     let options = DecoderOptions::default().set_strict_mode(true);
@@ -153,7 +154,7 @@ fn decode_scans(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
     Ok(if gray { pixels.into_iter().flat_map(|value| [value; 3]).collect() } else { pixels })
 }
 
-/// RGB of a PNG file.
+/// Decodes a PNG file to RGB.
 fn decode_png(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
     let fail = |e: ::image::ImageError| ImageError::Decode(e.to_string());
     let mut limits = ::image::Limits::no_limits();
@@ -193,7 +194,7 @@ mod tests {
         assert_eq!(size(&encode(&picture(), ImageFormat::Png)).unwrap(), (37, 23));
     }
 
-    /// An Exif block with an orientation, in either order of bytes.
+    /// Exif block with an orientation, in either byte order.
     fn exif(orientation: u8, big_endian: bool) -> Vec<u8> {
         if big_endian {
             [b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", &[orientation][..], &[0; 6]].concat()
@@ -202,7 +203,7 @@ mod tests {
         }
     }
 
-    /// A file with an Exif block: behind the start of a JPEG, before the end of a PNG.
+    /// File with an Exif block: after the start of a JPEG, before the end of a PNG.
     fn with_exif(file: &[u8], block: &[u8]) -> Vec<u8> {
         if jpeg::is_jpeg(file) {
             let body = [b"Exif\0\0", block].concat();
@@ -280,7 +281,8 @@ mod tests {
         ("optimized", include_bytes!("decode/samples/optimized.jpg")),
     ];
 
-    /// Whether each length to which a JPEG file is cut, and given an end marker, is refused or has the same pixels.
+    /// Lengths at which a JPEG file, truncated and given an end marker, is decoded. The pixels must then be
+    /// the same.
     fn cuts_with_an_end(bytes: &[u8]) -> Vec<usize> {
         let whole = decode(bytes).unwrap();
         let ended = |n: usize| [&bytes[..n], &jpeg::END].concat();
@@ -323,8 +325,9 @@ mod tests {
         assert_eq!(decode(&commented).unwrap(), decode(&whole).unwrap());
     }
 
-    /// A sequential JPEG file with a scan for each of its three components, 64x64 pixels of one color, and where the data
-    /// of the scans end; the first component has this many samples to one of the others.
+    /// Sequential JPEG file of 64x64 pixels of one color, with one scan for each of three components, and the
+    /// ends of the scans' data. `sampling` is the number of samples of the first component per sample of the
+    /// others.
     fn a_scan_a_component(sampling: u8) -> (Vec<u8>, Vec<usize>) {
         let flat = encode(&DynamicImage::from(RgbImage::new(64, 64)), ImageFormat::Jpeg);
         let scan = flat.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap();
@@ -378,7 +381,7 @@ mod tests {
         }
     }
 
-    /// A JPEG file with another size in its header.
+    /// JPEG file with another size in its header.
     fn resized(bytes: &[u8], width: u16, height: u16) -> Vec<u8> {
         let at = bytes.windows(2).position(|w| w[0] == 0xFF && matches!(w[1], 0xC0 | 0xC2)).unwrap();
         let mut bytes = bytes.to_vec();
@@ -486,7 +489,7 @@ mod tests {
         assert!(matches!(decoded, Err(ImageError::TooLarge { width: 16_385, .. })));
     }
 
-    /// A chunk of a PNG file.
+    /// Builds a chunk of a PNG file.
     fn chunk(kind: &[u8], data: &[u8]) -> Vec<u8> {
         let body = [kind, data].concat();
         let mut crc = flate2::Crc::new();

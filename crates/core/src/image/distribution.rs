@@ -11,22 +11,22 @@
 //! with `g` Gaussians cut to an odd support and normalized. Layer smoothing loses the mass that leaves
 //! `0..M`; it is spread evenly over the layers, so that every pixel keeps its mass.
 //!
-//! Only differences of two fields are needed. What both share cancels: a border of uniform distributions
-//! and a border of zeros give the same distance. The work, a column of pixels at a time:
+//! Only differences of two fields are needed. Common parts cancel: a border of uniform distributions and a
+//! border of zeros give the same distance. The work is done column by column:
 //!
 //! - *Across and over layers* (`strip`): each pixel adds a stamp to the columns around it. Windows above
 //!   each other share a strip, and with it this step.
 //! - *Down* (`distance`): the difference of two columns is smoothed, and its absolute values are summed.
 //!
-//! Layers lie eight a chunk. For each eight rows a mask tells which chunks anything near may reach; the others
-//! are not looked at. Where only one of two fields reaches a chunk, all differences have one sign, and one sum
-//! stands for all of them.
+//! Layers are stored in chunks of eight. For each group of eight rows, a mask lists the chunks that pixels
+//! nearby can reach; the others are skipped. If only one of two fields reaches a chunk, all differences have
+//! the same sign, and the absolute value of a single sum suffices.
 //!
-//! All is in `f32`. Weights are multiples of 2^-24, and their sums are exact; what is left is the rounding of
-//! the weights (each sum of outer weights is within 2^-25) and of eight fused multiplications a pixel. The
-//! distance differs by less than 1e-6 of its value from that in `f64`, in practice by about 1e-8; a property
-//! in the tests compares the two. Windows that smoothing makes equal almost everywhere are the exception: the
-//! error is below 1e-6 of `w * h` there.
+//! All numbers are `f32`. Weights are multiples of 2^-24, and their sums are exact. The remaining errors come
+//! from the rounding of the weights (each sum of outer weights is within 2^-25) and of eight fused
+//! multiplications per pixel. The distance differs by less than 1e-6 of its value from that in `f64`, in
+//! practice by about 1e-8; a property in the tests compares the two. Windows that smoothing makes equal
+//! almost everywhere are the exception: the error is below 1e-6 of `w * h` there.
 //!
 //! Each value is computed by the same operations whatever the processor has: the vector units of AVX2 and
 //! AVX-512 only compute several at once, and a fused multiplication is exact in `f64` without its instruction.
@@ -40,16 +40,16 @@ mod strip;
 use distance::{Column, Distance, Down};
 use strip::{Stamps, Strip};
 
-/// Distributions beyond the border of a window.
+/// Distributions assumed beyond the border of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Border {
-    /// The same distribution for every window (uniform, zero): it cancels.
+    /// A distribution common to all windows (uniform or zero), which cancels.
     Common,
-    /// The window's own border pixels, repeated.
+    /// The border pixels of the window itself, repeated.
     Replicate,
 }
 
-/// One spatial smoothing with the layer smoothing that goes with it.
+/// A spatial smoothing, with its layer smoothing.
 #[derive(Debug, Clone)]
 pub struct Smoothing {
     border: Border,
@@ -57,7 +57,7 @@ pub struct Smoothing {
     down: Down,
 }
 
-/// A Gaussian cut to `2 * radius + 1` samples and normalized; weights for offsets `0..=radius`.
+/// Half of a Gaussian kernel of `2 * radius + 1` samples, normalized: weights for offsets `0..=radius`.
 ///
 /// `sigma` is in samples and above 0.
 pub fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
@@ -66,10 +66,11 @@ pub fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
     raw.iter().map(|g| g / sum).collect()
 }
 
-/// Weights are multiples of 2^-24.
+/// Weights are multiples of `1 / UNITS`.
 const UNITS: u32 = 1 << 24;
 
-/// A half kernel in whole units that are `total` together, each sum of outer weights within half a unit.
+/// Converts a half kernel to integer weights with the sum `total`. Each sum of outer weights is within half a
+/// unit.
 fn whole(half: &[f64], total: u32) -> Vec<u32> {
     let mut units = vec![0; half.len()];
     let (mut beyond, mut taken) = (0.0, 0);
@@ -84,28 +85,28 @@ fn whole(half: &[f64], total: u32) -> Vec<u32> {
 }
 
 impl Smoothing {
-    /// Smoothing of planes with `layers` (1 to 256) layers by half kernels as [`gaussian`] gives them:
-    /// horizontal, vertical and over the layers.
+    /// Smoothing of planes with `layers` (1 to 256) layers. The half kernels, as [`gaussian`] gives them, are
+    /// horizontal, vertical and over layers.
     pub fn new(layers: usize, across: &[f64], down: &[f64], over_layers: &[f64], border: Border) -> Self {
         Self { border, stamps: Stamps::new(layers, across, over_layers), down: Down::new(down) }
     }
 }
 
-/// A window: rows of a strip, from `top` on.
+/// A window: rows of a strip, starting at `top`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patch {
-    /// Which of the strips.
+    /// Index of the strip.
     pub strip: usize,
-    /// Its first row.
+    /// First row of the window within the strip.
     pub top: usize,
 }
 
-/// Buffers for [`FieldDistance::l1`]; they grow to the largest window seen and are then reused.
+/// Buffers for [`FieldDistance::l1`]. They grow to the largest window so far and are reused.
 #[derive(Debug, Default)]
 pub struct FieldDistance {
     strips: Vec<Strip>,
     distance: Distance,
-    /// Masks of the groups of rows of the target and of one other window.
+    /// Masks of the row groups of the target and of one other window.
     groups: [Vec<u8>; 2],
 }
 
@@ -113,8 +114,8 @@ impl FieldDistance {
     /// Adds to `sums[a]` the L1 distance between the smoothed fields of the window `target` and of
     /// `others[a]`, summed over pixels and layers; between 0 and `2 * w * h`.
     ///
-    /// Windows are `w` wide and `h` high. A strip is `w` wide and any number of rows high; its layers
-    /// stand column by column. Entries of `others` that are `None` are left alone.
+    /// Windows are `w` wide and `h` high. A strip is `w` wide and any number of rows high; its layers are
+    /// stored column by column. Entries of `others` that are `None` leave their sum unchanged.
     pub fn l1(
         &mut self,
         smoothing: &Smoothing,

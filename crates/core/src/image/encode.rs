@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 /// A frame as a lossless PNG file; the same frame gives the same bytes.
 ///
 /// # Errors
-/// When the encoder refuses.
+/// An error of the encoder.
 pub fn encode_png(frame: &Frame) -> Result<Vec<u8>, ImageError> {
     let mut bytes = Vec::new();
     let size = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);

@@ -11,11 +11,11 @@
 //! one above. `I`, `J` are the gray values, `Ix`, `Iy` derivatives by Scharr's filter. Places are in pixels and count
 //! from the center of the first pixel, unlike those of [`crate::region`], which count from its edge.
 //!
-//! The numbers are those of OpenCV's `calcOpticalFlowPyrLK`, whose rounding is followed: values and derivatives are
-//! interpolated with weights of 14 bits and kept to 1/32 of a gray value, a level ends early when two steps cancel, and
-//! images repeat without their border pixel (`BORDER_REFLECT_101`) while derivatives beyond them are 0. All sums over
-//! pixels are sums of integers, so that every processor gives the same bits. Deviation: what is computed once for a
-//! point is in `f64`, OpenCV has `f32`; places differ by about 1e-4 pixels.
+//! Numbers and rounding are those of OpenCV's `calcOpticalFlowPyrLK`: values and derivatives are interpolated
+//! with weights of 14 bits and kept to 1/32 of a gray value, a level ends early when two steps cancel, and
+//! images are mirrored without repeating the border pixel (`BORDER_REFLECT_101`), while derivatives beyond
+//! them are 0. All sums over pixels are sums of integers, so that every processor gives the same bits.
+//! Deviation: computations per point use `f64` instead of OpenCV's `f32`; places differ by about 1e-4 pixels.
 
 mod pyramid;
 
@@ -25,18 +25,18 @@ use crate::num::integer;
 use multiversion::multiversion;
 use pyramid::Level;
 
-/// Bits of the weights of an interpolation.
+/// Bits of an interpolation weight.
 const WEIGHT_BITS: u32 = 14;
-/// Bits of an interpolated gray value beyond whole numbers.
+/// Fractional bits of an interpolated gray value.
 const VALUE_BITS: u32 = 5;
-/// Makes sums of products of derivatives and values numbers of about the size of gray values.
+/// Scale that brings sums of products of derivatives and values to the size of gray values.
 const SCALE: f64 = 1.0 / (1 << 20) as f64;
-/// Least eigenvalue of G a pixel of the window; below, the window has too little texture to be followed.
+/// Least eigenvalue of G per pixel of the window. Below it, the window has too little texture to be followed.
 const MIN_EIGENVALUE: f64 = 1e-4;
-/// Largest size of a window, so that the sum of a row of it fits 32 bits.
+/// Largest side of a window. A row sum then fits in 32 bits.
 pub const MAX_WINDOW: usize = 63;
 
-/// A place: column and row.
+/// A place in the image: column and row.
 pub type Point = (f64, f64);
 
 /// Settings of the method.
@@ -44,25 +44,25 @@ pub type Point = (f64, f64);
 pub struct LucasKanade {
     /// Side of the window in pixels, odd, 3 to [`MAX_WINDOW`].
     pub window: usize,
-    /// Steps a level, at most.
+    /// Most steps per level.
     pub iterations: usize,
-    /// Length of the step, in pixels of the level, that ends a level.
+    /// Length of a step, in pixels of the level, at which the level ends.
     pub epsilon: f64,
 }
 
-/// Buffers of one window.
+/// Buffers for one window.
 struct Window {
     side: usize,
-    /// Pixels of a block of an image.
+    /// Pixels of a block of the image.
     block: Vec<i32>,
     /// Derivatives at whole pixels.
     slopes: Vec<[i32; 2]>,
-    /// The window's values in the first image, in 1/32, and its derivatives.
+    /// Values of the window in the first image, in 1/32, and its derivatives.
     values: Vec<i32>,
     gradients: Vec<[i32; 2]>,
 }
 
-/// The matrix G of a window, inverted.
+/// Inverse of the matrix G of a window.
 struct Inverse {
     xx: f64,
     xy: f64,
@@ -71,7 +71,7 @@ struct Inverse {
 }
 
 impl LucasKanade {
-    /// The place in `to` of each point of `from`; `None` where it has left the image, or its window has no texture.
+    /// Place in `to` of each point of `from`; `None` if it left the image or its window has no texture.
     ///
     /// The pyramids should have the same size and number of levels; if not, the levels that both have are used.
     pub fn follow(&self, from: &Pyramid, to: &Pyramid, points: &[Point]) -> Vec<Option<Point>> {
@@ -113,7 +113,8 @@ impl LucasKanade {
         place
     }
 
-    /// The steps of a level from `guess` on; whether the window touches the image in the end.
+    /// Steps of a level from `guess` on. Returns the final place, and true if the window still touches the
+    /// image.
     #[inline(always)]
     fn descend<const SIDE: usize>(
         &self,
@@ -153,7 +154,8 @@ impl LucasKanade {
     }
 }
 
-/// Follows points through levels; all of it is whole numbers and single operations, the same on every processor.
+/// Follows points through the levels, with integers and single operations only, so that all processors give
+/// the same bits.
 #[multiversion(targets("x86_64+avx2"))]
 fn follow_points<const SIDE: usize>(
     method: &LucasKanade,
@@ -168,7 +170,7 @@ fn follow_points<const SIDE: usize>(
     }
 }
 
-/// The left top corner of a window: its whole pixel, and the weights of the four pixels around a place.
+/// Left top corner of a window: whole pixel, and weights of the four pixels around a place.
 struct Corner {
     x: i64,
     y: i64,
@@ -196,7 +198,7 @@ impl Corner {
     }
 }
 
-/// The nearest integer, an even one for halves; no call of a function on any processor.
+/// Rounds to the nearest integer, halves to even, without a function call.
 #[inline(always)]
 fn nearest(value: f64) -> i64 {
     integer(value)
@@ -209,13 +211,13 @@ fn floor(value: f64) -> i64 {
     near - i64::from(near as f64 > value)
 }
 
-/// A sum of fixed-point numbers without its last bits, rounded half up.
+/// Drops the last bits of a fixed-point sum, rounding halves up.
 #[inline(always)]
 fn rounded(sum: i32, bits: u32) -> i32 {
     (sum + (1 << (bits - 1))) >> bits
 }
 
-/// The value between four pixels.
+/// Interpolated value between four pixels.
 #[inline(always)]
 fn between(weights: &[i32; 4], pixels: [i32; 4], bits: u32) -> i32 {
     let [a, b, c, d] = weights;
@@ -234,13 +236,14 @@ impl Window {
         }
     }
 
-    /// The side of the window, which is `SIDE` unless that is 0.
+    /// Side of the window: `SIDE`, or the stored one if `SIDE` is 0.
     #[inline(always)]
     fn known_side<const SIDE: usize>(&self) -> usize {
         if SIDE > 0 { SIDE } else { self.side }
     }
 
-    /// Takes values and derivatives around a place, and returns their G; `None` without texture or image.
+    /// Loads values and derivatives around a place and returns the inverse of G; `None` without texture or
+    /// outside of the image.
     #[inline(always)]
     fn load<const SIDE: usize>(&mut self, image: &Level, (x, y): Point) -> Option<Inverse> {
         let side = self.known_side::<SIDE>();
@@ -291,7 +294,7 @@ impl Window {
         followed.then(|| Inverse { xx, xy, yy, determinant: 1.0 / determinant })
     }
 
-    /// Sums of difference times derivative over the window, for the block of the second image.
+    /// Sums of difference times derivative over the window, against the block of the second image.
     #[inline(always)]
     fn mismatch<const SIDE: usize>(&self, weights: &[i32; 4]) -> (f64, f64) {
         let side = self.known_side::<SIDE>();
@@ -314,13 +317,13 @@ impl Window {
     }
 }
 
-/// Row `i` of a square of `side` columns.
+/// Row `i` of a square with `side` columns.
 #[inline(always)]
 fn row<T>(square: &[T], i: usize, side: usize) -> &[T] {
     &square[i * side..][..side]
 }
 
-/// Derivatives by Scharr's filter of the inner pixels of a square block of `side` columns.
+/// Derivatives (Scharr's filter) at the inner pixels of a square block with `side` columns.
 #[inline(always)]
 fn scharr(block: &[i32], side: usize, slopes: &mut [[i32; 2]]) {
     for (i, out) in slopes.chunks_exact_mut(side - 2).enumerate() {

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::OnceLock;
 
-/// An 8-bit RGB frame, rows from the top, pixels from the left, three bytes each.
+/// A frame of 8-bit RGB: rows from the top, pixels from the left, three bytes each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
     width: usize,
@@ -12,7 +12,7 @@ pub struct Frame {
     notes: Notes,
 }
 
-/// A value that readers keep with a frame. Two frames are equal whatever is kept with them, and a copy keeps nothing.
+/// Value that readers of a frame cache with it. It is ignored by comparisons and not copied.
 #[derive(Debug, Default)]
 struct Notes(OnceLock<Box<dyn Any + Send + Sync>>);
 
@@ -30,7 +30,7 @@ impl PartialEq for Notes {
 
 impl Eq for Notes {}
 
-/// Why an image cannot be read or written.
+/// Reason why an image cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The decoder refused the bytes.
@@ -46,18 +46,18 @@ pub enum ImageError {
         width: u32,
         /// Height in pixels.
         height: u32,
-        /// Number of bytes that there should be.
+        /// Number of bytes required.
         expected: usize,
-        /// Number of bytes that there are.
+        /// Number of bytes given.
         got: usize,
     },
     /// The text of a raw image is not base64.
     #[error("the data of the image are not base64: {0}")]
     Base64(String),
-    /// The image ends before its end marker, or an end marker stands where a part is missing.
+    /// The image ends before its end marker, or has one in place of a missing part.
     #[error("the image is cut short")]
     Truncated,
-    /// The pixels do not fit into the bytes that are to hold them.
+    /// The file has too few bytes for its pixels.
     #[error(
         "the header says {width}x{height} pixels, which {bytes} bytes cannot hold: the image is cut short, or made to \
          fill the memory"
@@ -67,7 +67,7 @@ pub enum ImageError {
         width: u32,
         /// Height in pixels.
         height: u32,
-        /// Number of bytes that are to hold the pixels.
+        /// Number of bytes for the pixels.
         bytes: u64,
     },
     /// Decoding takes more memory than one frame may take.
@@ -82,7 +82,7 @@ pub enum ImageError {
         width: u32,
         /// Height in pixels.
         height: u32,
-        /// Bytes that it would take.
+        /// Number of bytes needed.
         memory: u64,
     },
     /// The image is larger than frames may be.
@@ -100,7 +100,7 @@ pub enum ImageError {
 }
 
 impl Frame {
-    /// A frame from its bytes.
+    /// Creates a frame from its bytes.
     ///
     /// # Panics
     /// When `rgb` is not `3 * width * height` long or the frame is empty: a mistake in the caller.
@@ -109,7 +109,8 @@ impl Frame {
         Self { width, height, rgb, notes: Notes::default() }
     }
 
-    /// The value of type `T` that is kept with the frame, its default at first; `None` if one of another type is kept.
+    /// Value of type `T` cached with the frame, at first the default; `None` if a value of another type is
+    /// cached.
     pub fn notes<T: Any + Default + Send + Sync>(&self) -> Option<&T> {
         self.notes.0.get_or_init(|| Box::<T>::default()).downcast_ref()
     }
@@ -151,7 +152,7 @@ impl Frame {
         [self.rgb[i], self.rgb[i + 1], self.rgb[i + 2]]
     }
 
-    /// The pixel at `(x, y)`, the nearest border pixel for places outside the frame.
+    /// The pixel at `(x, y)`; outside the frame, the nearest border pixel.
     pub fn pixel_clamped(&self, x: i64, y: i64) -> [u8; 3] {
         let cx = x.clamp(0, self.width as i64 - 1) as usize;
         let cy = y.clamp(0, self.height as i64 - 1) as usize;

@@ -10,7 +10,7 @@ pub fn luma([r, g, b]: [u8; 3]) -> u8 {
     ((2989 * u32::from(r) + 5870 * u32::from(g) + 1140 * u32::from(b) + 5000) / 10_000) as u8
 }
 
-/// The luma of the pixels in a window that lies on the frame, rows from the top.
+/// Luma of the pixels in a window, rows from the top. The window must lie on the frame.
 pub fn luma_of(frame: &Frame, window: &Window) -> Vec<u8> {
     let (left, top) = (window.x as usize, window.y as usize);
     let mut values = Vec::with_capacity(window.w * window.h);
@@ -26,29 +26,29 @@ fn extend_with_luma(pixels: &[[u8; 3]], values: &mut Vec<u8>) {
     values.extend(pixels.iter().map(|p| luma(*p)));
 }
 
-/// The gray values of a frame, or of a part of it.
+/// Gray values of a frame, or of a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Gray {
     /// Width of the frame in pixels.
     pub width: usize,
     /// Height of the frame in pixels.
     pub height: usize,
-    /// The part whose values are known, within the frame.
+    /// Part of the frame whose values are known.
     pub part: Window,
-    /// Four values for each pixel of the part, rows from the top, in bytes from the lowest on: its own and those of the
-    /// pixels to the right, below, and below to the right. Pixels beyond the part repeat its border. So an
-    /// interpolation takes one look-up.
+    /// Four values for each pixel of the part, rows from the top, in ascending bytes: the pixel itself,
+    /// right, below, and below right. Pixels beyond the part repeat its border. So an interpolation takes a
+    /// single look-up.
     pub corners: Vec<u32>,
 }
 
 impl Gray {
-    /// The luma of the pixels in a window, of one pixel at least.
+    /// Luma of the pixels in a window of at least one pixel.
     pub fn of_part(frame: &Frame, window: &Window) -> Self {
         let part = window.clipped(frame).unwrap_or(Window { x: 0, y: 0, w: 1, h: 1 });
         Self::of_values(frame.width(), frame.height(), part, &luma_of(frame, &part))
     }
 
-    /// From the values of the part, rows from the top.
+    /// Gray values of a part, from its values, rows from the top.
     pub(super) fn of_values(width: usize, height: usize, part: Window, values: &[u8]) -> Self {
         let row = |y: usize| &values[y * part.w..(y + 1) * part.w];
         let mut corners = Vec::with_capacity(values.len());

@@ -32,24 +32,24 @@ use multiversion::multiversion;
 
 /// Channels, without the constant one.
 pub const CHANNELS: usize = 31;
-/// Signed orientations.
+/// Number of signed orientations.
 const SIGNED: usize = 18;
 /// Tangents of the angles between the orientations of a quadrant: 10, 30, 50 and 70 degrees.
 const TANGENTS: [f32; 4] = [0.176_326_98, 0.577_350_26, 1.191_753_6, 2.747_477_4];
-/// Upper bound of a feature's value.
+/// Upper bound of a normalized value.
 const CLIP: f32 = 0.2;
-/// Weight of the textures.
+/// Weight of the texture channels.
 const TEXTURE: f32 = 0.2357;
 
-/// Buffers for [`Hog::compute`]; they grow to the largest patch seen and are then reused.
+/// Buffers for [`Hog::compute`]. They grow to the largest patch so far and are reused.
 #[derive(Debug, Clone, Default)]
 pub struct Hog {
-    /// Magnitudes and orientations of a row's gradients.
+    /// Magnitudes of a row's gradients; the orientations follow in `bins`.
     magnitudes: Vec<f32>,
     bins: Vec<i32>,
-    /// Cell to the left of each column's pixels, counted from -1 as 0, and the share of the next one.
+    /// Cell to the left of the pixels of each column (-1 is stored as 0), and the weight of the next cell.
     columns: Vec<(usize, f32)>,
-    /// For every row of cells, one more above and below: 18 lines of cells, one more left and right.
+    /// For each row of cells, 18 lines of cells. There is one further cell on all sides.
     histogram: Vec<f32>,
     energy: Vec<f32>,
     /// `N` of the blocks, `(w + 1) * (h + 1)`: the block at `(x, y)` ends with cell `(x, y)`.
@@ -58,8 +58,9 @@ pub struct Hog {
 }
 
 impl Hog {
-    /// Makes `features` the first `channels` (at most [`CHANNELS`]) channels of a patch with cells of `cell` pixels:
-    /// channel after channel, rows of cells from the top. Returns the columns and rows of cells.
+    /// Computes the first `channels` (at most [`CHANNELS`]) channels of a patch with cells of `cell` pixels
+    /// into `features`: channel by channel, rows of cells from the top. Returns the columns and rows of
+    /// cells.
     pub fn compute(
         &mut self,
         patch: &Patch,
@@ -71,7 +72,7 @@ impl Hog {
         self.append(patch, cell, channels, features)
     }
 
-    /// As [`Hog::compute`], after the features that are there.
+    /// Like [`Hog::compute`], but appends to `features`.
     pub fn append(
         &mut self,
         patch: &Patch,
@@ -139,7 +140,7 @@ impl Hog {
         }
     }
 
-    /// Magnitudes and orientations of a row, of the plane where the gradient is strongest.
+    /// Magnitudes and orientations of a row, from the plane with the strongest gradient at each pixel.
     fn find_gradients(&mut self, patch: &Patch, y: usize) {
         let (w, h) = (patch.width, patch.height);
         self.magnitudes.resize(w, 0.0);
@@ -175,7 +176,7 @@ impl Hog {
         }
     }
 
-    /// Cells of the border have lost an eighth of their gradients.
+    /// Raises cells at the border, which lack an eighth of their gradients.
     fn weigh_border(&mut self, w: usize, h: usize) {
         let line = w + 2;
         for y in 0..h {
@@ -249,7 +250,7 @@ impl Hog {
     }
 }
 
-/// First and last cell of block `i` of `0..=count` along a side.
+/// First and last cell of block `i` in `0..=count` along a side.
 fn block(i: usize, count: usize) -> (usize, usize) {
     if count == 1 {
         return (0, 0);
@@ -258,7 +259,7 @@ fn block(i: usize, count: usize) -> (usize, usize) {
     (last - 1, last)
 }
 
-/// The strongest of some gradients.
+/// Strongest of several gradients.
 #[derive(Debug, Clone, Copy, Default)]
 struct Strongest {
     across: f32,
@@ -276,14 +277,14 @@ impl Strongest {
         self.square = if stronger { square } else { self.square };
     }
 
-    /// Its magnitude and orientation.
+    /// Magnitude and orientation of the gradient.
     #[inline(always)]
     fn polar(self) -> (f32, i32) {
         (self.square.sqrt(), orientation(self.across, self.down))
     }
 }
 
-/// Magnitudes and orientations of gradients between pixels at the left, right, above and below.
+/// Magnitudes and orientations of gradients, from the pixels on the left, right, above and below.
 #[multiversion(targets("x86_64+avx2"))]
 fn gradients(sides: [&[f32]; 4], factor: f32, magnitudes: &mut [f32], bins: &mut [i32]) {
     let n = magnitudes.len();
@@ -296,7 +297,7 @@ fn gradients(sides: [&[f32]; 4], factor: f32, magnitudes: &mut [f32], bins: &mut
     }
 }
 
-/// As [`gradients`], of the strongest of three planes.
+/// Like [`gradients`], for the strongest of three planes.
 #[multiversion(targets("x86_64+avx2"))]
 fn strongest_gradients(
     first: [&[f32]; 4],
@@ -359,7 +360,7 @@ fn unsigned(ahead: &[f32], back: &[f32], norms: [&[f32]; 4], out: &mut [f32]) {
     out.iter_mut().for_each(|o| *o *= 0.5);
 }
 
-/// The smaller of `v` and [`CLIP`]; compiles to one instruction, unlike `min`, which handles NaN.
+/// The smaller of `v` and [`CLIP`]. Compiles to one instruction, unlike `min`, which handles NaN.
 fn cut(v: f32) -> f32 {
     if v < CLIP { v } else { CLIP }
 }
@@ -380,7 +381,7 @@ mod tests {
         features: Vec<f32>,
     }
 
-    /// The pixels of `pixels` in `hog.py`.
+    /// Patch made by `pixels` in `hog.py`.
     fn pixels(width: usize, height: usize, planes: usize) -> Patch {
         let mut values = Vec::new();
         for c in 0..planes {

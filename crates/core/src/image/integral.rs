@@ -9,7 +9,7 @@
 //! Codes are bin numbers from 0; places count whole pixels from the left top corner of the codes. All
 //! counts are exact. A corner's bins lie side by side, so that a window reads four runs of memory.
 
-/// Running counts of the codes of an image; memory is kept between images.
+/// Cumulative counts of the codes of an image. The memory is kept between images.
 #[derive(Debug, Clone, Default)]
 pub struct IntegralHistogram {
     bins: usize,
@@ -21,12 +21,12 @@ pub struct IntegralHistogram {
 }
 
 impl IntegralHistogram {
-    /// Number of counts that are stored for an image.
+    /// Number of counts stored for an image.
     pub fn room(width: usize, height: usize, bins: usize) -> usize {
         (width + 1).saturating_mul(height + 1).saturating_mul(bins)
     }
 
-    /// Counts the codes of an image with `width` codes a row; codes of `bins` and above are in no bin.
+    /// Counts the codes of an image with `width` codes per row. Codes of `bins` and above are ignored.
     pub fn build(&mut self, codes: &[u16], width: usize, bins: usize) {
         let height = codes.len().checked_div(width).unwrap_or(0);
         (self.bins, self.width, self.height) = (bins, width, height);
@@ -52,7 +52,7 @@ impl IntegralHistogram {
         }
     }
 
-    /// The histogram of the window of columns `[left, right)` and rows `[top, bottom)`, cut to the image.
+    /// Histogram of the columns `[left, right)` and rows `[top, bottom)`, clipped to the image.
     pub fn window(&self, [left, top, right, bottom]: [usize; 4]) -> Counts<'_> {
         let (right, bottom) = (right.min(self.width), bottom.min(self.height));
         let corner = |x: usize, y: usize| &self.sums[(y * (self.width + 1) + x) * self.bins..][..self.bins];
@@ -64,7 +64,7 @@ impl IntegralHistogram {
     }
 }
 
-/// The histogram of a window.
+/// Histogram of a window.
 #[derive(Debug, Clone, Copy)]
 pub struct Counts<'a> {
     plus: [&'a [u32]; 2],
@@ -72,7 +72,7 @@ pub struct Counts<'a> {
 }
 
 impl Counts<'_> {
-    /// Number of the window's pixels with code `bin`, which must be below the number of bins.
+    /// Number of pixels in the window with code `bin`, which must be below the number of bins.
     pub fn of(&self, bin: usize) -> u32 {
         // Sums of two corners may pass 2^32, their difference is a count again.
         let plus = self.plus[0][bin].wrapping_add(self.plus[1][bin]);

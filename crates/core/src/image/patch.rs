@@ -1,15 +1,15 @@
-//! Patches: parts of a frame as planes of `f32`, cut out, resized or sampled at any place and scale.
+//! Patches: parts of a frame as planes of `f32`, cut out, resized, or sampled at any place and scale.
 //!
-//! Places are continuous as in [`crate::region`] (the center of pixel `j` is at `j + 0.5`), values are `0..=255`.
-//! Interpolation is bilinear and does not smooth before it shrinks.
+//! Places are continuous as in [`crate::region`] (the center of pixel `j` is at `j + 0.5`), values are
+//! `0..=255`. Interpolation is bilinear, without smoothing before a patch is reduced.
 
 use super::{Frame, Window, luma};
 use multiversion::multiversion;
 
-/// Samples that are interpolated together.
+/// Number of samples that are interpolated together.
 const BLOCK: usize = 8;
 
-/// Planes of a patch.
+/// Color planes of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colors {
     /// One plane, [`luma`].
@@ -28,12 +28,12 @@ impl Colors {
     }
 }
 
-/// Values beyond the border of a frame.
+/// Values that pixels beyond the border of a frame have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
-    /// The nearest pixel of the border.
+    /// Value of the nearest border pixel.
     Repeated,
-    /// Zeros, from the center of the outermost pixels on.
+    /// Zero, from the center of the outermost pixels on.
     Zero,
 }
 
@@ -61,20 +61,20 @@ impl Axis {
 pub struct Patch {
     /// Columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Plane after plane, each with its rows from the top.
     pub values: Vec<f32>,
 }
 
-/// The two pixels that a sample lies between, and their weights.
+/// Two pixels between which a sample lies, and their weights.
 #[derive(Debug, Clone, Copy)]
 struct Tap {
     pixels: [usize; 2],
     shares: [f32; 2],
 }
 
-/// The taps of [`BLOCK`] samples.
+/// Taps of [`BLOCK`] samples.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     pixels: [[usize; BLOCK]; 2],
@@ -82,7 +82,7 @@ struct Block {
 }
 
 impl Block {
-    /// The taps of at most [`BLOCK`] samples; the last one stands for those that are missing.
+    /// Block of at most [`BLOCK`] taps. Missing ones repeat the last one.
     fn of(taps: &[Tap]) -> Self {
         let tap = |l: usize| taps[l.min(taps.len() - 1)];
         Self {
@@ -93,12 +93,12 @@ impl Block {
 }
 
 impl Patch {
-    /// The pixels of a window; the frame's border is repeated beyond it.
+    /// Cuts out a window. Beyond the frame its border is repeated.
     pub fn cut(frame: &Frame, window: &Window, colors: Colors) -> Self {
         Self::resized(frame, window, window.w, window.h, colors)
     }
 
-    /// The pixels of a window as [`Self::cut`] gives them, resized to `width` columns and `height` rows.
+    /// Cuts out a window as [`Self::cut`] does and resizes it to `width` columns and `height` rows.
     pub fn resized(frame: &Frame, window: &Window, width: usize, height: usize, colors: Colors) -> Self {
         let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
             resizing(from, to).map(|tap| tap.on(|j| (start + j).clamp(0, room as i64 - 1))).collect()
@@ -108,7 +108,8 @@ impl Patch {
         Self::from_taps(frame, &across, &down, colors)
     }
 
-    /// Red, green and blue of a window, resized to `width` columns and `height` rows; beyond the frame every pixel is `fill`.
+    /// Red, green and blue of a window, resized to `width` columns and `height` rows. Pixels beyond the frame
+    /// are `fill`.
     pub fn resized_over(frame: &Frame, window: &Window, width: usize, height: usize, fill: [f32; 3]) -> Self {
         let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
             let inside = 0..room as i64;
@@ -140,7 +141,7 @@ impl Patch {
         patch
     }
 
-    /// The values of the frame at the positions of two axes.
+    /// Samples the frame at the positions of two axes.
     pub fn sampled(frame: &Frame, across: &Axis, down: &Axis, outside: Outside, colors: Colors) -> Self {
         let taps = |axis: &Axis, room: usize| -> Vec<Tap> {
             let last = room as f64 - 1.0;
@@ -194,7 +195,7 @@ impl Patch {
         self.values.len() / (self.width * self.height).max(1)
     }
 
-    /// Rounds all values to whole numbers, halves up.
+    /// Rounds all values to integers, halves up.
     pub fn round(&mut self) {
         // From 2^23 on, numbers have no fraction. A vector operation, which a cast is not on every processor.
         const WHOLE: f32 = 8_388_608.0;
@@ -211,14 +212,14 @@ impl Patch {
     }
 }
 
-/// The samples that make `to` pixels of `from` neighboring ones, which count from 0.
+/// Samples that resize `from` pixels to `to` pixels.
 fn resizing(from: usize, to: usize) -> impl Iterator<Item = Tap> {
     let from = from.max(1) as f64;
     let ratio = from / to as f64;
     (0..to).map(move |i| tap(((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from - 1.0)))
 }
 
-/// The sample at `place`, which is counted from the center of the first pixel and at least 0.
+/// Sample at `place`, which is at least 0 and counts from the center of the first pixel.
 fn tap(place: f64) -> Tap {
     let first = place.floor();
     let share = (place - first) as f32;
@@ -231,7 +232,7 @@ impl Tap {
     }
 }
 
-/// Interpolates a row of the frame sideways: plane after plane, each of whole blocks.
+/// Interpolates a row of the frame horizontally: plane after plane, each in whole blocks.
 #[multiversion(targets("x86_64+avx2"))]
 fn interpolate(row: &[u8], blocks: &[Block], colors: Colors, line: &mut [f32]) {
     let stride = BLOCK * blocks.len();
@@ -273,8 +274,8 @@ fn gray(pixel: u32) -> u32 {
     u32::from(luma([r, g, b]))
 }
 
-/// A frame of half the width and height, rounded up: means of 2 x 2 pixels, rounded half up. The last column
-/// and row of an odd frame count twice.
+/// Frame of half the width and height, rounded up. Each pixel is the mean of 2 x 2 pixels, rounded half up.
+/// The last column and row of an odd frame count twice.
 pub fn halved(frame: &Frame) -> Frame {
     let (width, height) = (frame.width().div_ceil(2), frame.height().div_ceil(2));
     let mut rgb = Vec::with_capacity(3 * width * height);
@@ -291,7 +292,7 @@ pub fn halved(frame: &Frame) -> Frame {
     Frame::new(width, height, rgb)
 }
 
-/// Whether red, green and blue are equal everywhere.
+/// True if red, green and blue are equal in all pixels.
 pub fn is_gray(frame: &Frame) -> bool {
     frame.bytes().chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2])
 }
@@ -306,7 +307,7 @@ mod tests {
         Frame::from_fn(40, 30, |x, y| [(x + 2 * y) as u8, (3 * x) as u8, (200 - 2 * y) as u8])
     }
 
-    /// As the same window of a larger frame whose border has the color.
+    /// The result equals that of a larger frame with a border of the color.
     #[test]
     fn a_color_fills_what_is_beyond_the_frame() {
         let (frame, fill) = (ramp(), [9, 200, 31]);

@@ -1,23 +1,23 @@
-//! Frames from bytes without a header, as cameras and other programs have them.
+//! Frames from bytes without a header, as cameras and other programs produce them.
 
 use super::{Frame, ImageError, MAX_PIXELS, MAX_SIDE};
 use base64::Engine as _;
 use serde::{Deserialize, Serialize};
 
-/// Order of the bytes of a pixel.
+/// Order of the bytes in a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PixelFormat {
     /// Red, green, blue.
     Rgb,
-    /// Blue, green, red, as OpenCV has them.
+    /// Blue, green, red, as in OpenCV.
     Bgr,
     /// One gray value.
     Gray,
 }
 
 impl PixelFormat {
-    /// Bytes of a pixel.
+    /// Number of bytes per pixel.
     pub fn bytes(self) -> usize {
         match self {
             Self::Rgb | Self::Bgr => 3,
@@ -27,11 +27,11 @@ impl PixelFormat {
 }
 
 impl Frame {
-    /// A frame from its pixels, rows from the top without gaps between them.
+    /// Creates a frame from its pixels, rows from the top without gaps.
     ///
     /// # Errors
-    /// For sides of 0 or beyond the limits of [`decode`](super::decode), and for another number of bytes than
-    /// `width * height` pixels have.
+    /// Sides of 0 or beyond the limits of [`decode`](super::decode), or a number of bytes that does not match
+    /// the size.
     pub fn from_raw(
         width: u32,
         height: u32,
@@ -50,10 +50,10 @@ impl Frame {
         Ok(Self::new(width as usize, height as usize, bytes))
     }
 
-    /// As [`Frame::from_raw`], from bytes in standard base64.
+    /// Like [`Frame::from_raw`], for bytes in standard base64.
     ///
     /// # Errors
-    /// As [`Frame::from_raw`], and for text that is not base64.
+    /// The errors of [`Frame::from_raw`], and text that is not base64.
     pub fn from_base64(width: u32, height: u32, format: PixelFormat, text: &str) -> Result<Self, ImageError> {
         raw_bytes(width, height, format)?;
         let bytes = base64::engine::general_purpose::STANDARD.decode(text);
@@ -61,7 +61,7 @@ impl Frame {
     }
 }
 
-/// Bytes of a frame, if it may have this size.
+/// Number of bytes of a frame, if this size is allowed.
 fn raw_bytes(width: u32, height: u32, format: PixelFormat) -> Result<usize, ImageError> {
     if width == 0 || height == 0 {
         return Err(ImageError::Decode("the image has no pixels".into()));

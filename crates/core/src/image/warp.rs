@@ -12,14 +12,13 @@
 //! are `(+-w/2, +-h/2)`. `s` is the target's width as a multiple of the template's, `s r` its height; `theta` and
 //! `phi` are in radians, from the x axis towards the y axis, which points down.
 //!
-//! Choices: the grid is centered. The authors' code runs from `1 - w/2` to `w/2` around a center that is half a
-//! pixel off as well, which shifts a track by a constant. Values
-//! between pixel centers are bilinear; the outer half of a border pixel repeats it, and beyond the
-//! image all is 0.
+//! Choices: the grid is centered. The grid of the authors' code runs from `1 - w/2` to `w/2` around a center
+//! that is also half a pixel off, which shifts a track by a constant. Values between pixel centers are
+//! bilinear; the outer half of a border pixel repeats it, and values beyond the image are 0.
 //!
-//! `A` has several geometric forms: `phi` may be turned by quarters when `s` and `s r` change places. Of
-//! these, [`geometry`] takes the one with `phi` in `(-pi/4, pi/4]`, which is unique unless `r = 1`; the authors'
-//! code may take any with `|phi| < pi/2`.
+//! `A` has several geometric forms: `phi` may be turned by quarters if `s` and `s r` are swapped.
+//! [`geometry`] returns the one with `phi` in `(-pi/4, pi/4]`, which is unique unless `r = 1`; the authors'
+//! code may return any with `|phi| < pi/2`.
 
 use super::{Gray, Window};
 use crate::num::integer;
@@ -30,7 +29,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 /// `(x, y, s, theta, r, phi)`; see the module.
 pub type Geometry = [f64; 6];
 
-/// The matrix `[a, b, c, d]` = `[a b; c d]` of a geometry.
+/// Matrix `[a, b, c, d]` = `[a b; c d]` of a geometry.
 pub fn matrix(&[_, _, s, theta, r, phi]: &Geometry) -> [f64; 4] {
     let (sin, cos) = phi.sin_cos();
     // R(-phi) diag(s, s r) R(phi) is symmetric.
@@ -42,7 +41,7 @@ pub fn matrix(&[_, _, s, theta, r, phi]: &Geometry) -> [f64; 4] {
     [cos * xx - sin * xy, cos * xy - sin * yy, sin * xx + cos * xy, sin * xy + cos * yy]
 }
 
-/// The geometry of a center and a matrix `[a, b, c, d]` with positive determinant, by its singular values.
+/// Geometry of a center and a matrix `[a, b, c, d]` with positive determinant, by its singular values.
 ///
 /// `None` if the determinant is not above 0 or a number is not finite.
 pub fn geometry(center: (f64, f64), [a, b, c, d]: [f64; 4]) -> Option<Geometry> {
@@ -63,7 +62,7 @@ pub fn geometry(center: (f64, f64), [a, b, c, d]: [f64; 4]) -> Option<Geometry> 
     (p > 0.0 && q > 0.0 && geometry.iter().all(|v| v.is_finite())).then_some(geometry)
 }
 
-/// The size of a template, in pixels.
+/// Size of a template, in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Template {
     /// Columns, at least 1.
@@ -78,11 +77,11 @@ impl Template {
         self.width * self.height
     }
 
-    /// The geometry that lays the template on a region. `None` for a region without area or with a
-    /// number that is not finite.
+    /// Geometry that places the template on a region; `None` for a region without area or with a number that
+    /// is not finite.
     ///
     /// Four corners are replaced by the nearest parallelogram, whose side nearer to the x axis is the width.
-    /// Other polygons are taken as [`Region::rect`] does.
+    /// Other polygons are replaced by their [`Region::rect`].
     pub fn geometry(&self, region: &Region) -> Option<Geometry> {
         let (width, height) = (self.width as f64, self.height as f64);
         if let Region::Polygon(p) = region
@@ -111,8 +110,8 @@ impl Template {
         geometry((x, y), [rect.w / width, 0.0, 0.0, rect.h / height])
     }
 
-    /// The region that the template covers: an upright rectangle where rotation and skew are exactly 0, else
-    /// four corners, clockwise from the template's top left.
+    /// Region that the template covers: an upright rectangle if rotation and skew are exactly 0, else four
+    /// corners, clockwise from the template's top left.
     pub fn region(&self, geometry: &Geometry) -> Region {
         let [x, y, s, theta, r, phi] = *geometry;
         let (width, height) = (self.width as f64, self.height as f64);
@@ -126,7 +125,7 @@ impl Template {
         Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
     }
 
-    /// The window of the pixels that [`Template::sample`] reads for any of these geometries.
+    /// Smallest window that contains all pixels that [`Template::sample`] reads for these geometries.
     pub fn window<'g>(&self, geometries: impl IntoIterator<Item = &'g Geometry>) -> Window {
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         for g in geometries {
@@ -144,7 +143,7 @@ impl Template {
         Window { x: left as i64, y: top as i64, w: size(left, right), h: size(top, bottom) }
     }
 
-    /// Largest distance in x and y between the center and a place of the template.
+    /// Largest distance in x and in y from the center to a place of the template.
     fn reach(&self, [a, b, c, d]: &[f64; 4]) -> (f64, f64) {
         let (u, v) = (self.width as f64 / 2.0, self.height as f64 / 2.0);
         (a.abs() * u + b.abs() * v, c.abs() * u + d.abs() * v)
@@ -169,7 +168,7 @@ impl Template {
         }
     }
 
-    /// Where the first value of row `i` lies, in units of pixel centers.
+    /// Place of the first value of row `i`, in units of pixel centers.
     #[inline(always)]
     fn row_start(&self, i: usize, geometry: &Geometry, &[a, b, c, d]: &[f64; 4]) -> (f64, f64) {
         let u = 0.5 - self.width as f64 / 2.0;
@@ -201,13 +200,13 @@ impl Template {
     }
 }
 
-/// Largest absolute coordinate of a window, in pixels; no frame is so large.
+/// Largest absolute coordinate of a window, in pixels, beyond any frame.
 const MAX_COORDINATE: f64 = 1e6;
-/// Places of a template that are processed together.
+/// Number of template places that are processed together.
 const LANES: usize = 16;
 
-/// As [`Template::sample_anywhere`], for places that are all more than a pixel away from the image's border: the
-/// same operations, on whole vectors but for the look-up of pixels.
+/// Like [`Template::sample_anywhere`], for places more than a pixel away from the image's border. The
+/// operations are the same, on whole vectors except for the look-up of pixels.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn sample_inside(
     template: Template,
@@ -246,7 +245,7 @@ fn sample_inside(
     }
 }
 
-/// The value at a place from `(0, 0)` to `(width - 1, height - 1)`.
+/// Value at a place between `(0, 0)` and `(width - 1, height - 1)`.
 #[inline(always)]
 fn bilinear(image: &Gray, x: f64, y: f64) -> f32 {
     let (column, row) = (x as usize, y as usize);

@@ -1,4 +1,4 @@
-//! Windows of whole pixels, and the one rule by which a real-valued box becomes one.
+//! Windows of whole pixels, and the rule that rounds a real-valued box to one.
 
 use super::Frame;
 use crate::region::Rect;
@@ -35,14 +35,14 @@ impl Window {
         }
     }
 
-    /// The pixels of the frame that stand for a box: rounded, shifted inside and clipped.
+    /// Window of the frame that stands for a box: rounded, shifted inside and clipped.
     pub fn on_frame(r: &Rect, frame: &Frame) -> Self {
         let Self { x, y, w, h } = Self::from_rect(r).shifted_inside(frame);
         // NaN rounds to 0 pixels.
         Self { x, y, w: w.clamp(1, frame.width()), h: h.clamp(1, frame.height()) }
     }
 
-    /// The same window moved by the least amount that brings it inside the frame.
+    /// The window moved by the least amount that brings it inside the frame.
     ///
     /// A window larger than the frame is aligned with the frame's left (top) border; pixels beyond
     /// the right (bottom) border are then repeated border pixels when they are read.
@@ -51,7 +51,7 @@ impl Window {
         Self { x: fit(self.x, self.w, frame.width()), y: fit(self.y, self.h, frame.height()), ..*self }
     }
 
-    /// The part of the window that lies on the frame, or `None` when there is none.
+    /// The part of the window that lies on the frame; `None` if there is none.
     pub fn clipped(&self, frame: &Frame) -> Option<Self> {
         let x0 = self.x.max(0);
         let y0 = self.y.max(0);

@@ -44,13 +44,13 @@ pub const MAX_SUM_CELLS: usize = 1 << 21;
 /// Maximum number of values in a window.
 pub const MAX_LENGTH: usize = 100_000;
 
-/// The grid of a convolution.
+/// Grid of a convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Grid {
     /// `h`, width of a cell, above 0, in the unit of the values.
     pub step: f64,
-    /// Probability that may be lost at each of the places named above, in `[1e-13, 1e-2]`.
+    /// Probability that may be lost at each of the steps listed above, in `[1e-13, 1e-2]`.
     pub tail: f64,
 }
 
@@ -60,7 +60,7 @@ impl Default for Grid {
     }
 }
 
-/// Why the distribution of a sum cannot be computed.
+/// Reason why the distribution of a sum cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AccumulationError {
     /// A window that is empty or too long.
@@ -69,49 +69,50 @@ pub enum AccumulationError {
     /// A step that is not above 0, or a tail out of range.
     #[error("a grid needs a step above 0 and a tail in [1e-13, 1e-2], not {step} and {tail}")]
     Grid {
-        /// The step.
+        /// Step that was given.
         step: f64,
-        /// The tail.
+        /// Tail probability that was given.
         tail: f64,
     },
-    /// A distribution function that falls or is not in `[0, 1]`, or samples that are negative or not finite.
+    /// A distribution function that decreases or leaves `[0, 1]`, or samples that are negative or not finite.
     #[error("values must be 0 or more and finite, and their distribution function must rise from 0 to 1")]
     Distribution,
     /// The sum needs more than [`MAX_SUM_CELLS`] cells, or a sample lies beyond [`MAX_CELLS`].
     #[error("the values or their sums reach over too many cells of {0}; take a larger step")]
     TooWide(f64),
-    /// A probability that is not inside (0, 1), or a quantile in the part that was cut off.
+    /// A probability outside (0, 1), or a quantile in the tail that was cut off.
     #[error("the distribution has no quantile for the tail probability {0}")]
     Quantile(f64),
 }
 
-/// The distribution of a sum of `L` independent values.
+/// Distribution of a sum of `L` independent values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accumulated {
     step: f64,
     length: usize,
     masses: Vec<f64>,
-    /// Sum of the masses up to and with each.
+    /// Cumulated masses: entry `j` is `M_0 + ... + M_j`.
     cumulative: Vec<f64>,
 }
 
 impl Accumulated {
-    /// The sum of `length` independent values of a mixture. Its masses are those of the mixture's distribution function up
-    /// to 1e-13.
+    /// Distribution of the sum of `length` independent values of a mixture. The masses agree with the
+    /// mixture's distribution function up to 1e-13.
     ///
     /// # Errors
-    /// Parameters out of range, sums that need too many cells.
+    /// Parameters out of range, and sums that need too many cells.
     pub fn of_mixture(mixture: &Mixture, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         check(length, grid)?;
         let cells = cells(|v| mixture.survival(v), length, grid);
         Self::of_masses(power::mixture_masses(mixture, grid.step, cells), length, grid)
     }
 
-    /// The sum of `length` independent values with the distribution of `samples`: the paper's variant, where
-    /// they are random draws of a mixture ([`Mixture::sample`]).
+    /// Distribution of the sum of `length` independent values distributed like `samples`. In the paper's
+    /// variant, these are random draws of a mixture ([`Mixture::sample`]).
     ///
     /// # Errors
-    /// As [`Accumulated::of_mixture`]; also no samples, samples that are negative, not finite, or beyond the cells.
+    /// The errors of [`Accumulated::of_mixture`]; also an empty list, and samples that are negative, not finite,
+    /// or beyond the cells.
     pub fn from_samples(samples: &[f64], length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         check(length, grid)?;
         if samples.is_empty() || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
@@ -129,7 +130,7 @@ impl Accumulated {
         Self::of_masses(masses, length, grid)
     }
 
-    /// The sum of values whose cells have these masses.
+    /// Distribution of the sum of values whose cells have these masses.
     fn of_masses(one: Vec<f64>, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         let kept: f64 = one.iter().sum();
         // A distribution function may be off by rounding; NaN fails the comparisons.
@@ -152,13 +153,13 @@ impl Accumulated {
         Ok(Self { step: grid.step, length, masses, cumulative })
     }
 
-    /// Grid points `v_j` and their masses `M_j`: divided by the step, the density `p_2`.
+    /// Grid points `v_j` with their masses `M_j`. Divided by the step, the masses are the density `p_2`.
     pub fn masses(&self) -> impl Iterator<Item = (f64, f64)> {
         self.masses.iter().enumerate().map(|(j, &m)| (self.point(j as f64), m))
     }
 
-    /// Probability of a sum up to `v`, every mass being spread evenly over `h / 2` to either side of its
-    /// point. For `L = 1` this is the distribution function of one value at all multiples of `h`.
+    /// Probability of a sum up to `v`. Each mass is spread evenly over `h / 2` on both sides of its point.
+    /// For `L = 1` this is the distribution function of one value at all multiples of `h`.
     pub fn cdf(&self, v: f64) -> f64 {
         if v.is_nan() {
             return f64::NAN;
@@ -177,11 +178,11 @@ impl Accumulated {
         below + (self.cumulative[j] - below) * (at - j as f64)
     }
 
-    /// `beta`: the smallest grid point at which the masses up to and with its own are `1 - alpha` or more. It
-    /// is within `h / 2` of the value at which [`Accumulated::cdf`] is `1 - alpha`.
+    /// `beta`: the smallest grid point at which the cumulated masses reach `1 - alpha`. It is within `h / 2`
+    /// of the value at which [`Accumulated::cdf`] is `1 - alpha`.
     ///
     /// # Errors
-    /// An `alpha` outside (0, 1), or below what was cut off.
+    /// An `alpha` outside (0, 1), or in the tail that was cut off.
     pub fn upper_quantile(&self, alpha: f64) -> Result<f64, AccumulationError> {
         Ok(self.point(self.reaches(alpha)? as f64))
     }
@@ -211,7 +212,7 @@ fn check(length: usize, grid: &Grid) -> Result<(), AccumulationError> {
     }
 }
 
-/// Cells that one value needs: doubled until `L` tails are small enough, then halved towards the least.
+/// Number of cells for one value: doubled until `L` tails are small enough, then reduced by bisection.
 fn cells(survival: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> usize {
     let enough = |cells: usize| length as f64 * survival(cells as f64 * grid.step) <= grid.tail;
     let mut high = 1;

@@ -36,20 +36,20 @@ pub const MAX_ORDER: usize = 5;
 /// Largest absolute partial autocorrelation.
 const LIMIT: f64 = 1.0 - 1e-6;
 
-/// A window that varies by less than this share of its largest absolute value is constant.
+/// Relative variation below which a window counts as constant.
 const CONSTANT: f64 = 1e-12;
 
-/// The responses before the window.
+/// Values assumed before the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Presample {
     /// Forecasts of the reversed window by the same model.
     Backcast,
-    /// The first `p` values of the window itself, which have no innovations then.
+    /// The first `p` values of the window serve as presample and have no innovations.
     DropFirst,
 }
 
-/// Why a model cannot be fitted.
+/// Reason why a model cannot be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ArmaError {
     /// An order above [`MAX_ORDER`].
@@ -63,17 +63,17 @@ pub enum ArmaError {
     /// Fewer values than [`least_window`].
     #[error("a window needs {needed} values or more, not {got}")]
     TooShort {
-        /// Smallest length that is possible.
+        /// Least length for the order.
         needed: usize,
         /// Length of the window.
         got: usize,
     },
-    /// A value is not finite, or so large that sums overflow.
+    /// A value that is not finite, or so large that sums overflow.
     #[error("the window has values that are not finite or too large")]
     NotFinite,
 }
 
-/// A model and the end of the window it was fitted to.
+/// A fitted model, and the end of its window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// `c`, in the series' unit.
@@ -90,7 +90,8 @@ pub struct Fit {
     recent: Vec<f64>,
 }
 
-/// The smallest window for an order: two more innovations than parameters even when `p` are dropped.
+/// Least length of a window for an order: two more innovations than parameters, even if `p` values are
+/// dropped.
 pub fn least_window([p, q]: [usize; 2]) -> usize {
     2 * p + q + 3
 }
@@ -137,7 +138,7 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Result<Fit, ArmaEr
 }
 
 impl Fit {
-    /// Forecasts of the `length` values that follow the window.
+    /// Forecasts of the `length` values after the window.
     pub fn forecast(&self, length: usize) -> Vec<f64> {
         let mut path: Vec<f64> = Vec::with_capacity(length);
         for k in 0..length {

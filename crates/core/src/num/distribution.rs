@@ -30,30 +30,30 @@ use std::f64::consts::{PI, SQRT_2};
 /// Samples whose standard deviation is below this share of their mean count as equal.
 const EQUAL: f64 = 1e-7;
 
-/// A kind of distribution.
+/// Families of distributions that can be fitted to samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Family {
-    /// Normal.
+    /// Normal distribution with mean `m` and deviation `s`.
     Normal,
-    /// Exponential.
+    /// Exponential distribution with mean `s`.
     Exponential,
-    /// Rayleigh.
+    /// Rayleigh distribution with scale `s`.
     Rayleigh,
-    /// Log-normal.
+    /// Log-normal distribution: `ln x` is normal with `m` and `s`.
     LogNormal,
-    /// Weibull.
+    /// Weibull distribution with shape `k` and scale `s`.
     Weibull,
-    /// Gamma.
+    /// Gamma distribution with shape `k` and scale `s`.
     Gamma,
 }
 
 impl Family {
-    /// Every kind.
+    /// All families, in the order of the table above.
     pub const ALL: [Self; 6] =
         [Self::Normal, Self::Exponential, Self::Rayleigh, Self::LogNormal, Self::Weibull, Self::Gamma];
 
-    /// The name, as in a file.
+    /// Name of the family in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Normal => "normal",
@@ -66,19 +66,19 @@ impl Family {
     }
 }
 
-/// A distribution with its parameters.
+/// A distribution of a family, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fitted {
-    /// Kind of distribution.
+    /// Family of the distribution.
     pub family: Family,
-    /// `m` of the normal distributions, `k` of Weibull and Gamma; 0 of the others.
+    /// `m` of the normal and log-normal distributions, `k` of Weibull and Gamma; 0 for the others.
     pub first: f64,
-    /// `s`.
+    /// `s`, the scale; of the log-normal distribution the deviation of `ln x`.
     pub scale: f64,
 }
 
-/// Why a distribution cannot be fitted.
+/// Reason why a distribution cannot be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DistributionError {
     /// Fewer than two samples.
@@ -92,11 +92,11 @@ pub enum DistributionError {
     Equal(f64),
 }
 
-/// The distribution of a family with the greatest likelihood.
+/// Distribution of a family with the greatest likelihood.
 ///
 /// # Errors
-/// Fewer than two samples, samples that are negative, not finite, or all equal (for every family, also
-/// those with one parameter, so that all that are compared exist).
+/// Fewer than two samples, and samples that are negative, not finite, or all equal. Equal samples are refused
+/// for all families, even those with one parameter, so that the families can be compared.
 pub fn fit(family: Family, samples: &[f64]) -> Result<Fitted, DistributionError> {
     if samples.len() < 2 {
         return Err(DistributionError::TooFew(samples.len()));
@@ -133,8 +133,8 @@ pub fn fit(family: Family, samples: &[f64]) -> Result<Fitted, DistributionError>
     }
 }
 
-/// Shape and scale of a Weibull distribution by Newton's method on `1 / k = mean_w ln x - mean ln x`. On the
-/// scale `y = (ln x - mean) / deviation`, powers neither overflow nor underflow as a whole.
+/// Shape and scale of a Weibull distribution, by Newton's method on `1 / k = mean_w ln x - mean ln x`. On the
+/// scale `y = (ln x - mean) / deviation`, powers cannot all overflow or underflow.
 fn weibull(samples: &[f64], mean_ln: f64, deviation: f64) -> (f64, f64) {
     let y: Vec<f64> = samples.iter().map(|x| (x.max(FLOOR).ln() - mean_ln) / deviation).collect();
     let top = y.iter().fold(f64::NEG_INFINITY, |top, y| top.max(*y));
@@ -160,7 +160,7 @@ fn weibull(samples: &[f64], mean_ln: f64, deviation: f64) -> (f64, f64) {
     (k / deviation, (mean_ln + deviation * ln_scale).exp())
 }
 
-/// Mean of a function of the samples: blocks keep the rounding of long sums small.
+/// Mean of a function of the samples. Sums over blocks keep rounding errors small.
 fn mean(samples: &[f64], f: impl Fn(f64) -> f64) -> f64 {
     let block = |block: &[f64]| block.iter().map(|&x| f(x)).sum::<f64>();
     samples.chunks(1024).map(block).sum::<f64>() / samples.len() as f64
@@ -185,7 +185,7 @@ impl Fitted {
         }
     }
 
-    /// The name of its family.
+    /// Name of the family.
     pub fn name(&self) -> &'static str {
         self.family.name()
     }

@@ -1,15 +1,16 @@
-//! Discrete Fourier transforms of real planes in `f32` and of real lines in `f64`, and the Hann window that goes before them.
+//! Discrete Fourier transforms of real planes in `f32` and real lines in `f64`, and the Hann window applied
+//! before them.
 //!
 //! ```text
 //! X[k, l] = sum_{i, j} x[i, j] exp(-2 pi I (i k / w + j l / h))        i, k: columns, j, l: rows, from 0
 //! x[i, j] = 1 / (w h) sum_{k, l} X[k, l] exp(+2 pi I (i k / w + j l / h))
 //! ```
 //!
-//! The spectrum of a real plane is symmetric, `X[w - k, h - l] = conj X[k, l]`, so only the columns `0..=w / 2`
-//! are kept, as the transform leaves them: **four columns side by side**. `X[k, l]` is lane `k % 4` of the coefficients at
-//! `k / 4 * h + l`; lanes beyond the last column are 0. Products of spectra do not mind, and are those of vectors.
-//! With `h = 1` this is the transform of a line. Their number is made even by a last one of 0, for loops that take two
-//! at a time.
+//! The spectrum of a real plane is symmetric, `X[w - k, h - l] = conj X[k, l]`, so only the columns `0..=w /
+//! 2` are kept, **four columns side by side**: `X[k, l]` is lane `k % 4` of the coefficient group at `k / 4 *
+//! h + l`; lanes beyond the last column are 0. Products of spectra can be taken group by group. With `h = 1`
+//! this is the transform of a line. A final group of zeros makes the number of groups even, for loops that
+//! process two at a time.
 //!
 //! Any size works, primes too (by Rader's or Bluestein's algorithm). The algorithms are `rustfft`'s, four lines at a
 //! time (`lanes`), and give the same bits on every processor.
@@ -38,7 +39,7 @@ pub struct Fourier {
     /// Four rows side by side, and their coefficients.
     rows: Vec<Lanes>,
     spectra: Vec<Complexes>,
-    /// The spectrum of the plane, or of each of four lines.
+    /// Spectrum of the plane, or of each of four lines.
     columns: Vec<Complexes>,
     scratch: Vec<Complexes>,
 }
@@ -74,33 +75,34 @@ impl Fourier {
         fourier
     }
 
-    /// Columns of the plane.
+    /// Number of columns of the plane.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows of the plane.
+    /// Number of rows of the plane.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// Values of a plane, `width * height`.
+    /// Number of values of a plane, `width * height`.
     pub fn plane_len(&self) -> usize {
         self.width * self.height
     }
 
-    /// Groups of four coefficients of a spectrum, an even number: `ceil((width / 2 + 1) / 4) * height` or one more.
+    /// Number of groups of four coefficients in a spectrum, an even number: `ceil((width / 2 + 1) / 4) *
+    /// height` or one more.
     pub fn spectrum_len(&self) -> usize {
         ((self.width / 2 + 1).div_ceil(LANES) * self.height).next_multiple_of(2)
     }
 
-    /// Groups of four rows of a plane, the last one perhaps of fewer.
+    /// Number of groups of four rows in a plane. The last group may have fewer rows.
     pub fn row_groups(&self) -> usize {
         self.height.div_ceil(LANES)
     }
 
-    /// Puts the rows of a plane four side by side: column `x` of group `g` at `g * width + x`, zeros below the last
-    /// row.
+    /// Arranges the rows of a plane four side by side: column `x` of group `g` at `g * width + x`, with zeros
+    /// for missing rows.
     pub fn side_by_side<T: Copy + Default>(&self, plane: &[T]) -> Vec<[T; LANES]> {
         let mut groups = vec![[T::default(); LANES]; self.row_groups() * self.width];
         for (group, rows) in groups.chunks_exact_mut(self.width).zip(plane.chunks(LANES * self.width)) {
@@ -125,8 +127,8 @@ impl Fourier {
         &spectra[..len]
     }
 
-    /// Transforms the plane whose rows `4 g ... 4 g + 3` have the values `value(g, x)`. With `h = 1` these are four
-    /// lines, and there are four spectra one behind the other.
+    /// Transforms the plane whose rows `4 g ... 4 g + 3` have the values `value(g, x)`. With `h = 1` these
+    /// are four lines, whose four spectra follow each other.
     pub fn forward_groups(&mut self, value: impl Fn(usize, usize) -> Lanes) -> &[Complexes] {
         let height = self.height;
         for group in 0..self.row_groups() {
@@ -190,7 +192,7 @@ impl Fourier {
         }
     }
 
-    /// Sum of the squares of the plane that `spectrum` is of, by Parseval's theorem.
+    /// Sum of squares of the plane with this `spectrum`, by Parseval's theorem.
     pub fn energy(&self, spectrum: &[Complexes]) -> f64 {
         let mut sum = 0.0;
         for (group, columns) in spectrum.chunks_exact(self.height).enumerate() {
@@ -209,7 +211,7 @@ impl Fourier {
     }
 }
 
-/// Turns lanes into places and places into lanes, at most four of each; lanes without a place become 0.
+/// Transposes lanes and places, at most four of each. Lanes without a place become 0.
 #[inline(always)]
 fn transpose(from: &[Complexes], to: &mut [Complexes]) {
     if let (Some(from), Some(to)) = (from.first_chunk(), to.first_chunk_mut()) {
@@ -270,7 +272,7 @@ mod tests {
 
     type Complex = realfft::num_complex::Complex<f32>;
 
-    /// The coefficients of a spectrum, column by column.
+    /// Coefficients of a spectrum, column by column.
     fn by_column(width: usize, height: usize, spectrum: &[Complexes]) -> Vec<Complex> {
         let at = |k: usize, l: usize| {
             let four = spectrum[k / LANES * height + l];
@@ -286,7 +288,7 @@ mod tests {
         assert_near(got, SPECTRUM.into_iter().flat_map(|(re, im)| [re, im]), 1e-5, "");
     }
 
-    /// Values that are exact in `f32`, the same everywhere.
+    /// Values that are exact in `f32` on all processors.
     fn texture(n: usize) -> Vec<f32> {
         (0..n).map(|i| (i * 7919 % 1021) as f32 - 510.0).collect()
     }

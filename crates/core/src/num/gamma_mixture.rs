@@ -27,11 +27,11 @@ use rand::{Rng, RngExt};
 use rand_distr::Distribution;
 use serde::{Deserialize, Serialize};
 
-/// Largest shape of a component. At this shape the standard deviation is 1 % of the mean; anything narrower
-/// is a value that repeats, whose likelihood has no bound.
+/// Largest shape of a component, at which the standard deviation is 1 % of the mean. A narrower one would fit
+/// a repeated value, with unbounded likelihood.
 pub const MAX_SHAPE: f64 = 1e4;
 
-/// Smallest weight of a component of a fit.
+/// Least weight of a component in a fit.
 pub const MIN_WEIGHT: f64 = 1e-6;
 
 /// Largest number of components of a mixture.
@@ -50,22 +50,22 @@ pub struct Component {
 }
 
 impl Component {
-    /// `eta theta`.
+    /// Mean `eta theta`, in the unit of the samples.
     pub fn mean(&self) -> f64 {
         self.shape * self.scale
     }
 
-    /// `eta theta^2`.
+    /// Variance `eta theta^2`, in the squared unit of the samples.
     pub fn variance(&self) -> f64 {
         self.shape * self.scale * self.scale
     }
 }
 
-/// A mixture; [`Mixture::new`] checks and sorts, and so does reading one.
+/// A mixture. [`Mixture::new`] and deserialization check and sort the components.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(try_from = "Unchecked")]
 pub struct Mixture {
-    /// Sorted by mean.
+    /// Components, sorted by mean.
     pub components: Vec<Component>,
 }
 
@@ -83,7 +83,7 @@ impl TryFrom<Unchecked> for Mixture {
     }
 }
 
-/// Why components do not make a mixture.
+/// Reason why components do not make a mixture.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MixtureError {
     /// No component, or more than [`MAX_COMPONENTS`].
@@ -103,8 +103,8 @@ impl Mixture {
     /// Checks the components and sorts them by mean.
     ///
     /// # Errors
-    /// No or too many components, parameters out of range, weights whose sum differs from 1 by more than 1e-6. A
-    /// smaller difference is kept as it is, so that a mixture that is written and read again stays the same.
+    /// An empty or too long list, parameters out of range, and weights whose sum differs from 1 by more than
+    /// 1e-6. A smaller difference is kept, so that a mixture is the same after writing and reading.
     pub fn new(mut components: Vec<Component>) -> Result<Self, MixtureError> {
         if components.is_empty() || components.len() > MAX_COMPONENTS {
             return Err(MixtureError::Count(components.len()));
@@ -151,7 +151,7 @@ impl Mixture {
         self.sum(|c| c.variance() + (c.mean() - mean) * (c.mean() - mean))
     }
 
-    /// A random value.
+    /// Draws a random value.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
         let mut left: f64 = rng.random();
         let mut chosen = None;

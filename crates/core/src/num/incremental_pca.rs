@@ -9,21 +9,21 @@
 //! U <- U',  D <- D',  a <- (f n a + m b) / (f n + m),  n <- f n + m
 //! ```
 //!
-//! With the forgetting factor `f = 1` and all components kept, `U` and `D` are those of all vectors minus their
-//! mean, in one matrix of a column each. With `f < 1` older batches count less and less. Components with
+//! With the forgetting factor `f = 1` and all components kept, `U` and `D` are those of the matrix whose
+//! columns are all vectors minus their mean. With `f < 1` older batches count less and less. Components with
 //! `D_k^2 < 1e-6 sum D^2` are dropped, and so are all beyond a given number.
 //!
-//! Choices: the source first brings the wide matrix to a small one by a QR decomposition, which has the same
-//! `U'` and `D'`. Here the columns themselves are turned until they are orthogonal (Hestenes, "Inversion
-//! of matrices by biorthogonalization", J. SIAM 6, 1958), which is exact also where they depend on each
-//! other. The first batch is cut by the same bound. The trackers' code keeps as many components as the first
-//! batch has vectors, of which the last is made of rounding errors.
+//! Choices: the source first reduces the matrix by a QR decomposition, which gives the same `U'` and `D'`.
+//! Here the columns themselves are rotated until they are orthogonal (Hestenes, "Inversion of matrices by
+//! biorthogonalization", J. SIAM 6, 1958), which is exact even for dependent columns. The bound also applies
+//! to the first batch. The authors' code keeps as many components as that batch has vectors, the last of
+//! which consists of rounding errors.
 
 /// Least share of a component in the sum of squared singular values.
 const MIN_SHARE: f64 = 1e-6;
-/// Largest cosine between two columns that count as orthogonal.
+/// Largest cosine at which two columns count as orthogonal.
 const MAX_COSINE: f64 = 1e-14;
-/// Maximum number of passes through the pairs of columns; about ten are needed.
+/// Most passes over the pairs of columns. About ten are needed.
 const MAX_PASSES: usize = 60;
 const LANES: usize = 8;
 
@@ -37,24 +37,24 @@ pub struct IncrementalPca {
 }
 
 impl IncrementalPca {
-    /// The state before the first vector of `dimension` numbers: mean 0, no basis.
+    /// Initial state for vectors of `dimension` numbers: mean 0, no basis.
     pub fn new(dimension: usize) -> Self {
         Self { mean: vec![0.0; dimension], basis: Vec::new(), singular_values: Vec::new(), count: 0.0 }
     }
 
-    /// The mean, `dimension` numbers.
+    /// Mean of the vectors, `dimension` numbers.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// The components, orthonormal vectors of `dimension` numbers, in the order of the singular values.
+    /// Components: orthonormal vectors of `dimension` numbers, in the order of the singular values.
     pub fn basis(&self) -> &[Vec<f64>] {
         &self.basis
     }
 
-    /// Takes in a batch of vectors, keeping at most `most` components; `forgetting` is above 0 and at most 1.
+    /// Adds a batch of vectors and keeps at most `most` components; `forgetting` is above 0 and at most 1.
     ///
-    /// A batch that is empty, overflows or has a number that is not finite changes nothing.
+    /// A batch that is empty, overflows or has a number that is not finite is ignored.
     ///
     /// # Panics
     /// When a vector has another dimension: a mistake in the caller.
@@ -100,8 +100,8 @@ impl IncrementalPca {
     }
 }
 
-/// Turns pairs of columns until all are orthogonal to each other; their span and the sum of their outer
-/// products stay.
+/// Rotates pairs of columns until all are orthogonal. Their span and the sum of their outer products stay the
+/// same.
 fn orthogonalize(columns: &mut [Vec<f64>]) {
     for _ in 0..MAX_PASSES {
         let mut turned = false;
@@ -132,7 +132,7 @@ fn orthogonalize(columns: &mut [Vec<f64>]) {
     }
 }
 
-/// The sum of products, in lanes.
+/// Dot product, summed in lanes.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
@@ -151,7 +151,7 @@ mod tests {
     use proptest::prelude::*;
     use trackfail_testing::assert_near;
 
-    /// Numbers with a falling spectrum: row `t` of the matrix in the Python calls below.
+    /// Row `t` of the matrix in the Python calls below, whose spectrum decreases.
     fn vector(t: usize) -> Vec<f64> {
         (0..12)
             .map(|j| {

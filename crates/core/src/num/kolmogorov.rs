@@ -53,26 +53,27 @@ pub fn two_distributions(
     points.into_iter().fold(0.0, |largest, x| (f(x) - g(x)).abs().max(largest))
 }
 
-/// `e` of two samples.
+/// Effective size `e` of two samples.
 pub fn effective_size(n: usize, m: usize) -> f64 {
     let (n, m) = (n as f64, m as f64);
     n * m / (n + m)
 }
 
-/// Asymptotic probability of a statistic of `d` or more between equal distributions; `size` is `e`.
+/// Asymptotic probability that the statistic of two equal distributions is `d` or more; `size` is the
+/// effective size `e` of the module's formulas.
 pub fn p_value(d: f64, size: f64) -> f64 {
     let root = size.sqrt();
     survival((root + 0.12 + 0.11 / root) * d)
 }
 
 /// The statistic that is exceeded with probability `alpha` between equal distributions, for `alpha` in (0, 1)
-/// and not near 1; `size` is `e`.
+/// and not near 1; `size` is the effective size `e`.
 pub fn critical(alpha: f64, size: f64) -> f64 {
     (-(alpha / 2.0).ln() / 2.0).sqrt() / size.sqrt()
 }
 
-/// `1 - K(z)`, Kolmogorov's distribution. The series in the module's doc converges fast for large `z`, its
-/// theta transform, `K = sqrt(2 pi) / z sum exp(-(2 j - 1)^2 pi^2 / (8 z^2))`, for small ones.
+/// `1 - K(z)`, with `K` Kolmogorov's distribution. The series at the head of this file converges fast for
+/// large `z`, its theta transform, `K = sqrt(2 pi) / z sum exp(-(2 j - 1)^2 pi^2 / (8 z^2))`, for small ones.
 fn survival(z: f64) -> f64 {
     if z.is_nan() {
         return f64::NAN;

@@ -34,23 +34,21 @@
 //! descends without writing the large matrix down.
 
 use multiversion::multiversion;
-use serde::{Deserialize, Serialize};
 
-/// Rows are padded to whole multiples of this.
+/// Rows are padded to a multiple of this length.
 const LANES: usize = 8;
 
 /// Allowed signs of the coefficients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     /// Any sign.
     Free,
-    /// 0 and above.
+    /// Zero or positive.
     NonNegative,
 }
 
 impl Sign {
-    /// Minimum of `1/2 b^2 - v b + lambda |b|`.
+    /// Minimizer of `1/2 b^2 - v b + lambda |b|`.
     #[inline(always)]
     fn shrink(self, v: f32, lambda: f32) -> f32 {
         match self {
@@ -59,7 +57,7 @@ impl Sign {
         }
     }
 
-    /// Distance of the correlation `g` from that of a minimum at `b`.
+    /// Violation of the optimality condition by the correlation `g` at the coefficient `b`.
     #[inline(always)]
     fn violation(self, g: f32, b: f32, lambda: f32) -> f32 {
         if b != 0.0 {
@@ -72,36 +70,36 @@ impl Sign {
     }
 }
 
-/// The problem, and the tolerance of its solution.
+/// A problem of sparse coding, with the tolerance of its solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lasso {
     /// Weight of the L1 norm, at least 0.
     pub lambda: f32,
     /// Allowed signs of the coefficients.
     pub sign: Sign,
-    /// Largest residual of a solution, above 0; below about 1e-6 of the correlations is rounding.
+    /// Largest residual of a solution, above 0. Below about 1e-6 of the correlations it is rounding error.
     pub tolerance: f32,
-    /// Most rounds: solutions for an active set, and passes through coordinates.
+    /// Most rounds: solutions for an active set, and passes over coordinates.
     pub rounds: usize,
 }
 
-/// Result of a descent.
+/// Outcome of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Solutions for an active set and passes through coordinates.
+    /// Number of rounds: solutions for an active set, and passes over coordinates.
     pub rounds: usize,
-    /// The residual, at most the tolerance unless the rounds ran out.
+    /// Residual, at most the tolerance unless the rounds ran out.
     pub residual: f32,
 }
 
-/// Buffers of [`Lasso::solve`]; their contents do not matter.
+/// Buffers of [`Lasso::solve`], whose contents need not be kept.
 #[derive(Debug, Clone, Default)]
 pub struct Work {
     gradient: Vec<f32>,
     active: Vec<usize>,
-    /// The Cholesky factor of `G_AA`, row by row.
+    /// Cholesky factor of `G_AA`, by row.
     factor: Vec<f64>,
-    /// The solution `x`.
+    /// Solution `x` for the active set.
     target: Vec<f64>,
 }
 
@@ -110,12 +108,12 @@ pub struct Work {
 pub struct Gram {
     atoms: usize,
     stride: usize,
-    /// Row by row, each padded with zeros.
+    /// Rows of the matrix, each padded with zeros.
     values: Vec<f32>,
 }
 
 impl Gram {
-    /// The Gram matrix of a dictionary of `atoms` vectors of `length` numbers each, one after the other.
+    /// Gram matrix of a dictionary of `atoms` vectors of `length` numbers each, one after the other.
     ///
     /// # Panics
     /// When `dictionary` has not `atoms * length` numbers: a mistake in the caller.
@@ -172,8 +170,8 @@ pub fn correlate(dictionary: &[f32], y: &[f32], correlations: &mut [f32]) {
 }
 
 impl Lasso {
-    /// Moves `b`, one number per atom, from its current value (zeros are a good start) to a minimum for the
-    /// correlations `c` with the atoms. Values of a forbidden sign are set to 0 first.
+    /// Moves `b`, one coefficient per atom, from its current value (zeros are a good start) to a minimum for
+    /// the correlations `c` with the atoms. Values of a forbidden sign are set to 0 first.
     ///
     /// Atoms of length 0 keep their coefficient.
     ///
@@ -188,10 +186,10 @@ impl Lasso {
         descend(self, gram, b, &mut work.gradient, rounds)
     }
 
-    /// Codes `x` by orthonormal `atoms` and an error a pixel, `x = sum_k z_k u_k + e` as nearly as the L1 norm of
-    /// `z` and `e` lets it: the lasso with the dictionary `[u_1 ... u_k, I]`.
+    /// Codes `x` by orthonormal `atoms` and one error per pixel: `x = sum_k z_k u_k + e`, as closely as the
+    /// L1 norm of `z` and `e` allows. This is the lasso with the dictionary `[u_1 ... u_k, I]`.
     ///
-    /// Gives `z`, `e` and the outcome. A pass visits the atoms in order, then all errors at once.
+    /// Returns `z`, `e` and the outcome. A pass visits the atoms in order, then all errors at once.
     ///
     /// # Panics
     /// When an atom is not as long as `x`: a mistake in the caller.
@@ -223,10 +221,10 @@ impl Lasso {
     }
 }
 
-/// Smallest squared distance of an atom from the span of the other active ones, relative to its own square.
+/// Least squared distance of an atom from the span of the other active ones, relative to its squared length.
 const MIN_INDEPENDENCE: f64 = 1e-6;
 
-/// The rounds of the active set; leaves `work.gradient` as that of `b`.
+/// Rounds of the active set. Afterwards `work.gradient` is the gradient at `b`.
 #[multiversion(targets("x86_64+avx2"))]
 fn activate(lasso: &Lasso, gram: &Gram, correlations: &[f32], b: &mut [f32], work: &mut Work) -> usize {
     let Lasso { lambda, sign, tolerance, rounds } = *lasso;
@@ -303,7 +301,7 @@ fn activate(lasso: &Lasso, gram: &Gram, correlations: &[f32], b: &mut [f32], wor
     }
 }
 
-/// Completes the Cholesky factor from row `from` on; returns whether all active atoms are independent.
+/// Extends the Cholesky factor from row `from` on. Returns true if all active atoms are independent.
 #[inline(always)]
 fn extend(gram: &Gram, active: &[usize], from: usize, factor: &mut [f64]) -> bool {
     let n = gram.atoms;
@@ -348,7 +346,7 @@ fn substitute(factor: &[f64], n: usize, x: &mut [f64]) {
     }
 }
 
-/// Coordinate descent from `b` with its gradient, after `done` rounds.
+/// Coordinate descent from `b` with its gradient, after `done` earlier rounds.
 #[multiversion(targets("x86_64+avx2"))]
 fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32], mut done: usize) -> Outcome {
     let Lasso { lambda, sign, tolerance, rounds } = *lasso;
@@ -389,7 +387,7 @@ fn descend(lasso: &Lasso, gram: &Gram, b: &mut [f32], gradient: &mut [f32], mut 
     }
 }
 
-/// Brings coordinate `j` to its minimum.
+/// Moves coordinate `j` to its minimum.
 #[inline(always)]
 fn step(sign: Sign, lambda: f32, row: &[f32], j: usize, b: &mut [f32], gradient: &mut [f32]) {
     let own = row[j];
@@ -403,7 +401,7 @@ fn step(sign: Sign, lambda: f32, row: &[f32], j: usize, b: &mut [f32], gradient:
     }
 }
 
-/// `to += by * x` on whole lanes.
+/// Computes `to += by * x` on whole lanes.
 #[inline(always)]
 fn shift(to: &mut [f32], by: f32, x: &[f32]) {
     for (to, x) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(x.as_chunks::<LANES>().0) {
@@ -413,7 +411,7 @@ fn shift(to: &mut [f32], by: f32, x: &[f32]) {
     }
 }
 
-/// The sum of products, in lanes.
+/// Dot product, summed in lanes.
 #[multiversion(targets("x86_64+avx2"))]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     dot_of(a, b)
@@ -436,7 +434,7 @@ fn accumulate(sum: &mut [f32; LANES], a: &[f32; LANES], b: &[f32; LANES]) {
     }
 }
 
-/// The sum of the lanes. Not inlined: its shuffles would reach back into the loops before.
+/// Sum of the lanes. Not inlined, since its shuffles would slow down the loops before it.
 #[inline(never)]
 fn fold(s: [f32; LANES]) -> f32 {
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))

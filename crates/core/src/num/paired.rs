@@ -1,7 +1,7 @@
 //! Two methods on the same sequences: how large is the difference, and can it be chance?
 //!
 //! ```text
-//! d_i = a_i - b_i,  i = 1..n           one pair a sequence
+//! d_i = a_i - b_i,  i = 1..n           one pair per sequence
 //! interval: quantiles of mean(d*) over bootstrap samples d*, n draws of d with replacement (percentile method)
 //! W+ = sum of the ranks of |d_i| over d_i > 0; zeros are left out, ties share their mean rank (Wilcoxon 1945)
 //! p  = 2 min(P(W+ <= w), P(W+ >= w)), at most 1, when every sign is as likely as the other
@@ -19,7 +19,7 @@ use super::seed;
 use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Up to this number of non-zero differences p is exact.
+/// Largest number of nonzero differences for which p is exact.
 pub const EXACT_UP_TO: usize = 200;
 
 /// Mean of the values; NaN without any.
@@ -42,14 +42,15 @@ pub fn bootstrap_interval(differences: &[f64], level: f64, samples: usize, seed:
     Some((quantile(&means, (1.0 - level) / 2.0), quantile(&means, (1.0 + level) / 2.0)))
 }
 
-/// The quantile `q` in [0, 1] of ascending values, at least one, linear between them.
+/// The `q` quantile (in [0, 1]) of at least one ascending value, interpolated linearly.
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let place = q * (sorted.len() - 1) as f64;
     let (low, part) = (place.floor() as usize, place.fract());
     sorted[low] + part * (sorted[(low + 1).min(sorted.len() - 1)] - sorted[low])
 }
 
-/// Ranks from 1 of the sizes of non-zero differences, ties sharing their mean, with the differences' signs.
+/// Ranks from 1 of the absolute nonzero differences, with ties sharing their mean rank, and true for a
+/// positive difference.
 fn signed_ranks(differences: &[f64]) -> Vec<(f64, bool)> {
     let mut sizes: Vec<(f64, bool)> =
         differences.iter().filter(|d| **d != 0.0).map(|d| (d.abs(), *d > 0.0)).collect();
@@ -69,7 +70,7 @@ pub fn wilcoxon(differences: &[f64]) -> Option<f64> {
     Some(p.min(1.0))
 }
 
-/// Exact p, by the share of sign patterns with each sum; mean ranks are whole numbers when doubled.
+/// Exact p, by the share of sign patterns with each sum. Mean ranks are integers when doubled.
 fn exact(ranks: &[(f64, bool)], w: f64) -> f64 {
     let doubled: Vec<usize> = ranks.iter().map(|r| (2.0 * r.0) as usize).collect();
     let mut share = vec![0.0; doubled.iter().sum::<usize>() + 1];
@@ -99,7 +100,7 @@ fn normal(ranks: &[(f64, bool)], w: f64) -> f64 {
 pub struct Compared {
     /// Number of pairs.
     pub pairs: usize,
-    /// Means of the two.
+    /// Mean of each list.
     pub means: (f64, f64),
     /// Mean difference, first minus second.
     pub difference: f64,
@@ -111,7 +112,8 @@ pub struct Compared {
     pub p: Option<f64>,
 }
 
-/// Compares the two values of each pair; `None` without a pair. `level` and `samples` are those of [`bootstrap_interval`].
+/// Compares the two values of each pair; `None` without pairs. `level` and `samples` are those of
+/// [`bootstrap_interval`].
 pub fn compare(pairs: &[(f64, f64)], level: f64, samples: usize, seed: u64) -> Option<Compared> {
     let differences: Vec<f64> = pairs.iter().map(|(a, b)| a - b).collect();
     let interval = bootstrap_interval(&differences, level, samples, seed)?;

@@ -1,4 +1,4 @@
-//! Weighted particles: diffusion, weights, moments and resampling, whatever the state means.
+//! Weighted particles with any kind of state: diffusion, weights, moments and resampling.
 //!
 //! A cloud is N states of D numbers with weights that sum to 1. A frame of a bootstrap filter is
 //! [`Cloud::diffuse`], [`Cloud::weigh`], [`Cloud::posterior`], [`Cloud::resample`].
@@ -19,9 +19,9 @@ pub enum Resampling {
 /// N weighted particles; weights sum to 1.
 #[derive(Debug, Clone)]
 pub struct Cloud<const D: usize> {
-    /// States.
+    /// State of each particle.
     pub states: Vec<[f64; D]>,
-    /// Weights.
+    /// Weight of each particle; the sum is 1.
     pub weights: Vec<f64>,
     next: Vec<[f64; D]>,
     parents: Vec<usize>,
@@ -30,14 +30,14 @@ pub struct Cloud<const D: usize> {
 /// Mean and covariance of a cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posterior<const D: usize> {
-    /// `m = sum w x`.
+    /// Mean `m = sum w x`.
     pub mean: [f64; D],
-    /// `sum w (x - m)(x - m)'`, row by row.
+    /// Covariance `sum w (x - m)(x - m)'`, by row.
     pub covariance: [[f64; D]; D],
 }
 
 impl<const D: usize> Cloud<D> {
-    /// A cloud of `n` equal particles (at least 1) of equal weight.
+    /// Creates a cloud of `n` (at least 1) equal particles of equal weight.
     pub fn new(state: [f64; D], n: usize) -> Self {
         let n = n.max(1);
         Self {
@@ -48,8 +48,8 @@ impl<const D: usize> Cloud<D> {
         }
     }
 
-    /// Adds noise of the given standard deviations, D draws of `normal` (standard normal) a particle, and
-    /// passes every state through `keep`, which holds it within bounds.
+    /// Adds noise with the given standard deviations, using D draws of `normal` (standard normal) per
+    /// particle. Each state is then passed through `keep`, which clamps it.
     pub fn diffuse(
         &mut self,
         deviations: &[f64; D],
@@ -64,10 +64,10 @@ impl<const D: usize> Cloud<D> {
         }
     }
 
-    /// Multiplies weights by likelihoods, one a particle and at least 0, and normalizes them.
+    /// Multiplies weights by likelihoods (one per particle, at least 0) and normalizes them.
     ///
-    /// A factor that all likelihoods share changes nothing; the caller chooses it so that they do not
-    /// underflow. When the sum is still 0 all weights become equal.
+    /// A common factor of all likelihoods has no effect; the caller chooses it so that they do not underflow.
+    /// If the sum is 0 nevertheless, all weights become equal.
     pub fn weigh(&mut self, likelihoods: impl IntoIterator<Item = f64>) {
         for (w, likelihood) in self.weights.iter_mut().zip(likelihoods) {
             *w *= likelihood;
@@ -91,15 +91,6 @@ impl<const D: usize> Cloud<D> {
         posterior(&self.states, &self.weights)
     }
 
-    /// The components `kept` of each state, and its weight, one particle after the other.
-    pub fn rows(&self, kept: &[usize]) -> Vec<f64> {
-        let row = |(state, w): (&[f64; D], &f64)| {
-            let state = *state;
-            kept.iter().map(move |&k| state[k]).chain([*w])
-        };
-        self.states.iter().zip(&self.weights).flat_map(row).collect()
-    }
-
     /// Draws the next generation; afterwards all weights are equal.
     pub fn resample(&mut self, scheme: Resampling, rng: &mut impl Rng) {
         match scheme {
@@ -116,7 +107,8 @@ impl<const D: usize> Cloud<D> {
     }
 }
 
-/// Weighted mean and covariance of states, at least one, without correction for their number; weights sum to 1.
+/// Weighted mean and covariance of at least one state, without correction for their number. Weights must sum
+/// to 1.
 pub fn posterior<const D: usize>(states: &[[f64; D]], weights: &[f64]) -> Posterior<D> {
     // Relative to the first particle, so that equal particles have that mean and covariance 0 exactly.
     let first = states[0];
@@ -150,8 +142,8 @@ pub fn effective_number(weights: &[f64]) -> f64 {
     squares.recip().clamp(1.0, weights.len().max(1) as f64)
 }
 
-/// Entropy `-sum w ln w / ln N` of N weights that sum to 1: 0 when one has everything, 1 when all are equal, also a
-/// single one.
+/// Entropy `-sum w ln w / ln N` of N weights that sum to 1: 0 if one has all the weight, 1 if all are equal.
+/// For a single one it is 1.
 pub fn entropy(weights: &[f64]) -> f64 {
     if weights.len() < 2 {
         return 1.0;
@@ -160,7 +152,7 @@ pub fn entropy(weights: &[f64]) -> f64 {
     (-sum / (weights.len() as f64).ln()).clamp(0.0, 1.0)
 }
 
-/// Parents at `(k + offset) / N` of the cumulated weights, for k from 0; `offset` in `[0, 1)`.
+/// Parents at `(k + offset) / N` of the cumulated weights, for k from 0, with `offset` in `[0, 1)`.
 pub fn systematic(weights: &[f64], offset: f64, parents: &mut Vec<usize>) {
     let n = weights.len();
     pick(weights, (0..n).map(|k| (k as f64 + offset) / n as f64), parents);
@@ -180,7 +172,7 @@ pub fn multinomial(weights: &[f64], mut exponential: impl FnMut() -> f64, parent
     pick(weights, spacings[..weights.len()].iter().map(|s| s / end), parents);
 }
 
-/// The particle into whose share of the cumulated weights each of the ascending `places` falls.
+/// Index of the particle into whose share of the cumulated weights each of the ascending `places` falls.
 fn pick(weights: &[f64], places: impl Iterator<Item = f64>, parents: &mut Vec<usize>) {
     // Rounding may leave the sum just below the last place, which then is the last particle with a weight.
     let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);

@@ -26,18 +26,19 @@ use super::seed;
 pub use draws::{Drawn, Draws, percentiles};
 use rand::Rng;
 
-/// Number of draws in tables and figures, and of random patterns in tests too large to try all: shares have a standard
-/// error of at most 0.0071.
+/// Number of draws in tables and figures, and of random patterns in tests with too many patterns to try all.
+/// Shares then have a standard error of at most 0.0071.
 pub const SAMPLES: usize = 5000;
-/// Fewest units that are drawn from.
+/// Fewest units for which an interval is computed.
 pub const MIN_UNITS: usize = 3;
 /// Level of the intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// Up to this number of pairs that differ, all patterns are counted (half of them, since the others mirror them).
+/// Largest number of differing pairs for which all patterns are counted (half of them, since the others
+/// mirror them).
 pub const EXACT_UP_TO: usize = 16;
 
-/// Differences of statistics this close count as equal: they are the same ratio of other counts.
+/// Differences of statistics up to this size count as equal, being the same ratio of different counts.
 const EQUAL: f64 = 1e-12;
 
 fn sum<const N: usize>(units: &[[i64; N]]) -> [i64; N] {
@@ -57,11 +58,11 @@ pub struct Permuted {
     pub difference: f64,
     /// Two-sided p-value.
     pub p: f64,
-    /// Whether all patterns were counted.
+    /// True if all patterns were counted.
     pub is_exact: bool,
 }
 
-/// Tests whether the pooled statistics of two paired lists differ; `None` if one of them has no value.
+/// Tests if the pooled statistics of two paired lists differ; `None` if one of them has no value.
 pub fn permutation<const N: usize>(
     pairs: &[([i64; N], [i64; N])],
     statistic: impl Fn(&[i64; N]) -> Option<f64>,
@@ -103,8 +104,8 @@ pub fn permutation<const N: usize>(
     Some(Permuted { difference, p: (reached + 1) as f64 / (draws + 1) as f64, is_exact: false })
 }
 
-/// The share of patterns that reach the difference; the last pair is never exchanged, since exchanging all pairs only
-/// turns the sign. Patterns are in the order of Gray's code, so that neighbors differ in one pair.
+/// Share of patterns that reach the difference. The last pair is never exchanged, since exchanging all pairs
+/// only changes the sign. Patterns are in Gray code order, so that neighbors differ in one pair.
 fn share_of_all<const N: usize>(steps: &[[i64; N]], reaches: impl Fn(&[i64; N]) -> bool) -> f64 {
     let free = steps.len().saturating_sub(1);
     let (mut moved, mut is_moved) = ([0; N], vec![false; free]);
@@ -124,7 +125,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// F of true positives, false positives and false negatives.
+    /// F from true positives, false positives and false negatives.
     fn f(c: &[i64; 3]) -> Option<f64> {
         let below = 2 * c[0] + c[1] + c[2];
         (below > 0).then(|| (2 * c[0]) as f64 / below as f64)

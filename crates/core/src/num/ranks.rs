@@ -1,4 +1,4 @@
-//! Several methods on the same blocks (sequences): do their ranks differ, and which of them?
+//! Comparison of several methods on the same blocks (sequences): do their ranks differ, and which of them?
 //!
 //! ```text
 //! r_ij       rank of method j = 1..k in block i = 1..n, 1 the best, ties share their mean rank
@@ -18,7 +18,8 @@
 
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal};
 
-/// Ranks from 1, the largest value (the smallest unless `larger_is_better`) first; ties share their mean rank.
+/// Ranks from 1 on, with the largest value first (the smallest unless `larger_is_better`). Ties share their
+/// mean rank.
 pub fn ranks(values: &[f64], larger_is_better: bool) -> Vec<f64> {
     let sign = if larger_is_better { -1.0 } else { 1.0 };
     let mut order: Vec<usize> = (0..values.len()).collect();
@@ -32,7 +33,7 @@ pub fn ranks(values: &[f64], larger_is_better: bool) -> Vec<f64> {
     ranks
 }
 
-/// Sum over groups of t ties of t^3 - t, of sorted ranks.
+/// Sum of t^3 - t over groups of t ties, in sorted ranks.
 pub(super) fn sum_of_ties(sorted: &[f64]) -> f64 {
     sorted.chunk_by(|a, b| a == b).map(|g| (g.len() as f64).powi(3) - g.len() as f64).sum()
 }
@@ -48,7 +49,7 @@ pub struct Friedman {
     pub test: Option<(f64, f64)>,
 }
 
-/// Ranks the methods in every block, `blocks[i][j]` being the value of method j in block i.
+/// Ranks the methods in each block; `blocks[i][j]` is the value of method j in block i.
 ///
 /// `None` without a block, with fewer than two methods, or if blocks differ in length.
 pub fn friedman(blocks: &[Vec<f64>], larger_is_better: bool) -> Option<Friedman> {
@@ -77,8 +78,9 @@ pub fn friedman(blocks: &[Vec<f64>], larger_is_better: bool) -> Option<Friedman>
     Some(Friedman { mean_ranks, blocks: n, test })
 }
 
-/// Probability that k standard normal variables lie within `q` of each other: the studentized range at infinite
-/// degrees of freedom, k times the integral of phi(z) (Phi(z + q) - Phi(z))^(k - 1) over z, the smallest of them.
+/// Probability that k standard normal variables lie within `q` of each other (the studentized range at
+/// infinite degrees of freedom): k times the integral of phi(z) (Phi(z + q) - Phi(z))^(k - 1) over z, where z
+/// is the smallest of them.
 fn range_cdf(q: f64, k: usize) -> f64 {
     // The integrand is analytic and vanishes at both ends, where the trapezium rule converges geometrically.
     const STEP: f64 = 0.05;
@@ -88,8 +90,8 @@ fn range_cdf(q: f64, k: usize) -> f64 {
     k as f64 * STEP * (-ENDS..=ENDS).map(|i| at(f64::from(i) * STEP)).sum::<f64>()
 }
 
-/// The `level` quantile of the studentized range of `k` means at infinite degrees of freedom; none unless
-/// 2 <= k <= 1000 and 0 < level < 1.
+/// The `level` quantile of the studentized range of `k` means at infinite degrees of freedom; `None` unless 2
+/// <= k <= 1000 and 0 < level < 1.
 pub fn studentized_range(level: f64, k: usize) -> Option<f64> {
     let is_level = level > 0.0 && level < 1.0;
     if !(2..=1000).contains(&k) || !is_level {

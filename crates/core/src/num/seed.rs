@@ -1,15 +1,14 @@
 //! Seeds from names.
 //!
-//! Random numbers depend on the names of a computation (experiment, sequence, tracker, run), never on
-//! when or where it runs. [`seed`] turns the names into 64 bits; [`rng`] is the documented, portable
-//! ChaCha8 stream of these.
+//! Random numbers depend on the names of a computation (experiment, sequence, tracker, run), never on time or
+//! machine. [`seed`] turns the names into 64 bits; [`rng`] is the portable ChaCha8 stream of this seed.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
-/// A seed of 64 bits from a base seed and names. The order of the names matters, and so does where one ends and the
-/// next begins.
+/// Seed of 64 bits from a base seed and names. The order of the names matters, as do the borders between
+/// them.
 pub fn seed(base: u64, names: &[&str]) -> u64 {
     let mut hash = Sha256::new();
     hash.update(base.to_le_bytes());
@@ -21,12 +20,12 @@ pub fn seed(base: u64, names: &[&str]) -> u64 {
     digest.iter().take(8).rev().fold(0, |bits, &byte| (bits << 8) | u64::from(byte))
 }
 
-/// The random stream of a seed.
+/// Random stream of a seed.
 pub fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }
 
-/// A copy of a random stream or, with a seed, the stream of that seed.
+/// Copy of a random stream or, with a seed, the stream of that seed.
 pub fn fork(stream: &ChaCha8Rng, seed: Option<u64>) -> ChaCha8Rng {
     seed.map_or_else(|| stream.clone(), rng)
 }

@@ -1,4 +1,4 @@
-//! Special functions around the Gamma distribution, total on all real arguments.
+//! Special functions around the Gamma distribution, defined for all real arguments.
 //!
 //! ```text
 //! F(x; shape, scale) = P(shape, x / scale)        psi'(x) = sum_{j >= 0} 1 / (x + j)^2
@@ -11,7 +11,8 @@
 use statrs::function::gamma::{checked_gamma_lr, checked_gamma_ur};
 pub use statrs::function::gamma::{digamma, ln_gamma};
 
-/// The asymptotic series is used from here on: its first neglected term is below 1e-15 of the sum.
+/// Argument from which on the asymptotic series is used. Its first neglected term is then below 1e-15 of the
+/// sum.
 const ASYMPTOTIC: f64 = 12.0;
 
 /// Trigamma function, the derivative of [`digamma`], for `x > 0` (Abramowitz and Stegun 6.4.6 and 6.4.12);
@@ -38,13 +39,14 @@ pub fn gamma_cdf(x: f64, shape: f64, scale: f64) -> f64 {
     at(x, shape, scale, [0.0, 1.0], |z| checked_gamma_lr(shape, z).unwrap_or(f64::NAN))
 }
 
-/// `1 - gamma_cdf` without its cancellation: small tails keep their relative accuracy.
+/// Survival function `1 - gamma_cdf`, computed without cancellation: small tails keep their relative
+/// accuracy.
 pub fn gamma_survival(x: f64, shape: f64, scale: f64) -> f64 {
     at(x, shape, scale, [1.0, 0.0], |z| checked_gamma_ur(shape, z).unwrap_or(f64::NAN))
 }
 
-/// The shape of greatest likelihood of a Gamma distribution: the root `eta` of `ln eta - psi(eta) = s` for
-/// `s = ln(mean x) - mean(ln x) > 0`; infinite for `s <= 0` (samples that are all equal), NaN for a NaN.
+/// Shape of greatest likelihood of a Gamma distribution: the root `eta` of `ln eta - psi(eta) = s` for `s =
+/// ln(mean x) - mean(ln x) > 0`; infinite for `s <= 0` (samples that are all equal), NaN for a NaN.
 ///
 /// Newton's method from the closed form `(3 - s + sqrt((s - 3)^2 + 24 s)) / (12 s)`, which is within 1.5 %
 /// (Minka 2002, "Estimating a Gamma distribution"); 3 to 5 steps.
@@ -71,7 +73,7 @@ pub fn gamma_shape(s: f64) -> f64 {
     shape
 }
 
-/// The value at `x / scale`, or those `[below, above]` the support's ends.
+/// Value of `inside` at `x / scale`, or `below` or `above` outside of the support.
 fn at(x: f64, shape: f64, scale: f64, [below, above]: [f64; 2], inside: impl Fn(f64) -> f64) -> f64 {
     let z = x / scale;
     let fine = |v: f64| v.is_finite() && v > 0.0;

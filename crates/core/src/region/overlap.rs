@@ -6,15 +6,15 @@
 //! | `raster-2014` | pixels whose row a scan line crosses, each row from the first to before the last crossing, corners as they are | the toolkit of VOT2014 |
 //! | `vot-toolkit` | pixels of the polygon with corners rounded to whole pixels, borders included; rectangles of `w x h` pixels | vot-toolkit 0.5 to 0.7 |
 //!
-//! On targets of a few pixels the three differ by several percent, on others in the third digit. Both
-//! raster rules count whole pixels, so that regions with a common sliver may have overlap 0.
+//! On targets of a few pixels the three rules differ by several percent, on others in the third digit. Both
+//! raster rules count whole pixels, so that regions with a narrow intersection may have overlap 0.
 //!
 //! If a frame is given, only the parts that lie on it count.
 
 use super::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
-/// How areas are counted.
+/// Rule by which areas are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Areas {
@@ -31,11 +31,12 @@ pub enum Areas {
 /// Pixels of a row, as a half-open range of columns.
 type Span = (i64, i64);
 
-/// Largest absolute coordinate that is rasterized; areas of regions beyond it are exact.
+/// Largest absolute coordinate that is rasterized. Areas of regions beyond it are exact.
 const MAX_RASTER_SIDE: f64 = 1e5;
 
 impl Areas {
-    /// Overlap of two regions, from 0 to 1; of their parts on a frame of `(width, height)` pixels if one is given.
+    /// Overlap of two regions, from 0 to 1. If a frame of `(width, height)` pixels is given, only the parts
+    /// on it count.
     pub fn overlap(self, a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
         let far = |r: &Region| r.corners().iter().any(|c| c.0.abs().max(c.1.abs()) > MAX_RASTER_SIDE);
         match self {
@@ -66,7 +67,7 @@ fn exact(a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
     if all > 0.0 { (inside / all).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Pixels from `x0, y0` to `x1, y1`, the ends included.
+/// Block of pixels from `x0, y0` to `x1, y1`, both included.
 #[derive(Clone, Copy)]
 struct Pixels {
     x0: i64,
@@ -81,7 +82,7 @@ fn on_frame(all: Pixels, frame: Option<(usize, usize)>) -> Pixels {
     Pixels { x0: all.x0.max(0), y0: all.y0.max(0), x1, y1 }
 }
 
-/// Number of common pixels of two rasters over that of all their pixels.
+/// Number of common pixels of two rasters divided by the number of all their pixels.
 fn ratio([a, b]: [Vec<Span>; 2]) -> f64 {
     let (mut inside, mut all) = (0, 0);
     for (a, b) in a.iter().zip(&b) {
@@ -92,14 +93,14 @@ fn ratio([a, b]: [Vec<Span>; 2]) -> f64 {
     if all > 0 { inside as f64 / all as f64 } else { 0.0 }
 }
 
-/// The smallest block of pixels that holds two regions.
+/// Smallest block of pixels that contains both regions.
 fn around(a: &Region, b: &Region) -> Pixels {
     let (x0, y0, x1, y1) = super::bounds(&[a.corners(), b.corners()].concat());
     Pixels { x0: x0.floor() as i64, y0: y0.floor() as i64, x1: x1.ceil() as i64, y1: y1.ceil() as i64 }
 }
 
-/// The pixels of a convex polygon in each row of `window`: from the first to before the last crossing of its sides
-/// with the scan line at the row's whole number, crossings truncated to whole numbers.
+/// Pixels of a convex polygon in each row of `window`: from the first crossing of its sides with the scan
+/// line (at the integer of the row) to before the last. Crossings are truncated to integers.
 fn rows_2014(region: &Region, window: Pixels) -> Vec<Span> {
     let corners = region.corners();
     let mut rows = Vec::new();
@@ -120,7 +121,7 @@ fn rows_2014(region: &Region, window: Pixels) -> Vec<Span> {
     rows
 }
 
-/// Halves to the even number, as NumPy rounds.
+/// Rounds halves to even, as NumPy does.
 fn rounded(v: f64) -> i64 {
     v.round_ties_even() as i64
 }
@@ -169,7 +170,7 @@ fn toolkit(a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
     ratio([rows(a, of_a), rows(b, of_b)])
 }
 
-/// Row by row of `window` the pixels of a convex polygon, its rounded border included.
+/// Pixels of a convex polygon, one range per row of `window`. Includes the border, rounded to pixels.
 fn rows_toolkit(corners: &[(f64, f64)], window: Pixels) -> Vec<Span> {
     let place = |c: &(f64, f64)| ((rounded(c.0) - window.x0) as f64, (rounded(c.1) - window.y0) as f64);
     let corners: Vec<(f64, f64)> = corners.iter().map(place).collect();

@@ -1,11 +1,11 @@
 //! A file over HTTP, in as many attempts as it takes.
 //!
-//! Bytes that have arrived are never requested again: an attempt requests the rest (`Range`), on condition that the
-//! file is still the same (`If-Range`); an answer that does not continue exactly there starts the file anew.
-//! Busy servers (408, 425, 429, 5xx), timeouts and broken connections are tried again, each time after twice
-//! the pause or after `Retry-After` in seconds; an attempt that brought much that is new does not count. Every
-//! other status ends it. Nothing is written beyond the size that is expected. Redirects are followed to http and
-//! https, from an https address to https alone.
+//! Bytes that have arrived are never requested again: an attempt requests the rest (`Range`), on condition
+//! that the file is still the same (`If-Range`); an answer that does not continue exactly there starts the
+//! file anew. Busy servers (408, 425, 429, 5xx), timeouts and broken connections are tried again, each time
+//! after twice the pause or after `Retry-After` in seconds; an attempt that brought many new bytes does not
+//! count as a failure. Every other status ends the download. Nothing is written beyond the size that is
+//! expected. Redirects are followed to http and https, from an https address to https alone.
 
 use super::error::FetchError;
 use super::part::{Note, Part};
@@ -17,34 +17,34 @@ use std::time::Duration;
 use ureq::http::{HeaderMap, Response, Uri, header};
 use ureq::{Agent, Body, ResponseExt};
 
-/// New bytes that make an attempt a good one.
+/// New bytes from which on an attempt does not count as a failure.
 const GAIN: u64 = 1 << 20;
 
-/// Longest wait for a connection.
+/// Longest wait for a connection to be made.
 const CONNECT: Duration = Duration::from_secs(20);
 
 const CHANGED: &str = "the answer does not continue what was begun, the file is fetched from its start";
 
 /// Observer of a download.
 pub trait FetchWatch {
-    /// Called as bytes arrive: those on disk, and those of the whole file if its size is known.
+    /// Called as bytes arrive, with the number of bytes on disk and the size of the whole file, if known.
     fn arrived(&self, archive: &str, bytes: u64, total: Option<u64>);
     /// Called with a line of text that users should see.
     fn note(&self, text: &str);
 }
 
-/// Patience with a server.
+/// Timeouts and retries for one server.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
-    /// For the head of an answer, and for the next byte.
+    /// Longest wait for the head of an answer, and for the next byte.
     pub stall: Duration,
-    /// Attempts in a row that bring little before it is given up.
+    /// Number of failed attempts in a row after which the download is given up.
     pub attempts: u32,
-    /// Pause after the first of them, doubled after each, up to `longest`.
+    /// Pause after the first failed attempt; doubled after each further one, up to `longest`.
     pub pause: Duration,
-    /// Longest pause, also where the server asks for one.
+    /// Longest pause, even if the server asks for a longer one.
     pub longest: Duration,
-    /// Most bytes of a file whose size is not pinned.
+    /// Largest file in bytes, for files whose size is not pinned.
     pub limit: u64,
 }
 
@@ -56,7 +56,7 @@ impl Default for Patience {
     }
 }
 
-/// A file that has arrived.
+/// A complete download on disk.
 pub(super) struct Download {
     pub path: PathBuf,
     pub url: String,
@@ -64,7 +64,7 @@ pub(super) struct Download {
     pub sha256: String,
 }
 
-/// The complete http or https address that a text is.
+/// Parses a complete http or https address.
 pub(super) fn address(url: &str) -> Result<Uri, FetchError> {
     let uri: Option<Uri> = url.parse().ok();
     let is_complete = |uri: &Uri| {
@@ -73,15 +73,16 @@ pub(super) fn address(url: &str) -> Result<Uri, FetchError> {
     uri.filter(is_complete).ok_or_else(|| FetchError::Address(format!("`{url}`")))
 }
 
-/// The last part of an address's path; empty when the path ends with `/`.
+/// Last part of the path of an address; empty if the path ends with `/`.
 pub(super) fn file_name(address: &Uri) -> &str {
     address.path().rsplit('/').next().unwrap_or_default()
 }
 
-/// Downloads an archive into `folder`, or finds it there; from a mirror the file of the same name below its address.
+/// Downloads an archive into `folder`, or finds the complete download there. With a `mirror`, the file of the
+/// same name below that address is taken.
 ///
 /// # Errors
-/// See [`FetchError`]; what has arrived stays, unless it is not the pinned file.
+/// See [`FetchError`]. The bytes that arrived stay on disk, unless they are not of the pinned file.
 pub(super) fn download(
     folder: &Path,
     archive: &Archive,
@@ -111,7 +112,7 @@ pub(super) fn download(
     Err(fault)
 }
 
-/// Removes a download.
+/// Removes a download and its note.
 ///
 /// # Errors
 /// [`FetchError::Disk`].
@@ -119,7 +120,7 @@ pub(super) fn discard(folder: &Path, archive: &Archive) -> Result<(), FetchError
     Part::open(folder, &archive.name, "")?.reset()
 }
 
-/// What is asked, of whom, and with what patience.
+/// A download in progress: the archive, its address, and the patience with the server.
 struct Request<'a> {
     archive: &'a Archive,
     url: &'a str,
@@ -128,11 +129,11 @@ struct Request<'a> {
     watch: &'a dyn FetchWatch,
 }
 
-/// Why an attempt has not brought the whole file.
+/// Reason why an attempt did not bring the whole file.
 enum Cut {
-    /// Another attempt would not bring it either.
+    /// A further attempt would fail as well.
     Final(FetchError),
-    /// Another attempt may, after the pause that the server asks for.
+    /// A further attempt may succeed, after the pause that the server asks for.
     Again(String, Option<Duration>),
 }
 
@@ -208,7 +209,7 @@ impl Request<'_> {
         }
     }
 
-    /// Asks for what is behind the first `have` bytes.
+    /// Requests the bytes after the first `have`.
     fn ask(&self, part: &Part, have: u64) -> Result<Response<Body>, Cut> {
         let mut request = self.agent.get(self.url);
         if have > 0 {
@@ -230,7 +231,7 @@ impl Request<'_> {
         })
     }
 
-    /// Refuses more bytes than there should be, before they are written.
+    /// Refuses an answer that has more bytes than expected, before any is written.
     fn check_size(&self, bytes: u64, announced: Option<u64>) -> Result<(), FetchError> {
         let (url, limit) = (self.url, self.patience.limit);
         match self.archive.size.or(announced) {
@@ -242,7 +243,7 @@ impl Request<'_> {
         }
     }
 
-    /// Writes a body behind the `have` bytes that are there.
+    /// Appends a body to the `have` bytes already on disk.
     fn receive(&self, part: &Part, response: &mut Response<Body>, mut have: u64) -> Result<(), Cut> {
         let total = part.note.total.or(self.archive.size);
         let mut file = part.append()?;
@@ -300,7 +301,7 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<String> {
     headers.get(name)?.to_str().ok().map(String::from)
 }
 
-/// Whether an answer goes on behind the first `have` bytes of the file that was begun.
+/// True if the answer continues the begun file exactly after the first `have` bytes.
 fn goes_on(note: &Note, have: u64, headers: &HeaderMap) -> bool {
     let range = text(headers, header::CONTENT_RANGE).unwrap_or_default();
     let Some((_, total)) =

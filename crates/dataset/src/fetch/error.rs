@@ -1,17 +1,17 @@
-//! Why something was not fetched, and what to do about it.
+//! Reasons why a fetch failed, each with what to do.
 
 use std::path::{Path, PathBuf};
 
-/// Why a download or an archive came to nothing.
+/// Reason why a download or an archive failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FetchError {
-    /// An address that is never asked.
+    /// An address that is malformed or neither http nor https.
     #[error("{0}; only complete http:// and https:// addresses are fetched")]
     Address(String),
     /// No connection, or one that breaks again and again.
     #[error("{0}")]
     Network(String),
-    /// Data that are not at their address, not what is pinned, damaged or hostile.
+    /// Data that are absent at the address, not as pinned, damaged or hostile.
     #[error("{0}")]
     Data(String),
     /// An I/O error.
@@ -22,7 +22,7 @@ pub enum FetchError {
         /// Error of the system.
         source: std::io::Error,
     },
-    /// Another process fetches into the data root; its lock file.
+    /// Another process fetches into the data root; the path is its lock file.
     #[error("{}: another fetch is using this data root; wait until it has ended", .0.display())]
     Busy(PathBuf),
 }
@@ -32,8 +32,8 @@ impl FetchError {
         Self::Disk { path: path.into(), source }
     }
 
-    /// Whether the data at the address are absent or not as pinned; other errors come from the disk, the network or
-    /// the arguments.
+    /// True if the data at the address are absent or not as pinned; false if the disk, the network or the
+    /// arguments are at fault.
     pub fn is_data(&self) -> bool {
         matches!(self, Self::Data(_))
     }

@@ -1,4 +1,4 @@
-//! A download on disk: `<name>.part` and, beside it, `<name>.json` with what is known of it.
+//! A download on disk: `<name>.part` and, beside it, `<name>.json` with the facts known about the file.
 //!
 //! A part belongs to one state of the file at one address; the note beside it has the address and the server's
 //! mark of that state (ETag, else Last-Modified), so that the rest of another state is never added to it.
@@ -9,18 +9,19 @@ use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Facts about a download.
+/// Facts about a download, kept beside its bytes.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Note {
-    /// The address asked, before redirects.
+    /// Address that was requested, before redirects.
     pub url: String,
-    /// The server's mark of this state of the file: its ETag if that is a strong one, else Last-Modified.
+    /// Mark of this state of the file, given by the server: the ETag if it is a strong one, else
+    /// Last-Modified.
     pub mark: Option<String>,
-    /// Bytes of the whole file.
+    /// Size of the whole file in bytes; `None` if the server does not tell.
     pub total: Option<u64>,
 }
 
-/// A download on disk.
+/// A download on disk, complete or not.
 #[derive(Debug)]
 pub(super) struct Part {
     pub path: PathBuf,
@@ -29,7 +30,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Opens a download; its bytes are dropped if they are from another address, or if its note cannot be read.
+    /// Opens a download. Bytes from another address, or with an unreadable note, are dropped.
     pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self, FetchError> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
         let note: Option<Note> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -43,7 +44,7 @@ impl Part {
         Ok(part)
     }
 
-    /// Bytes that are there.
+    /// Number of bytes on disk.
     pub fn len(&self) -> Result<u64, FetchError> {
         match fs::metadata(&self.path) {
             Ok(metadata) => Ok(metadata.len()),
@@ -52,7 +53,7 @@ impl Part {
         }
     }
 
-    /// Drops the bytes, and what was known of them.
+    /// Drops the bytes and their note.
     pub fn reset(&mut self) -> Result<(), FetchError> {
         for path in [&self.path, &self.beside] {
             match fs::remove_file(path) {
@@ -64,7 +65,7 @@ impl Part {
         Ok(())
     }
 
-    /// Begins anew; the note is on disk before the bytes that it describes.
+    /// Starts the file again from its first byte. The note is on disk before the bytes that it describes.
     pub fn begin(&mut self, mark: Option<String>, total: Option<u64>) -> Result<(), FetchError> {
         self.reset()?;
         (self.note.mark, self.note.total) = (mark, total);
@@ -76,7 +77,7 @@ impl Part {
         text.and_then(|text| fs::write(&self.beside, text)).map_err(|e| FetchError::disk(&self.beside, e))
     }
 
-    /// For writing behind the last byte.
+    /// Opens the file for appending.
     pub fn append(&self) -> Result<File, FetchError> {
         let opened = OpenOptions::new().append(true).create(true).open(&self.path);
         opened.map_err(|e| FetchError::disk(&self.path, e))

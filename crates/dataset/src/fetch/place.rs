@@ -1,4 +1,5 @@
-//! The working folder `.trackfail` of a data root, and how unpacked folders get from it to where they belong.
+//! The working folder `.trackfail` of a data root, and the moves of unpacked folders from there to their
+//! final place.
 
 use super::error::FetchError;
 use crate::leftover;
@@ -9,13 +10,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Name of the file in a fetched folder that names its archive. Readers of sequences ignore it.
+/// Name of the marker file in a fetched folder; the file names the archive. Readers of sequences ignore it.
 pub const MARKER: &str = ".trackfail-complete";
 
-/// Start of the names of folders that are being unpacked.
+/// Prefix of folders in which archives are being unpacked.
 const UNPACK: &str = "unpack-";
 
-/// A data root that this process alone fetches into.
+/// A data root that is locked, so that this process alone fetches into it.
 #[derive(Debug)]
 pub struct Workspace {
     root: PathBuf,
@@ -33,10 +34,10 @@ impl Drop for Workspace {
 }
 
 impl Workspace {
-    /// Locks a data root, and removes what a killed fetch has left half unpacked.
+    /// Locks a data root and removes what a killed fetch left half unpacked.
     ///
     /// # Errors
-    /// [`FetchError::Busy`] while another process fetches; [`FetchError::Disk`].
+    /// [`FetchError::Busy`] while another process fetches; [`FetchError::Disk`] on I/O errors.
     pub fn open(root: &Path) -> Result<Self, FetchError> {
         let folder = root.join(".trackfail");
         let downloads = folder.join("downloads");
@@ -57,20 +58,20 @@ impl Workspace {
         &self.root
     }
 
-    /// Folder of downloads, whole and in part.
+    /// Folder of the downloads, complete or not.
     pub fn downloads(&self) -> PathBuf {
         self.folder.join("downloads")
     }
 
-    /// Whether this very text has been agreed to for a suite.
+    /// True if the user has agreed to exactly this licence text for the suite.
     pub fn agreed(&self, suite: &str, text: &str) -> bool {
         fs::read(self.agreement(suite)).is_ok_and(|old| old == text.as_bytes())
     }
 
-    /// Remembers that a text has been agreed to for a suite.
+    /// Records that the user agreed to a licence text for a suite.
     ///
     /// # Errors
-    /// [`FetchError::Disk`].
+    /// [`FetchError::Disk`] if the record cannot be written.
     pub fn remember(&self, suite: &str, text: &str) -> Result<(), FetchError> {
         let path = self.agreement(suite);
         fs::write(&path, text).map_err(|e| FetchError::disk(&path, e))
@@ -80,35 +81,36 @@ impl Workspace {
         self.folder.join(format!("licence-{suite}"))
     }
 
-    /// A new folder in the file system of the data root, removed with the value.
+    /// Creates a folder in the file system of the data root. It is removed when the value is dropped.
     pub(super) fn temporary(&self) -> Result<TempDir, FetchError> {
         let made = tempfile::Builder::new().prefix(UNPACK).tempdir_in(&self.folder);
         made.map_err(|e| FetchError::disk(&self.folder, e))
     }
 }
 
-/// The folders or the file of an archive, by whether they were there before.
+/// The folders, or the single file, of an archive, sorted by what happened to them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Placed {
-    /// New under the data root.
+    /// Folders or file placed where nothing was before.
     pub new: Vec<String>,
-    /// Already there, and left as they are.
+    /// Folders or file that were present before and were not changed.
     pub kept: Vec<String>,
-    /// New in the place of what an earlier fetch had put there.
+    /// Folders or file placed instead of those of an earlier fetch.
     pub replaced: Vec<String>,
-    /// Those of them that had files which the new ones have not, with the folder that has all of the old ones now.
+    /// Replaced folders that had files of their own, each with the folder that the old files were moved to.
     pub moved: Vec<(String, PathBuf)>,
-    /// Not what is pinned, and put nowhere: the folder, and the first difference.
+    /// Folders that are not as pinned and were not placed, each with its first difference.
     pub refused: Vec<(String, String)>,
 }
 
-/// Whether a folder was put in its place by a fetch.
+/// True if a folder was put in its place by a fetch.
 pub(super) fn was_fetched(folder: &Path) -> bool {
     folder.join(MARKER).is_file()
 }
 
-/// Moves folders that are whole to where they belong, the marker in each. Those of `again` take the place of what was
-/// fetched before, which is kept beside them if it has files of its own: they may be the user's.
+/// Moves complete folders to their final place and adds the marker to each. Folders in `again` replace those
+/// of an earlier fetch. An old folder with files that the new one lacks is kept beside it: those files may be
+/// the user's.
 pub(super) fn folders(
     from: &Path,
     root: &Path,
@@ -152,7 +154,7 @@ pub(super) fn folders(
     Ok(placed)
 }
 
-/// Whether a folder has a file that another one has not.
+/// True if a folder has a file that the other one lacks.
 fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
     for entry in walkdir::WalkDir::new(folder) {
         let entry = entry.map_err(|e| FetchError::disk(folder, e.into()))?;
@@ -164,14 +166,14 @@ fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
     Ok(false)
 }
 
-/// The place beside a folder whose name has a further end.
+/// Path of a folder with `end` appended to its name.
 fn beside(folder: &Path, end: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or_default().to_os_string();
     name.push(end);
     folder.with_file_name(name)
 }
 
-/// The first name of `NAME.replaced-1`, `NAME.replaced-2` and so on that is free beside a folder.
+/// First free name among `NAME.replaced-1`, `NAME.replaced-2` and so on beside a folder.
 fn free_name(folder: &Path) -> PathBuf {
     let mut n = 1;
     loop {
@@ -183,7 +185,7 @@ fn free_name(folder: &Path) -> PathBuf {
     }
 }
 
-/// Moves one file to where it belongs.
+/// Moves a single file to its final place.
 pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, FetchError> {
     let (target, name) = (below(root, name), name.to_owned());
     if fs::symlink_metadata(&target).is_ok() {
@@ -194,7 +196,7 @@ pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, Fet
     Ok(Placed { new: vec![name], ..Placed::default() })
 }
 
-/// Hands everything in a folder to the disk, before its name says it is whole.
+/// Flushes all files of a folder to disk, before its final name says that it is complete.
 fn settle(folder: &Path) -> Result<(), FetchError> {
     let listed: Result<Vec<_>, _> = walkdir::WalkDir::new(folder).into_iter().collect();
     let listed = listed.map_err(|e| FetchError::disk(folder, e.into()))?;

@@ -9,12 +9,12 @@ use std::cell::LazyCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Sequences of a suite that are wanted.
+/// The wanted sequences of one suite.
 #[derive(Clone)]
 pub struct WantedSequences {
-    /// The suite.
+    /// Suite with the sequences.
     pub suite: Suite,
-    /// Their names; empty for all.
+    /// Names of the wanted sequences; empty for all of the suite.
     pub sequences: BTreeSet<String>,
 }
 
@@ -24,35 +24,37 @@ impl WantedSequences {
     }
 }
 
-/// One archive and what it is fetched for.
+/// One archive to download, and the folders and sequences that need it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FetchJob {
-    /// The archive.
+    /// The archive to download.
     pub archive: Archive,
-    /// Every folder under the data root that comes in it, wanted or not, so that none needs a second download.
+    /// All folders under the data root that come in the archive, wanted or not, so that none needs a second
+    /// download.
     pub folders: Vec<String>,
-    /// The wanted sequences that are missing and come in it, as `suite/sequence`.
+    /// Missing wanted sequences that come in the archive, as `suite/sequence`.
     pub sequences: Vec<String>,
-    /// Those of the folders that take the place of what was fetched before.
+    /// Folders that replace those of an earlier fetch.
     pub again: Vec<String>,
 }
 
-/// The work for the wanted sequences, in their order.
+/// What to do about each wanted sequence, in the order given.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FetchPlan {
-    /// Downloads.
+    /// Archives to download.
     pub jobs: Vec<FetchJob>,
-    /// Sequences that cannot be downloaded, with the way to get them.
+    /// Sequences that cannot be downloaded, each with the way to get it.
     pub by_hand: Vec<(String, String)>,
-    /// Sequences that are there.
+    /// Sequences that are present and as pinned.
     pub here: Vec<String>,
-    /// Sequences that are there but are not as pinned or cannot be read: why, and what to do. They are left as they are.
+    /// Sequences that are present but not as pinned or not readable, each with the reason and the remedy.
+    /// They are left as they are.
     pub broken: Vec<(String, String)>,
 }
 
-/// Plans the downloads into the first of `data_roots`, of the wanted sequences that are missing under all of them.
-/// Those that are there are compared with what is pinned, which reads their files. With `again`, folders that a fetch has
-/// placed and that are not as pinned are downloaded once more.
+/// Plans the downloads into the first of `data_roots`. Wanted sequences that are missing under all roots are
+/// downloaded; present ones are compared with what is pinned, which reads their files. With `again`, fetched
+/// folders that are not as pinned are downloaded once more.
 pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> FetchPlan {
     // Parses the files of all suites, for which there may be no need.
     let folders = LazyCell::new(folders_by_archive);
@@ -108,7 +110,7 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
 }
 
 impl FetchPlan {
-    /// The job of an archive.
+    /// Returns the job of an archive, adding one if there is none yet.
     fn job(&mut self, archive: &Archive, folders: &BTreeMap<&str, BTreeSet<&str>>) -> &mut FetchJob {
         let known = self.jobs.iter().position(|job| job.archive.name == archive.name);
         let place = known.unwrap_or_else(|| {
@@ -121,12 +123,12 @@ impl FetchPlan {
     }
 }
 
-/// Whether an archive that is a single file is there already.
+/// True if an archive that is a single file is already under the root.
 fn is_here(archive: &Archive, root: &Path) -> bool {
     archive.packing == Packing::File && single_file(archive).is_ok_and(|file| below(root, &file).exists())
 }
 
-/// The folders of all sequences by the archive they come in; those of user suites come in none.
+/// Folders of all built-in sequences, by the name of their archive.
 fn folders_by_archive() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let mut folders: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for entry in pinned_suites().flat_map(|suite| &suite.sequence) {

@@ -1,8 +1,8 @@
 //! Zip files, unpacked into an empty folder.
 //!
-//! The list of members is gone through first: their names, kinds and announced sizes. Nothing is written of an archive
-//! in which one of them is refused, wanted or not. What is written then is no more than what was announced. A name is
-//! refused that could lead elsewhere. The modes, times and owners an archive has are ignored.
+//! The names, kinds and announced sizes of all members are checked first. If one member is refused, wanted or
+//! not, nothing is written. No member may write more than its announced size. A name that could lead out of
+//! the folder is refused. The modes, times and owners in the archive are ignored.
 
 use super::error::FetchError;
 use crate::archive::Archive;
@@ -15,39 +15,39 @@ use std::path::Path;
 use std::rc::Rc;
 use zip::ZipArchive;
 
-/// Most bytes of an archive's list of members, and those of one more member.
+/// Largest list of members in an archive, in bytes, plus `MEMBER` bytes for each member that [`Caps`] allow.
 const LIST: u64 = 1 << 20;
 const MEMBER: u64 = 640;
-/// Most parts of a path, so that folders can be removed again.
+/// Most parts of a member's path. Deeper folders might be hard to remove again.
 const DEPTH: usize = 16;
 /// Longest name of a file or folder in bytes, as on most file systems.
 const COMPONENT: usize = 255;
 
-/// Limits on what comes out of one archive.
+/// Limits on the content of one archive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Caps {
-    /// Bytes in all.
+    /// Most bytes of all members together.
     pub total: u64,
-    /// Bytes in all for each packed byte, beyond `slack`; pictures do not shrink, text does tenfold.
+    /// Most unpacked bytes per packed byte, beyond `slack`. Pictures barely shrink, text shrinks tenfold.
     pub ratio: u64,
-    /// Bytes that `ratio` does not count, so that small archives of text pass.
+    /// Bytes that `ratio` leaves out of account, so that small archives of text pass.
     pub slack: u64,
-    /// Members, folders included.
+    /// Most members, folders included.
     pub entries: u64,
 }
 
 impl Default for Caps {
-    /// Room for several times the largest dataset in the field: 1 TiB in 500 000 members, a hundred bytes for each
-    /// packed one after the first 64 MiB.
+    /// Several times the largest dataset in the field: 1 TiB in 500 000 members, and a hundred bytes per
+    /// packed byte after the first 64 MiB.
     fn default() -> Self {
         Self { total: 1 << 40, ratio: 100, slack: 1 << 26, entries: 500_000 }
     }
 }
 
-/// Unpacks the members of a zip file on disk that belong to `folders` into an empty folder.
+/// Unpacks the members of a zip file that belong to `folders` into the empty folder `into`.
 ///
 /// # Errors
-/// Any member that is refused, wanted or not; the caller then deletes the folder.
+/// A member that is refused, wanted or not. The caller then deletes the folder.
 pub fn unpack(
     file: &Path,
     archive: &Archive,
@@ -119,7 +119,7 @@ pub fn unpack(
     )))
 }
 
-/// A reader of a bounded number of bytes, as the list of members is read whole before it can be looked at.
+/// Reader that stops after a number of bytes. The list of members is read whole before it can be checked.
 struct Metered<R> {
     inner: R,
     left: Rc<Cell<u64>>,
@@ -141,7 +141,7 @@ impl<R: Seek> Seek for Metered<R> {
     }
 }
 
-/// A name from outside as it may be printed.
+/// A foreign name, made safe for printing.
 fn shown(raw: &[u8]) -> String {
     format!("`{}`", text::shorten_to(&text::visible(&String::from_utf8_lossy(raw)), 120))
 }
@@ -151,10 +151,10 @@ fn refused(archive: &Archive, raw: &[u8], why: &str) -> FetchError {
     FetchError::Data(format!("archive {name}, member {member}: {why}; nothing of it is kept"))
 }
 
-/// The path below the data root of a download that is no archive but one file.
+/// Path below the data root of a download that is a single file.
 ///
 /// # Errors
-/// When its name is no plain one.
+/// A name with separators or other characters that a plain file name lacks.
 pub(super) fn single_file(archive: &Archive, name: &str) -> Result<String, FetchError> {
     let path = if archive.into.is_empty() { name.to_string() } else { format!("{}/{name}", archive.into) };
     match path_of(path.as_bytes()) {
@@ -164,10 +164,10 @@ pub(super) fn single_file(archive: &Archive, name: &str) -> Result<String, Fetch
     }
 }
 
-/// The path that a member's name is, without a `/` at its end; empty for the archive's own top folder (`./`).
+/// Path of a member, without a `/` at the end; empty for the top folder of the archive (`./`).
 ///
 /// # Errors
-/// Every name that is not one or more plain names with `/` between them.
+/// A name that is not one or more plain names separated by `/`.
 fn path_of(raw: &[u8]) -> Result<String, String> {
     let name = std::str::from_utf8(raw).map_err(|_| "its name is not UTF-8")?;
     if name.chars().any(|c| c.is_control() || c == '\\' || c == ':') {
@@ -199,7 +199,7 @@ fn path_of(raw: &[u8]) -> Result<String, String> {
     Ok(path.into())
 }
 
-/// Writes a member: a folder, or a file with as many bytes as are announced.
+/// Writes a member: a folder, or a file of exactly the announced size.
 fn write(
     zip: &mut ZipArchive<impl Read + Seek>,
     index: usize,

@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackfail_core::region::Region;
 
-/// The entry in the list of formats.
+/// CVML in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "cvml",
     summary: "one `.xml` file of boxes of all objects, with images or a video",
@@ -53,7 +53,8 @@ const ANNOTATION: &str = "annotation (.xml)";
 /// Loads one sequence. Reads lists of files and the XML file; no image, no video.
 ///
 /// # Errors
-/// No or several XML files or videos, a broken annotation, an object that is not in it, a missing frame.
+/// No or several XML files or videos, a broken annotation, an object that the annotation lacks, a missing
+/// frame.
 pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let folder = entry.path(root);
     let names = names(&folder)?;
@@ -85,22 +86,22 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
 
 const NOBODY: &str = "no object is annotated";
 
-/// The object annotated in most frames of an annotation's bytes, from its first to its last frame.
+/// Boxes of the object annotated in most frames, from its first to its last frame.
 ///
 /// # Errors
-/// Text that is no annotation, or one without an object.
+/// Bytes that are not a CVML annotation, or one without an object.
 fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
     let annotation = parse(path, text::decode(path, bytes)?)?;
     let longest = annotation.longest().and_then(|id| Some(annotation.regions(id, annotation.presence(id)?)));
     longest.ok_or_else(|| DatasetError::content(path, NOBODY))
 }
 
-/// Whether the frames are in a video: there is one, and no folder of images.
+/// True if the folder has a video and no folder of images.
 fn is_video(folder: &Path, names: &[String]) -> bool {
     image_folder(folder, FORMAT.image_folders) == folder && names.iter().any(|name| is_video_name(name))
 }
 
-/// The part of a sequence, annotation or frames, that its folder lacks; the two are downloaded apart.
+/// Name of the part, annotation or frames, that a folder lacks. The two are downloaded apart.
 fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
     let names = names(folder)?;
     if !names.iter().any(|name| is_xml(name)) {
@@ -115,7 +116,7 @@ fn is_xml(name: &str) -> bool {
     ending(name, &["xml"])
 }
 
-/// Whether the file's name is a video's.
+/// True if the name is that of a video file.
 fn is_video_name(name: &str) -> bool {
     ending(name, &["mpg", "mpeg", "avi", "mp4", "mov", "mkv", "webm"])
 }
@@ -133,7 +134,7 @@ fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
     Ok(names)
 }
 
-/// The only file of a folder that fits.
+/// The only file of a folder that `fits` accepts; no or several such files are an error.
 fn only(
     folder: &Path,
     names: &[String],

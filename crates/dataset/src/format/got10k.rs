@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! GOT-10k_Train_000001/00000001.jpg ...      frames from 1 on
-//! GOT-10k_Train_000001/groundtruth.txt       x,y,w,h a line, one a frame
+//! GOT-10k_Train_000001/groundtruth.txt       x,y,w,h per line, one line per frame
 //! GOT-10k_Train_000001/absence.label         a frame a line: 1 where the target is absent
 //! GOT-10k_Train_000001/cover.label           a frame a line: 0 to 8, how much of it is visible
 //! GOT-10k_Train_000001/cut_by_image.label    a frame a line: 1 where the image's border cuts it
@@ -18,10 +18,10 @@
 //! Frame attributes: `absence` and `cut_by_image` as labelled; `occlusion` at levels 1 to 7, and
 //! `heavy-occlusion` at 1 to 3, where at most 45 % are visible. Sequence attributes are those that some frame
 //! has, and of `meta_info.ini` `class-<object_class>` and `motion-<motion_class>`, in small letters. Each of
-//! the four files beside the truth may be missing; the attributes that it gives are then, too.
+//! the four files beside the truth may be missing; the attributes that it gives are then missing, too.
 //!
-//! Images, lines of truth and labels must be as many. Of the test set only the first box is published, so its
-//! sequences are refused.
+//! Images, lines of truth and entries of each label file must be equal in number. Of the test set only the
+//! first box is published, so its sequences are refused.
 
 use super::shared::{boxes, flags, labels, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
@@ -30,7 +30,7 @@ use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 
-/// The entry in the list of formats.
+/// GOT-10k in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "got10k",
     summary: "`00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of cover and absence",
@@ -40,17 +40,17 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
-/// The files that are read, beside the images.
+/// Names of the text files that are read, beside the images.
 const FILES: [&str; 5] =
     [GROUND_TRUTH, "meta_info.ini", "absence.label", "cover.label", "cut_by_image.label"];
 
-/// Level of cover of a target that is wholly visible.
+/// Level of cover of a fully visible target.
 const WHOLE: u8 = 8;
 
-/// Loads one sequence. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads the list of files and the text, no image.
 ///
 /// # Errors
-/// Missing frames, a broken or absent ground truth, and files of another length than it.
+/// Missing frames, a broken or absent ground truth, and files of another length than the ground truth.
 pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let folder = entry.path(root);
     let (path, rows) = read_rows(&folder)?;
@@ -76,7 +76,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     sequence(&folder, &numbered_images(&folder)?, name_of(&folder, entry), truth, attributes.collect(), meta)
 }
 
-/// The attributes of the target in `meta_info.ini`; none without the file.
+/// Attributes of the target in `meta_info.ini`; empty without the file.
 fn meta(path: &Path) -> Result<Vec<String>, DatasetError> {
     if !path.exists() {
         return Ok(Vec::new());

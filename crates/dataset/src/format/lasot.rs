@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! airplane/airplane-1/img/00000001.jpg ...      frames from 1 on
-//! airplane/airplane-1/groundtruth.txt           x,y,w,h a line, one a frame
+//! airplane/airplane-1/groundtruth.txt           x,y,w,h per line, one line per frame
 //! airplane/airplane-1/full_occlusion.txt        all frames on one line, commas between: 1 where it is hidden
 //! airplane/airplane-1/out_of_view.txt           the same: 1 where it has left the image
 //! airplane/airplane-1/nlp.txt                   a sentence about the target; not read
@@ -16,7 +16,8 @@
 //! `613,731,247,-11`), and a size below zero is no other kind of box.
 //!
 //! Frame attributes are `full_occlusion` and `out_of_view`; sequence attributes, those that some frame has.
-//! Either file may be missing, and its attribute is then, too. Images, lines of truth and labels must be as many.
+//! Either file may be missing; its attribute is then missing, too. Images, lines of truth and labels must be
+//! equal in number.
 
 use super::shared::{boxes, flags, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
@@ -26,7 +27,7 @@ use crate::{DatasetError, Sequence};
 use std::path::Path;
 use trackfail_core::region::Region;
 
-/// The entry in the list of formats.
+/// LaSOT in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "lasot",
     summary: "`img/00000001.jpg` and `groundtruth.txt`, boxes from pixel 1 on, labels of occlusion",
@@ -39,13 +40,13 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
-/// The label files, without `.txt`.
+/// Names of the label files, without `.txt`.
 const LABELS: [&str; 2] = ["full_occlusion", "out_of_view"];
 
-/// Loads one sequence. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads the list of files and the text, no image.
 ///
 /// # Errors
-/// Missing frames, a broken or absent ground truth, and files of another length than it.
+/// Missing frames, a broken or absent ground truth, and files of another length than the ground truth.
 pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let folder = entry.path(root);
     let (path, rows) = read_rows(&folder)?;
@@ -61,7 +62,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     sequence(&images, &files, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
-/// A box that counts pixels from 1; none where it has no area.
+/// Converts a box that counts pixels from 1; `None` if the box has no area.
 fn with_area(row: [f64; 4]) -> Result<Option<Region>, String> {
     let [_, _, w, h] = row;
     if row.iter().all(|v| v.is_finite()) && (w <= 0.0 || h <= 0.0) { Ok(None) } else { one_based(row) }

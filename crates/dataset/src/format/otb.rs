@@ -4,7 +4,7 @@
 //! ```text
 //! David/img/0300.jpg ...          frames under the dataset's own numbers, .jpg or .png
 //! David/groundtruth_rect.txt      x,y,w,h a line; line 1 is the first official frame (300), not frame 1
-//! Jogging/groundtruth_rect.1.txt  one file a target where there are several
+//! Jogging/groundtruth_rect.1.txt  one file per target if there are several
 //! David/attributes.txt            optional: words, separated by commas or line ends
 //! ```
 //!
@@ -24,10 +24,10 @@ use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
 use trackfail_core::region::Region;
 
-/// Files of several targets have a number before `.txt`.
+/// Start of the names of ground-truth files. A folder with several targets has a number before `.txt`.
 const TRUTH_PREFIX: &str = "groundtruth_rect";
 
-/// The entry in the list of formats.
+/// OTB in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "otb",
     summary: "`img/0001.jpg` and `groundtruth_rect.txt`",
@@ -45,8 +45,8 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
-/// Whether a file of a folder is part of a sequence. Text other than the ground truth need not be there, and gives
-/// attributes only.
+/// True if a file of a folder belongs to an entry's sequence. Text beside the ground truth is optional and
+/// gives attributes only.
 fn belongs(entry: &Entry, name: &str, image: Option<u32>) -> bool {
     match (image, entry.range) {
         (Some(n), Some((first, last))) => first <= n && n <= last,
@@ -55,8 +55,8 @@ fn belongs(entry: &Entry, name: &str, image: Option<u32>) -> bool {
     }
 }
 
-/// The targets of a folder. Some folders have a plain file beside those of several targets, and some a numbered one
-/// that is empty.
+/// Targets of a folder. Some folders have a plain file beside the numbered ones, and some have an empty
+/// numbered one.
 fn find_targets(folder: &Path) -> Result<Vec<Option<u32>>, DatasetError> {
     let mut numbers: Vec<u32> = Vec::new();
     for path in entries(folder)? {
@@ -77,7 +77,7 @@ fn truth_name(target: Option<u32>) -> String {
     target.map_or_else(|| format!("{TRUTH_PREFIX}.txt"), |n| format!("{TRUTH_PREFIX}.{n}.txt"))
 }
 
-/// Loads one sequence. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads the list of files and the text, no image.
 ///
 /// # Errors
 /// A folder without images, a missing frame, a ground truth that is absent, broken or too short.
@@ -96,11 +96,11 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     Ok(Sequence { numbering, truth, attributes: read_attributes(&folder)?, ..without_truth })
 }
 
-/// The frames of a folder as a sequence without annotation, whatever files lie beside them; the official range is that of all
-/// images.
+/// Frames of a folder as a sequence without annotation, whatever other files the folder has. The official
+/// range covers all images.
 ///
 /// # Errors
-/// A folder without images, and a missing frame.
+/// A folder without images, or a missing frame.
 pub(crate) fn load_frames(
     folder: &Path,
     name: String,
@@ -116,7 +116,7 @@ pub(crate) fn load_frames(
     Ok(Sequence::new(name, numbering, truth, Frames::Files(frames.into())))
 }
 
-/// A range, unless it is empty.
+/// Checks that a range of frames is not empty.
 pub(super) fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32), DatasetError> {
     if range.0 > range.1 {
         return Err(DatasetError::content(place, format!("the range {} to {} is empty", range.0, range.1)));
@@ -124,15 +124,15 @@ pub(super) fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32), D
     Ok(range)
 }
 
-/// The rows of a ground-truth file, 0-based, one a line; `path` names it in messages.
+/// Regions of a ground-truth file, one per line, 0-based pixels; `path` is for messages.
 ///
 /// # Errors
-/// The first line that is neither a box nor one of those without annotation.
+/// The first line that is neither a box nor a mark of a frame without annotation.
 pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
     boxes(path, bytes, one_based)
 }
 
-/// The rows of a range of frames.
+/// Entries for frames `first..=last`, out of a file that starts at the official first frame or at frame 1.
 pub(super) fn cut(
     rows: Vec<Option<Region>>,
     path: &Path,
@@ -155,7 +155,7 @@ pub(super) fn cut(
     Ok(rows.into_iter().skip((first - start) as usize).take(length).collect())
 }
 
-/// The words of `attributes.txt`, sorted, each once; none when there is no such file.
+/// Words of `attributes.txt`, sorted, without repetitions; empty if the file is absent.
 fn read_attributes(folder: &Path) -> Result<Vec<String>, DatasetError> {
     let path = folder.join("attributes.txt");
     if !path.exists() {

@@ -4,7 +4,7 @@
 //! otb-annotations/otb100/Jogging-1.txt  x,y,w,h a line, as in [`otb`]; line 1 is the first official frame
 //! ```
 //!
-//! A sequence of it serves methods that look at boxes only. What reads pixels is not run on it.
+//! Its sequences serve methods that read boxes only. Methods that read pixels are not run on them.
 
 use super::shared::name_of;
 use super::{FormatEntry, otb};
@@ -12,7 +12,7 @@ use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, text};
 use std::path::Path;
 
-/// The entry in the list of formats.
+/// OTB without frames in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "otb-boxes",
     summary: "`Jogging-1.txt`: boxes of OTB for each target, no frames",
@@ -24,7 +24,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
-/// Loads the sequence of a file.
+/// Loads the boxes of one file as a sequence without frames.
 ///
 /// # Errors
 /// A file that is absent, broken or does not cover the range.

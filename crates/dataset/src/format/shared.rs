@@ -1,7 +1,7 @@
-//! Parts of several formats: files of boxes, label files beside them, and the sequence of numbered images.
+//! Parts that several formats share: files of boxes, label files, and sequences of numbered images.
 //!
-//! A label file has one small number a frame, as many as the ground truth has lines. A sequence without the file
-//! lacks that label.
+//! A label file has one small number per frame, as many as the ground truth has lines. A sequence without the
+//! file lacks that label.
 
 use super::GROUND_TRUTH;
 use crate::files::{folder_name, take_range};
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
 
-/// The name of an entry's sequence: the one given, or its folder's.
+/// Name of an entry's sequence; the name of the folder if the entry has none.
 pub(super) fn name_of(folder: &Path, entry: &Entry) -> String {
     if entry.name.is_empty() { folder_name(folder) } else { entry.name.clone() }
 }
 
-/// A word that may be an attribute.
+/// Checks that a word may be the name of an attribute.
 ///
 /// # Errors
 /// A word that may not stand in a table.
@@ -27,7 +27,7 @@ pub(super) fn attribute(word: &str) -> Result<String, String> {
     Err(format!("`{}`: an attribute is {}", text::shorten(&text::visible(word)), text::NAME))
 }
 
-/// The entries of a label file of zeros and ones, as truth values; `None` without the file.
+/// Entries of a label file of zeros and ones; `None` without the file.
 ///
 /// # Errors
 /// As [`labels`].
@@ -35,10 +35,11 @@ pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>, Dat
     Ok(labels(path, frames, 1)?.map(|labels| labels.into_iter().map(|label| label == 1).collect()))
 }
 
-/// The entries of a label file, `0..=largest`, separated by commas, blanks or line ends; `None` without one.
+/// Entries of a label file, each `0..=largest`, separated by commas, blanks or line ends; `None` without the
+/// file.
 ///
 /// # Errors
-/// An unreadable file, an entry that is none, and another number of them than frames.
+/// An unreadable file, a malformed entry, or a number of entries other than `frames`.
 pub(super) fn labels(path: &Path, frames: usize, largest: u8) -> Result<Option<Vec<u8>>, DatasetError> {
     if !path.exists() {
         return Ok(None);
@@ -65,7 +66,7 @@ fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result
     Ok(found)
 }
 
-/// The ground-truth file of a folder, and its rows of four numbers.
+/// Path of the ground-truth file of a folder, and its rows of four numbers.
 ///
 /// # Errors
 /// As [`boxes`].
@@ -82,11 +83,11 @@ fn rows(path: &Path, bytes: &[u8]) -> Result<Vec<[f64; 4]>, DatasetError> {
     })
 }
 
-/// The regions of rows, 0-based; four zeros, four NaN, and frames that the target is absent from, whatever box stands
-/// there, are none.
+/// Regions of the rows, 0-based pixels. `None` for four zeros, four NaN, and every frame that `is_absent`
+/// accepts, whatever its row.
 ///
 /// # Errors
-/// The first row of which `box_of` says why it is no box.
+/// The first row that `box_of` refuses.
 pub(super) fn regions(
     path: &Path,
     rows: Vec<[f64; 4]>,
@@ -101,10 +102,10 @@ pub(super) fn regions(
     rows.into_iter().enumerate().map(region).collect()
 }
 
-/// The regions of a file's bytes, 0-based, one a line; `path` names it in messages.
+/// Regions of the bytes of a file, one per line, 0-based pixels; `path` is for messages.
 ///
 /// # Errors
-/// The first line that has other numbers than four, or that is neither a box nor one of those without annotation.
+/// The first line that is not four numbers, or neither a box nor a mark of a frame without annotation.
 pub(super) fn boxes(
     path: &Path,
     bytes: &[u8],
@@ -113,7 +114,7 @@ pub(super) fn boxes(
     regions(path, rows(path, bytes)?, |_| false, box_of)
 }
 
-/// A box that counts pixels from 1.
+/// Converts a box that counts pixels from 1 to one that counts from 0.
 ///
 /// # Errors
 /// Infinite numbers and sizes of zero or below.
@@ -121,11 +122,11 @@ pub(super) fn one_based(row: [f64; 4]) -> Result<Option<Region>, String> {
     Region::from_numbers(&row).map(|r| Some(r.shifted(-1.0, -1.0))).map_err(|e| e.to_string())
 }
 
-/// A sequence of all images of a folder, from number 1 on, that has as many of them as `truth` has entries. It has the
-/// attributes that some of its frames have, too.
+/// Sequence of all images of a folder, numbered from 1, one per entry of `truth`. Frame attributes that hold
+/// in some frame become attributes of the sequence, too.
 ///
 /// # Errors
-/// Missing frames, another number of them, and a word that is no attribute.
+/// Missing frames, a number of images other than that of `truth`, and a word that may not be an attribute.
 pub(super) fn sequence(
     folder: &Path,
     images: &BTreeMap<u32, PathBuf>,

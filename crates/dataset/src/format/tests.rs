@@ -1,4 +1,4 @@
-//! Laws of every format, and samples of them.
+//! Properties that every format must have, and sample folders of each.
 
 use super::*;
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ pub(super) type Texts = [(&'static str, &'static str)];
 pub(super) const META: &str = "[METAINFO]\nurl: http://x/y\nanno_fps: 10Hz\nobject_class: Jet Ski\n\
                                motion_class: sliding\nroot_class: Artifact\nresolution: (64, 48)\n";
 
-/// Objects 7 (frames 0, 1, 3) and 9 (frames 1, 2), with what CAVIAR writes beside the boxes.
+/// CVML of objects 7 (frames 0, 1, 3) and 9 (frames 1, 2), with the other elements that CAVIAR writes.
 pub(super) const TWO: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <dataset name="Two">
 <frame number="0"><objectlist>
@@ -31,7 +31,7 @@ pub(super) const TWO: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </dataset>
 "#;
 
-/// The number of images and the files of a sequence of each format that has a folder for one.
+/// Word, number of images and files of a sample folder, for each format that has one.
 pub(super) const SAMPLES: [(&str, u32, &Texts); 5] = [
     ("otb", 2, &[("groundtruth_rect.txt", "1,1,2,2\n1,1,2,2"), ("attributes.txt", "blur\n")]),
     ("vot", 2, &[("groundtruth.txt", "1,2,3,4\n1,2,3,4"), ("occlusion.label", "0\n1")]),
@@ -67,7 +67,8 @@ pub(super) fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
     Some(Region::Rect(Rect::new(x, y, w, h)))
 }
 
-/// A folder of a sequence: empty images of these numbers and files, of two of one name the later one.
+/// Creates a sequence folder with empty images of these numbers and with these files. A later file of the
+/// same name wins.
 pub(super) fn place<B: AsRef<[u8]> + Copy>(
     word: &str,
     images: impl IntoIterator<Item = u32>,
@@ -86,13 +87,13 @@ pub(super) fn place<B: AsRef<[u8]> + Copy>(
     dir
 }
 
-/// The folder of a sample with other texts in some of its files.
+/// Sample folder in which some files have other texts.
 pub(super) fn changed(word: &str, files: &[(&str, &str)]) -> TempDir {
     let (_, images, sample) = SAMPLES.into_iter().find(|sample| sample.0 == word).unwrap();
     place(word, 1..=images, &[sample, files].concat())
 }
 
-/// The sequence of a folder.
+/// Loads the sequence of a folder.
 pub(super) fn read(word: &str, dir: &TempDir) -> Result<Sequence, DatasetError> {
     (find(word).unwrap().load)(dir.path(), &Entry::default())
 }

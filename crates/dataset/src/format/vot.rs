@@ -4,15 +4,15 @@
 //! ball/00000001.jpg ...     frames from 1 on, .jpg or .png
 //! ball/groundtruth.txt      a frame a line: 8 values x1,y1,...,x4,y4 or 4 values x,y,w,h
 //! ball/occlusion.label      a frame a line: 0 or 1
-//! list.txt                  beside the folders: the names of all sequences, one a line
+//! list.txt                  beside the folders: the names of all sequences, one per line
 //! ```
 //!
 //! Coordinates are taken as they are written, i.e. 0-based, as the current VOT toolkit does; the toolkit of
 //! 2014 used them as MATLAB pixel coordinates, counted from 1, which moves truth and results alike. Polygons
-//! must be convex, as the rotated boxes of VOT2014 are. A line of NaN alone, of four zeros, or of one, which
-//! is how the current toolkit writes it, is a frame without annotation. Masks (`m10,20,...`) are refused. The number of frames is the number of lines; other counts are errors, except that frame
-//! number 0, an extra file in `ball`, is not part of the sequence. Sequence attributes are the labels that
-//! are 1 in some frame.
+//! must be convex, as the rotated boxes of VOT2014 are. A line of NaN alone, of four zeros, or of a single
+//! zero (as the current toolkit writes it) is a frame without annotation. Masks (`m10,20,...`) are refused.
+//! The number of frames is the number of lines; other counts are errors, except that frame number 0, an extra
+//! file in `ball`, is not part of the sequence. Sequence attributes are the labels that are 1 in some frame.
 
 use super::shared::{flags, name_of, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
@@ -22,7 +22,7 @@ use crate::{DatasetError, Sequence, text};
 use std::path::Path;
 use trackfail_core::region::Region;
 
-/// The entry in the list of formats.
+/// VOT in the list of formats.
 pub const FORMAT: FormatEntry = FormatEntry {
     word: "vot",
     summary: "`00000001.jpg` and `groundtruth.txt`, regions of 4 or 8 numbers from pixel 0 on",
@@ -39,7 +39,7 @@ fn is_label(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e == "label")
 }
 
-/// Loads one sequence. Reads no image, only the list of files and the text.
+/// Loads one sequence. Reads the list of files and the text, no image.
 ///
 /// # Errors
 /// Missing frames, and text files that are absent, broken or of another length than the frames.
@@ -59,10 +59,10 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     sequence(&folder, &images, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
-/// The rows of a ground-truth file, one a line; `path` names it in messages.
+/// Regions of a ground-truth file, one per line; `path` is for messages.
 ///
 /// # Errors
-/// The first line that is neither a region nor one of those without annotation.
+/// The first line that is neither a region nor a mark of a frame without annotation.
 pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
     text::rows(path, bytes, annotation)
 }
@@ -80,7 +80,7 @@ fn annotation(row: &str) -> Result<Option<Region>, String> {
     Region::from_numbers(&values).map(Some).map_err(|e| e.to_string())
 }
 
-/// The names in a `list.txt`, in its order.
+/// Sequence names in a `list.txt`, in the order of the file.
 ///
 /// # Errors
 /// An unreadable or empty file.

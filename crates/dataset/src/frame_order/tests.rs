@@ -5,7 +5,7 @@ fn paths(names: &[&str]) -> Vec<PathBuf> {
     names.iter().map(PathBuf::from).collect()
 }
 
-/// First and last number, and whether the files are in the order in which they are given.
+/// First and last number, and true if the files stay in the order given.
 fn kept(names: impl IntoIterator<Item = String>) -> (u32, u32, bool) {
     let given: Vec<PathBuf> = names.into_iter().map(PathBuf::from).collect();
     let found = numbered(given.iter().rev().cloned().collect()).unwrap();
@@ -129,7 +129,7 @@ fn doubt_shows_both_orders() {
 }
 
 proptest! {
-    /// Names that differ in one number, whatever is around it and however it is padded, are in the order of that number.
+    /// Names that differ in one number are ordered by it, whatever surrounds or pads it.
     #[test]
     fn one_number_in_a_fixed_name_is_the_order(
         prefix in "([A-Za-z0-9_-]{0,8}[A-Za-z_ (-])?",
@@ -152,7 +152,7 @@ proptest! {
         prop_assert!(found.into_values().eq(given));
     }
 
-    /// Frames are found in the natural order, in whatever order a folder lists its files.
+    /// The natural order is found from any order in which a folder lists its files.
     #[test]
     fn the_order_of_a_listing_does_not_matter(
         names in prop::collection::btree_set("[ab019 ._-]{1,6}", 1..8)

@@ -1,10 +1,11 @@
-//! A process between this program and another one, which ends together with all that the other one has started.
+//! A guard: a process between this program and another one. It ends together with all processes that the
+//! other one started.
 //!
-//! On Linux this program starts itself under the word `WORD`, and that process starts the other program. It is the
-//! subreaper of whatever the program starts (`PR_SET_CHILD_SUBREAPER`): a process whose parent has ended becomes its
-//! child, also one that has left its group and session. So all of them are below the guard in the tree of processes, and
-//! are found there when the program has ended, when this program asks, or when this program dies. The guard ends as the
-//! program did.
+//! On Linux this program starts itself with the first argument `WORD`; that process is the guard and starts
+//! the other program. The guard is the subreaper (`PR_SET_CHILD_SUBREAPER`) of all descendants: a process
+//! whose parent has ended becomes a child of the guard, even if it left its group and session. So the guard
+//! finds all of them in the process tree below itself and kills them when the program has ended, when this
+//! program asks, or when this program dies. The guard exits with the status of the program.
 
 use nix::errno::Errno;
 use nix::sys::signal::{Signal, kill};
@@ -19,19 +20,19 @@ use std::time::{Duration, Instant};
 
 /// First argument of a guard.
 const WORD: &str = "guard-of-a-program";
-/// Start of the line on stderr of a guard that cannot start the program; the number of the system's error follows.
+/// Start of the line on stderr of a guard that cannot start its program. The system's error number follows.
 pub(super) const CANNOT_START: &str = "guard-of-a-program cannot start it: ";
-/// Time after which a guard looks whether this program is still there.
+/// Interval at which a guard checks that this program still runs.
 const TICK: Duration = Duration::from_millis(50);
-/// Pause between two looks for processes that are to end, and the longest time for all of them to do so.
+/// Pause between two searches for processes that must end; `PATIENCE` is the longest time for all of them.
 const PAUSE: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Whether this executable calls [`serve_if_asked`]: tests of a library do not.
+/// True in an executable that calls [`serve_if_asked`]. Tests of a library do not.
 static SERVES: OnceLock<()> = OnceLock::new();
 
-/// Becomes a guard, and does not return, if this process was started as one. The first call of an executable that is to
-/// end foreign programs with all that they start.
+/// Turns this process into a guard, without returning, if it was started as one. Executables that run guarded
+/// programs call it first.
 pub fn serve_if_asked() {
     let mut arguments = std::env::args_os().skip(1);
     if arguments.next().is_some_and(|word| word == WORD) {
@@ -46,8 +47,8 @@ pub fn serve_if_asked() {
     SERVES.get_or_init(|| ());
 }
 
-/// The command that runs a program under a guard, in the same folder and environment; `None` where nobody serves.
-/// `folder` is deleted if this program dies.
+/// Command that runs `program` under a guard, in the same folder and environment; `None` if this executable
+/// has no guard. `folder` is deleted if this program dies.
 pub(super) fn command(program: &Command, folder: Option<&Path>) -> Option<Command> {
     SERVES.get()?;
     let mut guard = Command::new("/proc/self/exe");
@@ -65,7 +66,7 @@ pub(super) fn command(program: &Command, folder: Option<&Path>) -> Option<Comman
     Some(guard)
 }
 
-/// Runs the program until it ends or `parent` does; the exit code.
+/// Runs the program until it ends or `parent` does. Returns the exit code.
 fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
     // An old kernel has no subreapers; then processes that leave the tree are not found.
     let _ = nix::sys::prctl::set_child_subreaper(true);
@@ -109,7 +110,8 @@ fn serve(parent: Pid, folder: Option<&Path>, mut command: Command) -> i32 {
     }
 }
 
-/// Waits for all children, those that have come by the end of their parents too, and tells the end of the first one.
+/// Waits for all children, including orphans that became children later, and sends the status of the first
+/// one.
 fn reap(first: &Child, tell: &Sender<WaitStatus>) {
     let first = Pid::from_raw(first.id().cast_signed());
     loop {
@@ -121,12 +123,12 @@ fn reap(first: &Child, tell: &Sender<WaitStatus>) {
     }
 }
 
-/// Ends a guarded program and everything that it has started, with the process id of its guard.
+/// Ends a guarded program and all its descendants; `guard` is the process id of the guard.
 pub(super) fn end(guard: u32) {
     end_descendants(Pid::from_raw(guard.cast_signed()));
 }
 
-/// Kills all descendants of a process until there are none; new ones may be started meanwhile.
+/// Kills all descendants of a process, repeatedly, since new ones may start meanwhile.
 fn end_descendants(root: Pid) {
     let end = Instant::now() + PATIENCE;
     loop {
@@ -142,7 +144,8 @@ fn end_descendants(root: Pid) {
     }
 }
 
-/// The processes below one in the tree, without those that have ended and are only not waited for.
+/// Running processes below `root` in the process tree. Those that have ended and await collection are left
+/// out.
 fn living_descendants(root: i32) -> Vec<i32> {
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let all: Vec<(i32, i32, bool)> = entries
@@ -162,7 +165,8 @@ fn living_descendants(root: i32) -> Vec<i32> {
     below.into_iter().skip(1).filter(lives).collect()
 }
 
-/// The parent in a line of `/proc/*/stat`, and whether the process has not ended. Its name may have any characters.
+/// Parent process id in a line of `/proc/*/stat`, and true if the process still runs. The process name in the
+/// line may have any characters.
 fn parent_of(stat: &str) -> Option<(i32, bool)> {
     let mut words = stat.rsplit_once(')')?.1.split_whitespace();
     let state = words.next()?;

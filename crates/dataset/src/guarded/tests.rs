@@ -1,4 +1,5 @@
-//! Programs here are shells. Those of a library's tests have no guard but the shell that other systems have.
+//! Guarded programs in these tests are shells. A library's tests have no guard, only the shell of other
+//! systems.
 
 use super::*;
 
@@ -21,7 +22,7 @@ mod unix {
         Guarded::start(command, [Stdio::null(), Stdio::piped()], folder).unwrap()
     }
 
-    /// The first line of its stdout.
+    /// First line of the program's stdout.
     fn line(program: &mut Guarded) -> String {
         let mut line = String::new();
         BufReader::new(program.stdout().unwrap()).read_line(&mut line).unwrap();

@@ -19,64 +19,65 @@ pub enum TargetType {
     Other,
 }
 
-/// One line of a suite: a sequence and what a local copy must be. The default one is all that is in a folder.
+/// One line of a suite: a sequence, and what a local copy must be like. The default entry stands for
+/// everything in a folder.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
-    /// Name, unique in the suite; if it is empty, that of the folder.
+    /// Name, unique in the suite. Empty means the name of the folder.
     pub name: String,
-    /// Folder or file under the data root, parts separated by `/`; if it is empty, the root itself.
+    /// Folder or file under the data root, parts separated by `/`. Empty means the root itself.
     pub folder: String,
-    /// Format of the folder where it is not the suite's.
+    /// Format of the folder; `None` for that of the suite.
     pub format: Option<&'static FormatEntry>,
-    /// Which target of a folder with several: OTB counts from 1, CVML uses the object's id.
+    /// Target in a folder with several: OTB counts from 1, CVML uses the object's id.
     pub target: Option<u32>,
-    /// First and last frame used, in the dataset's numbers; without it, all frames of the folder.
+    /// First and last frame used, in the dataset's numbers; `None` for all frames of the folder.
     pub range: Option<(u32, u32)>,
-    /// First and last frame of the dataset's own range; without it, the frames that the ground truth covers.
+    /// First and last frame of the dataset's own range; `None` for the frames that the ground truth covers.
     pub official: Option<(u32, u32)>,
-    /// Number of frames used, if known.
+    /// Number of frames used; `None` if unknown.
     pub frames: Option<usize>,
-    /// Width and height in pixels, if a copy has been read.
+    /// Width and height in pixels; `None` until a copy has been read.
     pub size: Option<(usize, usize)>,
-    /// The video that it is of, where another source has it under another name; see [`Entry::video`].
+    /// Name of the underlying video, if another source has it under another name. See [`Entry::video`].
     pub video: Option<String>,
-    /// Type of the target, if known.
+    /// Type of the target; `None` if unknown.
     pub target_type: Option<TargetType>,
-    /// Codes of OTB attributes.
+    /// Codes of OTB attributes, such as `OCC`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attributes: Vec<String>,
-    /// Files digest, if a copy has been read.
+    /// Files digest; `None` until a copy has been read.
     pub digest: Option<String>,
-    /// Name of the [`Archive`] it comes in, if its address is known.
+    /// Name of the [`Archive`] that contains the sequence; `None` if no address is known.
     pub archive: Option<String>,
-    /// Name of the [`Archive`] its ground truth comes in, if that is another.
+    /// Name of the [`Archive`] that contains the ground truth, if it is not that of the frames.
     pub truth_archive: Option<String>,
 }
 
 impl Entry {
-    /// The video that it is of: its name, unless another one is given.
+    /// Name of the underlying video: the name of the sequence, unless the entry gives another.
     pub fn video(&self) -> &str {
         self.video.as_deref().unwrap_or(&self.name)
     }
 
-    /// The source of videos that it comes from: the first folder below the data root.
+    /// Source of the video: the first folder below the data root.
     pub fn source(&self) -> &str {
         self.folder.split('/').next().unwrap_or_default()
     }
 
-    /// The archives it comes in; none if no address is known.
+    /// Archives that contain the sequence; empty if no address is known.
     pub fn archives(&self) -> impl Iterator<Item = &'static Archive> {
         let names = [&self.archive, &self.truth_archive].into_iter().flatten();
         names.filter_map(|name| super::archives().iter().find(|archive| archive.name == *name))
     }
 
-    /// The sequence's folder or file under `root`.
+    /// Path of the sequence's folder or file under `root`.
     pub(crate) fn path(&self, root: &Path) -> PathBuf {
         below(root, &self.folder)
     }
 
-    /// The entry's line in the file of its suite.
+    /// The entry as a line of its suite file.
     pub fn line(&self) -> String {
         let mut line = String::new();
         self.serialize(toml::ser::ValueSerializer::new(&mut line)).expect("an entry has texts and numbers");
@@ -84,7 +85,7 @@ impl Entry {
     }
 }
 
-/// The attributes of a sequence: OTB's codes spelled out, and the type of the target.
+/// Attributes of a sequence: the OTB codes spelled out, and the type of the target.
 pub(crate) fn attribute_words(
     codes: &[String],
     target_type: Option<TargetType>,
@@ -93,12 +94,12 @@ pub(crate) fn attribute_words(
     codes.iter().map(|code| attribute_word(code).to_owned()).chain(target)
 }
 
-/// A folder whose parts are separated by `/`, under `root`.
+/// Path of `folder`, with parts separated by `/`, under `root`.
 pub(crate) fn below(root: &Path, folder: &str) -> PathBuf {
     folder.split('/').filter(|part| !part.is_empty()).fold(root.to_path_buf(), |path, part| path.join(part))
 }
 
-/// An OTB attribute spelled out (Wu et al., PAMI 2015, Table 2); other words stay as they are.
+/// Spells out a code of an OTB attribute (Wu et al., PAMI 2015, Table 2). Other words are returned unchanged.
 pub fn attribute_word(code: &str) -> &str {
     match code {
         "IV" => "illumination-variation",

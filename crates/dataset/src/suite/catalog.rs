@@ -14,25 +14,26 @@ use trackfail_core::plugin::unknown;
 /// The default has no user suites. A copy is cheap.
 #[derive(Debug, Clone, Default)]
 pub struct Catalog {
-    /// The user suites, and the file that each is from.
+    /// User suites, each with the file that defines it.
     user: Vec<(PathBuf, Arc<PinnedSuite>)>,
 }
 
 impl Catalog {
-    /// Adds the user suites of a data root's own `datasets.lock`; does nothing if it has none.
+    /// Adds the user suites of a data root from its `datasets.lock`. Does nothing if the root has no such
+    /// file.
     ///
     /// # Errors
-    /// A file that cannot be read or is wrong, and a suite that another file defines differently.
+    /// A file that cannot be read or is wrong, or a suite that another file defines differently.
     pub fn add_root(&mut self, data_root: &Path) -> Result<(), DatasetError> {
         let path = data_root.join(USER_LOCK);
         if path.exists() { self.add_file(&path, &text::read_capped(&path)?) } else { Ok(()) }
     }
 
-    /// Adds the user suites of a file with this content, as [`Catalog::add_root`] does; `path` names the file in
+    /// Adds the user suites of a file with these contents, as [`Catalog::add_root`] does; `path` is for
     /// messages.
     ///
     /// # Errors
-    /// Content that is wrong, and a suite that another file defines differently.
+    /// Wrong contents, or a suite that another file defines differently.
     pub fn add_file(&mut self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
         for suite in user::parse(path, bytes)? {
             match self.user.iter().find(|(_, known)| known.name == suite.name) {
@@ -51,7 +52,7 @@ impl Catalog {
         Ok(())
     }
 
-    /// The names of all suites: those on disk, rendered ones, and user suites.
+    /// Names of all suites: built-in ones on disk, rendered ones, then user suites.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let built_in = pinned_suite_names().chain(synthetic::SUITES.iter().map(|s| s.name));
         built_in.map(|name| -> &str { name }).chain(self.user.iter().map(|(_, s)| s.name.as_str()))
@@ -62,10 +63,10 @@ impl Catalog {
         self.names().filter_map(|name| self.find(name))
     }
 
-    /// The suite of a name.
+    /// Returns the suite called `name`.
     ///
     /// # Errors
-    /// [`DatasetError::UnknownSuite`] with the nearest name.
+    /// [`DatasetError::UnknownSuite`], which suggests the nearest name.
     pub fn suite(&self, name: &str) -> Result<Suite, DatasetError> {
         self.find(name).ok_or_else(|| DatasetError::UnknownSuite(unknown("suite", name, self.names())))
     }
@@ -80,8 +81,8 @@ impl Catalog {
         self.user.iter().map(|(_, suite)| suite).find(|suite| suite.name == name)
     }
 
-    /// The text of a file with those of the named suites that are user suites, each once and sorted by name;
-    /// `None` if there is none among them.
+    /// Text of a user file with those of the named suites that are user suites, once each and sorted by name;
+    /// `None` if there are none.
     pub fn user_text<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Option<String> {
         let names: BTreeSet<&str> = names.into_iter().collect();
         let suites = names.into_iter().filter_map(|name| self.user_suite(name));

@@ -1,4 +1,4 @@
-//! Makes a suite of a user's sequences: what `trackfail data add` finds below a folder.
+//! Builds a user suite from the sequences that `trackfail data add` finds below a folder.
 
 use super::user::{self, USER_LOCK, check_name, is_below};
 use crate::format::FormatEntry;
@@ -9,32 +9,36 @@ use std::ffi::OsStr;
 use std::path::Path;
 use walkdir::WalkDir;
 
-/// Most folders between the folder of a suite and a sequence.
+/// Most folder levels between the folder of a suite and a sequence.
 const MAX_DEPTH: usize = 3;
 
-/// Which sequences a suite is made of.
+/// Request for a new suite: its name and where its sequences are.
 #[derive(Debug, Clone, Copy)]
 pub struct GatherRequest<'w> {
     /// Name of the suite.
     pub name: &'w str,
-    /// One line about it; without one, the folder and the number of sequences.
+    /// Title of the suite; `None` for one made of the folder and the number of sequences.
     pub title: Option<&'w str>,
     /// Format of the sequences.
     pub format: &'static FormatEntry,
-    /// Folder under the data root, parts separated by `/`.
+    /// Folder under the data root to search, parts separated by `/`.
     pub folder: &'w str,
-    /// Names of the sequences to take, in order; without them, all in the order of their folders.
+    /// Names of the sequences to take, in order; `None` for all, in the order of their folders.
     pub only: Option<&'w [String]>,
 }
 
-/// The section of a suite of the sequences below a folder, with ranges, sizes and digests of what is there.
+/// Writes the section of a suite with the sequences below a folder: ranges, sizes and digests as found.
+/// Hashes all files.
+///
+/// A folder with a ground-truth file is a sequence of the folder's name. An OTB folder with several
+/// ground-truth files gives one sequence for each, `<folder>-<N>`.
 ///
 /// A folder with a ground-truth file is a sequence of the folder's name; of an OTB folder with several, each
 /// is one, `<folder>-<N>`. Hashes all files.
 ///
 /// # Errors
-/// No sequence, two of one name, a wanted one that is not there, and the first that cannot be read, has no ground truth in any
-/// frame, or has more of it than frames.
+/// No sequence, two of one name, an absent wanted one. Also the first sequence that cannot be read, has no
+/// annotated frame, or has more ground truth than frames.
 pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, DatasetError> {
     let start = below(data_root, wanted.folder);
     let fault = |message: String| DatasetError::content(&start, message);
@@ -84,9 +88,9 @@ pub fn gather(wanted: &GatherRequest<'_>, data_root: &Path) -> Result<String, Da
     Ok(user::section(&suite))
 }
 
-/// An entry with the facts of its copy. Refuses ground truth that tells of no frame where the target is, with which nothing
-/// can be started or compared; and more of it than frames, unless a built-in suite pins a sequence of the name with just
-/// these ranges: of any other, lines and frames that differ in number may be shifted against each other.
+/// Fills an entry with the facts of its local copy. Two kinds of ground truth are refused. Without a box in
+/// any frame, nothing can be started or compared. With more lines than frames, the two may be shifted against
+/// each other; only a sequence that a built-in suite pins with these ranges is let through.
 fn facts(suite: &PinnedSuite, entry: &Entry, data_root: &Path) -> Result<Entry, DatasetError> {
     let folder = entry.path(data_root);
     let (facts, sequence) = suite.facts(entry, &[data_root.to_path_buf()]).map_err(|e| match e {
@@ -114,7 +118,7 @@ fn facts(suite: &PinnedSuite, entry: &Entry, data_root: &Path) -> Result<Entry, 
     Ok(facts)
 }
 
-/// The sequences below a folder.
+/// Finds the sequences below a folder.
 fn find(
     find_targets: impl Fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>,
     start: &Path,

@@ -19,17 +19,17 @@ use std::path::Path;
 
 const FILES: &str = include_str!("../../../../datasets.files");
 
-/// Listed digits of a file's SHA-256.
+/// Number of hexadecimal digits of a SHA-256 that are listed.
 const DIGITS: usize = 8;
 
-/// The files of a folder in order, with their digits, of a text like [`FILES`]; names are relative to the folder, parted
-/// by `/`.
+/// Files of a folder, in order, with their digits, read from a text like [`FILES`]. Names are relative to the
+/// folder, with `/` between parts.
 fn listed<'t>(text: &'t str, folder: &str) -> Vec<(&'t str, &'t str)> {
     let lines = text.lines().skip_while(|line| *line != folder).skip(1);
     lines.map_while(|line| line.strip_prefix(' ')?.rsplit_once(' ')).collect()
 }
 
-/// The section of a folder as it is under `root`.
+/// Section of a folder, from the files under `root`.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -41,7 +41,7 @@ pub(super) fn section(folder: &str, root: &Path, format: &FormatEntry) -> Result
     Ok(format!("{folder}\n{}", lines.concat()))
 }
 
-/// The names of a sequence folder's files: text and videos, then images by number.
+/// Names of the files in a sequence folder: text and videos first, then images by number.
 fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
     let names = |folder: &Path| -> Vec<String> {
         let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -59,14 +59,14 @@ fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
         .collect()
 }
 
-/// Whether a file of the entry's folder is part of its sequence.
+/// True if a file in the entry's folder is part of the entry's sequence.
 fn belongs(entry: &Entry, format: &FormatEntry, name: &str) -> bool {
     let path = Path::new(name);
     (format.belongs)(entry, name, number(path).filter(|_| is_image(path)))
 }
 
-/// The first file of the entry under `root` that `wanted` accepts and that is absent, other than listed, or not listed;
-/// `None` where nothing differs or the folder is not listed.
+/// First file accepted by `wanted` that is absent, differs from the list, or is not listed; `None` if nothing
+/// differs or the folder is not listed.
 pub(super) fn first_difference(
     entry: &Entry,
     format: &FormatEntry,

@@ -5,58 +5,76 @@ use crate::lock::{Entry, PinnedSuite, attribute_words};
 use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
 
-/// Why all sequences on disk are missing without a data root, and what to do.
+/// Reason why all sequences on disk are missing without a data root, with what to do.
 pub const NO_DATA_ROOT: &str = "no data root is set (give --data-root DIR or set TRACKFAIL_DATA)";
 
 /// A sequence that is absent, in whole or in part, from the data root.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing {
-    /// Its name.
+    /// Name of the sequence in the suite.
     pub name: String,
-    /// Its folder under the data root.
+    /// Folder of the sequence under the data root.
     pub folder: String,
-    /// Advice on how to get it.
+    /// Advice on how to get the sequence.
     pub how_to_get: String,
 }
 
-/// A sequence that is there but cannot be read.
+/// A sequence that is present but cannot be read.
 #[derive(Debug)]
 pub struct Broken {
-    /// Its name.
+    /// Name of the sequence in the suite.
     pub name: String,
-    /// First error of reading it.
+    /// First error found while reading.
     pub error: DatasetError,
 }
 
-/// The video of a sequence, and the source of videos that it comes from.
+/// The video that a sequence is taken from, and the source of that video.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
-    /// Name of the video, that of the sequence unless another source has it under another name.
+    /// Name of the video: that of the sequence, unless another source has it under another name.
     pub video: String,
-    /// The source: `otb`, `vot2014`.
+    /// Source of the video: `otb`, `vot2014`.
     pub source: String,
 }
 
-/// The sequences of a suite, by whether they could be loaded.
+/// Sequences of a suite, sorted by the outcome of loading.
 #[derive(Debug, Default)]
 pub struct Loaded {
     /// The sequences that were loaded, in the suite's order.
     pub sequences: Vec<Sequence>,
-    /// The data root of each of them; empty for rendered suites.
+    /// Data root of each loaded sequence; empty for rendered suites.
     pub roots: Vec<PathBuf>,
-    /// The origin of each of them; of a rendered suite the source is its name.
+    /// Origin of each loaded sequence. In a rendered suite the source is the name of the suite.
     pub origins: Vec<Origin>,
-    /// The ones that are missing.
+    /// Sequences of the suite that no data root has completely.
     pub missing: Vec<Missing>,
-    /// The ones that cannot be read.
+    /// Sequences that are present but cannot be read.
     pub broken: Vec<Broken>,
-    /// Number of sequences the suite has.
+    /// Number of all sequences in the suite.
     pub wanted: usize,
 }
 
+impl Loaded {
+    /// Keeps the sequences whose names pass; the others count as missing, and `reason` stands in place of their folder.
+    pub fn keep_only(&mut self, passes: impl Fn(&str) -> bool, reason: &str) {
+        fn retain<T>(all: &mut Vec<T>, keep: &[bool]) {
+            let mut keep = keep.iter();
+            all.retain(|_| keep.next() != Some(&false));
+        }
+        let keep: Vec<bool> = self.sequences.iter().map(|sequence| passes(&sequence.name)).collect();
+        for (sequence, _) in self.sequences.iter().zip(&keep).filter(|(_, keep)| !**keep) {
+            let (name, folder) = (sequence.name.clone(), reason.to_string());
+            self.missing.push(Missing { name, folder, how_to_get: String::new() });
+        }
+        retain(&mut self.sequences, &keep);
+        retain(&mut self.roots, &keep);
+        retain(&mut self.origins, &keep);
+    }
+}
+
 impl PinnedSuite {
-    /// Result of `look` in the first root that has all of an entry, with that root. Otherwise the first fault of a root
-    /// that has a part of it.
+    /// Result of `look`, and the root, for the first root that has the entry completely. If none does, the
+    /// first fault of a root that has a part of it.
     pub(super) fn in_first_root<'r, T>(
         &self,
         entry: &Entry,
@@ -80,7 +98,7 @@ impl PinnedSuite {
         DatasetError::Missing(Missing { name, folder, how_to_get: format!("{hint}{}", self.how_to_get) })
     }
 
-    /// Loads an entry's sequence from a root; it must have the pinned frames.
+    /// Loads the sequence of an entry from a root. It must have the pinned frames.
     pub(super) fn load(&self, entry: &Entry, root: &Path) -> Result<Sequence, DatasetError> {
         let (folder, format) = (entry.path(root), self.format(entry));
         if let Some(part) = (format.absent_part)(&folder)? {
@@ -107,8 +125,8 @@ impl PinnedSuite {
         Ok(sequence)
     }
 
-    /// The entry with the facts of its copy in the first root that has all of it: ranges, number of frames, size,
-    /// digest; and the sequence.
+    /// The entry with the facts of its copy (ranges, number of frames, size, digest), and the sequence. The
+    /// copy is that in the first root that has it completely.
     pub(super) fn facts(
         &self,
         entry: &Entry,
@@ -126,7 +144,7 @@ impl PinnedSuite {
         Ok((facts, sequence))
     }
 
-    /// First and last of the absent frames that an entry needs, if they are its last ones.
+    /// First and last absent frame of an entry, if all frames from there to its end are absent; else `None`.
     fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
         let (Some((first, last)), format) = (entry.range, self.format(entry)) else { return Ok(None) };
         if !(format.takes_ranges)(folder)? {

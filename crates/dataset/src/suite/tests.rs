@@ -13,12 +13,13 @@ fn suite(name: &str) -> Suite {
     Catalog::default().suite(name).unwrap()
 }
 
-/// A data root of its own.
+/// The folder as the only data root.
 fn at(root: &TempDir) -> [PathBuf; 1] {
     [root.path().to_path_buf()]
 }
 
-/// Writes a sequence of the layout of OTB or VOT: so many lines of ground truth, and empty images of these numbers.
+/// Writes a sequence in the layout of OTB or VOT with `lines` lines of ground truth and empty images of these
+/// numbers.
 fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item = u32>) {
     let is_otb = folder.starts_with("otb/");
     let truth = if is_otb { "groundtruth_rect.txt" } else { "groundtruth.txt" };
@@ -29,7 +30,7 @@ fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item
     }
 }
 
-/// The words of `data verify` for a copy that differs.
+/// Text of `data verify` for a copy that differs.
 fn difference(finding: Finding) -> String {
     match finding {
         Finding::Differs(fact) => fact,
@@ -37,7 +38,7 @@ fn difference(finding: Finding) -> String {
     }
 }
 
-/// The words of `data verify` for a copy that is missing.
+/// Advice of `data verify` for a copy that is missing.
 fn hint(finding: Finding) -> String {
     match finding {
         Finding::Missing(missing) => missing.how_to_get,
@@ -60,7 +61,7 @@ fn the_lock_is_consistent() {
             }
             assert!(e.attributes.iter().all(|a| attribute_word(a) != a), "{name}");
             assert!(e.digest.as_ref().is_none_or(|d| hexadecimal(d)), "{name}");
-            let has_frames = p.format.word != "otb-boxes";
+            let has_frames = p.format(e).word != "otb-boxes";
             assert_eq!(e.digest.is_some() && has_frames, e.size.is_some(), "{name}");
             assert!(inside(&e.folder), "{name}");
             assert!(is_listed(&line(p, e)), "not as `data lock` writes it: {}", e.line());
@@ -80,7 +81,7 @@ fn is_listed(line: &str) -> bool {
     SUITES.iter().any(|(_, text)| text.contains(line))
 }
 
-/// The line of an entry in the suite that has it of its own.
+/// Line of an entry in the file of the suite that defines it.
 fn line(suite: &PinnedSuite, entry: &Entry) -> String {
     match suite.includes.is_empty() {
         true => entry.line(),
@@ -203,7 +204,7 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
     }
 }
 
-/// Track and frames of each person of `d1-real`.
+/// Track id and frame range of each person in `d1-real`.
 fn people_of_d1() -> Vec<(u32, (u32, u32))> {
     let d1 = suite("d1-real");
     let entries = d1.entries();
@@ -260,6 +261,15 @@ fn without_data_all_are_missing_and_say_how_to_get_them() {
             assert_eq!(roots.is_empty(), loaded.missing[0].how_to_get.contains("--data-root"));
         }
     }
+}
+
+#[test]
+fn sequences_left_out_count_as_missing() {
+    let mut loaded = suite("synthetic-otb").load(&[]);
+    loaded.keep_only(|name| name == "Tennis", "not in a/b");
+    let kept: Vec<&str> = loaded.sequences.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!((kept, loaded.origins.len(), loaded.missing.len()), (vec!["Tennis"], 1, loaded.wanted - 1));
+    assert!(loaded.missing.iter().all(|m| m.folder == "not in a/b" && m.name != "Tennis"));
 }
 
 // OTB's sequence Crossing has 120 frames.
@@ -368,13 +378,13 @@ fn real_data_are_as_pinned() {
     assert!(same > 0);
 }
 
-/// A copy of one folder under another root.
+/// Copy of one folder under another root.
 fn copied(root: &Path, folder: &str) -> TempDir {
     let files = trackfail_testing::files(&root.join(folder)).into_iter();
     trackfail_testing::folder(files.map(|(name, bytes)| (Path::new(folder).join(name), bytes)))
 }
 
-/// Changes the byte in the middle of a file that `is` accepts into `to`.
+/// Replaces the first byte that `is` accepts, from the middle of a file on, by `to`.
 fn change(path: &PathBuf, is: fn(u8) -> bool, to: u8) {
     let mut bytes = std::fs::read(path).unwrap();
     let middle = bytes.len() / 2;

@@ -1,9 +1,9 @@
 //! Files of user suites: a `datasets.lock` in a data root.
 //!
-//! Such a file has `schema = 2` and `[[suite]]` sections, of which `trackfail data add` makes one from a folder
-//! of sequences, but no archives. Its suites are known to experiments and to all commands that are given the
-//! data root; a built-in suite cannot be replaced. A results folder has a copy of the sections that
-//! it used, from which its report is made without the data root.
+//! Such a file has `schema = 2` and `[[suite]]` sections, of which `trackfail data add` makes one from a
+//! folder of sequences, but no archives. Its suites are known to experiments and to all commands that are
+//! given the data root; a built-in suite cannot be replaced. A results folder keeps a copy of the sections
+//! that it used, so that its report can be made without the data root.
 
 use crate::lock::{Entry, PinnedSuite, pinned_suite_names};
 use crate::{DatasetError, synthetic, text};
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_core::plugin::unknown;
 
-/// The file's name in the data root.
+/// Name of the file in the data root.
 pub const USER_LOCK: &str = "datasets.lock";
 /// Longest name of a user suite, in bytes.
 const MAX_NAME: usize = 60;
@@ -25,7 +25,7 @@ struct UserFile {
     suite: Vec<PinnedSuite>,
 }
 
-/// The text of a user file, which may be empty, with further sections.
+/// Appends sections to the text of a user file, which may be empty.
 pub fn with_sections(before: &str, sections: &str) -> String {
     let head =
         "# Suites of the sequences below this folder, as `trackfail data add` writes them.\n\nschema = 2\n";
@@ -33,7 +33,7 @@ pub fn with_sections(before: &str, sections: &str) -> String {
     format!("{}\n\n{sections}", before.trim_end())
 }
 
-/// The suites of a file.
+/// Parses the suites of a user file.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, DatasetError> {
     let source = text::decode(path, bytes)?;
     let file: UserFile = toml::from_str(source).map_err(|e| {
@@ -61,7 +61,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
 /// Checks whether a suite can be a user suite.
 ///
 /// # Errors
-/// The first rule that it breaks.
+/// The first rule that the suite breaks.
 pub(super) fn check(suite: &PinnedSuite) -> Result<(), String> {
     check_name(&suite.name)?;
     for line in [&suite.title, &suite.source, &suite.licence, &suite.how_to_get] {
@@ -86,7 +86,7 @@ pub(super) fn check(suite: &PinnedSuite) -> Result<(), String> {
 /// Checks whether a user suite may have the name.
 ///
 /// # Errors
-/// Why not.
+/// The rule that the name breaks.
 pub fn check_name(name: &str) -> Result<(), String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if name.is_empty() || name.len() > MAX_NAME || name.starts_with(['.', '-']) || !name.chars().all(fits) {
@@ -135,13 +135,13 @@ fn check_entry(entry: &Entry) -> Result<(), String> {
     rules.into_iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, message)| Err(message))
 }
 
-/// Whether a path stays below the folder that it starts from.
+/// True if a relative path stays below the folder that it starts from.
 pub(super) fn is_below(folder: &str) -> bool {
     let part = |p: &str| !p.is_empty() && p != "." && p != "..";
     folder.split('/').all(part) && folder.chars().all(|c| text::is_plain(c) && !"\"\\:".contains(c))
 }
 
-/// The section of a suite, as [`parse`] reads it.
+/// Writes a suite as the section that [`parse`] reads.
 pub(super) fn section(suite: &PinnedSuite) -> String {
     let head = toml::to_string(suite).expect("a suite has texts alone");
     let lines: String = suite.sequence.iter().map(|entry| format!("    {}\n", entry.line())).collect();

@@ -15,25 +15,26 @@ use std::path::{Path, PathBuf};
 pub enum Finding {
     /// As pinned.
     Same,
-    /// Readable, with the pinned number of frames if there is one; but no digest is pinned.
+    /// Readable and of the pinned number of frames, if any, but without a pinned digest.
     NoDigestPinned,
     /// Absent, in whole or in part.
     Missing(Missing),
-    /// Different or unreadable; the first difference.
+    /// Different or unreadable, with the first difference.
     Differs(String),
 }
 
 /// One sequence of [`Suite::verify`](super::Suite::verify).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checked {
-    /// The sequence.
+    /// Name of the sequence.
     pub name: String,
-    /// The finding.
+    /// Result for the sequence.
     pub finding: Finding,
 }
 
 impl PinnedSuite {
-    /// Compares the local copy of an entry; one that differs or is broken is named by the first file that does.
+    /// Compares the local copy of an entry with what is pinned. If it differs or is broken, the first such
+    /// file is named.
     pub(crate) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
         let found = self.in_first_root(entry, data_roots, |root| {
             let fact = match self.compare(entry, root) {

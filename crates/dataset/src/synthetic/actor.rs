@@ -1,7 +1,7 @@
 //! Actors that move in a scene: people, faces, cars, motorcycles, balls, fish, and things to hide behind.
 //!
-//! Each is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a color: a list of layers, of
-//! which the first that covers the place is seen.
+//! Each actor is a function from a place in its box (`u` to the right, `v` downwards, 0 to 1) to a color. It
+//! is a list of layers; the first that covers the place is seen.
 
 use super::figures;
 use super::motion::sin_cos;
@@ -45,7 +45,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Number of pictures that its pose is divided into.
+    /// Number of pictures that the range of poses is divided into.
     pub fn phases(self) -> usize {
         match self {
             Self::Person | Self::Fish => 8,
@@ -55,7 +55,7 @@ impl Kind {
         }
     }
 
-    /// The picture that shows a pose: the phase of the stride for walkers and swimmers (in cycles),
+    /// Index of the picture that shows a pose: the phase of the stride (in cycles) for walkers and swimmers,
     /// the yaw for faces.
     pub fn phase_of(self, pose: f64) -> usize {
         if self == Self::Face {
@@ -65,7 +65,8 @@ impl Kind {
         ((pose - pose.floor()) * phases as f64) as usize % phases
     }
 
-    /// Color at `(u, v)` in phase `phase` of an individual `look`; `aspect` is width over height.
+    /// Color at `(u, v)` of the individual `look` in phase `phase`; `aspect` is width over height. `None`
+    /// where it is transparent.
     pub fn paint(self, look: u32, phase: usize, aspect: f64, u: f64, v: f64) -> Option<Color> {
         let part = |whole: f64| phase as f64 / whole;
         match self {
@@ -94,7 +95,7 @@ const SKIN: [u32; 4] = [0xE0B496, 0xC49472, 0x946446, 0xECC4A8];
 const HAIR: [u32; 4] = [0x2C201A, 0x604024, 0xB4945A, 0x1E1C1E];
 const PAINT: [u32; 7] = [0xAA2224, 0x284A8C, 0xCECECC, 0x32363A, 0x366E54, 0xC8A43C, 0x80868E];
 
-/// Distance to a segment.
+/// Distance of `(x, y)` to the segment from `a` to `b`.
 fn segment(x: f64, y: f64, a: (f64, f64), b: (f64, f64)) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let s = (((x - a.0) * dx + (y - a.1) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);

@@ -12,9 +12,8 @@ const STONE: [u32; 4] = [0x96948E, 0x7C7872, 0xACA08A, 0x70767E];
 
 /// A head on the vertical axis; `turn` in cycles: 0 looks at the camera, 1/4 to its right, 1/2 away.
 ///
-/// The box is a sphere pressed into an ellipse. A place on it, turned back, says what is there: hair on
-/// the back and above the hair line, else skin with eyes, nose and mouth. So skin gives way to hair as
-/// the head turns.
+/// The box is a sphere pressed into an ellipse. A place on the sphere, turned back, is hair on the back and
+/// above the hair line, else skin with eyes, nose and mouth. So skin gives way to hair as the head turns.
 pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Color> {
     let (skin, hair) = (pick(&SKIN, look, 1, 0), pick(&HAIR, look, 2, 0));
     let (x, y) = ((u - 0.5) / 0.485, (v - 0.5) / 0.49);
@@ -44,7 +43,7 @@ pub fn head(look: u32, turn: f64, u: f64, v: f64) -> Option<Color> {
     })
 }
 
-/// The body below a head, from the neck to the knees; mostly the shoulders are in view.
+/// The body below a head, from the neck to the knees. Mostly only the shoulders are in view.
 pub fn shoulders(look: u32, u: f64, v: f64) -> Option<Color> {
     let (skin, shirt) = (pick(&SKIN, look, 1, 0), pick(&SHIRTS, look, 5, 0));
     let out = (u - 0.5).abs();

@@ -1,4 +1,4 @@
-//! Backgrounds: a large picture, painted once a sequence, that the camera scrolls over.
+//! Backgrounds: one large picture per sequence, over which the camera scrolls.
 
 use super::noise::{Color, byte, hash, lerp, mix, octaves, pick, shade, smoothstep, unit, value};
 use super::places;
@@ -36,8 +36,8 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Paints the world's rectangle from `(left, top)`, `width` x `height` pixels. Heights in the
-    /// scenery are fractions of `scale`, the frame's height.
+    /// Paints `width` x `height` pixels of the world from `(left, top)`. Heights in the scenery are fractions
+    /// of `scale`, the height of the frame.
     pub fn paint(
         ground: Ground,
         seed: u32,
@@ -68,8 +68,8 @@ impl Picture {
         Self { left, top, width, height, rgb }
     }
 
-    /// Writes the view from `(x, y)` (the world's place of the frame's left top corner, to 1/256 pixel)
-    /// into `out`, `width` pixels a row. Outside the picture its border is repeated.
+    /// Writes the view from world place `(x, y)`, the left top corner of the frame to 1/256 pixel, into
+    /// `out`, `width` pixels per row. Beyond the picture its border is repeated.
     pub fn view(&self, x: f64, y: f64, width: usize, out: &mut [u8]) {
         let fixed = |v: f64| (v * 256.0).round() as i64;
         let room = |len: usize, need: usize| len.saturating_sub(need + 1) as i64 * 256;

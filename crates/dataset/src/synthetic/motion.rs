@@ -1,17 +1,16 @@
-//! Curves over time and the sine they are bent with.
+//! Curves over time, and sine and cosine.
 //!
 //! Everything here uses only additions, multiplications, divisions and square roots, which IEEE 754
 //! rounds the same way everywhere. A library's `sin` or `exp` may differ in the last bit between
 //! machines, and then so would the frames.
 
-/// A quantity over time: `(frame, value)` pairs with rising frames; empty for a default.
+/// Quantity over time: `(frame, value)` pairs with rising frames. Empty stands for a default value.
 pub type Curve = Vec<(f64, f64)>;
 
-/// The curve at frame `t`, or `default` for a curve without points.
+/// Value of the curve at frame `t`; `default` for a curve without points.
 ///
-/// Between the points runs a monotone cubic (Fritsch and Carlson 1980, with harmonic-mean slopes): it
-/// has a continuous velocity and never overshoots. Before the first and after the last point the
-/// value stays.
+/// Between the points the curve is a monotone cubic (Fritsch and Carlson 1980, with harmonic-mean slopes): it
+/// has a continuous velocity and never overshoots. Before the first and after the last point it is constant.
 pub fn at(curve: &[(f64, f64)], t: f64, default: f64) -> f64 {
     let Some((first, last)) = curve.first().zip(curve.last()) else { return default };
     if t <= first.0 {
@@ -31,7 +30,7 @@ pub fn at(curve: &[(f64, f64)], t: f64, default: f64) -> f64 {
         + (s3 - s2) * step * slope(curve, k + 1)
 }
 
-/// Slope at point `k`: 0 at the ends and where the curve turns.
+/// Slope at point `k`: 0 at both ends and at turning points.
 fn slope(curve: &[(f64, f64)], k: usize) -> f64 {
     if k == 0 || k + 1 == curve.len() {
         return 0.0;
@@ -41,7 +40,7 @@ fn slope(curve: &[(f64, f64)], k: usize) -> f64 {
     if l * r <= 0.0 { 0.0 } else { 2.0 * l * r / (l + r) }
 }
 
-/// Sine and cosine of an angle in turns (1 is the full circle), to about 1e-9.
+/// Sine and cosine of an angle in turns (1 is the full circle), with an error of about 1e-9.
 pub fn sin_cos(turns: f64) -> (f64, f64) {
     (sine(turns), sine(turns + 0.25))
 }

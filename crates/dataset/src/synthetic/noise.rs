@@ -3,7 +3,7 @@
 /// A color, red, green and blue in 0..=255.
 pub type Color = [f64; 3];
 
-/// 32 well mixed bits of a seed and a place (finaliser of MurmurHash3).
+/// Hash of a seed and a place to 32 well mixed bits (finaliser of MurmurHash3).
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     let mut h =
         seed ^ (x as u32).wrapping_mul(0x9E37_79B1) ^ (y as u32).wrapping_mul(0x85EB_CA77).rotate_left(15);
@@ -30,7 +30,7 @@ pub fn value(seed: u32, x: f64, y: f64) -> f64 {
     lerp(top, bottom, fy)
 }
 
-/// Octaves of value noise, each of twice the frequency and half the weight, in `[0, 1)`.
+/// Sum of octaves of value noise, each of twice the frequency and half the weight, in `[0, 1)`.
 pub fn octaves(seed: u32, x: f64, y: f64, count: u32) -> f64 {
     let (mut sum, mut weight, mut total, mut scale) = (0.0, 1.0, 0.0, 1.0);
     for k in 0..count {
@@ -42,40 +42,40 @@ pub fn octaves(seed: u32, x: f64, y: f64, count: u32) -> f64 {
     sum / total
 }
 
-/// `a` at `s = 0`, `b` at `s = 1`.
+/// Linear interpolation: `a` at `s = 0`, `b` at `s = 1`.
 pub fn lerp(a: f64, b: f64, s: f64) -> f64 {
     a + (b - a) * s
 }
 
-/// 0 below `a`, 1 above `b`, smooth between.
+/// Smooth step: 0 below `a`, 1 above `b`.
 pub fn smoothstep(a: f64, b: f64, x: f64) -> f64 {
     let s = ((x - a) / (b - a)).clamp(0.0, 1.0);
     s * s * (3.0 - 2.0 * s)
 }
 
-/// Two colors mixed.
+/// Mixes two colors: `a` at `s = 0`, `b` at `s = 1`.
 pub fn mix(a: Color, b: Color, s: f64) -> Color {
     [lerp(a[0], b[0], s), lerp(a[1], b[1], s), lerp(a[2], b[2], s)]
 }
 
-/// A color made brighter or darker.
+/// Multiplies the channels of a color by `factor`.
 pub fn shade(c: Color, factor: f64) -> Color {
     c.map(|v| v * factor)
 }
 
-/// One of a palette of colors `0xRRGGBB` by hash.
+/// Picks one of a palette of colors `0xRRGGBB` by the hash of a place.
 pub fn pick(palette: &[u32], seed: u32, x: i32, y: i32) -> Color {
     let [_, red, green, blue] = palette[hash(seed, x, y) as usize % palette.len()].to_be_bytes();
     [red, green, blue].map(f64::from)
 }
 
-/// Distance from the center of an ellipse, 1 on its border.
+/// Distance from the center of an ellipse, in units in which its border is at 1.
 pub fn ellipse(x: f64, y: f64, cx: f64, cy: f64, rx: f64, ry: f64) -> f64 {
     let (a, b) = ((x - cx) / rx, (y - cy) / ry);
     (a * a + b * b).sqrt()
 }
 
-/// A channel as a byte.
+/// Rounds a channel to a byte.
 pub fn byte(v: f64) -> u8 {
     v.clamp(0.0, 255.0).round() as u8
 }

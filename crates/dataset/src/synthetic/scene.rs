@@ -1,7 +1,7 @@
 //! From a plan (who moves where, under which light) to frames and ground truth.
 //!
-//! The world is a plane in pixels; the camera shows the part of it whose left top corner is at
-//! `camera`. Time is in frames, 0-based and real, so that a frame's exposure can be divided.
+//! The world is a plane in pixels; the camera shows the part whose left top corner is at `camera`. Time is a
+//! real number of frames from 0, so that the exposure of a frame can be divided.
 
 use super::actor::Kind;
 use super::ground::{Ground, Picture};
@@ -16,27 +16,27 @@ use trackfail_core::image::Frame;
 use trackfail_core::num::seed::seed;
 use trackfail_core::region::{Rect, Region};
 
-/// One thing that is drawn, and its path.
+/// A drawn object and its path.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Actor {
     /// Kind of the object.
     pub kind: Kind,
-    /// Which individual: colors and patterns.
+    /// Number of the individual, which decides colors and patterns.
     #[serde(default = "first_look")]
     pub look: u32,
     /// Width and height in pixels at scale 1.
     #[serde(deserialize_with = "scenes::actor_size")]
     pub size: (f64, f64),
-    /// World column of its center.
+    /// World column of the center.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub x: Curve,
-    /// World row of its center.
+    /// World row of the center.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub y: Curve,
-    /// In place of `x` and `y`: it crosses the target's way.
+    /// Path across that of the target; replaces `x` and `y`.
     pub crosses: Option<Crossing>,
-    /// In place of `x` and `y`: it keeps the target company.
+    /// Path beside the target; replaces `x` and `y`.
     pub along: Option<Company>,
     /// Magnification, 1 by default.
     #[serde(default, deserialize_with = "scenes::scale")]
@@ -47,13 +47,13 @@ pub struct Actor {
     /// Phase of the stride in cycles, or yaw; 0 by default.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub pose: Curve,
-    /// In place of `pose`: a step for every 0.3 of its height on its way.
+    /// True to make a step for every 0.3 heights of path; replaces `pose`.
     #[serde(default)]
     pub strides: bool,
-    /// Cycles of the stride a frame, added to `pose`.
+    /// Cycles of the stride per frame, added to `pose`.
     #[serde(default, deserialize_with = "scenes::number")]
     pub cadence: f64,
-    /// Drawn with left and right swapped; walkers and swimmers, who face where they go, need it not.
+    /// True to swap left and right. Walkers and swimmers always face where they go and need no swap.
     #[serde(default)]
     pub mirrored: bool,
 }
@@ -62,19 +62,19 @@ fn first_look() -> u32 {
     1
 }
 
-/// Straight way across that of the target.
+/// Straight path that crosses that of the target.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Crossing {
-    /// Frame in which it is where the target then is.
+    /// Frame in which the actor is at the target's place.
     #[serde(deserialize_with = "scenes::number")]
     frame: f64,
-    /// Pixels a frame, to the right and down.
+    /// Pixels per frame, to the right and down.
     #[serde(deserialize_with = "scenes::numbers")]
     velocity: (f64, f64),
 }
 
-/// Way beside the target: how far from it, to the right and down.
+/// Path beside the target: offset from it in pixels, to the right and down.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Company {
@@ -84,12 +84,12 @@ pub struct Company {
     y: Curve,
 }
 
-/// Every fourth frame of a sequence and its end.
+/// Every fourth frame of a sequence, and the last one.
 fn fourths(frames: usize) -> impl Iterator<Item = f64> {
     (0..).map(|k| 4.0 * f64::from(k)).take_while(move |&t| t < frames as f64 + 4.0)
 }
 
-/// A walker's stride in cycles at the points of its way.
+/// Stride of a walker in cycles, at the points of its path.
 fn stride(x: &Curve, y: &Curve, height: f64) -> Curve {
     let (mut walked, mut points) = (0.0, Curve::new());
     let mut last = None;
@@ -105,7 +105,7 @@ fn stride(x: &Curve, y: &Curve, height: f64) -> Curve {
 }
 
 impl Actor {
-    /// The actor with the curves that follow from the target's way, in a sequence of so many frames.
+    /// The actor with curves computed from the target's path, in a sequence of `frames` frames.
     fn placed(mut self, (x, y): (&Curve, &Curve), frames: usize) -> Self {
         if let Some(Crossing { frame, velocity }) = self.crosses {
             // A curve's end slopes are 0, so the ends are far outside.
@@ -125,7 +125,7 @@ impl Actor {
         self
     }
 
-    /// The shoulders of a head, which are drawn behind it.
+    /// Shoulders below a head, drawn behind it; `None` for other kinds.
     fn shoulders(&self, frames: usize) -> Option<Self> {
         if self.kind != Kind::Head {
             return None;
@@ -151,13 +151,13 @@ impl Actor {
         }
     }
 
-    /// Whether it looks to the left: walkers and swimmers face where they go.
+    /// True if the actor looks to the left. Walkers and swimmers face where they go.
     fn faces_left(&self, t: f64) -> bool {
         let swims = matches!(self.kind, Kind::Person | Kind::Fish);
         self.mirrored || swims && at(&self.x, t + 3.0, 0.0) < at(&self.x, t - 3.0, 0.0)
     }
 
-    /// Whether a place in the box counts as covered by it.
+    /// True if the actor covers a place in its box.
     fn covers(&self, (u, v): (f64, f64)) -> bool {
         let round = matches!(self.kind, Kind::Person | Kind::Bush | Kind::Ball | Kind::Face | Kind::Head);
         let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -165,19 +165,19 @@ impl Actor {
     }
 }
 
-/// Everything about a sequence.
+/// Plan of a sequence: all that its frames and ground truth are made from.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenePlan {
     /// Name of the sequence.
     pub name: String,
-    /// Attributes of the whole sequence, sorted; in the layout of VOT they follow from the frames.
+    /// Attributes of the whole sequence, sorted. In VOT layout they are computed from those of the frames.
     #[serde(default)]
     pub attributes: Vec<String>,
     /// Width and height of the frames in pixels.
     #[serde(deserialize_with = "scenes::frame_size")]
     pub size: (usize, usize),
-    /// Number of frames.
+    /// Length of the sequence in frames.
     #[serde(deserialize_with = "scenes::frames")]
     pub frames: usize,
     /// Background.
@@ -185,7 +185,7 @@ pub struct ScenePlan {
     /// Objects drawn before the target, in this order.
     #[serde(default)]
     pub behind: Vec<Actor>,
-    /// The target.
+    /// Path and appearance of the target.
     pub target: Actor,
     /// Objects drawn over the target.
     #[serde(default)]
@@ -196,26 +196,26 @@ pub struct ScenePlan {
     /// World row of the frame's top border, 0 by default.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub camera_y: Curve,
-    /// Amplitude in pixels of the camera's shake.
+    /// Amplitude of the camera's shake, in pixels.
     #[serde(default, deserialize_with = "scenes::number")]
     pub shake: f64,
     /// Brightness, 1 by default.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub light: Curve,
-    /// World column of the middle of a shadow; none by default.
+    /// World column of the middle of a shadow; empty for no shadow.
     #[serde(default, deserialize_with = "scenes::curve")]
     pub shadow: Curve,
     /// Width of the shadow in pixels.
     #[serde(default = "usual_shadow", deserialize_with = "scenes::number")]
     pub shadow_width: f64,
-    /// Part of the frame interval during which the shutter is open; 0 for no motion blur, above 1 for
-    /// more blur than a real shutter gives.
+    /// Part of the frame interval in which the shutter is open: 0 for no motion blur, above 1 for more than a
+    /// real shutter gives.
     #[serde(default, deserialize_with = "scenes::number")]
     pub exposure: f64,
-    /// Amplitude of the sensor noise, largest deviation in gray levels.
+    /// Amplitude of the sensor noise: the largest deviation in gray levels.
     #[serde(default = "usual_noise", deserialize_with = "scenes::number")]
     pub noise: f64,
-    /// Ground truth as the turned box (VOT) instead of an upright rectangle (OTB).
+    /// True for ground truth as turned boxes (VOT), false for upright rectangles (OTB).
     #[serde(skip)]
     pub polygon: bool,
 }
@@ -229,7 +229,7 @@ fn usual_noise() -> f64 {
 }
 
 impl ScenePlan {
-    /// The plan in which every actor has its curves, and every head its shoulders.
+    /// The plan with the curves of all actors computed and shoulders added to heads.
     pub fn placed(mut self) -> Self {
         let (x, y) = (self.target.x.clone(), self.target.y.clone());
         let frames = self.frames;
@@ -245,7 +245,7 @@ impl ScenePlan {
     }
 }
 
-/// A plan that can be rendered. Background and sprites are painted when the first frame is asked for.
+/// A plan that can be rendered. The background and the sprites are painted when the first frame is requested.
 struct Scene {
     plan: ScenePlan,
     seed: u32,
@@ -254,16 +254,16 @@ struct Scene {
 
 struct Assets {
     picture: Picture,
-    /// The distinct sprites, one picture a phase.
+    /// Distinct sprites, one picture per phase.
     sprites: Vec<(SpriteKey, Vec<Sprite>)>,
-    /// Which sprites an actor has, in drawing order.
+    /// Index of each actor's sprites, in drawing order.
     cast: Vec<usize>,
 }
 
 /// Key of sprites with the same pictures: kind, look and size.
 type SpriteKey = (Kind, u32, [usize; 2]);
 
-/// The finest division of a frame's exposure.
+/// Most instants that the exposure of a frame is divided into.
 const MAX_SUBFRAMES: usize = 8;
 
 impl Scene {
@@ -311,7 +311,7 @@ impl Scene {
         })
     }
 
-    /// The scene at an instant, without light and noise.
+    /// Draws the scene at an instant, without light and noise.
     fn instant(&self, t: f64, out: &mut [u8]) {
         let assets = self.assets();
         let camera = self.camera(t);
@@ -323,7 +323,7 @@ impl Scene {
         }
     }
 
-    /// Into how many instants the exposure of frame `t` is divided: one a pixel and a half of motion.
+    /// Number of instants that the exposure of frame `t` is divided into: one per 1.5 pixels of motion.
     fn subframes(&self, t: f64) -> usize {
         let half = self.plan.exposure / 2.0;
         if half == 0.0 {
@@ -346,7 +346,7 @@ impl Scene {
         Region::Rect(Rect::new(snap(pose.x - rx), snap(pose.y - ry), snap(2.0 * rx), snap(2.0 * ry)))
     }
 
-    /// Share of the target behind other objects, 0 to 1, over an 8 x 8 grid in its box.
+    /// Share of the target that other objects hide, 0 to 1, over an 8 x 8 grid in its box.
     fn occluded(&self, t: usize) -> f64 {
         let t = t as f64;
         let camera = self.camera(t);
@@ -363,13 +363,13 @@ impl Scene {
         f64::from(covered) / 64.0
     }
 
-    /// Brightness at the target's center.
+    /// Brightness at the center of the target.
     fn brightness(&self, t: f64) -> f64 {
         let p = &self.plan;
         at(&p.light, t, 1.0) * self.shadow_gain(at(&p.target.x, t, 0.0), t)
     }
 
-    /// Factor of the shadow at a world column.
+    /// Factor by which the shadow darkens a world column.
     fn shadow_gain(&self, x: f64, t: f64) -> f64 {
         if self.plan.shadow.is_empty() {
             return 1.0;
@@ -379,7 +379,7 @@ impl Scene {
         1.0 - 0.55 * (1.0 - smoothstep(half - 6.0, half + 6.0, distance))
     }
 
-    /// Light, shadow and sensor noise.
+    /// Applies light, shadow and sensor noise.
     fn expose(&self, t: usize, rgb: &mut [u8]) {
         let width = self.plan.size.0;
         let now = t as f64;
@@ -389,7 +389,7 @@ impl Scene {
         sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
     }
 
-    /// The attributes of a frame, in the order of [`FRAME_ATTRIBUTES`].
+    /// Attributes of a frame, in the order of [`FRAME_ATTRIBUTES`].
     fn frame_attributes(&self, t: usize) -> [bool; 5] {
         let now = t as f64;
         let place = |s: f64| {
@@ -425,7 +425,7 @@ impl Scene {
 pub const FRAME_ATTRIBUTES: [&str; 5] =
     ["occlusion", "illum_change", "motion_change", "size_change", "camera_motion"];
 
-/// To the grid of 1/64 pixel, on which adding 1 and taking it away again is exact.
+/// Rounds to a grid of 1/64 pixel, on which adding 1 and subtracting it again is exact.
 fn snap(v: f64) -> f64 {
     (v * 64.0).round() / 64.0
 }
@@ -461,12 +461,12 @@ impl Render for Scene {
     }
 }
 
-/// The number that the textures and the noise of a sequence follow from.
+/// Seed of the textures and the noise of a sequence.
 pub fn bits(suite: &str, name: &str) -> u64 {
     seed(0, &["synthetic", suite, name])
 }
 
-/// The sequence of a plan, in a suite of this name.
+/// Creates the sequence of a plan, in the suite `suite`.
 pub fn sequence(suite: &str, plan: &ScenePlan) -> Sequence {
     let bits = bits(suite, &plan.name);
     let scene = Scene { plan: plan.clone(), seed: (bits ^ (bits >> 32)) as u32, assets: OnceLock::new() };

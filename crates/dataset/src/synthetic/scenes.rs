@@ -1,9 +1,10 @@
 //! Scene files: who moves where, before which background.
 //!
-//! A file has a `title`, the `layout` that `trackfail data render` writes (`otb` or `vot`; in that of VOT the ground truth is
-//! the turned box), and a `[[scene]]` for each sequence, as `ScenePlan` and `Actor` have its keys: the target, and what
-//! is `behind` it and in `front` of it. Curves are lists of `[frame, value]`, places are in pixels of a world that the
-//! camera shows a part of. The four suites of the program are such files, in `scenes/`.
+//! A file has a `title`, the `layout` that `trackfail data render` writes (`otb`, or `vot` with turned boxes
+//! as ground truth), and a `[[scene]]` for each sequence. The keys of a scene are the fields of `ScenePlan`
+//! and `Actor`: the target, and what is `behind` it and in `front` of it. Curves are lists of `[frame,
+//! value]`. Places are in pixels of a world of which the camera shows a part. The four suites of the program
+//! are such files, in `scenes/`.
 
 use super::motion::Curve;
 use super::scene::{Actor, ScenePlan};
@@ -15,19 +16,19 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use toml::Spanned;
 
-/// Most pixels of a background, the camera's way included.
+/// Most pixels of a background, including all that the camera passes over.
 const MAX_BACKGROUND: f64 = 64e6;
 
-/// Numbers of a scene.
+/// Range of all numbers in a scene.
 const NUMBERS: RangeInclusive<f64> = -1e5..=1e5;
 const NUMBERS_WORDS: &str = "numbers go from -100000 to 100000";
 
 /// The scenes of a suite.
 #[derive(Debug, Clone)]
 pub struct SceneFile {
-    /// One line about them.
+    /// One line about the scenes.
     pub title: String,
-    /// Layout that they are written in.
+    /// Layout in which the scenes are written.
     pub layout: RenderLayout,
     pub(super) plans: Vec<ScenePlan>,
 }
@@ -41,13 +42,13 @@ struct Wire {
 }
 
 impl SceneFile {
-    /// The names of the sequences, in order.
+    /// Names of the sequences, in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.plans.iter().map(|plan| plan.name.as_str())
     }
 
-    /// The sequences with their ground truth, as those of a suite of this name, which textures and noise depend on;
-    /// nothing is painted until a frame is rendered.
+    /// Sequences with their ground truth, as those of the suite `suite`, on whose name textures and noise
+    /// depend. Nothing is painted until a frame is rendered.
     pub fn sequences(&self, suite: &str) -> Vec<Sequence> {
         self.plans.iter().map(|plan| scene::sequence(suite, plan)).collect()
     }
@@ -56,12 +57,12 @@ impl SceneFile {
 /// Reads a scene file.
 ///
 /// # Errors
-/// A file that cannot be read, and the first fault in it, with its line and key.
+/// A file that cannot be read, or the first fault in it, with its line and key.
 pub fn read(path: &Path) -> Result<SceneFile, DatasetError> {
     parse(path, &text::read(path)?)
 }
 
-/// The scenes of a file's text; `path` names it in messages.
+/// Parses the text of a scene file; `path` is for messages.
 pub(super) fn parse(path: &Path, source: &str) -> Result<SceneFile, DatasetError> {
     let line = |place: usize| text::line_of(source.as_bytes(), place);
     let wire: Wire = toml::from_str(source).map_err(|e| {
@@ -89,7 +90,7 @@ pub(super) fn parse(path: &Path, source: &str) -> Result<SceneFile, DatasetError
     Ok(SceneFile { title: wire.title, layout: wire.layout, plans })
 }
 
-/// Checks a scene for faults that no single key shows.
+/// Checks a scene for faults that involve several keys.
 fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     if !text::is_name(&plan.name) || plan.name.contains(['"', '\\', '/']) || plan.name.starts_with('.') {
         return Err("`name` is a plain word without slashes, quotes and a dot at its start");
@@ -115,7 +116,7 @@ fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// A value that `fits`, or the rule in words that it breaks.
+/// Reads a value that `fits` must accept; `words` state the rule in the error.
 fn fitting<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
     from: D,
     words: &str,
@@ -125,37 +126,37 @@ fn fitting<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
     if fits(&value) { Ok(value) } else { Err(D::Error::custom(words)) }
 }
 
-/// Whether both numbers are in a range.
+/// True if both numbers are in the range.
 fn both<T: PartialOrd>(range: &RangeInclusive<T>, (a, b): &(T, T)) -> bool {
     range.contains(a) && range.contains(b)
 }
 
-/// A number that is neither infinite nor huge.
+/// Reads a number within [`NUMBERS`].
 pub(super) fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     fitting(from, NUMBERS_WORDS, |number| NUMBERS.contains(number))
 }
 
-/// Frame and velocity of somebody who crosses.
+/// Reads a pair of numbers within [`NUMBERS`].
 pub(super) fn numbers<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
     fitting(from, NUMBERS_WORDS, |pair| both(&NUMBERS, pair))
 }
 
-/// A number of frames.
+/// Reads a number of frames.
 pub(super) fn frames<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
     fitting(from, "a sequence has 1 to 100000 frames", |frames| (1..=100_000).contains(frames))
 }
 
-/// Width and height of frames.
+/// Reads width and height of frames.
 pub(super) fn frame_size<'de, D: Deserializer<'de>>(from: D) -> Result<(usize, usize), D::Error> {
     fitting(from, "frames are 16 to 4096 pixels wide and high", |size| both(&(16..=4096), size))
 }
 
-/// Width and height of an actor.
+/// Reads width and height of an actor.
 pub(super) fn actor_size<'de, D: Deserializer<'de>>(from: D) -> Result<(f64, f64), D::Error> {
     fitting(from, "it is 1 to 4096 pixels wide and high", |size| both(&(1.0..=4096.0), size))
 }
 
-/// A list of `[frame, value]` in which frames rise.
+/// Reads a list of `[frame, value]` in which frames rise.
 pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
     let points: Curve =
         fitting(from, NUMBERS_WORDS, |points: &Curve| points.iter().all(|p| both(&NUMBERS, p)))?;
@@ -163,7 +164,7 @@ pub(super) fn curve<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Erro
     if rises { Ok(points) } else { Err(D::Error::custom("the frames of a list of `[frame, value]` rise")) }
 }
 
-/// A curve of magnifications.
+/// Reads a curve of magnifications.
 pub(super) fn scale<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
     let points = curve(from)?;
     let fits = points.iter().all(|p| (0.01..=100.0).contains(&p.1));

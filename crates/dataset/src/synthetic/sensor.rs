@@ -1,12 +1,12 @@
-//! The camera's sensor: gain and noise, the last step of a frame and the one that touches every value.
+//! The camera's sensor: gain and noise, applied to every value as the last step of a frame.
 
 use super::noise::hash;
 
-/// Unity in the fixed-point numbers of gains.
+/// The gain 1 in fixed-point numbers.
 const ONE: i32 = 256;
 
 /// Multiplies the columns of `rgb` by `gains` (256 is 1) and adds noise of at most `noise` (0 to 100) gray
-/// levels, triangular on both sides of 0, from a hash of `seed` and the place.
+/// levels. The noise has a triangular distribution around 0 and comes from a hash of `seed` and the place.
 pub fn expose(rgb: &mut [u8], gains: &[i32], noise: f64, seed: u32) {
     let width = gains.len();
     if width == 0 {
@@ -55,7 +55,7 @@ pub fn expose(rgb: &mut [u8], gains: &[i32], noise: f64, seed: u32) {
 mod tests {
     use super::*;
 
-    /// Gray 128, `gain` everywhere.
+    /// Gray image (128) exposed with the same gain in all columns.
     fn exposed(gain: i32, noise: f64) -> Vec<u8> {
         let mut rgb = vec![128; 3 * 300 * 100];
         expose(&mut rgb, &[gain; 300], noise, 7);

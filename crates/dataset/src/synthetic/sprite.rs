@@ -1,21 +1,22 @@
-//! Sprites: small pictures with transparency, drawn moved, scaled and turned.
+//! Sprites: small pictures with transparency that can be moved, scaled and turned.
 
 use super::motion::sin_cos;
 use super::noise::Color;
 
-/// A sprite at full, half, quarter ... resolution.
+/// A picture at full, half, quarter ... resolution.
 pub struct Sprite {
     levels: Vec<Level>,
 }
 
-/// Premultiplied red, green, blue and opacity in 0..=255, with a transparent border of one pixel.
+/// Pixels of one resolution: premultiplied red, green, blue and opacity in 0..=255, with a transparent border
+/// of one pixel.
 struct Level {
     width: usize,
     height: usize,
     rgba: Vec<[f32; 4]>,
 }
 
-/// Placement of a sprite: its center in frame pixels, its size there and its turn.
+/// Placement of a sprite: center, size and turn, in pixels of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Center column.
@@ -31,7 +32,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The corners of the turned box, clockwise from the sprite's left top.
+    /// Corners of the turned box, clockwise from the sprite's left top.
     pub fn corners(&self) -> [(f64, f64); 4] {
         let (s, c) = sin_cos(self.turn / 360.0);
         [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(a, b)| {
@@ -40,8 +41,8 @@ impl Pose {
         })
     }
 
-    /// Half width and half height of the upright bounds of the box's inscribed ellipse; those of the
-    /// box itself where it is not turned.
+    /// Half width and half height of the upright bounds: those of the ellipse inscribed in a turned box, or
+    /// of the box itself without a turn.
     pub fn half_bounds(&self) -> (f64, f64) {
         if self.turn == 0.0 {
             return (self.w / 2.0, self.h / 2.0);
@@ -51,7 +52,7 @@ impl Pose {
         (length(self.w * c, self.h * s), length(self.w * s, self.h * c))
     }
 
-    /// The place of a frame point in the box: `(0, 0)` its left top, `(1, 1)` its right bottom.
+    /// Converts a point of the frame to the box: `(0, 0)` is the box's left top, `(1, 1)` its right bottom.
     pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
         let (s, c) = sin_cos(self.turn / 360.0);
         let (dx, dy) = (x - self.x, y - self.y);
@@ -60,8 +61,8 @@ impl Pose {
 }
 
 impl Sprite {
-    /// Paints a sprite of `width` x `height` pixels; `paint` gives the color at `(u, v)` in the box,
-    /// `None` for transparent. Four samples a pixel smooth the edges.
+    /// Paints a sprite of `width` x `height` pixels. `paint` gives the color at `(u, v)` in the box, `None`
+    /// for transparent. Four samples per pixel smooth the edges.
     pub fn paint(width: usize, height: usize, paint: impl Fn(f64, f64) -> Option<Color>) -> Self {
         let mut pixels = Vec::with_capacity(width * height);
         for j in 0..height {
@@ -91,8 +92,8 @@ impl Sprite {
         }
     }
 
-    /// Draws over `rgb`, `width` pixels a row; what lies outside is left out. `mirrored` swaps left and
-    /// right before turning.
+    /// Draws the sprite over `rgb`, `width` pixels per row, as far as it lies inside. `mirrored` swaps left
+    /// and right before turning.
     pub fn draw(&self, pose: &Pose, mirrored: bool, rgb: &mut [u8], width: usize) {
         let height = rgb.len() / (3 * width);
         // The coarsest level that is still at least as fine as the screen.
@@ -142,7 +143,7 @@ impl Sprite {
     }
 }
 
-/// As [`Pose::place`], with the axes taken from the corners instead of a sine a pixel.
+/// Like [`Pose::place`], but takes the axes from the corners, which avoids a sine per pixel.
 fn pose_place_fast(pose: &Pose, x: f64, y: f64, c: &[(f64, f64); 4]) -> (f64, f64) {
     let (ax, ay) = (c[1].0 - c[0].0, c[1].1 - c[0].1);
     let (bx, by) = (c[3].0 - c[0].0, c[3].1 - c[0].1);
@@ -179,7 +180,7 @@ impl Level {
     }
 }
 
-/// Between which two pixels of a bordered row or column a place lies, and how far from the first.
+/// Position between two pixels of a bordered row or column: the first pixel, and the distance from it.
 #[derive(Clone, Copy)]
 struct Cell {
     inside: bool,
@@ -188,7 +189,8 @@ struct Cell {
 }
 
 impl Cell {
-    /// `place` is 0 at the outer edge of the first pixel inside the border; there are `length` pixels with it.
+    /// Cell of `place`, which is 0 at the outer edge of the first pixel inside the border. `length` counts
+    /// the pixels with the border.
     fn at(place: f64, length: usize) -> Self {
         let place = (place + 0.5) as f32;
         let index = place as usize;
@@ -196,7 +198,7 @@ impl Cell {
     }
 }
 
-/// Bilinear mean of four neighbours in two rows.
+/// Bilinear mean of four neighbors in two rows.
 fn mean(above: &[[f32; 4]], below: &[[f32; 4]], i: usize, fx: f32, fy: f32) -> [f32; 4] {
     let (a, b, c, d) = (&above[i], &above[i + 1], &below[i], &below[i + 1]);
     let mut out = [0.0; 4];
@@ -208,7 +210,7 @@ fn mean(above: &[[f32; 4]], below: &[[f32; 4]], i: usize, fx: f32, fy: f32) -> [
     out
 }
 
-/// Lays a premultiplied color over a pixel.
+/// Draws a premultiplied color over a pixel.
 fn blend(pixel: &mut [u8], [r, g, b, a]: [f32; 4]) {
     if a > 0.5 {
         let keep = 1.0 - a / 255.0;

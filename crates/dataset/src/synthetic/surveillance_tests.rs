@@ -1,4 +1,4 @@
-//! What `synthetic-d1` and `synthetic-d2` have in common with the sets that they stand in for.
+//! Properties that `synthetic-d1` and `synthetic-d2` share with the sets that they stand in for.
 
 use super::actor::Kind;
 use super::scene::{self, ScenePlan};
@@ -14,7 +14,7 @@ fn plans(name: &str) -> &'static [ScenePlan] {
     &SUITES.iter().find(|s| s.name == name).unwrap().scenes().plans
 }
 
-/// Without light and noise, so that a pixel is what is drawn there.
+/// The plan without light and noise, so that a pixel has the color drawn there.
 fn bare(plan: &ScenePlan) -> ScenePlan {
     ScenePlan { light: Vec::new(), shadow: Vec::new(), noise: 0.0, ..plan.clone() }
 }
@@ -74,7 +74,7 @@ fn a_target_is_what_its_attributes_say() {
     }
 }
 
-/// No obstacle covers a pixel of the target in the first 25 frames, and the target is inside the frame.
+/// In the first 25 frames the target is inside the frame and no obstacle covers a pixel of it.
 #[test]
 fn starts_in_full_view() {
     for name in NAMES {
@@ -95,7 +95,7 @@ fn starts_in_full_view() {
     }
 }
 
-/// How many frames the target is wholly hidden, counted on every fourth one.
+/// Number of frames in which the target is wholly hidden, estimated from every fourth one.
 fn hidden(plan: &ScenePlan) -> usize {
     let (with, without) = (sequence(&bare(plan)), sequence(&without_target(&bare(plan))));
     (0..plan.frames).step_by(4).filter(|&t| frame(&with, t) == frame(&without, t)).count() * 4
@@ -111,7 +111,7 @@ fn total_occlusions_are_total() {
     }
 }
 
-/// No target outruns the random walk of the paper's filter, and none is out of its reach in size.
+/// Targets move no faster than the random walk of the paper's filter and keep to sizes that it can reach.
 #[test]
 fn targets_move_and_grow_slowly() {
     for name in NAMES {

@@ -14,7 +14,7 @@ fn all() -> impl Iterator<Item = (&'static RenderedSuite, Sequence)> {
     SUITES.iter().flat_map(|s| s.sequences().into_iter().map(move |q| (s, q)))
 }
 
-/// Digest of three frames, every region and every attribute of a sequence.
+/// Digest of three frames, all regions and all attributes of a sequence.
 fn content(sequence: &Sequence) -> String {
     let mut hash = Sha256::new();
     let n = sequence.len();
@@ -114,7 +114,7 @@ fn frames_do_not_depend_on_the_order() {
     }
 }
 
-/// The pixels that change when the target is taken away are those of the annotated box.
+/// The pixels that change when the target is removed are those of the annotated box.
 #[test]
 fn the_truth_is_where_the_target_is() {
     for suite in &SUITES {

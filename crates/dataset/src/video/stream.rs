@@ -1,8 +1,8 @@
 //! Frames of a user's video in their order, through a pipe of `ffmpeg`, without files.
 //!
 //! A first run decodes the whole video and scales the frames down to a few pixels, which takes less than half
-//! of the time for all colors. It tells the number of frames, and damage before anything rests on them. Every
-//! pass over the frames is a run of its own, which has to end with the same number.
+//! of the time of full decoding. It finds the number of frames, and damage before results depend on it. Each
+//! pass over the frames is a further run, which must give the same number.
 
 use super::{Outcome, VideoLimits, command, in_time, not_started, refusal, run_on};
 use crate::DatasetError;
@@ -17,20 +17,21 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 use trackfail_core::image::{Frame, ImageError, MAX_PIXELS, MAX_SIDE};
 
-/// Limits on a user's video.
+/// Limits on a user's video. Unlike in suites, damage is an error.
 const LIMITS: VideoLimits = VideoLimits { damage_ends_it: true, ..super::DEFAULT_LIMITS };
-/// Most frames that are kept, since threads ask for neighbours in any order.
+/// Most frames that are kept, since threads request neighboring frames in any order.
 const MAX_KEPT: usize = 16;
-/// Most bytes of these, unless one frame has more.
+/// Most bytes of the kept frames, unless a single frame is larger.
 const MAX_KEPT_BYTES: usize = 64 << 20;
-/// Pause between two looks at what is against waiting.
+/// Interval at which a waiting thread checks for interruption.
 const PAUSE: Duration = Duration::from_millis(50);
-/// Pauses after the end of ffmpeg until its pipe, which something may hold open, is taken to have ended too.
+/// Number of pauses after the end of ffmpeg until its pipe counts as ended, too. Another process may hold the
+/// pipe open.
 const MAX_PAUSES: u32 = 100;
-/// Longest line of a picture's header, in bytes.
+/// Longest line in the header of a picture, in bytes.
 const MAX_LINE: u64 = 32;
 
-/// The frames of a user's video. For one before those that are kept it decodes from the start again.
+/// Frames of a user's video. A request for a frame before the kept ones decodes the video from its start.
 pub struct VideoStream {
     path: PathBuf,
     input: PathBuf,
@@ -43,16 +44,16 @@ pub struct VideoStream {
 #[derive(Default)]
 struct State {
     pass: Option<Pass>,
-    /// Number of frames that the pass has given; the last of them are kept.
+    /// Number of frames that the current pass has read. The last of them are kept.
     given: usize,
     kept: VecDeque<Frame>,
 }
 
 impl VideoStream {
-    /// Counts the frames of a video. It ends soon after `is_stopped` says so.
+    /// Opens a video and counts its frames. The call ends soon after `is_stopped` returns true.
     ///
     /// # Errors
-    /// No ffmpeg, a file it cannot decode, damage, a limit, or an interruption.
+    /// No ffmpeg, a video that ffmpeg cannot decode, damage, a limit, or an interruption.
     pub fn open(video: &Path, is_stopped: &dyn Fn() -> bool) -> Result<Self, DatasetError> {
         let count = |input: &Path, every_frame: &str| {
             let check = in_time(LIMITS, is_stopped);
@@ -81,15 +82,17 @@ impl VideoStream {
         self.frames
     }
 
-    /// Width and height of the frames, once one has been read.
+    /// Width and height of the frames in pixels; `None` until one has been read.
     pub fn size(&self) -> Option<(usize, usize)> {
         self.size.get().copied()
     }
 
-    /// Frame `t`, from 0; `None` if there is none. It ends soon after an [interruption](guarded::interrupt).
+    /// Frame `t` (0-based); `None` if the video is shorter. The call ends soon after an
+    /// [interruption](guarded::interrupt).
     ///
     /// # Errors
-    /// No ffmpeg, a file that has changed, a frame too large or of another size, a limit, or an interruption.
+    /// No ffmpeg, a file that has changed, a frame that is too large or of another size, a limit, or an
+    /// interruption.
     pub fn frame(&self, t: usize) -> Result<Option<Frame>, DatasetError> {
         if t >= self.frames {
             return Ok(None);
@@ -107,7 +110,7 @@ impl VideoStream {
         Ok(state.kept.iter().nth_back(state.given - t - 1).cloned())
     }
 
-    /// Reads the next frame; after the last one, also the end.
+    /// Reads the next frame. After the last one, checks that ffmpeg ended well.
     fn read_next(&self, state: &mut State) -> Result<(), DatasetError> {
         let content = |message: String| DatasetError::content(&self.path, message);
         let io = |e: std::io::Error| not_started(&self.path, &e);
@@ -155,10 +158,10 @@ impl State {
     }
 }
 
-/// A frame, or why it is not read.
+/// A decoded frame, or the error of decoding it.
 type Picture = Result<Frame, ImageError>;
 
-/// A run of ffmpeg, which is a picture ahead or two.
+/// A run of ffmpeg. Its thread reads a picture or two ahead.
 struct Pass {
     program: Guarded,
     pictures: Receiver<Picture>,
@@ -179,7 +182,7 @@ impl Pass {
         Ok(Self { program, pictures })
     }
 
-    /// The next picture, `None` at the end, or what is against waiting for it.
+    /// Next picture; `None` at the end. The error is the reason why `check` stopped the wait.
     fn picture(&mut self, check: &impl Fn() -> Result<(), String>) -> Result<Option<Picture>, String> {
         let mut pauses = 0;
         loop {
@@ -196,7 +199,7 @@ impl Pass {
         }
     }
 
-    /// How it ends after so many frames.
+    /// Result of the run, after `frames` frames were read.
     fn outcome(
         &mut self,
         check: &impl Fn() -> Result<(), String>,
@@ -207,7 +210,7 @@ impl Pass {
     }
 }
 
-/// The next picture of a stream of PPM files of 8 bits; `None` at the end, or where there is something else.
+/// Next picture of a stream of PPM files of 8 bits; `None` at the end, or if the bytes are anything else.
 pub(super) fn read_picture(stream: &mut impl BufRead) -> Option<Picture> {
     let mut header = String::new();
     for _ in 0..3 {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use trackfail_core::image::ImageError;
 use trackfail_testing::{assert_says, needs, put};
 
-/// ffmpeg's test picture, 64x48, `frames` of them.
+/// `frames` frames of ffmpeg's test picture (64x48), encoded with the options `output`.
 fn testsrc(frames: u32, output: &[&str]) -> Vec<u8> {
     let input = format!("-nostdin -v error -f lavfi -i testsrc=size=64x48:rate=25 -frames:v {frames}");
     let done = Command::new("ffmpeg").args(input.split(' ')).args(output).output().unwrap();
@@ -16,7 +16,7 @@ fn testsrc(frames: u32, output: &[&str]) -> Vec<u8> {
     done.stdout
 }
 
-/// Decodes a video into a folder with a program; its error as text.
+/// Decodes a video into a folder with a program and returns the error as text.
 fn decoded(path: &Path, folder: &Path, program: impl AsRef<OsStr>) -> Result<(), String> {
     decode(path, folder, program.as_ref(), DEFAULT_LIMITS, &|| false).map_err(|e| e.to_string())
 }
@@ -57,7 +57,7 @@ fn frames_of_a_lossless_video_are_its_pixels() {
     assert_says(Video::new(path, cache(root.path()), (3, 6)).files().unwrap_err(), "frame 4 is not in it");
 }
 
-/// The frames of a user's video.
+/// Opens a user's video.
 fn opened(path: &Path) -> Result<VideoStream, DatasetError> {
     VideoStream::open(path, &|| false)
 }
@@ -219,7 +219,7 @@ fn the_last_line_of_ffmpeg_is_the_reason() {
     assert_eq!(reason(&"x".repeat(4096)).unwrap().len(), MAX_REASON + 3);
 }
 
-/// A shell script in the place of ffmpeg.
+/// Shell script that stands in for ffmpeg.
 #[cfg(unix)]
 fn script(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("fake-ffmpeg");
@@ -315,7 +315,7 @@ fn limits_end_it_and_leave_nothing() {
     assert_eq!(count(&folder), 10);
 }
 
-/// A program that writes and never ends stands in for a decoder that does.
+/// The stand-in for ffmpeg writes without end.
 #[cfg(unix)]
 #[test]
 fn time_and_bytes_are_limited() {

@@ -22,40 +22,42 @@ use trackfail_methods::score::overlap::OVERLAP;
 use trackfail_methods::score::trajectory::Trajectory;
 use trackfail_methods::signal::confidence;
 
-/// One analysis on one tracker.
+/// Result of an analysis on one tracker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Analysed {
     /// Name of the analysis in the experiment.
     pub analysis: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Repetitions of the tracker.
+    /// Repetitions of the tracker that were analyzed.
     pub runs: u32,
-    /// Suites in the order of the analysis, with the number of sequences of each that it was made on.
+    /// Suites in the order of the analysis, each with the number of its sequences that were analyzed.
     pub suites: Vec<(String, usize)>,
-    /// For each suite the numbers of sequences that the tracker has tracks of, and that are there; empty where the analysis was
-    /// made on all of them.
+    /// For each suite: the number of sequences that the tracker has tracks of, and of all present ones. Empty
+    /// if all were analyzed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shares: Vec<(usize, usize)>,
-    /// The findings.
+    /// Tables, charts and numbers that the analysis computed.
     pub findings: Findings,
 }
 
-/// An analysis that could not be made.
+/// An analysis that could not be computed for a tracker.
 #[derive(Debug)]
 pub struct NotAnalysed {
-    /// Its name.
+    /// Name of the analysis in the experiment.
     pub analysis: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// The reason.
+    /// Reason of the failure.
     pub error: CellError,
 }
 
-/// Findings of an analysis on one tracker, with the [suites](Analysed::suites) and [shares](Analysed::shares) of all.
+/// Findings of an analysis on one tracker, with its [suites](Analysed::suites) and
+/// [shares](Analysed::shares).
 pub(super) type Made = (Vec<(String, usize)>, Vec<(usize, usize)>, Findings);
 
-/// Analyses and their trackers, in the order of the experiment: those of the clock, or all others.
+/// Indices of analyses and their trackers, in the order of the experiment. With `of_clock` only analyses of
+/// processing time, otherwise only the others.
 pub(super) fn pairs(experiment: &Experiment, of_clock: bool) -> Vec<(usize, usize)> {
     let of_analysis = |(a, analysis): (usize, &Analysis)| {
         let trackers = experiment.trackers.iter().enumerate();
@@ -66,7 +68,7 @@ pub(super) fn pairs(experiment: &Experiment, of_clock: bool) -> Vec<(usize, usiz
     analyses.filter(|(_, a)| (a.plugin.reads() == Reads::Clock) == of_clock).flat_map(of_analysis).collect()
 }
 
-/// The record of an analysis on a tracker.
+/// Result of an analysis on a tracker as it is reported, with errors that end the run split off.
 pub(super) fn analysed(
     experiment: &Experiment,
     (a, t): (usize, usize),
@@ -86,7 +88,7 @@ pub(super) fn analysed(
     })
 }
 
-/// A track of a run as tracking protocols read it, with the tracker's confidence where that is what the analysis takes.
+/// A track in the form that tracking protocols read. Confidence is included only if the analysis reads it.
 ///
 /// # Errors
 /// When the size of the frames cannot be read.
@@ -107,17 +109,17 @@ fn trajectory<'t>(
     })
 }
 
-/// Digest of the attributes of a sequence, which are not part of the addresses of its tracks.
+/// Digest of a sequence's attributes, which the addresses of its tracks do not cover.
 fn attributes_digest(sequence: &Sequence) -> String {
     let text = serde_json::to_vec(&(&sequence.attributes, &sequence.frame_attributes)).unwrap_or_default();
     hexadecimal(&Sha256::digest(text)[..8])
 }
 
-/// Sequences of a suite of which a tracker has the tracks of all runs that an analysis takes.
+/// Sequences of a suite on which a tracker has the tracks of all runs that an analysis reads.
 #[derive(Default)]
 struct Usable {
     sequences: BTreeSet<usize>,
-    /// The reason why others cannot be analysed: a need that is not met, else the first failure.
+    /// Reason why other sequences cannot be analyzed: an unmet need, else the first failure.
     lack: Option<CellError>,
 }
 
@@ -149,8 +151,8 @@ impl Usable {
     }
 }
 
-/// Makes every analysis on every tracker, except those of the clock; `tracks` has the tracks of every suite. An analysis
-/// that fails is an error in its place.
+/// Computes all analyses on all trackers, except those of processing time. `tracks` has the tracks of every
+/// suite. A failed analysis is an error in its place.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -178,8 +180,8 @@ pub fn analyse(
     pairs(experiment, false).into_par_iter().with_max_len(1).map(one).collect()
 }
 
-/// Makes an analysis on a tracker, on the sequences that all trackers have which can be compared: those with some in each
-/// suite. `usable` has the sequences of each tracker and suite.
+/// Computes an analysis on a tracker. To be comparable, trackers that have some sequences in each suite are
+/// analyzed on those that they have in common. `usable` has the sequences of each tracker and suite.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],

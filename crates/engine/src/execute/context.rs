@@ -17,14 +17,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use trackfail_dataset::Sequence;
 use trackfail_dataset::frame_cache::FrameCache;
 
-/// Options of a run.
+/// Options of a run, given by the user.
 #[derive(Clone)]
 pub struct Options {
-    /// Folders of real data; the first that has a file wins.
+    /// Folders of real data. The first one that has a file is used.
     pub data_roots: Vec<PathBuf>,
-    /// Compute everything again, whatever the store has.
+    /// True to compute everything again, even what the store has.
     pub force: bool,
-    /// Time limit of a cell, and the flag that interrupts the run.
+    /// Time limit of a job, and the flag that interrupts the run.
     pub limits: RunLimits,
     /// Called after each frame with the number of frames done and of all frames.
     pub progress: Arc<dyn Fn(u64, u64) + Send + Sync>,
@@ -37,29 +37,29 @@ impl Default for Options {
     }
 }
 
-/// Plan, store and options of a run, with what its parts share.
+/// Plan, store and options of a run, with the caches and counters that its parts share.
 pub struct Context<'a> {
-    /// The plan.
+    /// Plan of the experiment that is run.
     pub plan: &'a ExperimentPlan<'a>,
-    /// The store.
+    /// Store of results, which the run reads and fills.
     pub store: &'a Store,
     /// Options of a run.
     pub options: &'a Options,
     /// Counts computed and cached results.
     pub tally: Tally,
-    /// Number of frames that passes are done with, and of those that are to be done.
+    /// Number of frames done, and of all frames to do.
     frames_done: AtomicU64,
     frames_to_do: u64,
     /// Cache of decoded frames, for experiments with reverse runs.
     pub frames: Arc<FrameCache>,
     /// Outputs of detectors in memory.
     pub outputs: DetectorOutputCache,
-    /// Counts what trackers with their signals cost.
+    /// Counts the time that trackers with their signals take.
     pub costs: CostTally,
 }
 
 impl<'a> Context<'a> {
-    /// A context for work on these units.
+    /// Creates the context for work on these units.
     pub fn new(plan: &'a ExperimentPlan<'a>, store: &'a Store, options: &'a Options, units: &[Unit]) -> Self {
         Self {
             plan,
@@ -74,13 +74,13 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Tells of a frame that a pass is done with.
+    /// Reports that a pass has finished a frame.
     pub fn frame_done(&self) {
         let done = self.frames_done.fetch_add(1, Ordering::Relaxed) + 1;
         (self.options.progress)(done.min(self.frames_to_do), self.frames_to_do);
     }
 
-    /// The run of a job's tracker on a sequence.
+    /// Run of a job's tracker on a sequence, ready to start.
     pub fn tracker_run(&self, sequence: &Arc<Sequence>, job: Job) -> TrackerRun {
         let tracker = &self.plan.experiment.trackers[job.tracker];
         TrackerRun {
@@ -93,8 +93,8 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Content of a record of the store; `None` when it is absent or everything is computed again. `rows` is the
-    /// number of rows it must have.
+    /// Content of a record of the store; `None` if it is absent or everything is computed again. `rows` is
+    /// the number of rows that it must have.
     pub fn cached<T: DeserializeOwned>(&self, address: &Address, rows: usize) -> Option<T> {
         if self.options.force { None } else { self.store.get(address, rows) }
     }

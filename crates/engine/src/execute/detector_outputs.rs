@@ -1,19 +1,19 @@
-//! Outputs of detectors, in memory or in the store.
+//! Outputs of detectors: the cache in memory, and their form in the store.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackfail_methods::detector::{DetectorOutput, Quality};
 
-/// Bytes of outputs that are kept in memory; further ones are read from the store when they are needed.
+/// Most bytes of outputs in memory. Further outputs are read from the store when needed.
 const MAX_BYTES_IN_MEMORY: usize = 128 << 20;
 
-/// Counts the bytes of outputs in memory.
+/// Bytes of outputs in memory at present.
 #[derive(Debug, Default)]
 pub struct DetectorOutputCache(AtomicUsize);
 
 impl DetectorOutputCache {
-    /// The output while there is room.
+    /// Keeps the output in memory; `None` if there is no room.
     pub fn keep(&self, output: DetectorOutput) -> Option<Arc<DetectorOutput>> {
         let more = [output.forecast.is_some(), output.quality.is_some(), output.alarm_score.is_some()];
         let bytes = output.score.len() * (9 + 8 * more.into_iter().filter(|has| *has).count());
@@ -22,7 +22,7 @@ impl DetectorOutputCache {
     }
 }
 
-/// An output as it is stored: without the score where that is the signal itself.
+/// Stored form of an output. The score is left out if it equals the signal.
 #[derive(Serialize, Deserialize)]
 pub struct StoredDetectorOutput {
     score: Option<Vec<f64>>,
@@ -30,18 +30,18 @@ pub struct StoredDetectorOutput {
     forecast: Option<Vec<f64>>,
     changes: Option<Vec<i32>>,
     quality: Option<Quality>,
-    /// The last field: records of detectors without it end before.
+    /// Last field, since older records end before it.
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "if_there")]
     alarm_score: Option<Vec<f64>>,
 }
 
-/// A last field that may be missing.
+/// Reads a last field that may be absent.
 fn if_there<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<f64>>, D::Error> {
     Ok(Option::deserialize(deserializer).unwrap_or_default())
 }
 
 impl StoredDetectorOutput {
-    /// The stored form of the output on `signal`.
+    /// Converts an output to its stored form. The score is dropped if it equals `signal`.
     pub fn new(output: &DetectorOutput, signal: &[f64]) -> Self {
         let bits = |v: &[f64]| v.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let score = (bits(&output.score) != bits(signal)).then(|| output.score.clone());
@@ -49,7 +49,7 @@ impl StoredDetectorOutput {
         Self { score, alarm, forecast, changes, quality, alarm_score }
     }
 
-    /// The output on a signal; `None` if their lengths differ.
+    /// Restores the output on a signal; `None` if their lengths differ.
     pub fn on(self, signal: &[f64]) -> Option<DetectorOutput> {
         let Self { score, alarm, forecast, changes, quality, alarm_score } = self;
         let score = score.unwrap_or_else(|| signal.to_vec());

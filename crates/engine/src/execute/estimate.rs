@@ -1,4 +1,7 @@
-//! What is left to be done of an experiment or of a share of it, and how long it may take.
+//! The work that is left of an experiment or a shard, and an estimate of its time.
+//!
+//! A track is estimated to take the number of its frames times the mean time per frame in earlier runs, for
+//! the same tracker with its signals. Reverse runs, training and analyses come on top.
 //!
 //! A track takes its frames times what a frame of its tracker with its signals has taken before, in earlier runs on the
 //! store. Reverse runs, training and analyses come on top.
@@ -9,35 +12,36 @@ use crate::plan::{CellState, ExperimentPlan, Shard, variants};
 use crate::spec::method::{DetectorChoice, Variant};
 use crate::store::Store;
 
-/// Work of a run, or of a share of it.
+/// Work that is left of a run or a shard.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Remaining {
-    /// Number of tracks, those that cannot be made left out.
+    /// Number of tracks that can be computed.
     pub tracks: usize,
-    /// Number of those that the store has with all their signals.
+    /// Number of tracks that the store has, with all their signals.
     pub tracks_at_hand: usize,
     /// Number of cells in each state, in the order of [`CellState::ALL`].
     pub cells: [usize; 4],
-    /// Frames of the tracks that are to be computed.
+    /// Number of frames in the tracks that are left to compute.
     pub frames: u64,
-    /// Seconds on one core, without reverse runs, training and analyses; `None` where the cost of a tracker is not known.
+    /// Estimated seconds on one core, without reverse runs, training and analyses; `None` if the cost of a
+    /// tracker is unknown.
     pub seconds: Option<f64>,
 }
 
 impl Remaining {
-    /// Whether the store has all that can be computed.
+    /// True if the store has everything that can be computed.
     pub fn is_done(&self) -> bool {
         let [_, stale, missing, _] = self.cells;
         self.tracks == self.tracks_at_hand && stale + missing == 0
     }
 
-    /// Number of cells.
+    /// Number of all cells, in any state.
     pub fn all_cells(&self) -> usize {
         self.cells.iter().sum()
     }
 }
 
-/// A plan beside what a store has of it.
+/// A plan with the state of its cells in a store.
 pub struct Standing<'p> {
     plan: &'p ExperimentPlan<'p>,
     store: &'p Store,
@@ -47,12 +51,12 @@ pub struct Standing<'p> {
 }
 
 impl<'p> Standing<'p> {
-    /// Looks for the cells of a plan in a store; `costs` are for the estimates.
+    /// Looks up the cells of a plan in a store. `costs` are for the estimates.
     pub fn new(plan: &'p ExperimentPlan<'p>, store: &'p Store, costs: Costs) -> Self {
         Self { plan, store, states: plan.map_cells(store, |state, _, _| state), costs }
     }
 
-    /// The work of a run, or of a share. What a method trains is left to the run behind the shares.
+    /// Work left in the run, or in a shard. Shards leave out trained methods, which the final run computes.
     pub fn remaining(&self, shard: Option<Shard>) -> Remaining {
         let plan = self.plan;
         let is_given = |(_, variant): (_, &Variant)| matches!(variant.detector, DetectorChoice::Given(_));

@@ -20,37 +20,37 @@ use trackfail_methods::detector::track_quality::Effort;
 use trackfail_methods::detector::{DetectorOutput, Input, Quality};
 use trackfail_methods::score::TrackScore;
 
-/// One method on one track, judged.
+/// Result of a cell: the score of one method on one track.
 #[derive(Debug, Clone)]
 pub struct Judged {
-    /// Output of the detector, where it is in memory.
+    /// Output of the detector, if it is kept in memory.
     pub output: Option<Arc<DetectorOutput>>,
-    /// Its address in the store.
+    /// Address of the output in the store.
     pub address: Address,
-    /// Its score by the protocol.
+    /// Score by the protocol of the method.
     pub score: TrackScore,
-    /// Its use of reverse runs.
+    /// Use of reverse runs by the detector.
     pub effort: Effort,
-    /// Whether the output holds a [`Quality`].
+    /// True if the output contains a [`Quality`], the condition of the tracker.
     pub follows: bool,
-    /// The pieces of the track that were scored by themselves, where a restart begins a new track; else none.
+    /// Frame ranges of the pieces that were scored separately, if restarts begin new tracks; otherwise empty.
     pub pieces: Vec<Range<usize>>,
 }
 
 /// A detector with its parameters or model.
 pub struct ReadyDetector {
-    /// The detector.
+    /// Detector with all parameters set, learned ones included.
     pub fixed: FixedDetector,
-    /// Its part of the recipes of labels.
+    /// Part of the detector in the recipes of labels.
     pub key: DetectorKey,
 }
 
-/// Detectors by variant, tracker and part; an error where training was impossible. Those without a place here have no
-/// cells.
+/// Detectors by variant, tracker and part. An error where training was impossible; combinations that are
+/// absent here have no cells.
 pub type ReadyDetectors = BTreeMap<Key, Result<Arc<ReadyDetector>, CellError>>;
 
-/// The cells of `jobs`, in ascending order, on a sequence of the test suite, which have their `tracks` and `ready`
-/// detectors. Outputs that the store has are not computed again.
+/// Computes the cells of `jobs` on a sequence of the test suite, in ascending order. `tracks` and `ready`
+/// must have the tracks and detectors. Outputs in the store are not computed again.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -116,8 +116,8 @@ pub fn cells(
 
 /// Output of a detector on a track. `seed` is for detectors that draw random numbers.
 ///
-/// A detector that begins again with each restart sees one piece after the other; the frames between them have no alarm
-/// and the score of the frame before.
+/// A detector that begins again at each restart is given the pieces one by one. Frames between pieces get no
+/// alarm and the score of the frame before.
 ///
 /// # Errors
 /// When a reverse run failed.
@@ -160,7 +160,7 @@ pub fn detect(
     Ok(whole)
 }
 
-/// Lengthens scores to a number of frames, with the last one.
+/// Extends scores to `frames` values by repeating the last one.
 fn hold(scores: &mut Vec<f64>, frames: usize) {
     let last = scores.last().copied().unwrap_or_default();
     scores.resize(frames, last);

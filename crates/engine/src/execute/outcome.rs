@@ -1,4 +1,4 @@
-//! Outcome of a run.
+//! Outcome of a run: its cells, models and analyses.
 
 use super::analyse::{Analysed, NotAnalysed};
 use super::detector_outputs::StoredDetectorOutput;
@@ -16,50 +16,50 @@ use trackfail_methods::detector::DetectorOutput;
 
 /// One cell: a method's variant on a tracker's run over a sequence.
 pub struct Cell {
-    /// Place among [`Outcome::sequences`].
+    /// Index in [`Outcome::sequences`].
     pub sequence: usize,
     /// Label of the tracker.
     pub tracker: String,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: u32,
-    /// Method.
+    /// Name of the method.
     pub method: String,
-    /// Grid point, empty without a grid.
+    /// Grid point of the method; empty without a grid.
     pub params: String,
     /// Index of the track in [`Outcome::tracks`]`[sequence]`.
     pub job: usize,
-    /// Index of the track's signal that the method reads, if it reads one.
+    /// Index of the track's signal that the method reads; `None` without a signal.
     pub signal: Option<usize>,
-    /// Threshold of the detector, for figures.
+    /// Threshold of the detector, drawn in figures; `None` if it has no single one.
     pub threshold: Option<f64>,
-    /// The result.
+    /// Result, or the reason why there is none.
     pub result: Result<Judged, CellError>,
 }
 
 impl Cell {
-    /// Whether it has no result though it was to be run.
+    /// True if the cell was to be run and has no result.
     pub fn has_failed(&self) -> bool {
         self.result.as_ref().is_err_and(CellError::is_failure)
     }
 }
 
-/// Names a cell, or a track: sequence, tracker and run, and of a cell the method.
+/// Name of a cell or of a track: sequence, tracker, run and, for a cell, the method.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CellName {
-    /// Sequence; one of another suite than the test suite has that suite's name and `/` before it.
+    /// Name of the sequence; outside the test suite with the suite's name and `/` before it.
     pub sequence: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: u32,
-    /// Method; empty for the track itself.
+    /// Name of the method; empty for the track itself.
     pub method: String,
-    /// Grid point, empty without a grid.
+    /// Grid point of the method; empty without a grid.
     pub params: String,
 }
 
 impl CellName {
-    /// Names the track of a job on a sequence of a suite.
+    /// Name of the track of a job on a sequence of a suite.
     pub(super) fn of_track(plan: &ExperimentPlan<'_>, (suite, sequence, job): Place) -> Self {
         let Job { tracker, run } = plan.jobs[job];
         let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
@@ -79,23 +79,24 @@ impl CellName {
     }
 }
 
-/// Outcome of a run: what it found on the test suite, and what it trained.
+/// Outcome of a run: its results on the test suite, and what it trained.
 pub struct Outcome<'a> {
-    /// The plan.
+    /// Plan that was executed.
     pub plan: &'a ExperimentPlan<'a>,
-    /// Tracks of the test suite, sequences x jobs.
+    /// Tracks of the test suite, by sequence and job.
     pub tracks: Vec<Tracks>,
-    /// Cells, sequence by sequence, in the experiment's order.
+    /// Cells, by sequence, in the experiment's order.
     pub cells: Vec<Cell>,
-    /// Tracks that could not be made, or lack a signal that is read from them, with the reason, where no cell says so.
+    /// Tracks that failed or lack a needed signal, with the reason. Tracks whose failure a cell already
+    /// reports are left out.
     pub failed_tracks: Vec<(CellName, CellError)>,
     /// Trained parameters and learned models.
     pub models: Vec<Model>,
-    /// Analyses.
+    /// Results of the analyses that could be computed.
     pub analyses: Vec<Analysed>,
-    /// Analyses that could not be made, by name, with the reason.
+    /// Analyses that failed, with the reason.
     pub not_analysed: Vec<NotAnalysed>,
-    /// Rules that filled in missing values, with the number of their uses.
+    /// Names of the rules that filled in missing values, with the number of their uses.
     pub rules: BTreeMap<String, u64>,
     /// Sequences whose digest differs from the pinned one, as `suite/name`.
     pub differing: Vec<String>,
@@ -115,20 +116,20 @@ impl Outcome<'_> {
         &self.test().name
     }
 
-    /// Present sequences of the test suite, in its order.
+    /// Present sequences of the test suite, in the suite's order.
     pub fn sequences(&self) -> impl Iterator<Item = &Sequence> {
         self.test().sequences.iter().map(|planned| &*planned.sequence)
     }
 
-    /// The sequence in a place of [`sequences`](Self::sequences).
+    /// Sequence at an index of [`sequences`](Self::sequences).
     pub fn sequence(&self, place: usize) -> &Sequence {
         &self.test().sequences[place].sequence
     }
 
-    /// Output of a cell's detector.
+    /// Output of the detector of a cell, from memory or the store.
     ///
     /// # Errors
-    /// When it must be read from the store and is no longer there.
+    /// When the output must be read from the store and is no longer there.
     pub fn detector_output(&self, cell: &Cell, judged: &Judged) -> Result<Arc<DetectorOutput>, StoreError> {
         let stored = || {
             let signal = self.tracks[cell.sequence][cell.job].as_ref().ok()?.signal(cell.signal);

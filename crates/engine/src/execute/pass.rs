@@ -1,11 +1,11 @@
 //! One pass over a sequence: each frame is decoded once and given to every tracker and, with the tracker's state, to
 //! every signal.
 //!
-//! The pass goes in steps of a few frames. In a step the trackers take its frames, the signals those of the step before,
-//! and the frames of the next step are decoded: all of it can be done side by side by threads that have nothing else to
-//! do. A *strand*, which is a tracker or a signal, takes one frame after the other and sees nothing of what the other
-//! strands do in the same step, so that no result depends on the threads. Signals that read companions find the regions
-//! of all trackers in the steps before.
+//! A pass consists of steps of a few frames. In each step, three things run in parallel on idle threads:
+//! trackers process the frames of the step, signals process those of the step before, and the frames of the
+//! next step are decoded. A *strand*, which is a tracker or a signal, processes one frame after the other. It
+//! sees nothing of what other strands do in the same step, so that no result depends on the threads. Signals
+//! that read companions use the regions that all trackers gave in earlier steps.
 
 use super::supervise::Job;
 use super::track_signal::TrackSignal;
@@ -22,31 +22,32 @@ use trackfail_core::region::Region;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Tracker, TrackerState};
 
-/// Largest number of frames of a step; three steps are in memory at once.
+/// Most frames of a step. Three steps are in memory at once.
 const MAX_FRAMES: usize = 5;
-/// Most bytes of the decoded frames of a step, unless one frame has more.
+/// Most bytes of the decoded frames of a step, unless a single frame has more.
 const MAX_BYTES: usize = 20 << 20;
-/// Frames of a step in which no pixel is looked at, where there is little to do in each.
+/// Frames of a step in which no pixel is read. Longer steps save overhead where each frame is little work.
 const FRAMES_WITHOUT_PIXELS: usize = 64;
 
 /// One task of a pass: a track, signals on it, or both.
 pub struct Task<'a> {
-    /// The tracker's run.
+    /// Run of the tracker.
     pub run: TrackerRun,
-    /// Its states, where they are known and only signals are needed.
+    /// States of the tracker, if they are known and only signals are needed.
     pub states: Option<&'a [TrackerState]>,
-    /// The needed signals.
+    /// Signals to compute.
     pub signals: Vec<&'a SignalChoice>,
-    /// For signals that read companions: their labels, and the indices of their tasks; `None` for those without a track.
+    /// For signals that read companions: the label of each companion and the index of its task; `None` if it
+    /// has no track.
     pub companions: Vec<(&'a str, Option<usize>)>,
 }
 
-/// Result of a task.
+/// Result of a task: states, signals and time.
 #[derive(Debug)]
 pub struct PassOutput {
-    /// One state a frame; none where they were known.
+    /// One state per frame; empty if the states were known before.
     pub states: Vec<TrackerState>,
-    /// A series for each of the task's signals. Only signals that read companions fail alone.
+    /// Values of each signal of the task. Only signals that read companions can fail separately.
     pub signals: Vec<Result<Vec<f64>, CellError>>,
     /// Time of the tracker and the signals, with a share of the decoding.
     pub spent: Duration,
@@ -54,23 +55,23 @@ pub struct PassOutput {
 
 type Decoded = Result<Arc<Frame>, StepError>;
 
-/// Successive frames of the sequence.
+/// Consecutive frames of the sequence, decoded.
 #[derive(Default)]
 struct Batch {
     first: usize,
     frames: Vec<Decoded>,
 }
 
-/// Progress of a task.
+/// States and failure of a task so far.
 struct Progress<'a> {
     job: Job<'a>,
-    /// The states of all frames, or those of the steps before.
+    /// States of all frames, if known before; otherwise those of the steps so far.
     states: Cow<'a, [TrackerState]>,
-    /// The first frame that failed, and why; not of signals that read companions.
+    /// First frame that failed, with the error. Failures of signals that read companions are kept apart.
     failure: Option<(usize, StepError)>,
 }
 
-/// A tracker or a signal, which takes one frame after the other.
+/// A tracker or a signal, which processes one frame after the other.
 struct Strand<'a> {
     task: usize,
     reads: Reads,
@@ -79,25 +80,25 @@ struct Strand<'a> {
 }
 
 enum Work<'a> {
-    /// Once it has started; and the states of this step.
+    /// A tracker, `None` until it is started, and its states in the current step.
     Tracker(Option<Box<dyn Tracker>>, Vec<TrackerState>),
-    /// With its values in all frames.
+    /// A signal, and its values in all frames so far.
     Signal(TrackSignal<'a>, Vec<f64>),
 }
 
-/// One step, as every strand sees it.
+/// Data of one step, shared by all strands.
 #[derive(Clone, Copy)]
 struct Step<'s> {
     tasks: &'s [Task<'s>],
     progress: &'s [Progress<'s>],
-    /// The frames that signals take.
+    /// Frames of the step before, which signals process.
     before: &'s Batch,
-    /// The frames that trackers take.
+    /// Frames of this step, which trackers process.
     now: &'s Batch,
 }
 
 impl<'a> Strand<'a> {
-    /// The strands of a task.
+    /// Creates the strands of a task.
     fn all_of(task: usize, Task { run, states, signals, .. }: &'a Task<'_>) -> Result<Vec<Self>, StepError> {
         let strand = |reads, work| Self { task, reads, work, failure: None };
         let mut strands = Vec::new();
@@ -112,12 +113,13 @@ impl<'a> Strand<'a> {
         Ok(strands)
     }
 
-    /// Whether its task still needs its work in frame `t` and later.
+    /// True if the task still needs the strand in frame `t` and later.
     fn is_needed(&self, t: usize, progress: &[Progress<'_>]) -> bool {
         self.failure.is_none() && progress[self.task].failure.as_ref().is_none_or(|(first, _)| t <= *first)
     }
 
-    /// Takes the frames of a step from the `k`-th one on, each as a task of its own, which threads share evenly.
+    /// Processes the frames of a step from the `k`-th one on. Each frame is a job of its own in the thread
+    /// pool, so that threads share the work evenly.
     fn take<'s>(&'s mut self, k: usize, step: Step<'s>, scope: &ScopeFifo<'s>) {
         let Batch { first, frames } = if let Work::Tracker(..) = self.work { step.now } else { step.before };
         let Some(frame) = frames.get(k).filter(|_| self.is_needed(*first, step.progress)) else { return };
@@ -129,7 +131,7 @@ impl<'a> Strand<'a> {
         }
     }
 
-    /// Takes frame `t`; `false` where a track that it reads has ended before.
+    /// Processes frame `t`. Returns `false` if a track that the strand reads has ended before.
     fn work_in(&mut self, t: usize, frame: &Decoded, step: Step<'_>) -> Result<bool, StepError> {
         let frame = || frame.as_ref().map_err(StepError::clone);
         let Task { run, companions, .. } = &step.tasks[self.task];
@@ -155,8 +157,8 @@ impl<'a> Strand<'a> {
     }
 }
 
-/// Makes a pass of tasks on one sequence, and returns a result for each, in order. A task that panics, fails or has spent
-/// its time fails alone. `on_frame` is called after each frame.
+/// Runs tasks on one sequence in one pass and returns a result for each, in order. A task that panics, fails
+/// or runs out of time fails alone. `on_frame` is called after each frame.
 ///
 /// # Errors
 /// [`RunError::Interrupted`].
@@ -224,7 +226,7 @@ pub fn pass(
     Ok(outputs(tasks, progress, strands, decoding.spent()))
 }
 
-/// The result of each task after a pass whose decoding took this time.
+/// Results of the tasks after a pass; `decoding` is the time that decoding took.
 fn outputs(
     tasks: &[Task<'_>],
     progress: Vec<Progress<'_>>,

@@ -1,9 +1,10 @@
-//! Reverse runs: a track's tracker is brought to a frame again, and tracks backwards in time from there.
+//! Reverse runs: the tracker of a track is brought to a frame again and runs backwards in time from there.
 //!
-//! A stored track holds the regions that the tracker gave, not its belief. So the tracker runs forward again, once at
-//! most, leaving forks behind every few frames; it must give the same regions. From frame `from` a fork runs backwards,
-//! with random numbers of its own from the track's seed and `from`. All methods on a track share these runs, so neither
-//! their number nor their order changes a result. A clock runs along; what it shows is no part of a result.
+//! A stored track holds the regions that the tracker gave, not its internal state. So the tracker runs
+//! forward again, at most once, and is copied every few frames; it must give the same regions. From frame
+//! `from` a copy (fork) runs backwards, with random numbers seeded by the track's seed and `from`. All
+//! methods on a track share these runs, so neither their number nor their order changes a result. Times are
+//! measured, but are not part of any result.
 
 use super::tracker_run::TrackerRun;
 use crate::error::{RunError, StepError};
@@ -19,17 +20,17 @@ use trackfail_methods::detector::{Detector, DetectorOutput, Input, Reverse};
 use trackfail_methods::score::overlap;
 use trackfail_methods::tracker::{Tracker, TrackerError};
 
-/// Frames between the forks of the forward run.
+/// Frames between two forks of the forward run.
 const STRIDE: usize = 32;
 
-/// Bytes of decoded frames that a run keeps in memory for reverse runs.
+/// Most bytes of decoded frames that a run keeps in memory for reverse runs.
 pub const FRAMES_IN_MEMORY: usize = 512 << 20;
 
-/// Reverse runs of one track's tracker.
+/// Reverse runs of the tracker of one track.
 pub struct Reversal {
     run: TrackerRun,
     regions: Vec<Region>,
-    /// Whether a reverse run goes on where an earlier one from the same frame ended.
+    /// True if a request continues the earlier reverse run that started in the same frame.
     shares_runs: bool,
     memory: Mutex<Memory>,
 }
@@ -40,9 +41,9 @@ type Fork = Box<dyn Tracker>;
 struct Memory {
     /// Forks of the forward run, by frame.
     forward: BTreeMap<usize, Fork>,
-    /// By first frame of the reverse run: the errors of the frames before it, the last one first.
+    /// Errors of each reverse run, by its first frame: those of the earlier frames, the latest one first.
     backward: BTreeMap<usize, Vec<f64>>,
-    /// The last reverse run: its first frame, the frame that it is in, and its tracker.
+    /// The last reverse run: first frame, current frame and tracker.
     latest: Option<(usize, usize, Fork)>,
     cost: ReverseCost,
 }
@@ -50,13 +51,14 @@ struct Memory {
 /// Time and frames of reverse runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct ReverseCost {
-    /// Time of everything that a detector waited for.
+    /// Time that the detector waited for reverse runs, all work included.
     pub waiting: Duration,
-    /// Time of the tracker on its way back: without its way to the first frame, and without decoding.
+    /// Time of the tracker running backwards, without decoding and without the forward run to the first
+    /// frame.
     pub tracking: Duration,
-    /// Number of runs.
+    /// Number of reverse runs.
     pub runs: u64,
-    /// Frames of these runs.
+    /// Number of frames in these runs.
     pub frames: u64,
 }
 
@@ -66,7 +68,7 @@ impl std::fmt::Debug for Reversal {
     }
 }
 
-/// Runs `work` and adds its time to `spent`.
+/// Runs `work` and adds the time to `spent`.
 pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = work();
@@ -74,39 +76,41 @@ pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T 
     done
 }
 
-/// A copy of a tracker that continues from its belief, with the same random numbers or with those of `seed`.
+/// Copies a tracker with its internal state. The copy continues with the same random numbers, or with those
+/// of `seed`.
 ///
 /// # Errors
-/// When it cannot be copied.
+/// When the tracker cannot be copied.
 pub(super) fn fork(tracker: &dyn Tracker, seed: Option<u64>) -> Result<Fork, StepError> {
     let no_copy = "this tracker has no copy that could start again from its posterior, so it cannot run \
                    backwards";
     tracker.fork(seed).ok_or_else(|| StepError::Here(no_copy.to_string()))
 }
 
-/// Frame `t` of a run, unless everything was interrupted.
+/// Frame `t` of a run, unless the user has interrupted.
 pub(super) fn frame(run: &TrackerRun, t: usize) -> Result<Arc<Frame>, StepError> {
     if guarded::is_interrupted() { Err(RunError::Interrupted.into()) } else { run.frame(t) }
 }
 
 impl Reversal {
-    /// Reverse runs of a track with these regions, one a frame.
+    /// Reverse runs of a track; `regions` has one region per frame.
     pub fn new(run: TrackerRun, regions: Vec<Region>) -> Self {
         Self { run, regions, shares_runs: true, memory: Mutex::default() }
     }
 
-    /// Reverse runs that share nothing, so that each costs what it costs alone; `forks` has the tracker in each frame.
+    /// Reverse runs that share nothing, so that the cost of each can be measured. `forks` has the tracker in
+    /// each frame.
     pub(super) fn apart(run: TrackerRun, regions: Vec<Region>, forks: Vec<Fork>) -> Self {
         let memory = Memory { forward: forks.into_iter().enumerate().collect(), ..Memory::default() };
         Self { run, regions, shares_runs: false, memory: Mutex::new(memory) }
     }
 
-    /// The cost of the reverse runs since the last call.
+    /// Cost of the reverse runs since the last call.
     pub(super) fn take_cost(&self) -> ReverseCost {
         std::mem::take(&mut self.memory().cost)
     }
 
-    /// Frees the trackers; the errors found so far are kept.
+    /// Frees the trackers. The errors found so far are kept.
     pub fn free_trackers(&self) {
         let mut memory = self.memory();
         memory.forward.clear();
@@ -117,7 +121,7 @@ impl Reversal {
         self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The tracker after frame `t` of the forward run.
+    /// Tracker of the forward run after frame `t`.
     fn forward(&self, memory: &mut Memory, t: usize) -> Result<Fork, StepError> {
         let forks = &mut memory.forward;
         if forks.is_empty() {
@@ -141,7 +145,7 @@ impl Reversal {
         Ok(tracker)
     }
 
-    /// Error of frame `to` in the reverse run from the later frame `from`.
+    /// Error of frame `to` in the reverse run that starts in the later frame `from`.
     fn backward(&self, memory: &mut Memory, from: usize, to: usize) -> Result<f64, StepError> {
         let no_way =
             || StepError::Here(format!("there is no way back from frame {from} to frame {to} (from 0)"));
@@ -182,10 +186,10 @@ impl Reversal {
     }
 }
 
-/// A detector's handle to a [`Reversal`], for one call.
+/// Access of a detector to a [`Reversal`] during one call.
 struct Handle<'a> {
     reversal: &'a Reversal,
-    /// The first error of a reverse run.
+    /// First error of a reverse run in this call.
     failure: RefCell<Option<StepError>>,
 }
 
@@ -205,10 +209,10 @@ impl Reverse for Handle<'_> {
     }
 }
 
-/// Output of a detector, which may run the tracker backwards if it needs to.
+/// Output of a detector, which may run the tracker backwards.
 ///
 /// # Errors
-/// When a reverse run or the detector's program failed.
+/// When a reverse run or the program of the detector failed.
 pub fn detect(
     detector: &dyn Detector,
     input: Input<'_>,

@@ -1,5 +1,6 @@
-//! Runs of whole experiments and of shards on all cores. The outcome depends neither on the number of cores nor on what
-//! the store has: work is done in any order, but every result has its place and every seed is made from names.
+//! Runs of whole experiments and of shards on all cores. The outcome depends neither on the number of cores
+//! nor on what the store has: work is done in any order, but each result has a fixed place and each seed is
+//! made from names.
 
 use super::context::{Context, Options};
 use super::judge::ReadyDetectors;
@@ -33,7 +34,7 @@ pub fn load(
         .collect()
 }
 
-/// Runs a planned experiment on the threads of the current pool. A cell that fails holds its error.
+/// Runs a planned experiment on the threads of the current pool. A failed cell holds its error.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -78,22 +79,22 @@ pub fn run<'s>(
     })
 }
 
-/// Outcome of the run of a shard.
+/// Outcome of the run of one shard.
 pub struct ShardOutcome {
     /// Number of cells with a result.
     pub done: usize,
-    /// Cells without a result that were to be run, and tracks of which no cell of the share says that they failed, with the
-    /// reason.
+    /// Cells that were to be run and have no result, with the reason. Tracks are listed if no cell of the
+    /// shard reports their failure.
     pub failed: Vec<(CellName, CellError)>,
     /// Numbers of computed and cached results.
     pub tally: Tally,
 }
 
-/// Computes a shard of an experiment's tracks, signals and labels into the store. Trained methods and analyses are left to
-/// the run that has all tracks.
+/// Computes the tracks, signals and labels of a shard into the store. Trained methods and analyses need all
+/// tracks and are left to the final run.
 ///
 /// # Errors
-/// As [`run`].
+/// The errors of [`run`].
 pub fn run_shard(
     plan: &ExperimentPlan<'_>,
     store: &Store,
@@ -120,8 +121,8 @@ pub fn run_shard(
 
 type Failed = Vec<(CellName, CellError)>;
 
-/// The cells of a unit in the plan's order, and its tracks that failed, or lack a signal that is read from them, unless
-/// a cell says so.
+/// Cells of a unit in the plan's order, and its tracks that failed or lack a needed signal. Tracks whose
+/// failure a cell reports are left out.
 fn judge(
     context: &Context<'_>,
     (suite, sequence, jobs): &Unit,
@@ -140,7 +141,7 @@ fn judge(
     Ok((cells, failed))
 }
 
-/// Sequences whose digests differ from those in datasets.lock, by suite.
+/// Sequences whose digest differs from that in datasets.lock, as `suite/name`.
 fn differing(plan: &ExperimentPlan<'_>) -> Vec<String> {
     let suites: BTreeMap<&str, &PlannedSuite> =
         plan.suites.iter().map(|suite| (suite.name.as_str(), suite)).collect();

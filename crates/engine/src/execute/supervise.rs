@@ -1,4 +1,4 @@
-//! Work that may panic, take too long or be interrupted.
+//! Jobs that may panic, take too long or be interrupted.
 
 use crate::error::{RunError, StepError};
 use crate::limits::RunLimits;
@@ -9,33 +9,34 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A panic: its place, if that is in this program's own source, and its message.
+/// A caught panic: its message, and its place if that is in this program's source.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Panic(String);
 
-/// A job of many steps, which any threads may do. Its time is looked at after each step: a step itself is never cut off.
+/// A job of many steps, on any threads. The time is checked after each step; a running step is never cut off.
 pub struct Job<'a> {
     limits: &'a RunLimits,
-    /// Nanoseconds of all steps together.
+    /// Nanoseconds that all steps took together.
     spent: AtomicU64,
 }
 
 impl<'a> Job<'a> {
-    /// A job that has not begun.
+    /// Creates a job that has not begun.
     pub fn new(limits: &'a RunLimits) -> Self {
         Self { limits, spent: AtomicU64::new(0) }
     }
 
-    /// Time of all its steps together.
+    /// Time that all steps took together.
     pub fn spent(&self) -> Duration {
         Duration::from_nanos(self.spent.load(Ordering::Relaxed))
     }
 
-    /// Does one step.
+    /// Runs one step.
     ///
     /// # Errors
-    /// That of the step; also when it panics, the job has used up its time, or everything was interrupted.
+    /// The error of the step. Also when the step panics, the job has used up its time, or the user has
+    /// interrupted.
     pub fn step<T>(&self, step: impl FnOnce() -> Result<T, StepError>) -> Result<T, StepError> {
         if self.limits.stop.is_set() {
             return Err(RunError::Interrupted.into());
@@ -55,11 +56,11 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Does a job of a single step, on a thread of its own: whoever waits for help of other threads on one of a pool may be
-/// given their work, whose time would count as its own.
+/// Runs a job of a single step on a thread of its own. A pool thread that waits may be given other work,
+/// whose time would count for this job.
 ///
 /// # Errors
-/// Those of [`Job::step`].
+/// The errors of [`Job::step`].
 pub fn run_single<T: Send>(
     limits: &RunLimits,
     step: impl FnOnce() -> Result<T, StepError> + Send,
@@ -73,10 +74,10 @@ thread_local! {
     static CAUGHT: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Calls `f` and catches a panic, which is not printed.
+/// Calls `f` and catches a panic, without printing it.
 ///
 /// # Errors
-/// The panic.
+/// The caught panic.
 pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

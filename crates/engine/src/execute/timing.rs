@@ -1,5 +1,5 @@
-//! Processing times of methods on the tracks of a suite, on one thread, one track after the other. For what is timed,
-//! see [`processing_time`](trackfail_methods::analysis::processing_time).
+//! Processing times of methods on the tracks of a suite, on one thread, one track after the other. What is
+//! timed is described at [`processing_time`](trackfail_methods::analysis::processing_time).
 
 use super::analyse::{self, Analysed, Made, NotAnalysed};
 use super::context::Context;
@@ -24,8 +24,8 @@ use trackfail_methods::detector::{Detector, Input};
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::Tracker;
 
-/// Makes every analysis of the clock, on every tracker; `tracks` has the tracks of every suite. An analysis that fails
-/// is an error in its place.
+/// Computes all analyses of processing time on all trackers. `tracks` has the tracks of every suite. A failed
+/// analysis is an error in its place.
 ///
 /// # Errors
 /// When the run is interrupted.
@@ -42,7 +42,7 @@ pub fn measure(
     analyse::pairs(experiment, true).into_iter().map(one).collect()
 }
 
-/// A method to be timed.
+/// A method to be timed, with its signals and detector.
 struct TimedMethod {
     signals: Vec<SignalChoice>,
     detector: Arc<dyn Detector>,
@@ -99,15 +99,15 @@ fn make(
     Ok((vec![(planned.name.clone(), made_on)], vec![(made_on, there)], findings))
 }
 
-/// A signal on one track.
+/// A signal with its values on one track.
 struct TimedSignal {
     reader: SignalReader,
     values: Vec<f64>,
     spent: Cell<Duration>,
 }
 
-/// Times one pass over one track. The tracker and each signal get a copy of every frame, without what others keep with the
-/// frame: each is timed as if it were alone.
+/// Times one pass over one track. The tracker and each signal get their own copy of each frame, without
+/// cached data of others, so that each is timed as if it ran alone.
 fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> {
     let frames = run.sequence.len();
     let goes_back = methods.iter().any(|method| method.detector.needs_reverse());

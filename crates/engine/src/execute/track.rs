@@ -15,26 +15,26 @@ use trackfail_methods::tracker::Status;
 /// A tracker's run over a sequence, with the signals computed from it.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// The region of each frame.
+    /// Region of each frame.
     pub regions: Vec<Region>,
-    /// The status of each frame.
+    /// Status of each frame.
     pub status: Vec<Status>,
-    /// The tracker's confidence in each frame; empty if it gives none.
+    /// Confidence of the tracker in each frame; empty if the tracker gives none.
     pub confidence: Vec<Option<f64>>,
     /// Overlap error O_t of each frame, 0 to 1; NaN where the target is not annotated.
     pub error: Vec<f64>,
-    /// One series for each of the experiment's distinct signals, of several values a frame one series after the other;
-    /// empty for those not needed on this track.
+    /// Values of each distinct signal of the experiment; empty for signals that are not needed on this track.
+    /// A signal of several values per frame has its series one after the other.
     pub signals: Vec<Vec<f64>>,
-    /// Frames whose region repeats the last one: those marked failed or skipped, and those of a result file without a box
-    /// that were passed over.
+    /// Number of frames that repeat the region before: frames marked failed or skipped, and frames without a
+    /// box in a result file.
     pub repeated: usize,
-    /// Reverse runs of its tracker, where a method of the experiment needs them.
+    /// Reverse runs of the tracker, if a method of the experiment needs them.
     pub reversal: Option<Arc<Reversal>>,
 }
 
 impl Track {
-    /// The signal that a method reads; zeros for methods without one.
+    /// Values of the signal that a method reads; zeros for methods without a signal.
     pub fn signal(&self, signal: Option<usize>) -> Cow<'_, [f64]> {
         match signal.and_then(|k| self.signals.get(k)) {
             Some(series) => self.values(series).next().unwrap_or_default().into(),
@@ -42,43 +42,43 @@ impl Track {
         }
     }
 
-    /// The further series of the signals that a method reads, behind the first of all.
+    /// Further series that a method reads, after the first series of its first signal.
     pub fn more(&self, signals: &[usize]) -> Vec<&[f64]> {
         let series = signals.iter().filter_map(|k| self.signals.get(*k));
         series.flat_map(|series| self.values(series)).skip(1).collect()
     }
 
-    /// The series of each value of a signal.
+    /// Splits the values of a signal into series, one for each value per frame.
     fn values<'a>(&self, series: &'a [f64]) -> std::slice::Chunks<'a, f64> {
         series.chunks(self.error.len().max(1))
     }
 
-    /// The score of a detector's output by a protocol, with the pieces that were scored by themselves, where a restart
-    /// begins a new track.
+    /// Score of a detector's output by a protocol. Also the frame ranges of pieces that were scored
+    /// separately, if restarts begin new tracks.
     pub fn judge(&self, protocol: &Protocol, output: &DetectorOutput) -> (TrackScore, Vec<Range<usize>>) {
         let pieces = protocol.restarts.pieces(&self.status);
         let score = protocol.judge(&self.error, &output.alarm, &output.changes(), &pieces);
         (score, pieces)
     }
 
-    /// The track with one of its signals, as training data.
+    /// The track with one of its signals, in the form of training data.
     pub fn example(&self, signal: Option<usize>) -> Example<'_> {
         let signal = signal.and_then(|k| self.values(self.signals.get(k)?).next());
         Example::new(signal.unwrap_or_default(), &self.error)
     }
 
-    /// The track with the signals of a method, as training data.
+    /// The track with the signals of a method, in the form of training data.
     pub fn example_of(&self, signals: &[usize], origin: &Origin) -> Example<'_> {
         let Origin { video, source } = origin.clone();
         Example { more: self.more(signals), video, source, ..self.example(signals.first().copied()) }
     }
 }
 
-/// The tracks of one sequence, one for each job.
+/// Tracks of one sequence, one for each job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
 
-/// The tracks of a tracker's first runs on a suite that could be made and have the signal, with the indices of their
-/// sequence and job. `tracks` has those of every suite.
+/// Tracks of a tracker's first `runs` runs on a suite, with the indices of their sequence and job. Tracks
+/// that failed or lack the signal are left out. `tracks` has the tracks of every suite.
 pub fn of_runs(
     plan: &ExperimentPlan<'_>,
     tracks: &[Vec<Tracks>],

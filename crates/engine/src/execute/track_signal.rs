@@ -10,34 +10,36 @@ use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
 
-/// A signal on a track, given one frame after the other. It may begin again with each restart of the tracker.
+/// A signal that is computed frame by frame on a track. Depending on its choice it begins again at each
+/// restart of the tracker.
 pub struct TrackSignal<'a> {
     choice: &'a SignalChoice,
     run: &'a TrackerRun,
     reader: SignalReader,
-    /// The last values since the tracker was started, which skipped frames repeat where restarts are new tracks.
+    /// Values of the last frame since the tracker was started. Skipped frames repeat them if restarts begin
+    /// new tracks.
     last: Option<Vec<f64>>,
 }
 
 impl<'a> TrackSignal<'a> {
-    /// A signal on the track of a run.
+    /// Starts a signal on the track of a run.
     ///
     /// # Errors
-    /// When it cannot start, e.g. a file that it reads is absent.
+    /// When the signal cannot start, for example because a file that it reads is absent.
     pub fn start(choice: &'a SignalChoice, run: &'a TrackerRun) -> Result<Self, StepError> {
         Ok(Self { choice, run, reader: SignalReader::start(choice, &run.context())?, last: None })
     }
 
-    /// Its input.
+    /// Input that the signal needs.
     pub fn reads(&self) -> Reads {
         self.reader.reads()
     }
 
-    /// The signal's values in the next frame, which has this number in its file name; `companions` are the regions of
-    /// other trackers, for a signal that reads them.
+    /// Values of the signal in the next frame, whose file name has this number. `companions` are the regions
+    /// of other trackers, for signals that read them.
     ///
     /// # Errors
-    /// When it has none.
+    /// When the signal has no value in the frame.
     pub fn values(
         &mut self,
         frame: &Frame,

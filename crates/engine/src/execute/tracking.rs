@@ -1,4 +1,5 @@
-//! Tracks and signals of one sequence: from the store, or computed in one pass, or in several where there are many.
+//! Tracks and signals of one sequence, from the store or computed: in one pass, or in several if there are
+//! many.
 
 use super::context::Context;
 use super::pass::{PassOutput, Task, pass};
@@ -18,10 +19,11 @@ use trackfail_methods::score::overlap;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
 
-/// Most tracks of a sequence that are computed at once: a tracker may be a program, with memory and files of its own.
+/// Most tracks of a sequence that are computed at once. A tracker may be a program, with memory and files of
+/// its own.
 const MAX_AT_ONCE: usize = 64;
 
-/// Parts of a track that are known already.
+/// The parts of a track that are already known.
 struct CachedTrack {
     job: usize,
     recipe: Recipe,
@@ -30,7 +32,7 @@ struct CachedTrack {
 }
 
 impl CachedTrack {
-    /// The signals that it lacks; without `all`, only those that read no companions.
+    /// Indices of the signals that the track lacks. Without `all`, signals that read companions are left out.
     fn due(&self, plan: &ExperimentPlan<'_>, all: bool) -> Vec<usize> {
         let is_due = |k: &usize| {
             self.signals[*k].is_none() && (all || plan.signals[*k].signal.reads() != Reads::Companions)
@@ -38,13 +40,13 @@ impl CachedTrack {
         (0..self.signals.len()).filter(is_due).collect()
     }
 
-    /// Whether a pass for these signals has work on it.
+    /// True if a pass for these signals has work on the track.
     fn is_open(&self, due: &[usize]) -> bool {
         self.states.is_none() || !due.is_empty()
     }
 }
 
-/// Tracks of a unit, in a place for each job of the plan. A track that cannot be made is an error in its place.
+/// Tracks of a unit, one place for each job of the plan. A failed track is an error in its place.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -72,7 +74,7 @@ pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<T
     Ok(tracks)
 }
 
-/// The parts of a job's track that are in the store.
+/// Loads the parts of a job's track that are in the store.
 fn look(
     context: &Context<'_>,
     suite: usize,
@@ -97,7 +99,8 @@ fn look(
     Ok(CachedTrack { job, recipe, states, signals })
 }
 
-/// Completes tracks in one pass; without `all`, signals that read companions are left to a later one.
+/// Computes the missing parts of tracks in one pass. Without `all`, signals that read companions are left to
+/// a later pass.
 fn compute(
     context: &Context<'_>,
     suite: usize,
@@ -144,7 +147,7 @@ fn compute(
     Ok(context.store.put(&records)?)
 }
 
-/// Completes a track with the output of the pass, whose signals were due, and adds new records for the store.
+/// Adds the output of a pass to a track, for the signals `due`, and collects new records for the store.
 fn complete(
     context: &Context<'_>,
     suite: usize,
@@ -179,7 +182,7 @@ fn complete(
     failure.map_or(Ok(()), |e| Err(e.into()))
 }
 
-/// Checks that the files which the pass has read for these tracks still have the digests in the addresses.
+/// Checks that the files read for these tracks still have the digests in the addresses.
 fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
@@ -259,7 +262,8 @@ signal = { kind = "companion-overlap" }
 detector = { kind = "level", below = 0.1 }
 "#;
 
-    /// The first run of `still` and the only one of `ncc` on a sequence, where `still` has this number of runs.
+    /// Tracks and signals of the first run of `still` and the only run of `ncc` on a sequence; `still` has
+    /// `runs` runs.
     fn first_and_last(runs: usize) -> [(Vec<Region>, Vec<Vec<f64>>); 2] {
         let experiment = spec::parse("many.toml", &SPEC.replace("RUNS", &runs.to_string())).unwrap();
         let suites = load(&experiment, &[]).unwrap();

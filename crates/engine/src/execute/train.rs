@@ -24,21 +24,21 @@ use trackfail_methods::score::Counts;
 /// A trained parameter or a learned model of one method on one tracker.
 #[derive(Debug, Clone, Serialize)]
 pub struct Model {
-    /// Method.
+    /// Name of the method.
     pub method: String,
     /// Grid point of the method, as in `scores.csv`.
     pub params: String,
-    /// Tracker whose tracks were the training data.
+    /// Label of the tracker that the training data are from.
     pub tracker: String,
-    /// Repetitions of the tracker.
+    /// Repetitions of the tracker that were used.
     pub runs: u32,
-    /// Suite of the training data.
+    /// Name of the training suite.
     pub suite: String,
-    /// Whether that suite is the test suite.
+    /// True if the training suite is the test suite.
     pub tuned_on_test: bool,
-    /// Sequences used, with their digests.
+    /// Names and digests of the sequences used.
     pub sequences: Vec<(String, String)>,
-    /// The parameter or model.
+    /// The chosen parameter or the model.
     #[serde(flatten)]
     pub content: Content,
 }
@@ -47,29 +47,30 @@ pub struct Model {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Content {
-    /// A parameter was chosen.
+    /// A chosen parameter.
     Chosen {
-        /// The parameter.
+        /// Name of the parameter.
         parameter: String,
         /// The chosen value.
         value: f64,
-        /// Measure that was maximized.
+        /// Name of the measure that was maximized.
         maximise: String,
-        /// Its value at the choice; `null` when no candidate had one.
+        /// Value of the measure for the choice; `null` if no candidate had one.
         reached: Option<f64>,
-        /// Every candidate with its value of the measure.
+        /// All candidates, each with its value of the measure.
         candidates: Vec<(f64, Option<f64>)>,
     },
-    /// A model was learned.
+    /// A learned model.
     Learned {
-        /// The model.
+        /// The model as JSON.
         model: Value,
-        /// The threshold that the detector derives from it, where it has one.
+        /// Threshold that the detector derives from the model, if it has one.
         threshold: Option<f64>,
     },
-    /// One parameter or model for each fold of the test suite, made on the other folds and the other trackers.
+    /// One parameter or model for each fold of the test suite, trained on the other folds and the other
+    /// trackers.
     OnOthers {
-        /// The folds.
+        /// Contents by fold.
         folds: Vec<FoldContent>,
     },
 }
@@ -77,21 +78,21 @@ pub enum Content {
 /// The parameter or model for one fold of the test suite.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FoldContent {
-    /// Sequences that it was not made on, and that it is used on.
+    /// Sequences of the fold: not trained on, and tested with this content.
     pub left_out: Vec<String>,
     /// The parameter or model.
     #[serde(flatten)]
     pub content: Content,
 }
 
-/// Result of training: which candidate was chosen.
+/// Result of training: the index of the chosen candidate, with the data of all.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Chosen {
     index: u64,
     reached: Option<f64>,
-    /// The candidates.
+    /// Values of the candidates.
     values: Vec<f64>,
-    /// The measure of each.
+    /// Measure of each candidate.
     measures: Vec<Option<f64>>,
 }
 
@@ -99,11 +100,11 @@ struct Chosen {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum StoredModel {
     Chosen(Chosen),
-    /// JSON text.
+    /// Model as JSON text.
     Learned(String),
 }
 
-/// The detectors of the variants that need no training.
+/// Detectors of the variants that need no training.
 pub fn given(plan: &ExperimentPlan<'_>) -> ReadyDetectors {
     let ready = |(key, detector): (Key, &DetectorChoice)| {
         let fixed = detector.example().clone();
@@ -112,8 +113,7 @@ pub fn given(plan: &ExperimentPlan<'_>) -> ReadyDetectors {
     plan.given().map(ready).collect()
 }
 
-/// The detectors of all variants, after training and learning where they need that; `tracks` has the tracks of every
-/// suite.
+/// Detectors of all variants, trained where needed, and the models. `tracks` has the tracks of every suite.
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
@@ -147,7 +147,8 @@ fn track_at<'t>(tracks: &'t [Vec<Tracks>], place: &Place) -> &'t Result<Arc<Trac
 
 type StoredModels = BTreeMap<Address, Result<StoredModel, CellError>>;
 
-/// Trained parameters and learned models by their address: from the store, or made. Variants with the same model share it.
+/// Trained parameters and learned models by address, from the store or computed. Variants with the same model
+/// share it.
 fn make_all(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -193,7 +194,8 @@ fn stored_name(context: &Context<'_>, need: &TrainingNeed<'_>) -> Name {
 /// Counts of each listed candidate, by variant and track.
 type Counted = BTreeMap<(usize, Place), Result<Vec<Counts>, StepError>>;
 
-/// The counts of listed candidates: a track is training data of many parts, and is judged once.
+/// Counts of the listed candidates on each track. A track may be training data of many parts; it is judged
+/// once here.
 fn counts_of_listed(context: &Context<'_>, tracks: &[Vec<Tracks>], pending: &[&TrainingNeed<'_>]) -> Counted {
     let mut asked = BTreeMap::new();
     for need in pending {
@@ -213,7 +215,7 @@ fn counts_of_listed(context: &Context<'_>, tracks: &[Vec<Tracks>], pending: &[&T
     counts.collect()
 }
 
-/// Makes a trained parameter or learned model.
+/// Computes a trained parameter or learned model.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -253,7 +255,7 @@ fn make(
     }
 }
 
-/// The detector with its trained parameter or learned model.
+/// Detector with its trained parameter or learned model.
 fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
     let key = DetectorKey::new(&need.variant.detector, Some(need.address));
@@ -288,7 +290,7 @@ fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDet
     }
 }
 
-/// The model of a variant on a tracker, from its parts; `None` without any.
+/// Reported model of a variant on a tracker, put together from its parts; `None` without any part.
 fn describe(context: &Context<'_>, mut contents: Vec<(&TrainingNeed<'_>, Content)>) -> Option<Model> {
     let plan = context.plan;
     let need = contents.first()?.0;

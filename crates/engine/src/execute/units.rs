@@ -1,4 +1,4 @@
-//! Units of work: the jobs of one sequence that run in one pass.
+//! Units of work: jobs on one sequence that run in one pass.
 
 use crate::error::RunError;
 use crate::plan::{ExperimentPlan, Shard};
@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Work on one sequence: indices of the suite, the sequence and the jobs.
 pub type Unit = (usize, usize, Vec<usize>);
 
-/// Every sequence with its jobs, or with those of a shard. The longest sequences come first, so that no core works on
-/// a long one alone in the end.
+/// Units of a run or of a shard: each sequence with its jobs. Long sequences come first, so that no core
+/// works on one alone at the end.
 pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
     let frames = |unit: &Unit| plan.suites[unit.0].sequences[unit.1].sequence.len() as u64;
     let mut pieces: Vec<Unit> = Vec::new();
@@ -49,14 +49,14 @@ pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, force: bool, units
     units.par_iter().map(of_unit).sum()
 }
 
-/// The results of `work` on every unit, in order. Each thread of the current pool takes one unit after the other, and helps
-/// with those of the others when none is left.
+/// Results of `work` on each unit, in order. Each thread of the current pool takes one unit after the other.
+/// When none is left, it helps with the units of other threads.
 ///
-/// Units lie in no queue of the pool, so that a thread that waits within one begins no other: no more sequences are in
-/// memory than there are threads.
+/// Units are not in the queue of the pool, so a thread that waits within one unit cannot begin another. Hence
+/// at most one sequence per thread is in memory.
 ///
 /// # Errors
-/// One of `work`; units that have not begun then are left out.
+/// An error of `work`. Units that have not begun by then are skipped.
 pub fn for_units<T: Send>(
     units: &[Unit],
     work: impl Fn(&Unit) -> Result<T, RunError> + Sync,
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use std::time::Duration;
 
-    /// Runs a step of `work` within many units on three threads.
+    /// Runs `work` as a step of many units, on three threads.
     fn run(work: impl Fn(usize) -> Result<usize, RunError> + Sync) -> Result<Vec<usize>, RunError> {
         let units: Vec<Unit> = (0..30).map(|k| (0, k, Vec::new())).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();

@@ -1,5 +1,5 @@
-//! Costs: how long each tracker with its signals takes for a frame, as the runs of a store have found it. They are kept
-//! beside the records for estimates alone, and are no part of results or addresses.
+//! Costs: the time per frame of each tracker with its signals, measured in the runs of a store. They are kept
+//! beside the records, serve estimates only, and are no part of results or addresses.
 
 use crate::plan::ExperimentPlan;
 use crate::store::{Store, write_derived};
@@ -12,15 +12,15 @@ use trackfail_dataset::text;
 
 /// Name of the file in the store's folder.
 const FILE: &str = "costs.json";
-/// Size of the largest file that is read, in bytes; a larger one is begun anew.
+/// Largest cost file that is read, in bytes. A larger one is replaced.
 const MAX_FILE: u64 = 4 << 20;
 
-/// Seconds and frames of a run, by suite and tracker.
+/// Seconds and frames of a run, by indices of suite and tracker.
 #[derive(Debug, Default)]
 pub struct CostTally(Mutex<BTreeMap<(usize, usize), (f64, usize)>>);
 
 impl CostTally {
-    /// Adds a track with its signals.
+    /// Adds the time of a track with its signals.
     pub fn add(&self, suite: usize, tracker: usize, time: Duration, frames: usize) {
         let mut spent = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let (seconds, all) = spent.entry((suite, tracker)).or_default();
@@ -28,7 +28,7 @@ impl CostTally {
         *all += frames;
     }
 
-    /// Keeps what was found for later estimates. What cannot be written is forgotten.
+    /// Saves the costs for later estimates. Errors of writing are ignored.
     pub fn keep(&self, plan: &ExperimentPlan<'_>, store: &Store) {
         let mut costs = Costs::read(store);
         for (&(suite, tracker), &(seconds, frames)) in
@@ -42,24 +42,24 @@ impl CostTally {
     }
 }
 
-/// Known costs: seconds a frame on one core.
+/// Known costs: seconds per frame on one core, by the tracker and all that it depends on.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Costs(BTreeMap<String, f64>);
 
 impl Costs {
-    /// Those that the runs of a store have found; none where the file is missing or cannot be read.
+    /// Reads the costs that runs of a store have saved; empty if the file is absent or unreadable.
     pub fn read(store: &Store) -> Self {
         let bytes = text::read_at_most(&store.folder().join(FILE), MAX_FILE);
         Self(bytes.ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default())
     }
 
-    /// Seconds that a tracker with its signals takes for a frame of a suite.
+    /// Seconds per frame of a tracker with its signals on a suite; `None` if unknown.
     pub fn per_frame(&self, plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> Option<f64> {
         self.0.get(&key(plan, suite, tracker)).copied()
     }
 }
 
-/// Everything that the cost of a tracker on a suite depends on, but the machine.
+/// Key of the cost of a tracker on a suite: all that the cost depends on, except the machine.
 fn key(plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> String {
     let setup = &plan.experiment.trackers[tracker];
     let suite_name = &plan.suites[suite].name;

@@ -1,4 +1,4 @@
-//! The cells of a plan: which jobs have which methods on which sequences, and what a store has of them.
+//! Cells of a plan (which method on which track), and their states in a store.
 
 use super::demand::variants;
 use super::experiment::{ExperimentPlan, PlannedSequence};
@@ -25,13 +25,13 @@ pub struct PlannedCell {
 /// State of a cell in a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellState {
-    /// Its result is in the store.
+    /// The store has the result.
     Cached,
     /// The store has a result of another recipe; `why` shows the difference.
     Stale,
-    /// It was never computed, or has been removed.
+    /// The result was never computed, or has been removed.
     Missing,
-    /// It cannot be computed, because data or the tracker's results are absent.
+    /// The result cannot be computed, because data or results of the tracker are absent.
     Absent,
 }
 
@@ -39,7 +39,7 @@ impl CellState {
     /// All states, in the order of their declaration.
     pub const ALL: [Self; 4] = [Self::Cached, Self::Stale, Self::Missing, Self::Absent];
 
-    /// Its word in tables and messages.
+    /// Name of the state in tables and messages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Cached => "cached",
@@ -50,12 +50,14 @@ impl CellState {
     }
 }
 
-/// Parts of the recipe of a cell's labels: its beginning, what the detector adds to it, and the seed; or the reason
-/// why there is none. Recipes are made only where they are shown: those of a million cells would need more than a gigabyte.
+/// Parts that the recipe of a cell's labels is made of: its beginning, the addition of the detector, and the
+/// seed; or the reason why there is none. Whole recipes are made only for display, since those of a million
+/// cells need more than a gigabyte.
 pub(crate) type LabelsFrom<'p> = Result<(&'p Recipe, &'p DetectorKey, u64), &'p CellError>;
 
 impl ExperimentPlan<'_> {
-    /// Jobs and variants of the cells of a sequence from a source of videos, in the experiment's order.
+    /// Jobs and variants of the cells of a sequence, in the experiment's order; `source` is that of the
+    /// sequence's video.
     pub fn cells_on(&self, source: &str) -> Vec<(usize, usize)> {
         let methods: Vec<&Method> = variants(self.experiment).map(|(method, _)| method).collect();
         let pairs = (0..self.jobs.len()).flat_map(|j| (0..methods.len()).map(move |v| (j, v)));
@@ -66,7 +68,7 @@ impl ExperimentPlan<'_> {
         pairs.filter(has_cell).collect()
     }
 
-    /// Every cell of the test suite, sequence by sequence, in the experiment's order.
+    /// All cells of the test suite, by sequence, in the experiment's order.
     pub fn cells(&self) -> impl Iterator<Item = PlannedCell> + Clone {
         self.test().sequences.iter().enumerate().flat_map(|(sequence, planned)| {
             let cells = self.cells_on(&planned.origin.source).into_iter();
@@ -74,20 +76,20 @@ impl ExperimentPlan<'_> {
         })
     }
 
-    /// Whether a job's track with all its needed signals is in the store.
+    /// True if the store has a job's track with all needed signals.
     pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
         let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(suite, planned, job, *k));
         let is_cached = |k| self.signal_recipe(planned, job, k).is_ok_and(|r| store.contains(&r.address()));
         planned.addresses[job].as_ref().is_ok_and(|track| store.contains(track)) && wanted.all(is_cached)
     }
 
-    /// State of every cell, in the order of [`ExperimentPlan::cells`].
+    /// State of each cell, in the order of [`ExperimentPlan::cells`].
     pub fn states(&self, store: &Store) -> Vec<CellState> {
         self.map_cells(store, |state, _, _| state).into_iter().flatten().collect()
     }
 
-    /// Maps the state of every cell, its name in the store and the origin of its labels, by sequence, in the order of
-    /// [`ExperimentPlan::cells`].
+    /// Calls `of` with the state of each cell, its name in the store and the origin of its labels. Results
+    /// are by sequence, in the order of [`ExperimentPlan::cells`].
     pub(crate) fn map_cells<T: Send>(
         &self,
         store: &Store,
@@ -123,7 +125,7 @@ impl ExperimentPlan<'_> {
         self.test().sequences.par_iter().enumerate().map(of_sequence).collect()
     }
 
-    /// The part of every detector in recipes.
+    /// Contribution of each detector to recipes.
     fn detector_keys(&self) -> BTreeMap<Key, Result<DetectorKey, CellError>> {
         let given =
             self.given().map(|(key, detector)| (key, Ok::<_, CellError>(DetectorKey::new(detector, None))));
@@ -134,7 +136,7 @@ impl ExperimentPlan<'_> {
     }
 }
 
-/// State of a cell. `has_track` tells whether the store has its track with all signals.
+/// State of a cell. `has_track` is true if the store has the cell's track with all signals.
 fn state_of(store: &Store, has_track: bool, name: &dyn Fn() -> String, from: LabelsFrom<'_>) -> CellState {
     match from {
         Err(_) => CellState::Absent,

@@ -19,8 +19,8 @@ impl Demand<'_> {
     }
 }
 
-/// All demands of an experiment, each once: the test suite for every tracker, and the suites that methods learn from or
-/// analyses read. `of_variants` has the signals of each variant.
+/// All demands of an experiment, without repetitions: the test suite for all trackers, and the suites that
+/// methods learn from or analyses read. `of_variants` has the signals of each variant.
 pub(super) fn demands<'a>(
     experiment: &'a Experiment,
     signals: &[SignalChoice],
@@ -59,7 +59,7 @@ pub(super) fn demands<'a>(
     all
 }
 
-/// The distinct signals of an experiment, in order of first use.
+/// Distinct signals of an experiment, in order of first use.
 pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     let mut distinct: Vec<SignalChoice> = Vec::new();
     let of_methods = variants(experiment).flat_map(|(_, variant)| variant.signals());
@@ -79,12 +79,12 @@ pub fn signal_index(distinct: &[SignalChoice], choice: &SignalChoice) -> Option<
     distinct.iter().position(is_it)
 }
 
-/// Every variant of every method, in the experiment's order.
+/// All variants of all methods, in the experiment's order.
 pub fn variants(experiment: &Experiment) -> impl Iterator<Item = (&Method, &Variant)> {
     experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)))
 }
 
-/// Roles of the suites that an experiment needs: the test suite, and those that it trains on or analyses.
+/// Roles of the suites that an experiment needs: the test suite, training suites, and suites of analyses.
 pub fn needed_roles(experiment: &Experiment) -> Vec<&str> {
     let mut roles = vec![TEST];
     let trained = variants(experiment).filter_map(|(_, variant)| variant.detector.role());

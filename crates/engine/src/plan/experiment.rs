@@ -1,4 +1,4 @@
-//! The plan of an experiment: sequences with their digests and the recipes of their tracks.
+//! Plan of an experiment: sequences with their digests, and the recipes of their tracks.
 
 use super::demand::{Demand, demands, distinct_signals, signal_index, variants};
 use super::recipes::{self, Ingredient};
@@ -21,67 +21,67 @@ use trackfail_methods::tracker::RunContext;
 
 /// A sequence whose files are present.
 pub struct PlannedSequence {
-    /// The sequence.
+    /// Frames and ground truth of the sequence.
     pub sequence: Arc<Sequence>,
-    /// The video that it is of, see [`folds::video`], and the source that it comes from.
+    /// Video that the sequence is from (see [`folds::video`]), and the source of that video.
     pub origin: Origin,
-    /// Its digest; empty if it cannot be read.
+    /// Files digest of the sequence; empty if it cannot be read.
     pub digest: String,
-    /// Recipe of each job's track; an error for tracks that are not needed or cannot be made.
+    /// Recipe of each job's track; an error if the track is not needed or cannot be computed.
     pub tracks: Vec<Result<Recipe, CellError>>,
-    /// Address of each of these recipes, made once because everything on a track is addressed by it.
+    /// Addresses of these recipes, computed once because addresses of all results on the track include them.
     pub(super) addresses: Vec<Result<Address, CellError>>,
-    /// The files that each of the experiment's signals reads besides those of the track.
+    /// Files that each signal of the experiment reads besides those of the track.
     pub(super) signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
-    /// Whether each job's tracker gives its confidence here; empty if no signal reads it.
+    /// For each job, true if the tracker gives its confidence on the sequence. Empty if no signal reads it.
     pub(super) gives_confidence: Vec<bool>,
 }
 
 /// A suite with its present and missing sequences.
 pub struct PlannedSuite {
-    /// Its name.
+    /// Name of the suite.
     pub name: String,
     /// Present sequences, in suite order.
     pub sequences: Vec<PlannedSequence>,
-    /// Missing sequences.
+    /// Missing sequences, with advice.
     pub missing: Vec<Missing>,
-    /// Number of sequences of the whole suite.
+    /// Number of all sequences of the suite.
     pub wanted: usize,
 }
 
 impl PlannedSuite {
-    /// Names and digests of its present sequences.
+    /// Names and digests of the present sequences.
     pub fn digests(&self) -> Vec<(String, String)> {
         let digest = |s: &PlannedSequence| (s.sequence.name.clone(), s.digest.clone());
         self.sequences.iter().map(digest).collect()
     }
 }
 
-/// Plan of an experiment: its suites, jobs and signals, and the recipes of its results.
+/// Plan of an experiment: suites, jobs and signals, and the recipes of its results.
 pub struct ExperimentPlan<'a> {
-    /// The experiment.
+    /// Experiment that is planned.
     pub experiment: &'a Experiment,
-    /// Its distinct signals.
+    /// Distinct signals of all methods and analyses.
     pub signals: Vec<SignalChoice>,
-    /// Its trackers and repetitions; not all of them are needed on every suite.
+    /// Trackers with their repetitions. Some are needed on some suites only.
     pub jobs: Vec<Job>,
-    /// Its distinct suites; the test suite is the first.
+    /// Distinct suites; the test suite is the first.
     pub suites: Vec<PlannedSuite>,
     /// Fold of each sequence of the test suite.
     pub(super) folds: Vec<usize>,
     pub(super) demands: Vec<Demand<'a>>,
-    /// The signals of each variant.
+    /// Indices of the signals of each variant.
     variant_signals: Vec<Vec<usize>>,
-    /// Trackers none of whose tracks has a confidence.
+    /// Indices of the trackers that give no confidence on any track.
     pub(super) without_confidence: BTreeSet<usize>,
 }
 
 impl<'a> ExperimentPlan<'a> {
-    /// Plans an experiment on loaded suites, by role. Reads every file of them once, for the digests, on the threads of
-    /// the current pool.
+    /// Plans an experiment on loaded suites, given by role. All their files are read once for the digests, on
+    /// the threads of the current pool.
     ///
     /// # Errors
-    /// [`RunError::Interrupted`]. A sequence that cannot be read has an error in place of each track.
+    /// [`RunError::Interrupted`]. An unreadable sequence is no error here; its tracks are.
     pub fn new(
         experiment: &'a Experiment,
         loaded: BTreeMap<String, Loaded>,
@@ -133,23 +133,23 @@ impl<'a> ExperimentPlan<'a> {
         &self.suites[0]
     }
 
-    /// Index of the suite of a role.
+    /// Index of the suite that has a role.
     pub fn suite(&self, role: &str) -> Option<usize> {
         let name = self.experiment.suite_of(role)?;
         self.suites.iter().position(|s| s.name == *name)
     }
 
-    /// Indices of the distinct signals that a variant reads; figures and files show the first.
+    /// Indices of the distinct signals that a variant reads. Figures and files show the first.
     pub fn signals_of(&self, variant: usize) -> &[usize] {
         &self.variant_signals[variant]
     }
 
-    /// Whether any method runs trackers backwards.
+    /// True if a method of the experiment runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
         variants(self.experiment).any(|(_, v)| v.detector.needs_reverse())
     }
 
-    /// Whether any signal reads the regions of other trackers.
+    /// True if a signal of the experiment reads the regions of other trackers.
     pub fn reads_companions(&self) -> bool {
         self.signals.iter().any(|choice| choice.signal.reads() == Reads::Companions)
     }
@@ -160,7 +160,7 @@ impl<'a> ExperimentPlan<'a> {
         self.demands.iter().filter(move |demand| demand.is_for(suite, job))
     }
 
-    /// Whether a job's track is needed on a suite.
+    /// True if a job's track is needed on a suite.
     pub fn wants(&self, suite: usize, job: usize) -> bool {
         self.demands_for(suite, job).next().is_some()
     }
@@ -172,7 +172,7 @@ impl<'a> ExperimentPlan<'a> {
         mine.filter_map(|d| d.signal).collect()
     }
 
-    /// Seed of a cell's detector.
+    /// Seed of the detector of a cell.
     pub fn seed(&self, method: &str, params: &str, sequence: &str, job: Job) -> u64 {
         let tracker = &self.experiment.trackers[job.tracker].label;
         seed::seed(self.experiment.seed, &[method, params, sequence, tracker, &job.run.to_string()])
@@ -184,7 +184,7 @@ impl<'a> ExperimentPlan<'a> {
         format!("{}/{method}{params}", self.track_name(0, sequence, job))
     }
 
-    /// Name of a result of the experiment in the store.
+    /// Name of a result in the store, with the experiment.
     pub fn name(&self, cell: String) -> Name {
         Name { experiment: self.experiment.name.clone(), cell }
     }
@@ -196,7 +196,8 @@ impl<'a> ExperimentPlan<'a> {
     }
 }
 
-/// A sequence with the recipes of its tracks. `jobs` are all jobs and whether each is wanted on the suite.
+/// A sequence with the recipes of its tracks. `jobs` are all jobs; `wanted` is true for those needed on the
+/// suite.
 fn planned(
     experiment: &Experiment,
     sequence: Sequence,

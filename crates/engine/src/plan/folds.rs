@@ -1,22 +1,22 @@
-//! Folds of the test suite, for parameters and models that are made on other sequences and other trackers.
+//! Folds of the test suite, for parameters and models that are trained on other sequences and other trackers.
 //!
-//! A video is one unit, however many targets of it a suite has: names that differ in their case, in signs, or in the
-//! number of the target alone (`Jogging-1`, `jogging.2`) are one video. The videos, in an order that the seed of the
-//! experiment draws, are dealt out to at most [`FOLDS`] folds. What is made for a sequence and a tracker learns from the
-//! sequences of the other folds on the other trackers.
+//! A video is one unit, however many of its targets a suite has: names that differ only in case, punctuation
+//! or the number of the target (`Jogging-1`, `jogging.2`) are one video. The videos are shuffled by the seed
+//! of the experiment and dealt out to at most [`FOLDS`] folds. A parameter or model for a sequence and a
+//! tracker is trained on the sequences of the other folds and on the other trackers.
 //!
-//! With `folds = "source"` each source of videos is a fold, and what is made for it learns from the other sources, on all
-//! trackers.
+//! With `folds = "source"` each source of videos is a fold. Its parameters and models are trained on the
+//! other sources, on all trackers.
 
 use crate::spec::FoldsBy;
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::num::seed;
 use trackfail_dataset::suite::Origin;
 
-/// Largest number of folds; with fewer videos, each is a fold.
+/// Most folds. With fewer videos, each video is a fold.
 pub const FOLDS: usize = 10;
 
-/// The video that a sequence is of.
+/// Name of the video that a sequence is from, normalized for comparison.
 pub fn video(sequence: &str) -> String {
     let target = |tail: &str| (1..=2).contains(&tail.len()) && tail.bytes().all(|b| b.is_ascii_digit());
     let head = match sequence.rsplit_once(['-', '_', '.']) {
@@ -26,7 +26,7 @@ pub fn video(sequence: &str) -> String {
     head.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
-/// The fold of each sequence of these origins, from 0.
+/// Fold of each sequence, from 0, given their origins.
 pub fn folds(by: FoldsBy, origins: &[&Origin], experiment_seed: u64) -> Vec<usize> {
     match by {
         FoldsBy::Video => {
@@ -37,7 +37,8 @@ pub fn folds(by: FoldsBy, origins: &[&Origin], experiment_seed: u64) -> Vec<usiz
     }
 }
 
-/// A video that is in several sources is in the fold of the first one. Sources count in the order of the sequences.
+/// Folds by source. Sources are numbered in the order of the sequences; a video in several sources belongs to
+/// the fold of the first.
 fn of_sources(origins: &[&Origin]) -> Vec<usize> {
     let mut source_of: BTreeMap<&str, &str> = BTreeMap::new();
     let mut sources: Vec<&str> = Vec::new();

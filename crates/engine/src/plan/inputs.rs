@@ -1,4 +1,5 @@
-//! Inputs of signals and detectors: what can be made from which track, and the reason where something cannot.
+//! Inputs of signals and detectors: what can be computed from which track, and the reason if something
+//! cannot.
 
 use super::Job;
 use super::experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
@@ -11,7 +12,7 @@ use trackfail_dataset::Sequence;
 use trackfail_dataset::suite::Origin;
 use trackfail_methods::signal::Reads;
 
-/// The need of a tracker, or of what reads its track, that a sequence does not meet by itself.
+/// First need of a tracker, or of a reader of its track, that the sequence itself does not meet.
 pub(super) fn unmet_by(
     tracker: &Tracker,
     origin: &Origin,
@@ -28,7 +29,7 @@ pub(super) fn unmet_by(
     }
 }
 
-/// Trackers that have tracks, none of them with a confidence.
+/// Indices of the trackers that have tracks, all of them without confidence.
 pub(super) fn trackers_without_confidence(suites: &[PlannedSuite], jobs: &[Job]) -> BTreeSet<usize> {
     let (mut with_track, mut with_confidence) = (BTreeSet::new(), BTreeSet::new());
     for planned in suites.iter().flat_map(|suite| &suite.sequences) {
@@ -43,14 +44,15 @@ pub(super) fn trackers_without_confidence(suites: &[PlannedSuite], jobs: &[Job])
 }
 
 impl ExperimentPlan<'_> {
-    /// Whether a signal is needed, and can be computed, on a job's track.
+    /// True if a signal is needed, and can be computed, on a job's track.
     pub fn wants_signal(&self, suite: usize, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
         self.demands_for(suite, job).any(|demand| demand.signal == Some(signal))
             && self.unmet(planned, job, Some(signal)).is_none()
     }
 
-    /// The need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not meet, if there
-    /// is one; what has such a need is not run. Or the reason why a file that the signal reads cannot be read.
+    /// First need of a job's tracker, or of a signal on its track, that the sequence or the tracker does not
+    /// meet. Results with an unmet need are not computed. Also the error of a file that the signal cannot
+    /// read.
     pub fn unmet(&self, planned: &PlannedSequence, job: usize, signal: Option<usize>) -> Option<CellError> {
         let place = self.jobs[job].tracker;
         let tracker = &self.experiment.trackers[place];
@@ -81,8 +83,8 @@ impl ExperimentPlan<'_> {
         unmet.or_else(|| planned.signal_files.get(signal?)?.as_ref().err().cloned())
     }
 
-    /// Why a job's track, which was made unless there is an `error`, or a signal that is read from it on a suite is not there
-    /// although it was to be made.
+    /// Reason why a job's track, or a needed signal on it, is lacking although it was to be computed. `error`
+    /// is that of the track; `None` if the track was computed.
     pub fn failure(
         &self,
         suite: usize,
@@ -101,7 +103,7 @@ impl ExperimentPlan<'_> {
         }
     }
 
-    /// The first [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
+    /// First [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
     pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
         let runs_on =
             |planned: &PlannedSequence| self.experiment.trackers[tracker].runs_on(&planned.origin.source);
@@ -109,7 +111,7 @@ impl ExperimentPlan<'_> {
         there.find_map(|planned| self.jobs_of(tracker, u32::MAX).find_map(|j| self.unmet(planned, j, signal)))
     }
 
-    /// Jobs of the companions of a job: the first run of each other tracker whose track can be made.
+    /// Companion jobs of a job: the first run of each other tracker whose track can be computed.
     pub fn companions<'p>(
         &'p self,
         planned: &'p PlannedSequence,
@@ -123,7 +125,7 @@ impl ExperimentPlan<'_> {
     /// Recipe of a signal on a job's track.
     ///
     /// # Errors
-    /// When the track cannot be made, or the signal cannot be computed on it.
+    /// When the track, or the signal on it, cannot be computed.
     pub fn signal_recipe(
         &self,
         planned: &PlannedSequence,
@@ -139,10 +141,10 @@ impl ExperimentPlan<'_> {
         Ok(recipes::signal(track, choice, &companions.collect::<Result<Vec<Address>, _>>()?, files))
     }
 
-    /// Input of a method with this signal: the signal on a job's track, or the track itself.
+    /// Input of a method: the signal on a job's track, or the track itself if the method has no signal.
     ///
     /// # Errors
-    /// When a need is [not met](Self::unmet), or the track cannot be made.
+    /// When a need is [not met](Self::unmet), or the track cannot be computed.
     pub fn read(
         &self,
         planned: &PlannedSequence,
@@ -161,7 +163,7 @@ impl ExperimentPlan<'_> {
     /// Input of a variant's detector on a job's track.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// The errors of [`read`](Self::read).
     pub fn input(&self, planned: &PlannedSequence, job: usize, variant: usize) -> Result<Read, CellError> {
         let signals = self.signals_of(variant);
         let first = self.read(planned, job, signals.first().copied())?;

@@ -1,4 +1,5 @@
-//! Recipes of the results of each stage; see [`address`](crate::store::address) for the table.
+//! Recipes of the results of each stage. The table at [`address`](crate::store::address) lists their
+//! ingredients.
 
 use super::Job;
 use crate::error::CellError;
@@ -24,7 +25,7 @@ fn failed(e: DatasetError) -> CellError {
     CellError::Failed(e.to_string())
 }
 
-/// Common part of the recipes of a sequence's tracks. `digest` is the sequence's.
+/// Common part of the recipes of all tracks of a sequence. `digest` is the files digest of the sequence.
 ///
 /// # Errors
 /// When a video cannot be decoded.
@@ -44,10 +45,10 @@ pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> 
     Ok(recipe)
 }
 
-/// Recipe of a track; `common` is the sequence's part of it, from [`sequence`](fn@sequence).
+/// Recipe of a track; `common` is the part made by [`sequence`](fn@sequence).
 ///
 /// # Errors
-/// When a file that the tracker reads is absent or has faults, and when the experiment declares that.
+/// When a file that the tracker reads is absent or faulty, or the experiment declares the track absent.
 pub fn track(
     experiment: &Experiment,
     sequence: &Sequence,
@@ -99,7 +100,7 @@ fn files(paths: Vec<PathBuf>, data_roots: &[PathBuf]) -> Result<Vec<Ingredient>,
     paths.into_iter().map(ingredient).collect()
 }
 
-/// The files that a signal reads on a sequence.
+/// Names and digests of the files that a signal reads on a sequence.
 ///
 /// # Errors
 /// When one of them is absent.
@@ -113,7 +114,8 @@ pub fn signal_files(
     files(inputs, data_roots)
 }
 
-/// Recipe of a signal on a track. `companions` are the tracks of other trackers that it reads, `files` the files.
+/// Recipe of a signal on a track. `companions` are the tracks of other trackers that it reads, `files` are
+/// the files that it reads.
 pub fn signal(track: Address, choice: &SignalChoice, companions: &[Address], files: &[Ingredient]) -> Recipe {
     let recipe = Recipe::new(Stage::Signal).with("track", track);
     let recipe = companions.iter().fold(recipe, |recipe, address| recipe.with("companion", address));
@@ -123,7 +125,7 @@ pub fn signal(track: Address, choice: &SignalChoice, companions: &[Address], fil
     recipe
 }
 
-/// Adds what becomes of restarts, unless they are parts of the track.
+/// Adds the treatment of restarts to a recipe, unless restarts are parts of the track (the default).
 fn with_restarts(recipe: Recipe, restarts: Restarts) -> Recipe {
     match restarts {
         Restarts::PartOfTrack => recipe,
@@ -131,19 +133,20 @@ fn with_restarts(recipe: Recipe, restarts: Restarts) -> Recipe {
     }
 }
 
-/// Version of training; part of every model's address.
+/// Version of training; part of the address of all models.
 /// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
 /// - 2: candidates may be quantiles of the signal.
 pub const TRAINING: u32 = 2;
 
-/// Version of reverse runs; part of the address of the detections that use them.
+/// Version of reverse runs; part of the address of detections that use them.
 /// - 1: first version.
 pub const REVERSAL: u32 = 1;
 
-/// Input of a detector as an ingredient: `signal` or, for the track's errors only, `track`, with the address.
+/// Input of a detector as an ingredient: `signal`, or `track` for detectors without a signal, with the
+/// address.
 pub type Read = (&'static str, Address);
 
-/// Recipe of a trained parameter without its training data.
+/// Recipe of a trained parameter, before its training data are added.
 fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
         .with("training", TRAINING)
@@ -169,7 +172,7 @@ fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
     recipe
 }
 
-/// Recipe of a variant's trained parameter or learned model, with the inputs that are its training data; `None` for a
+/// Recipe of a variant's trained parameter or learned model on the training data `tracks`; `None` for a
 /// variant without either.
 pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
     let recipe = match &variant.detector {
@@ -189,19 +192,19 @@ pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<R
     })
 }
 
-/// Adds the version of reverse runs for a detector that uses them.
+/// Adds the version of reverse runs, if the detector uses them.
 fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
     if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
 }
 
-/// Ingredients that a detector adds to the recipes of its labels; the same for all of its cells.
+/// Ingredients that a detector adds to the recipes of its labels, equal for all of its cells.
 pub struct DetectorKey {
     ingredients: Vec<Ingredient>,
     uses_seed: bool,
 }
 
 impl DetectorKey {
-    /// The detector of a variant, with the address of its model if it has one.
+    /// Key of a variant's detector, with the address of its model if it has one.
     pub fn new(detector: &DetectorChoice, model: Option<Address>) -> Self {
         let fixed = detector.example();
         let mut recipe = Recipe::new(Stage::Labels);
@@ -217,35 +220,35 @@ impl DetectorKey {
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
-    /// Whether the seed of a cell is part of its recipe.
+    /// True if the seed of a cell is part of the recipe.
     pub fn uses_seed(&self) -> bool {
         self.uses_seed
     }
 
-    /// Recipe of labels on an input, whose recipes begin with `on`.
+    /// Recipe of labels; `on` is its beginning, which depends on the input.
     pub fn labels(&self, mut on: Recipe, seed: u64) -> Recipe {
         on.ingredients.extend_from_slice(&self.ingredients);
         if self.uses_seed { on.with("seed", seed) } else { on }
     }
 
-    /// Address of [`labels`](Self::labels), whose recipe is not made for that.
+    /// Address of the recipe that [`labels`](Self::labels) would make, without making it.
     pub fn address(&self, on: &Recipe, seed: u64) -> Address {
         let seed = self.uses_seed.then(|| ("seed".to_string(), seed.to_string()));
         on.address_with(self.ingredients.iter().chain(&seed))
     }
 }
 
-/// Version of the form in which outputs of detectors are stored.
+/// Version of the stored form of detector outputs.
 /// - 2: with changes.
 /// - 3: with the tracker's condition.
 const OUTPUT_FORM: u32 = 3;
 
-/// The beginning that the recipes of all labels on one input share.
+/// Beginning of a recipe, shared by all labels on one input.
 pub fn labels_on(read: Read) -> Recipe {
     Recipe::new(Stage::Labels).with(read.0, read.1).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
 }
 
-/// Recipe of a cell's labels; the seed counts for detectors that use it.
+/// Recipe of a cell's labels. The seed is included for detectors that use it.
 pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
     detector.labels(labels_on(read), seed)
 }

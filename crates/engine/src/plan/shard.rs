@@ -1,15 +1,15 @@
 //! Shards: parts of a run for several processes or machines.
 
-/// A shard: which of how many equal parts of the work.
+/// One of several equal parts of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Number of the shard, from 1.
+    /// Number of this shard, from 1.
     pub number: u32,
     /// Number of all shards.
     pub of: u32,
 }
 
-/// A text that names no shard.
+/// Error for a text that is not a shard like `2/5`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a shard; write 1/4 to 4/4 for a quarter")]
 pub struct ShardError(String);
@@ -27,8 +27,8 @@ impl std::str::FromStr for Shard {
 }
 
 impl Shard {
-    /// Whether each piece of work belongs to the shard, given the costs of all pieces. Neighboring pieces stay together,
-    /// and every piece belongs to exactly one shard.
+    /// For each piece of work, true if it belongs to this shard, given the costs of all pieces. Neighboring
+    /// pieces stay together; each piece belongs to exactly one shard.
     pub fn of(self, costs: &[u64]) -> Vec<bool> {
         let total: u64 = costs.iter().sum::<u64>().max(1);
         let mut before = 0;

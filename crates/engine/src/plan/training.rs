@@ -1,4 +1,4 @@
-//! Training data of detectors: tracks of the suite of their role, or of the other folds and trackers.
+//! Training data of detectors: tracks of the training suite, or of the other folds and trackers.
 
 use super::demand::variants;
 use super::experiment::ExperimentPlan;
@@ -16,30 +16,30 @@ pub type Place = (usize, usize, usize);
 /// Indices of a variant, of a tracker, and of a [part](ExperimentPlan::parts) of the test suite.
 pub type Key = (usize, usize, usize);
 
-/// A parameter or a model that a variant needs on a tracker, for one part of the test suite.
+/// A parameter or model that a variant needs on a tracker, for one part of the test suite.
 pub struct TrainingNeed<'a> {
-    /// Variant, tracker and part that are trained.
+    /// Indices of the variant, the tracker and the part.
     pub key: Key,
-    /// The method.
+    /// Method that needs training.
     pub method: &'a Method,
-    /// Its variant.
+    /// Variant of the method that needs training.
     pub variant: &'a Variant,
-    /// The tracks that it is made from.
+    /// Tracks of the training data.
     pub tracks: Vec<Place>,
-    /// Its recipe.
+    /// Recipe of the parameter or model.
     pub recipe: Recipe,
     /// Address of the recipe.
     pub address: Address,
 }
 
 impl<'a> ExperimentPlan<'a> {
-    /// The jobs of a tracker's first runs.
+    /// Jobs of the first `runs` runs of a tracker.
     pub fn jobs_of(&self, tracker: usize, runs: u32) -> impl Iterator<Item = usize> {
         let jobs = self.jobs.iter().enumerate();
         jobs.filter(move |(_, job)| job.tracker == tracker && job.run < runs).map(|(j, _)| j)
     }
 
-    /// Sequences and jobs of a suite that are among a tracker's first runs and have a signal.
+    /// Sequences and jobs of a suite that belong to a tracker's first `runs` runs and have the signal.
     pub fn of_runs(
         &self,
         suite: usize,
@@ -55,18 +55,19 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
-    /// Number of detectors that a variant has on each tracker: one, or one for each fold if it is trained on others.
+    /// Number of detectors that a variant has on each tracker: one, or one per fold if it is trained on
+    /// others.
     pub fn parts(&self, variant: &Variant) -> usize {
         let folds = || self.folds.iter().max().map_or(1, |last| last + 1);
         if variant.detector.trains_on_others() { folds() } else { 1 }
     }
 
-    /// Index of the detector of a variant for a sequence of the test suite, among its [parts](Self::parts).
+    /// Index of a variant's detector for a sequence of the test suite, among its [parts](Self::parts).
     pub fn part(&self, variant: &Variant, sequence: usize) -> usize {
         if variant.detector.trains_on_others() { self.folds[sequence] } else { 0 }
     }
 
-    /// The tracks that the detector of a variant learns from, for a tracker and a part.
+    /// Tracks from which the detector of a variant learns, for a tracker and a part.
     pub fn training_tracks(
         &self,
         (v, method, variant): (usize, &Method, &Variant),
@@ -89,7 +90,7 @@ impl<'a> ExperimentPlan<'a> {
         tracks.map(|(s, j)| (suite, s, j)).collect()
     }
 
-    /// Inputs of a variant's detector on every track of a suite.
+    /// Inputs of a variant's detector on all tracks of a suite.
     fn reads(&self, v: usize, suite: usize) -> BTreeMap<Place, Read> {
         let sequences = self.suites[suite].sequences.iter().enumerate();
         let of = |(s, planned)| {
@@ -99,8 +100,8 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
-    /// Parameters and models to make, by variant, tracker and part, from the tracks that are there; an error where there
-    /// is none of them.
+    /// Parameters and models to train, by variant, tracker and part, from the tracks that `is_there` accepts.
+    /// An error if there is no such track.
     pub fn needs(
         &self,
         is_there: impl Fn(&Place) -> bool + Sync,
@@ -133,7 +134,7 @@ impl<'a> ExperimentPlan<'a> {
         variants.into_par_iter().enumerate().flat_map_iter(of_variant).collect()
     }
 
-    /// The detectors that need no training.
+    /// Detectors that need no training.
     pub fn given(&self) -> impl Iterator<Item = (Key, &'a DetectorChoice)> {
         let all = variants(self.experiment).map(|(_, variant)| &variant.detector).enumerate();
         let given = all.filter(|(_, detector)| matches!(detector, DetectorChoice::Given(_)));

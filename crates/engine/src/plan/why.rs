@@ -1,4 +1,4 @@
-//! Why a cell is or is not in the store: the first ingredient, in data-flow order, that has changed.
+//! Explanation of a cell's state: the first ingredient, in data-flow order, that has changed.
 
 use super::cells::CellState;
 use super::experiment::ExperimentPlan;
@@ -6,8 +6,8 @@ use crate::store::Store;
 use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
 
-/// Why each cell is stale, missing or absent, in one sentence, in the order of [`ExperimentPlan::cells`]; nothing is said of
-/// cached ones.
+/// Reason why each cell is stale, missing or absent, in one sentence. In the order of
+/// [`ExperimentPlan::cells`], without cached cells.
 pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
     let now = current(plan);
     let recipe_at = |text: &str| {
@@ -38,7 +38,7 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
     because.into_iter().flatten().collect()
 }
 
-/// Every recipe of the plan except those of labels, by address.
+/// All recipes of the plan except those of labels, by address.
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
     let needs = plan.needs(|_| true).into_iter();
     let mut all: Vec<Recipe> = needs.filter_map(|(_, need)| Some(need.ok()?.recipe)).collect();
@@ -50,7 +50,7 @@ fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
     all.into_iter().map(|recipe| (recipe.address(), recipe)).collect()
 }
 
-/// Plugin that makes the result of a recipe, in words.
+/// Plugin that computes the result of a recipe, in words.
 fn subject(recipe: &Recipe) -> String {
     let (what, kind) = match recipe.stage {
         Stage::Track => ("tracker", recipe.value("tracker")),
@@ -61,7 +61,8 @@ fn subject(recipe: &Recipe) -> String {
     kind.map_or_else(|| recipe.stage.word().to_string(), |kind| format!("{what} {kind}"))
 }
 
-/// The first difference between a stored recipe and the current one. `recipe_at` has the recipes of results by address.
+/// First difference between a stored recipe and the current one. `recipe_at` returns the recipe of an
+/// address.
 fn difference(before: &Recipe, now: &Recipe, recipe_at: &dyn Fn(&str) -> Option<Recipe>) -> String {
     let pairs = (0_usize..).map(|k| (before.ingredients.get(k), now.ingredients.get(k)));
     let mut differing = pairs.skip_while(|(was, is)| was == is && is.is_some());

@@ -1,4 +1,4 @@
-//! Analyses of an experiment: what is computed from a signal, or from the regions of trackers, on whole suites.
+//! Analyses of an experiment, computed on whole suites from a signal or from the regions of trackers.
 
 use super::Tracker;
 use super::error::At;
@@ -20,28 +20,28 @@ pub struct Analysis {
     pub kind: &'static str,
     /// Plugin version.
     pub version: u32,
-    /// The checked analysis.
+    /// Plugin with checked parameters.
     pub plugin: Configured<dyn trackfail_methods::analysis::Analysis>,
-    /// The signal; none for an analysis of regions.
+    /// Signal to analyze; `None` for an analysis of regions.
     pub signal: Option<SignalChoice>,
-    /// Roles of the suites, in order.
+    /// Roles of the suites, in the order that the analysis expects.
     pub roles: Vec<String>,
-    /// Labels of the trackers whose tracks are analysed; all when `None`.
+    /// Labels of the trackers whose tracks are analyzed; `None` for all.
     pub trackers: Option<Vec<String>>,
 }
 
 impl Analysis {
-    /// Whether tracks of a tracker are analysed.
+    /// True if the tracks of a tracker are analyzed.
     pub fn runs_on(&self, tracker: &str) -> bool {
         self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
     }
 
-    /// Number of a tracker's runs that it takes of the suite in a place of [`roles`](Self::roles).
+    /// Number of a tracker's runs that are analyzed on the suite at index `place` of [`roles`](Self::roles).
     pub fn runs(&self, place: usize, tracker: &Tracker) -> u32 {
         if self.plugin.is_tested(place) { tracker.runs } else { tracker.training_runs }
     }
 
-    /// Names of the tables, charts and numbers that it computes.
+    /// Names of the tables, charts and numbers that the analysis computes.
     pub fn names(&self) -> Names {
         self.plugin.names(self.roles.len())
     }

@@ -1,4 +1,4 @@
-//! The experiments and published methods that come with the program.
+//! Experiments and published methods that come with the program.
 
 use super::error::{At, Errors, Source};
 use super::limits::MAX_DETECTORS;
@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 use trackfail_judge::method::METHODS;
 use trackfail_methods::score::PROTOCOLS;
 
-/// Pairs of name and text of experiments.
+/// Makes pairs of name and text of experiments from their names.
 macro_rules! experiments {
     ($($name:literal)*) => {
         &[$(($name, include_str!(concat!("../../../../experiments/", $name, ".toml")))),*]
@@ -19,7 +19,7 @@ macro_rules! experiments {
 
 /// Name and text of every built-in experiment.
 pub static EXPERIMENTS: &[(&str, &str)] = experiments! {
-    "quickstart" "benchmark/synthetic" "benchmark/otb" "benchmark/vot2014" "benchmark/fused"
+    "quickstart" "benchmark/synthetic" "benchmark/otb" "benchmark/vot2014" "benchmark/uav123" "benchmark/fused"
     "benchmark/deep" "benchmark/deep-models" "benchmark/longterm" "benchmark/cost" "benchmark/otb-boxes"
     "khalid2016/table1" "khalid2016/table2" "khalid2016/training" "khalid2016/figures"
     "khalid2016/readings" "sanmiguel2015/model" "sanmiguel2015/convolution" "sanmiguel2015/fig3"
@@ -35,7 +35,7 @@ pub static EXPERIMENTS: &[(&str, &str)] = experiments! {
 /// The experiment that `trackfail run` runs when none is named.
 pub const QUICKSTART: &str = "quickstart";
 
-/// The methods that have a name, as the tables of an experiment file.
+/// Tables of the published methods, parsed from the built-in file.
 static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
     let methods: Vec<toml::Table> = serde_json::from_str(METHODS).unwrap_or_default();
     let table = |mut method: toml::Table| {
@@ -56,7 +56,7 @@ pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] 
 /// A published method by name, with its published threshold.
 ///
 /// # Errors
-/// When the file of published methods is wrong, which the tests exclude.
+/// When the built-in file of published methods is wrong, which tests exclude.
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     let table = Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()));

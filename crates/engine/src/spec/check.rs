@@ -1,8 +1,7 @@
-//! One check of the keys, types, words and ranges of a file against its JSON Schema, which tells at once all that is wrong
-//! with them.
+//! Check of keys, types, words and ranges of a file against its JSON Schema. All errors are reported at once.
 //!
-//! It reads the keywords of JSON Schema that [`schema`](super::schema) uses for a value by itself. What depends on several
-//! values, such as the keys that a kind of figure has, is left to those who read them.
+//! The check covers the keywords of JSON Schema that [`schema`](super::schema) uses for single values. Rules
+//! on several values, such as the keys of a kind of figure, are checked by the code that reads these values.
 
 use super::error::{Errors, MAX_KEPT, MAX_WORD, Source};
 use serde_json::Value;
@@ -13,10 +12,11 @@ use trackfail_core::plugin::{nearest, unknown};
 use trackfail_dataset::text::shorten_to;
 use trackfail_methods::score::Metric;
 
-/// Longest text of the file that is repeated, in characters.
+/// Longest quotation of the file in a message, in characters.
 const MAX_TEXT: usize = 40;
 
-/// Checks a file against its schema, and gives it without the keys and the items of lists of tables that are wrong.
+/// Checks a file against its schema. Returns the file without its wrong keys and wrong items of lists of
+/// tables.
 pub(super) fn check<'i>(
     source: Source<'_>,
     schema: &Value,
@@ -48,10 +48,10 @@ pub(super) fn check<'i>(
     Spanned::new(place, DeValue::Table(right))
 }
 
-/// A check of a file.
+/// State of a check of one file.
 struct Check<'c> {
     source: Source<'c>,
-    /// The schema of the file, in which references are looked up.
+    /// Schema of the whole file, in which references are looked up.
     schema: &'c Value,
     errors: &'c Errors,
     /// Number of errors found.
@@ -59,7 +59,7 @@ struct Check<'c> {
 }
 
 impl<'c> Check<'c> {
-    /// Tells an error, unless there are very many already.
+    /// Reports an error, up to a limit.
     fn tell(&mut self, place: Range<usize>, message: impl FnOnce() -> String) {
         self.found += 1;
         if self.found <= MAX_KEPT {
@@ -67,20 +67,20 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// Checks the value of a key, and says whether something is wrong with it.
+    /// Checks the value of a key. Returns true if an error was found.
     fn finds(&mut self, key: &str, value: &Spanned<DeValue<'_>>, schema: &'c Value) -> bool {
         let before = self.found;
         self.value(key, value, schema);
         self.found > before
     }
 
-    /// The schema that a reference stands for; other schemas as they are.
+    /// Target of a reference; any other schema is returned as it is.
     fn resolved(&self, schema: &'c Value) -> &'c Value {
         let target = schema.get("$ref").and_then(Value::as_str).and_then(|target| target.strip_prefix('#'));
         target.and_then(|place| self.schema.pointer(place)).unwrap_or(schema)
     }
 
-    /// Checks the value of a key.
+    /// Checks the value of a key against its schema, with all that it contains.
     fn value(&mut self, key: &str, value: &Spanned<DeValue<'_>>, described: &'c Value) {
         let (schema, place) = (self.resolved(described), value.span());
         let choices = choices(schema);
@@ -131,7 +131,7 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// Checks the keys of a table and their values.
+    /// Checks the keys and values of a table.
     fn table(&mut self, value: &Spanned<DeValue<'_>>, table: &DeTable<'_>, schema: &'c Value) {
         // A tracker has its own keys and the parameters of its kind on one level.
         let kind = self.meant(value.get_ref(), list(schema, "anyOf"));
@@ -147,7 +147,7 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// Tells the keys of a table that are not known and those that are missing.
+    /// Reports unknown and missing keys of a table.
     fn keys(&mut self, table: &DeTable<'_>, place: Range<usize>, parts: &[&'c Value]) {
         let properties = parts.iter().filter_map(|part| part.get("properties")?.as_object());
         let known: Vec<&str> = properties.flat_map(|all| all.keys()).map(String::as_str).collect();
@@ -172,7 +172,7 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// The alternative that a value is meant to be: that of its kind, or the first of its type.
+    /// Alternative that a value is probably meant to be: that of its kind, or the first of its type.
     fn meant(&self, value: &DeValue<'_>, choices: &'c [Value]) -> Option<&'c Value> {
         let kind_of = |key: &str| value.as_table()?.get(key)?.get_ref().as_str();
         let mut kinds = choices.iter().flat_map(|choice| self.kinds(choice));
@@ -183,7 +183,7 @@ impl<'c> Check<'c> {
         plain.map(|choice| self.resolved(choice)).find(|choice| fits(choice, value))
     }
 
-    /// The plugins of an alternative: the key that says the kind, the kind, and the schema.
+    /// Plugins of an alternative: the key that holds the kind, the kind, and the schema.
     fn kinds(&self, choice: &'c Value) -> Vec<(&'static str, &'c str, &'c Value)> {
         let schema = self.resolved(choice);
         let kind = |key: &'static str| {
@@ -196,7 +196,7 @@ impl<'c> Check<'c> {
         }
     }
 
-    /// The values that a schema takes, in words.
+    /// Values that a schema accepts, in words.
     fn wanted(&self, schema: &'c Value, given: &DeValue<'_>) -> String {
         let schema = self.resolved(schema);
         if let [first, others @ ..] = choices(schema) {
@@ -239,12 +239,12 @@ impl<'c> Check<'c> {
     }
 }
 
-/// A list of the schema, empty where there is none.
+/// List under a key of a schema; empty without the key.
 fn list<'v>(schema: &'v Value, key: &str) -> &'v [Value] {
     schema.get(key).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default()
 }
 
-/// The alternatives of a value that has no keys beside theirs.
+/// Alternatives of a schema; empty if the schema has properties of its own, too.
 fn choices(schema: &Value) -> &[Value] {
     if schema.get("properties").is_some() { &[] } else { list(schema, "anyOf") }
 }
@@ -255,7 +255,7 @@ fn words(schema: &Value) -> Vec<&str> {
     described.chain(list(schema, "enum")).filter_map(Value::as_str).collect()
 }
 
-/// Noun for the values of a key, for messages.
+/// Noun for the values of a key, used in messages.
 fn noun(key: &str) -> &str {
     match key {
         "compute" => "analysis",
@@ -266,7 +266,7 @@ fn noun(key: &str) -> &str {
     }
 }
 
-/// Whether a value has the type and the range of a schema.
+/// True if a value has the type and is in the range of a schema.
 fn fits(schema: &Value, value: &DeValue<'_>) -> bool {
     let limit = |key: &str| schema.get(key).and_then(Value::as_f64);
     let is_in = |number: f64, least: &str, most: &str| {
@@ -293,7 +293,8 @@ fn fits(schema: &Value, value: &DeValue<'_>) -> bool {
     }
 }
 
-/// A value of the file, in words; of what is wanted but has a wrong length, the length.
+/// Description of a value for messages. A value of the right type and wrong length is described by its
+/// length.
 fn shown(value: &DeValue<'_>, wanted: &Value) -> String {
     let is_wanted = |word: &str| wanted.get("type").and_then(Value::as_str) == Some(word);
     let text = match value {

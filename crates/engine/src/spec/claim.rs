@@ -1,4 +1,4 @@
-//! Conclusions as predicates over our numbers: `recall[DTEF] >= recall[NAIVE] && fpr[RAW] < 0.05`.
+//! Claims of a paper, each a predicate over our numbers: `recall[DTEF] >= recall[NAIVE] && fpr[RAW] < 0.05`.
 //!
 //! ```text
 //! claim  = "for all" axis [ "in" number { "," number } ] ":" claim | or
@@ -9,8 +9,8 @@
 //!        | "finding" "[" ANALYSIS "." NUMBER { "," TRACKER } "]"
 //! ```
 //!
-//! `for all length: recall[ARTE*] > recall[ARTE]` stands for the claim at each value of the axis: the methods that have
-//! it in their grid take that value, where they do not name one.
+//! `for all length: recall[ARTE*] > recall[ARTE]` is the claim at each value of the axis `length`. A method
+//! with this axis in its grid uses that value, unless the claim gives another.
 //!
 //! A metric is pooled over the test suite; a finding is a number that an analysis computes. A claim that names no
 //! tracker is tested for every tracker.
@@ -23,16 +23,16 @@ use super::wire;
 use parse::parse;
 use trackfail_methods::score::Metric;
 
-/// A checked conclusion.
+/// A checked claim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// In words.
+    /// Conclusion in words.
     pub text: String,
     /// The predicate as written.
     pub predicate: String,
-    /// Whether a run must meet it.
+    /// True if a run must meet the claim.
     pub required: bool,
-    /// The predicate, read.
+    /// Parsed predicate.
     pub expression: Expr,
 }
 
@@ -48,16 +48,16 @@ pub enum Quantity {
 /// A number in a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
-    /// The metric or finding.
+    /// Metric or finding.
     pub quantity: Quantity,
-    /// Label of the tracker; `None` for every tracker in turn.
+    /// Label of the tracker; `None` to test each tracker.
     pub tracker: Option<String>,
-    /// Grid axis -> value.
+    /// Values of grid axes, by name.
     pub point: Vec<(String, f64)>,
 }
 
 impl Reference {
-    /// Fixes an axis of the grid.
+    /// Fixes an axis of the grid at a value.
     fn set(&mut self, axis: &str, value: f64) {
         self.point.push((axis.to_string(), value));
         self.point.sort_by(|a, b| a.0.cmp(&b.0));
@@ -80,10 +80,10 @@ impl std::fmt::Display for Reference {
     }
 }
 
-/// An expression of a claim. The reader keeps truth values and numbers apart.
+/// An expression of a claim. The parser ensures that truth values and numbers are not mixed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Expr {
-    /// A number of the file.
+    /// A literal number.
     Number(f64),
     /// A measured number.
     Value(Reference),
@@ -91,11 +91,11 @@ pub enum Expr {
     Negate(Box<Expr>),
     /// `!a`.
     Not(Box<Expr>),
-    /// Two expressions with a sign between them.
+    /// Two expressions joined by an operator.
     Binary(Op, Box<Expr>, Box<Expr>),
 }
 
-/// A sign between two expressions; those that bind tighter are larger.
+/// A binary operator. Operators that bind tighter are larger.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Op {
     /// `||`.
@@ -125,7 +125,7 @@ pub enum Op {
 }
 
 impl Op {
-    /// All signs with how tight they bind; where one begins with another, the longer comes first.
+    /// All operators with how tightly they bind. If one begins with another, the longer comes first.
     const ALL: [(&str, Self, usize); 12] = [
         ("||", Self::Or, 0),
         ("&&", Self::And, 1),
@@ -141,12 +141,12 @@ impl Op {
         ("/", Self::Divide, 4),
     ];
 
-    /// The sign as a claim has it.
+    /// The operator as written in a claim.
     pub fn sign(self) -> &'static str {
         Self::ALL[self as usize].0
     }
 
-    /// Whether it joins comparisons.
+    /// True for the operators that join comparisons.
     pub fn is_logic(self) -> bool {
         matches!(self, Self::Or | Self::And)
     }
@@ -161,7 +161,7 @@ impl Expr {
         }
     }
 
-    /// The numbers it refers to, in order, each once.
+    /// Numbers that the expression refers to, in order, without repetitions.
     pub fn references(&self) -> Vec<&Reference> {
         let mut found = Vec::new();
         self.collect(&mut found);
@@ -181,7 +181,7 @@ impl Expr {
         }
     }
 
-    /// Changes every reference.
+    /// Applies `how` to all references.
     fn change(&mut self, how: &mut dyn FnMut(&mut Reference)) {
         match self {
             Self::Number(_) => {}

@@ -1,4 +1,4 @@
-//! Errors of experiment files: the file, the line with a mark below what is wrong, and the nearest valid word.
+//! Errors of experiment files: file, line with a mark below the wrong part, and the nearest valid word.
 
 mod excerpt;
 
@@ -10,38 +10,38 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::unknown;
 use trackfail_dataset::text::shorten_to;
 
-/// The first error of an experiment file, with all others.
+/// First error of an experiment file, with all others.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct SpecError {
-    /// The file as the user named it.
+    /// File, as the user named it.
     pub file: String,
     /// Line, from 1.
     pub line: usize,
-    /// Explanation of the error, with what is valid instead.
+    /// What is wrong, and what would be valid.
     pub message: String,
-    /// Lines below the message.
+    /// Lines printed below the message.
     pub below: Box<BelowMessage>,
 }
 
 /// Lines below the message of an error.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BelowMessage {
-    /// The line of the file and a mark below the place, on two lines; empty where there is none.
+    /// Line of the file and a mark below the wrong place, as two lines; empty if no place is known.
     pub excerpt: String,
-    /// Everything else that is wrong with the experiment.
+    /// All other errors of the experiment.
     pub others: Vec<SpecError>,
 }
 
 impl SpecError {
-    /// An error of a whole file.
+    /// Error of a file as a whole.
     pub(super) fn of_file(file: String, message: String) -> Self {
         Self { file, line: 1, message, below: Box::default() }
     }
 }
 
-/// Largest number of errors that are told at once.
+/// Most errors that are shown at once.
 const MAX_ERRORS: usize = 20;
-/// Largest number of errors that are counted.
+/// Most errors that are counted.
 pub(super) const MAX_KEPT: usize = 1000;
 
 impl std::fmt::Display for SpecError {
@@ -68,12 +68,12 @@ impl std::fmt::Display for SpecError {
     }
 }
 
-/// Errors of a reading that goes on after them, so that all are told at once.
+/// Errors collected while reading goes on, so that all are shown at once.
 #[derive(Default)]
 pub(super) struct Errors(RefCell<Vec<SpecError>>);
 
 impl Errors {
-    /// Keeps an error, each once.
+    /// Adds an error, unless it is already there.
     pub fn push(&self, error: SpecError) {
         let mut all = self.0.borrow_mut();
         if all.len() < MAX_KEPT && !all.contains(&error) {
@@ -81,15 +81,15 @@ impl Errors {
         }
     }
 
-    /// Whether nothing is wrong so far.
+    /// True if there are no errors so far.
     pub fn is_empty(&self) -> bool {
         self.0.borrow().is_empty()
     }
 
-    /// The value, if nothing is wrong; what is wrong has been told where there is none.
+    /// Returns the value if there are no errors. A missing value must have been reported.
     ///
     /// # Errors
-    /// The first of the errors in the order of the files, with the others behind it.
+    /// The first error in the order of the files, with the others attached.
     pub fn or<T>(self, value: Option<T>) -> Result<T, SpecError> {
         let mut all = self.0.into_inner();
         if let (Some(value), true) = (value, all.is_empty()) {
@@ -105,7 +105,7 @@ impl Errors {
     }
 }
 
-/// A value of a file: where it stands, and the list of what is wrong with the file.
+/// A value of a file, with its place and the list of errors of the file.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     source: Source<'a>,
@@ -114,44 +114,44 @@ pub(super) struct At<'a> {
 }
 
 impl<'a> At<'a> {
-    /// A value of a source.
+    /// Value of a source, with its place.
     pub fn new(source: Source<'a>, value: &'a Spanned<DeValue<'a>>, errors: &'a Errors) -> Self {
         Self { source, value, errors }
     }
 
-    /// The value of a key; the table itself where it has none.
+    /// Value of a key; the table itself if it lacks the key.
     pub fn key(self, key: &str) -> Self {
         let value = self.value.get_ref().as_table().and_then(|table| table.get(key));
         Self { value: value.unwrap_or(self.value), ..self }
     }
 
-    /// An item of a list; the value itself where it is none.
+    /// Item of a list; the value itself if there is no such item.
     pub fn item(self, index: usize) -> Self {
         let value = self.value.get_ref().as_array().and_then(|list| list.get(index));
         Self { value: value.unwrap_or(self.value), ..self }
     }
 
-    /// Whether it is a table with a key.
+    /// True if the value is a table with this key.
     pub fn has(self, key: &str) -> bool {
         self.value.get_ref().as_table().is_some_and(|table| table.contains_key(key))
     }
 
-    /// Whether nothing is wrong with the file so far.
+    /// True if the file has no errors so far.
     pub fn is_fine(self) -> bool {
         self.errors.is_empty()
     }
 
-    /// Tells what is wrong here.
+    /// Reports an error at this value.
     pub fn tell(self, message: impl Into<String>) {
         self.errors.push(self.source.error(self.value.span(), message));
     }
 
-    /// Tells that a word is not among the known ones.
+    /// Reports a word that is not among the known ones.
     pub fn tell_unknown<'k>(self, what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) {
         self.tell(unknown(what, &shorten_to(word, MAX_WORD), known));
     }
 
-    /// Tells what is wrong with a part of the text that stands here.
+    /// Reports an error in a part of the text of this value.
     pub fn tell_part(self, text: &str, part: Option<Range<usize>>, message: String) {
         let span = self.value.span();
         // The words of a text with escapes are elsewhere in the file.
@@ -163,41 +163,42 @@ impl<'a> At<'a> {
         self.errors.push(self.source.error(place, message));
     }
 
-    /// Reads the value, of which the shape has been checked.
+    /// Deserializes the value, whose shape has been checked.
     pub fn read<T: Deserialize<'a>>(self) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(self.value.clone()));
         read.map_err(|e| self.errors.push(self.source.toml(&e, self.value.span()))).ok()
     }
 }
 
-/// Longest word of the file and longest message that are shown, in characters. The search for the nearest word
-/// takes time and memory that grow with its length.
+/// Longest quoted word and longest message, in characters. The search for the nearest word would be slow for
+/// longer ones.
 pub(super) const MAX_WORD: usize = 64;
 const MAX_MESSAGE: usize = 2000;
 
-/// A text that is being read, with what turns byte ranges of it into lines of files.
+/// A text that is being read. It converts byte ranges to lines of files.
 ///
-/// An experiment and the files that it extends share one space of places, so that a value of any of them says itself
-/// where it comes from: the text of each begins behind all of the file that extends it, and is blank before.
+/// An experiment and the files that it extends share one range of byte positions, so that the position of a
+/// value tells its file. The text of each file starts after the end of the file that extends it; the
+/// positions before are blank.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     file: &'a str,
     text: &'a str,
-    /// Text that every message ends with.
+    /// Text appended to all messages.
     note: &'a str,
-    /// Place of the first byte.
+    /// Position of the first byte.
     start: usize,
-    /// The files that it extends, by rising start.
+    /// Files that this one extends, by ascending start.
     bases: &'a [SourceFile],
 }
 
 impl<'a> Source<'a> {
-    /// The whole text of one file; `file` names it in messages.
+    /// Source for the whole text of one file; `file` is its name in messages.
     pub fn new(file: &'a str, text: &'a str) -> Self {
         Self { file, text, note: "", start: 0, bases: &[] }
     }
 
-    /// The first of several files, each of which extends the one behind it.
+    /// Source for the first of several files, each of which extends the next.
     pub(super) fn first_of(files: &'a [SourceFile]) -> Self {
         match files {
             [first, bases @ ..] => Self { bases, ..first.source() },
@@ -205,13 +206,13 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The file in which a place is.
+    /// Source of the file that contains a position.
     fn at(self, place: usize) -> Self {
         let base = self.bases.iter().rev().find(|file| file.start <= place);
         base.map_or(Self { bases: &[], ..self }, SourceFile::source)
     }
 
-    /// An error at a byte range.
+    /// Error at a byte range.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
         let at = self.at(span.start);
         let start = span.start.clamp(at.start, at.text.len());
@@ -225,36 +226,36 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Line of a place in this file, from 1.
+    /// Line of a position in this file, from 1.
     fn line(&self, place: usize) -> usize {
         let before = self.text.as_bytes().get(self.start..place).unwrap_or_default();
         1 + before.iter().filter(|b| **b == b'\n').count()
     }
 
-    /// `FILE:LINE` of a place in this file.
+    /// `FILE:LINE` of a position in this file.
     pub(super) fn file_and_line(&self, place: usize) -> String {
         format!("{}:{}", self.file, self.line(place))
     }
 
-    /// A piece of the text, empty where there is none.
+    /// Text of a byte range; empty if there is none.
     pub(super) fn slice(&self, span: Range<usize>) -> &'a str {
         self.at(span.start).text.get(span).unwrap_or_default()
     }
 
-    /// The text of the file of a place, up to the place.
+    /// Text of the file of a position, up to the position.
     pub(super) fn before(&self, place: usize) -> &'a str {
         self.at(place).text.get(..place).unwrap_or_default()
     }
 
-    /// An error of the TOML reader.
+    /// Converts an error of the TOML parser; `fallback` is the range if the error has none.
     pub fn toml(&self, e: &toml::de::Error, fallback: Range<usize>) -> SpecError {
         self.error(e.span().unwrap_or(fallback), e.message())
     }
 
-    /// The keys and values of the text, without those of its bases.
+    /// Keys and values of the text, without those of the files that it extends.
     ///
     /// # Errors
-    /// Everything that the TOML reader does not understand.
+    /// All errors of the TOML parser.
     pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'a>>, SpecError> {
         let (document, wrong) = DeTable::parse_recoverable(self.text);
         let errors = Errors::default();
@@ -269,7 +270,7 @@ impl<'a> Source<'a> {
         errors.or(Some(document))
     }
 
-    /// An unknown word among known ones.
+    /// Error for an unknown word, with the nearest known one.
     pub fn unknown<'k>(
         &self,
         span: Range<usize>,
@@ -281,28 +282,28 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A file of a chain in which each extends the next.
+/// One file of a chain in which each file extends the next.
 #[derive(Debug)]
 pub(super) struct SourceFile {
     /// Name in messages.
     pub name: String,
-    /// The whole text, behind blanks up to its place.
+    /// Whole text, after blanks up to its start.
     text: String,
-    /// Text that messages about the file end with: the files that extend it.
+    /// Text appended to messages about the file: the files that extend it.
     note: String,
-    /// Place of its first byte.
+    /// Position of the first byte.
     start: usize,
 }
 
 impl SourceFile {
-    /// A file behind the one that extends it, if there is one.
+    /// A file placed after the one that extends it, if there is one.
     pub fn new(name: String, text: &str, note: String, behind: Option<&Self>) -> Self {
         let blanks = behind.map_or(String::new(), |file| " ".repeat(file.text.len()) + "\n");
         let start = blanks.len();
         Self { name, text: blanks + text.trim_start_matches('\u{feff}'), note, start }
     }
 
-    /// The text for reading it.
+    /// Source for reading the text.
     pub fn source(&self) -> Source<'_> {
         Source { file: &self.name, text: &self.text, note: &self.note, start: self.start, bases: &[] }
     }

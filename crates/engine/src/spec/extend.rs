@@ -1,12 +1,13 @@
-//! Experiments that say only what differs: `extends` names another experiment, groups give what several
-//! trackers or methods share.
+//! Experiments that give only differences: `extends` names another experiment, groups hold keys shared by
+//! several trackers or methods.
 //!
-//! [`complete`] puts the values of an experiment together as if nobody had shortened it, each with its place in the
-//! file that it comes from, and writes the text that is kept beside the results, so that results stand by themselves.
+//! [`complete`] puts all values of an experiment together, each with its place in the file that it comes
+//! from. It also writes them as one text, which is saved beside the results, so that these are
+//! self-contained.
 //!
 //! - A key of the file, a suite of `[suites]` and a key of an item replace those of the base.
 //! - An item (`[[tracker]]`, `[[method]]`, `[[table]]` ...) whose name the base has changes that one; others
-//!   are added behind the base's of their kind. A tracker's name is its label, a claim's its text, that of
+//!   are added after those of the base, by kind. A tracker's name is its label, a claim's its text, that of
 //!   published numbers their table, tracker and row.
 //! - `[without]` leaves items of the base out: `table = ["counts"]`.
 //! - A `[[tracker-group]]` or `[[method-group]]` lists its members and gives the keys they share. Where it has
@@ -26,17 +27,17 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
-/// Key that names the experiment to build on.
+/// Key that names the experiment to extend.
 const EXTENDS: &str = "extends";
-/// Table of what the base has and the experiment has not.
+/// Table of the base's items that the experiment leaves out.
 const WITHOUT: &str = "without";
-/// The table of suites.
+/// Name of the table of suites.
 const SUITES: &str = "suites";
-/// Keys that only shorten a file.
+/// Keys that exist only to shorten a file.
 const SHORTCUTS: [&str; 4] = [EXTENDS, WITHOUT, GROUPS[0].key, GROUPS[1].key];
 
-/// Kinds of items: how the file heads them (`[[tracker]]`), their definition in the schema, and the keys that tell an
-/// item from the others of its kind. A tracker is told by its label, or else by its name.
+/// Kinds of items: heading in the file (`[[tracker]]`), name of the definition in the schema, and the keys
+/// that identify an item. A tracker without a label is identified by its name.
 pub(super) const KINDS: [(&str, &str, &[&str]); 7] = [
     (TRACKER, "Tracker", &[]),
     ("method", "Method", &["name"]),
@@ -48,15 +49,15 @@ pub(super) const KINDS: [(&str, &str, &[&str]); 7] = [
 ];
 const TRACKER: &str = "tracker";
 
-/// A kind of group.
+/// A kind of group: `[[tracker-group]]` or `[[method-group]]`, with the keys by which it is written out.
 struct GroupKind {
-    /// Key of the file.
+    /// Key of the group in the file.
     key: &'static str,
-    /// Kind of its members.
+    /// Kind of the members.
     kind: &'static str,
-    /// Key of the list of its members, and of lists of them in items of other kinds.
+    /// Key of the list of members, also in items of other kinds.
     list: &'static str,
-    /// Order in which the keys of a member are written, before all others.
+    /// Keys of a member that are written first, in this order.
     order: &'static [&'static str],
 }
 
@@ -71,23 +72,23 @@ const GROUPS: [GroupKind; 2] = [
     },
 ];
 
-/// A key with its value. What a group gives without its standing there has an empty place.
+/// A key with its value. Values that a group implies without stating them have an empty place.
 type Entry<'d> = (Spanned<DeString<'d>>, Spanned<DeValue<'d>>);
 
-/// One `[[...]]`, the table of suites, or the keys before all headings.
+/// One `[[...]]` item, the table of suites, or the keys before all headings.
 #[derive(Default)]
 struct Item<'d> {
-    /// The word of its heading; empty for the keys before all headings.
+    /// Word of the heading; empty for the keys before all headings.
     kind: &'static str,
-    /// Its place in the files.
+    /// Place of the item in the files.
     place: Range<usize>,
-    /// The comment above its heading.
+    /// Place of the comment above the heading.
     comment: Range<usize>,
     entries: Vec<Entry<'d>>,
 }
 
 impl Item<'_> {
-    /// Its name among the items of its kind.
+    /// Name that identifies the item among those of its kind.
     fn name(&self) -> Option<Vec<String>> {
         let text = |wanted: &str| {
             let value = self.entries.iter().find(|(key, _)| word(key) == wanted).map(|(_, value)| value);
@@ -105,7 +106,7 @@ impl Item<'_> {
     }
 }
 
-/// A group with a name.
+/// A named group of trackers or methods.
 struct Group {
     kind: &'static GroupKind,
     name: Spanned<String>,
@@ -113,25 +114,25 @@ struct Group {
     members: Vec<String>,
 }
 
-/// A file, cut up; or several, laid over one another.
+/// Items of one spec file, or of a file merged over those it extends.
 #[derive(Default)]
 struct Document<'d> {
     items: Vec<Item<'d>>,
     groups: Vec<Group>,
-    /// The names in `[without]`, with the kind of the item.
+    /// Names in `[without]`, each with the kind of its item.
     without: Vec<(&'static str, Spanned<String>)>,
 }
 
-/// Whether a file needs no other and has no groups.
+/// True if a file extends no other and has no groups.
 pub(super) fn is_complete(document: &DeTable<'_>) -> bool {
     !SHORTCUTS.iter().any(|key| document.contains_key(*key))
 }
 
-/// Puts together what an experiment and those it extends say; `files` are as [`load`] gives them. The text needs no other
-/// file.
+/// Merges an experiment with those that it extends; `files` come from [`load`]. The resulting text is
+/// self-contained.
 ///
 /// # Errors
-/// Faults of groups and of `[without]`, and more text than an experiment file may have.
+/// Errors in groups and in `[without]`, and a result longer than an experiment file may be.
 pub(super) fn complete(files: &[SourceFile]) -> Result<(String, Spanned<DeTable<'_>>), SpecError> {
     let source = Source::first_of(files);
     let mut assembly = Assembly { source, room: MAX_BYTES };
@@ -166,17 +167,17 @@ fn entries(table: DeTable<'_>) -> Vec<Entry<'_>> {
     entries
 }
 
-/// The comment lines right above a heading.
+/// Comment lines directly above a heading.
 fn comment_above(source: Source<'_>, start: usize) -> Range<usize> {
     let lines = source.before(start).split_inclusive('\n').rev();
     let comment = lines.take_while(|line| line.ends_with('\n') && line.trim_start().starts_with('#'));
     start - comment.map(str::len).sum::<usize>()..start
 }
 
-/// An experiment that is being put together.
+/// State of merging an experiment.
 struct Assembly<'s> {
     source: Source<'s>,
-    /// Bytes that groups may still make, so that a small file does not fill the memory.
+    /// Bytes that groups may still add. The limit keeps a small file from filling the memory.
     room: usize,
 }
 
@@ -187,7 +188,8 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// Cuts a file up, with its groups written out. What has a wrong type stays as it is, and is told later.
+    /// Splits a file into items and writes out its groups. Values of a wrong type are kept; a later check
+    /// reports them.
     fn cut<'d>(&mut self, document: Spanned<DeTable<'d>>) -> Result<Document<'d>, SpecError> {
         let errors = Errors::default();
         let shortcuts = document.get_ref().iter().filter(|(key, _)| SHORTCUTS.contains(&word(key)));
@@ -229,7 +231,7 @@ impl Assembly<'_> {
         Ok(cut)
     }
 
-    /// Writes a group out: its members with the keys they share.
+    /// Writes out a group: its members, each with the shared keys.
     fn expand<'d>(
         &mut self,
         kind: &'static GroupKind,
@@ -275,7 +277,7 @@ impl Assembly<'_> {
         Ok(())
     }
 
-    /// The base with what `child` changes, adds and leaves out; a base without anything is none.
+    /// Merges `child` over `base`: changed, added and left-out items. An empty base gives `child`.
     fn merge<'d>(&self, base: Document<'d>, child: Document<'d>) -> Result<Document<'d>, SpecError> {
         let removed = self.removed(&base, &child.without)?;
         let mut known: BTreeMap<(&str, Vec<String>), usize> = BTreeMap::new();
@@ -346,7 +348,7 @@ impl Assembly<'_> {
         Ok(removed)
     }
 
-    /// Puts the members of groups in the place of the names of the groups, in lists of trackers and methods.
+    /// Replaces names of groups by those of their members, in lists of trackers and methods.
     fn name_members(&mut self, document: &mut Document<'_>) -> Result<(), SpecError> {
         let Document { items, groups, .. } = document;
         let names: BTreeSet<(&str, String)> =
@@ -401,7 +403,7 @@ impl Assembly<'_> {
     }
 }
 
-/// The names in `[without]`.
+/// Names in `[without]`, each with the kind of its item.
 fn left_out(table: DeTable<'_>) -> Vec<(&'static str, Spanned<String>)> {
     let mut all = Vec::new();
     for (key, value) in entries(table) {
@@ -414,7 +416,7 @@ fn left_out(table: DeTable<'_>) -> Vec<(&'static str, Spanned<String>)> {
     all
 }
 
-/// Puts entries in the place of those with the same key, and others behind.
+/// Replaces entries that have the same key and appends the others.
 fn replace<'d>(known: &mut Vec<Entry<'d>>, with: Vec<Entry<'d>>) {
     let places: BTreeMap<String, usize> =
         known.iter().enumerate().map(|(place, (key, _))| (word(key).to_string(), place)).collect();
@@ -426,7 +428,7 @@ fn replace<'d>(known: &mut Vec<Entry<'d>>, with: Vec<Entry<'d>>) {
     }
 }
 
-/// All items as one table.
+/// Puts all items into one table.
 fn table_of(items: Vec<Item<'_>>) -> DeTable<'_> {
     let (mut table, mut keys) = (DeTable::new(), Vec::new());
     for Item { kind, place, entries, .. } in items {

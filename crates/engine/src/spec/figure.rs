@@ -1,8 +1,8 @@
-//! Figures as an experiment asks for them: the list of kinds, and the keys that each kind reads.
+//! Figures of an experiment: the list of kinds, and the keys that each kind reads.
 //!
-//! A kind is one line in [`FIGURE_KINDS`], which declares its word and its keys, and one file with one line in the
-//! list of drawers of the report, which draws it; a test there ties both lists together. Every key has one reader
-//! here, whichever kinds take it, so a kind needs code here only when it brings a key of its own.
+//! A kind is declared in [`FIGURE_KINDS`] with its word and keys, and drawn by one file that is listed in the
+//! report's drawers; a test there compares both lists. Each key has one reader here for all kinds, so a kind
+//! needs code here only if it has a new key.
 
 mod panel;
 
@@ -22,7 +22,7 @@ use trackfail_methods::score::Metric;
 /// A kind of figure: its word in experiment files and the keys it reads.
 #[derive(Debug, PartialEq, Eq)]
 pub struct FigureKind {
-    /// The word an experiment file uses.
+    /// Name of the kind in experiment files.
     pub word: &'static str,
     /// Content of the figure, in one line.
     pub summary: &'static str,
@@ -84,7 +84,7 @@ pub const FIGURE_KINDS: &[FigureKind] = &[
     },
 ];
 
-/// A key of a `[[figure]]`, with the meaning it has for a kind.
+/// A key of a `[[figure]]`. A key of several meanings has several variants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FigureKey {
     /// `metric`: the metric along y.
@@ -93,9 +93,9 @@ pub enum FigureKey {
     XAxis,
     /// `x`: a metric.
     XMetric,
-    /// `methods`: methods, with or without a grid; all when left out.
+    /// `methods`: methods, with or without a grid; all if left out.
     Methods,
-    /// `methods`: methods without a grid; all of these when left out.
+    /// `methods`: methods without a grid; all of these if left out.
     MethodsWithoutGrid,
     /// `tracker`: the label of a tracker.
     Tracker,
@@ -120,15 +120,15 @@ pub struct Figure {
     pub name: String,
     /// Text below the figure.
     pub caption: Option<String>,
-    /// How wide it is in print.
+    /// Width in print.
     pub width: Width,
-    /// Content of the figure.
+    /// Kind of figure, which decides how it is drawn.
     pub kind: &'static FigureKind,
     /// The checked keys.
     pub params: FigureParams,
 }
 
-/// The checked keys of a figure; those that its kind does not read are empty.
+/// Checked keys of a figure. Those that its kind does not read are empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FigureParams {
     /// The metric along y.
@@ -139,26 +139,26 @@ pub struct FigureParams {
     pub x_metric: Option<Metric>,
     /// The methods shown, in the experiment's order.
     pub methods: Vec<String>,
-    /// Label of the tracker; the experiment's first one when `None`.
+    /// Label of the tracker; `None` for the experiment's first one.
     pub tracker: Option<String>,
-    /// Sequences side by side; the one with most events when empty.
+    /// Sequences side by side; empty for the one with most events.
     pub sequences: Vec<String>,
     /// Rows of panels.
     pub panels: Vec<Vec<Panel>>,
     /// Number of video frames.
     pub stills: usize,
-    /// The chart or the table of an analysis.
+    /// Chart or table of an analysis.
     pub shows: Option<FindingName>,
-    /// The column of that table.
+    /// Column of that table.
     pub column: Option<String>,
 }
 
-/// Maximum number of video frames above a strip figure.
+/// Most video frames above a strip figure.
 const MAX_STILLS: usize = 12;
 
 impl Figure {
-    /// The figure that an experiment without tables and figures has: recall over precision where a method has a grid,
-    /// otherwise how soon events are found; none where no method reads a signal.
+    /// Figure of an experiment that defines no tables and figures: recall over precision if a method has a
+    /// grid, otherwise the delay of detections. `None` if no method reads a signal.
     pub(super) fn of_methods(words: &Words) -> Option<Self> {
         let has_grid = |m: &&String| !words.drawn.contains(m);
         let (name, word, params) = if words.methods.iter().any(|m| has_grid(&m)) {
@@ -186,7 +186,7 @@ impl FigureKind {
         self.required.iter().chain(self.optional)
     }
 
-    /// Keys of the file that other kinds read and it does not.
+    /// Keys of the file that this kind does not read but others do.
     pub(super) fn unread(&self) -> impl Iterator<Item = &'static str> {
         let words = |kind: &Self| kind.keys().map(|key| key.word()).collect::<BTreeSet<_>>();
         let (mine, mut all) = (words(self), BTreeSet::new());
@@ -196,7 +196,7 @@ impl FigureKind {
 }
 
 impl FigureKey {
-    /// The key in the experiment file.
+    /// Name of the key in experiment files.
     pub fn word(self) -> &'static str {
         match self {
             Self::Metric => "metric",
@@ -211,7 +211,7 @@ impl FigureKey {
         }
     }
 
-    /// Checks the key's value into `params`.
+    /// Checks the value of the key and stores it in `params`.
     fn read(self, at: At<'_>, wire: &wire::Figure, words: &Words, params: &mut FigureParams) {
         let given = at.key(self.word());
         match self {
@@ -276,7 +276,7 @@ impl FigureKey {
 }
 
 impl Figure {
-    /// Checks a `[[figure]]`: keys that its kind does not read, those that it needs and that are left out, and values.
+    /// Checks a `[[figure]]`: keys that its kind does not read, missing keys, and values.
     pub(super) fn read(at: At<'_>, wire: &wire::Figure, words: &Words) -> Option<Self> {
         check_file_name(at.key("name"), &wire.name);
         let width = wire.width.as_deref().and_then(Width::from_word).unwrap_or_default();

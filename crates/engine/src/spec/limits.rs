@@ -1,5 +1,5 @@
-//! Upper limits of an experiment file: far above what a person writes, small enough that a hostile file is refused
-//! at once and every accepted one can be planned in memory.
+//! Upper limits of an experiment file: far above what a person writes, but low enough that a hostile file is
+//! refused at once and all accepted ones can be planned in memory.
 
 use super::error::{At, SpecError};
 use super::method::Method;
@@ -8,27 +8,27 @@ use trackfail_dataset::text;
 
 /// Largest experiment file, in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Largest number of trackers, of methods, of analyses, of tables and of figures. Like other lengths of lists it stands in
-/// the schema, so that nothing is built from what is too long.
+/// Most trackers, most methods, most analyses, most tables and most figures. List lengths are in the schema,
+/// so that too long lists are refused before anything is built.
 pub(super) const MAX_ITEMS: usize = 256;
-/// Largest number of suites.
+/// Most suites.
 pub(super) const MAX_ROLES: usize = 16;
-/// Largest number of rows of a table, and of sequences and panels of a figure.
+/// Most rows of a table, and most sequences and panels of a figure.
 pub(super) const MAX_PARTS: usize = 64;
-/// Largest number of detectors of an experiment, including the candidates of training.
+/// Most detectors of an experiment, including the candidates of training.
 pub const MAX_DETECTORS: usize = 20_000;
-/// Largest number of cells per sequence: trackers, times repetitions, times methods with their grids.
+/// Most cells per sequence: trackers, times repetitions, times methods with their grids.
 const MAX_CELLS: u64 = 1_000_000;
 
 /// Reads the text of an experiment file, at most [`MAX_BYTES`] of it.
 ///
 /// # Errors
-/// The file cannot be read, is larger, or is not UTF-8 text.
+/// The file cannot be read, is too large, or is not UTF-8 text.
 pub fn read_text(path: &Path) -> Result<String, SpecError> {
     read_at_most(path, MAX_BYTES, "an experiment file")
 }
 
-/// Reads a text of at most so many bytes; `what` names its kind.
+/// Reads a text of at most `most` bytes; `what` names the kind of file in messages.
 pub(super) fn read_at_most(path: &Path, most: usize, what: &str) -> Result<String, SpecError> {
     let whole = |message: String| SpecError::of_file(path.display().to_string(), message);
     let bytes = text::read_at_most(path, most as u64).map_err(|e| match e {
@@ -42,7 +42,7 @@ pub(super) fn read_at_most(path: &Path, most: usize, what: &str) -> Result<Strin
     })
 }
 
-/// Refuses more cells than can be planned; `runs` is the number of trackers, each counted once a repetition.
+/// Refuses more cells than can be planned; `runs` is the number of trackers times their repetitions.
 pub(super) fn check_cells(at: At<'_>, runs: u64, methods: &[Method]) {
     let variants: usize = methods.iter().map(|m| m.variants.len()).sum();
     let cells = runs.saturating_mul(variants as u64);

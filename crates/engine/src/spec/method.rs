@@ -1,5 +1,4 @@
-//! Methods: a signal and a detector under a name, with a grid of their parameters and with parameters that are
-//! trained instead of given.
+//! Methods: a signal and a detector under a name, with a grid of parameters and with trained parameters.
 
 mod training;
 
@@ -25,35 +24,36 @@ use trackfail_methods::tracker::process::Programs;
 pub struct Method {
     /// Name in tables.
     pub name: String,
-    /// Name of the method that it is a reading of.
+    /// Name of the method of which this one is another reading.
     pub like: Option<String>,
-    /// Labels of the trackers it is run on; all when `None`.
+    /// Labels of the trackers on which the method is run; `None` for all.
     pub trackers: Option<Vec<String>>,
-    /// How its labels are scored.
+    /// Protocol that scores the labels.
     pub protocol: &'static Protocol,
-    /// One variant for each combination of the grid's values, in their order; a single one without a grid.
+    /// Variants, one for each combination of grid values, in their order; a single one without a grid.
     pub variants: Vec<Variant>,
 }
 
-/// A method with one combination of its grid.
+/// A method at one point of its grid.
 pub struct Variant {
-    /// Grid axis -> value, sorted by axis; empty without a grid.
+    /// Values by grid axis, sorted by axis; empty without a grid.
     pub point: Vec<(String, f64)>,
-    /// The signal; `None` for detectors that need none.
+    /// First signal; `None` for detectors that need none.
     pub signal: Option<SignalChoice>,
     /// Further signals, for detectors that read several.
     pub more_signals: Vec<SignalChoice>,
-    /// The detector, given or to be trained.
+    /// Detector, complete or to be trained.
     pub detector: DetectorChoice,
 }
 
 impl Variant {
-    /// All its signals.
+    /// All signals of the variant.
     pub fn signals(&self) -> impl Iterator<Item = &SignalChoice> {
         self.signal.iter().chain(&self.more_signals)
     }
 
-    /// Words for what its signals read, each once; boxes are named only where there is nothing else.
+    /// Inputs of the signals, in words and without repetitions. Boxes are named only if there is no other
+    /// input.
     pub fn needs(&self) -> Vec<&'static str> {
         let mut needs: Vec<&str> = Vec::new();
         for reads in self.signals().map(|choice| choice.signal.reads()) {
@@ -67,7 +67,7 @@ impl Variant {
         needs
     }
 
-    /// `horizon=5;window=20`, the `params` column of the results; empty without a grid.
+    /// Grid point as in the `params` column of the results: `horizon=5;window=20`. Empty without a grid.
     pub fn params(&self) -> String {
         let parts: Vec<_> =
             self.point.iter().map(|(axis, value)| format!("{axis}={}", readable(value))).collect();
@@ -75,18 +75,18 @@ impl Variant {
     }
 }
 
-/// A detector, or how it is trained.
+/// A detector, complete or to be trained.
 pub enum DetectorChoice {
-    /// All parameters are given.
+    /// A detector with all parameters given.
     Given(FixedDetector),
-    /// One parameter is chosen on a suite.
+    /// A detector with one parameter that is chosen on a suite.
     Trained(Training),
-    /// All parameters are given, and a model is learned on a suite.
+    /// A detector with all parameters given and a model that is learned on a suite.
     Learned(FixedDetector),
 }
 
 impl DetectorChoice {
-    /// Role of the suite it is trained on or learns from.
+    /// Role of the suite used for training; `None` if nothing is trained.
     pub fn role(&self) -> Option<&str> {
         match self {
             Self::Given(_) => None,
@@ -95,17 +95,17 @@ impl DetectorChoice {
         }
     }
 
-    /// Whether it is trained for each sequence and tracker on the others.
+    /// True if the detector is trained for each sequence and tracker on the others.
     pub fn trains_on_others(&self) -> bool {
         self.role() == Some(super::OTHERS)
     }
 
-    /// Whether it learns one model from the tracks of all trackers.
+    /// True if one model is learned from the tracks of all trackers.
     pub fn pools_trackers(&self) -> bool {
         self.example().detector.learner().is_some_and(|learner| learner.pools_trackers())
     }
 
-    /// The detector; of a trained one, one of its candidates.
+    /// The detector; one of the candidates if it is trained.
     pub fn example(&self) -> &FixedDetector {
         match self {
             Self::Given(fixed) | Self::Learned(fixed) => fixed,
@@ -113,33 +113,33 @@ impl DetectorChoice {
         }
     }
 
-    /// Whether the detector runs trackers backwards.
+    /// True if the detector runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
         self.example().detector.needs_reverse()
     }
 }
 
-/// How a parameter is chosen on a suite.
+/// Rule by which a parameter is chosen on a suite.
 pub struct Training {
     /// The parameter's name.
     pub key: String,
     /// Role of the suite, or [`OTHERS`](super::OTHERS).
     pub role: String,
-    /// The metric that is maximized.
+    /// Metric that is maximized.
     pub maximise: Metric,
     /// The values that are tried.
     pub candidates: Candidates,
-    /// One of the candidates, for what all have in common.
+    /// One of the candidates, for properties that all share.
     pub example: FixedDetector,
 }
 
-/// Builds the detector with a value of the trained parameter, unless it refuses the value.
+/// Builds the detector with a value of the trained parameter. The detector may refuse the value.
 pub type BuildWith = Arc<dyn Fn(f64) -> Result<FixedDetector, ParamError> + Send + Sync>;
 
 /// Values that are tried in training.
 #[derive(Clone)]
 pub enum Candidates {
-    /// Value -> detector, ascending.
+    /// Listed values with their detectors, ascending.
     Listed(Vec<(f64, FixedDetector)>),
     /// Quantiles of the signal on the training suite.
     Quantiles {
@@ -151,7 +151,7 @@ pub enum Candidates {
 }
 
 impl Candidates {
-    /// Largest number of candidates.
+    /// Most candidates that there can be.
     pub fn count(&self) -> usize {
         match self {
             Self::Listed(list) => list.len(),
@@ -161,24 +161,24 @@ impl Candidates {
 }
 
 impl Method {
-    /// Whether it is run on a tracker.
+    /// True if the method is run on a tracker.
     pub fn runs_on(&self, tracker: &str) -> bool {
         self.trackers.as_ref().is_none_or(|mine| mine.iter().any(|t| t == tracker))
     }
 
-    /// Whether it has a variant for each of several parameters.
+    /// True if the method has a grid.
     pub fn has_grid(&self) -> bool {
         self.variants.iter().any(|v| !v.point.is_empty())
     }
 
-    /// Number of its detectors, including the candidates of training.
+    /// Number of detectors of the method, including the candidates of training.
     pub fn detectors(&self) -> usize {
         self.variants.iter().map(Variant::detectors).sum()
     }
 }
 
 impl Variant {
-    /// Lets its signals and detectors treat restarts as their protocol does.
+    /// Makes signals and detectors treat restarts as their protocol does.
     fn set_restarts(&mut self, restarts: Restarts) {
         self.signal.iter_mut().chain(&mut self.more_signals).for_each(|choice| choice.restarts = restarts);
         match &mut self.detector {
@@ -206,12 +206,12 @@ impl Variant {
     }
 }
 
-/// Largest number of combinations of a method's grid.
+/// Most combinations in the grid of a method.
 const MAX_VARIANTS: usize = 10_000;
 
 /// Checks a `[[method]]` of at most `room` detectors, which is run on all trackers and scored by `protocol`.
 ///
-/// It may run `programs`; without a list of them, a signal or detector that names one cannot run.
+/// Its signals and detectors may run `programs`. Without that list, those that name a program cannot run.
 pub(super) fn read(
     at: At<'_>,
     programs: Option<&Programs>,
@@ -264,7 +264,7 @@ pub(super) fn read(
     Some(Method { name, like, trackers, protocol, variants })
 }
 
-/// An axis of the grid: the parameter it sets, of the signal or the detector, and its values.
+/// Axis of the grid: a parameter of the signal or the detector, and its values.
 struct Axis<'g> {
     name: &'g str,
     of_signal: bool,
@@ -283,18 +283,18 @@ fn combinations<'a>(axes: &'a [Axis<'a>]) -> Vec<Point<'a>> {
     })
 }
 
-/// The parts of a method, of which its variants are built.
+/// Parts of a method from which its variants are built.
 struct Parts<'a> {
     at: At<'a>,
     name: &'a str,
     detector: RawPlugin<'a, dyn Detector>,
     signals: Vec<RawPlugin<'a, dyn Signal>>,
-    /// The parameter of the detector that is trained, and how.
+    /// Name of the detector's trained parameter, and how it is trained.
     training: Option<(String, wire::Train)>,
 }
 
 impl Parts<'_> {
-    /// Checks the axes of the grid, which are parameters of the detector or of the first signal.
+    /// Checks the axes of the grid. They must be parameters of the detector or of the first signal.
     fn axes<'g>(&self, grid: &'g BTreeMap<String, Vec<Number>>) -> Option<Vec<Axis<'g>>> {
         let of_detector = self.detector.keys();
         let of_signal = self.signals.first().map(RawPlugin::keys).unwrap_or_default();
@@ -335,7 +335,7 @@ impl Parts<'_> {
         Some(axes)
     }
 
-    /// Builds the method with one value of each axis.
+    /// Builds the variant at one point of the grid.
     fn variant(&self, point: &Point<'_>) -> Option<Variant> {
         let Self { at, name, detector, signals, training } = self;
         let grid = at.key("grid");

@@ -1,19 +1,19 @@
-//! Names that an experiment gives: of itself, of tables and figures, of trackers and methods.
+//! Rules for names in an experiment: of itself, tables and figures, trackers and methods.
 
 use super::error::At;
 use trackfail_dataset::text;
 
-/// Most characters of a name of one word, and of a label.
+/// Longest word and longest label, in characters.
 const MAX_WORD: usize = 64;
-/// Most characters of an experiment's name.
+/// Longest name of an experiment, in characters.
 const MAX_EXPERIMENT_NAME: usize = 128;
 
-/// A name that no experiment can have.
+/// Error for a text that cannot be the name of an experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")]
 pub struct NameError;
 
-/// Whether a text can be the name of an experiment, and with it the path of its folders.
+/// Checks that a text can be the name of an experiment, which is also the path of its folders.
 ///
 /// # Errors
 /// [`NameError`].
@@ -22,25 +22,26 @@ pub fn check_experiment_name(name: &str) -> Result<(), NameError> {
     is_right.then_some(()).ok_or(NameError)
 }
 
-/// Whether a name is safe as a file name everywhere: `a-z`, `0-9`, `-`, `_`, at most 64 characters.
+/// True if a name is safe as a file name on all systems: `a-z`, `0-9`, `-`, `_`, at most 64 characters.
 pub fn is_word(name: &str) -> bool {
     (1..=MAX_WORD).contains(&name.len())
         && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_')
 }
 
-/// Refuses a name that is not safe as a file name everywhere.
+/// Reports a name that is not safe as a file name on all systems.
 pub(super) fn check_file_name(at: At<'_>, name: &str) {
     if !is_word(name) {
         at.tell(format!("`{name}` must be made of a-z, 0-9, `-` and `_`"));
     }
 }
 
-/// Refuses a name of a tracker that would be misread in tables, claims or file columns.
+/// Reports a tracker's name that could be misread in tables, claims or file columns.
 pub(super) fn check_label(at: At<'_>, name: &str) {
     check(at, name, "[]=,;\"");
 }
 
-/// Refuses a name of a method that would be misread there, or in panels of figures, which join methods by `+`.
+/// Reports a method's name that could be misread in tables, claims or file columns, or in panels of figures,
+/// which join methods by `+`.
 pub(super) fn check_method_name(at: At<'_>, name: &str) {
     check(at, name, "[]=,;+\"");
 }
@@ -57,7 +58,7 @@ fn check(at: At<'_>, label: &str, signs: &str) {
     }
 }
 
-/// Refuses a name that an item before it has already.
+/// Reports a name that an earlier item already has.
 pub(super) fn check_unique<T>(at: At<'_>, what: &str, items: &[T], index: usize, name: fn(&T) -> &String) {
     let wanted = name(&items[index]);
     if items[..index].iter().any(|item| name(item) == wanted) {

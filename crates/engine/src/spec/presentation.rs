@@ -1,4 +1,4 @@
-//! What of an experiment is presentation: it can change without asking for a track again.
+//! Presentation: the parts of an experiment that can change without another run.
 
 use super::error::{Source, SpecError};
 use super::limits;
@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Keys that say what is shown, and how.
+/// Keys that only affect what is shown, and how.
 const SHOWN: [&str; 7] = ["title", "note", "paper", "object", "table", "figure", "claim"];
 
-/// Names of the keys, other than those of presentation, in which the texts of two experiments differ, both with what they
-/// extend written out ([`Experiment::source`](super::Experiment::source)). The order of trackers and methods is
-/// presentation, too. Texts that are not TOML differ in everything.
+/// Names of the keys that differ between two complete experiment texts
+/// ([`Experiment::source`](super::Experiment::source)), without keys of presentation. The order of trackers
+/// and methods counts as presentation. Texts that are not TOML differ in everything.
 pub fn other_keys(one: &str, other: &str) -> Vec<String> {
     let read = |text: &str| text.parse::<Table>().ok().map(numbers_rest_on);
     match (read(one), read(other)) {
@@ -23,7 +23,7 @@ pub fn other_keys(one: &str, other: &str) -> Vec<String> {
     }
 }
 
-/// The name of the experiment in a file, of which nothing else is read.
+/// Name of the experiment in a file. The rest of the file is not checked.
 ///
 /// # Errors
 /// When the file cannot be read, is not TOML, or has no name.

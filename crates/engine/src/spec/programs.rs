@@ -1,5 +1,6 @@
-//! `plugins.toml`: programs that may be run as [trackers](trackfail_methods::tracker::process), [signals](trackfail_methods::signal::process) and
-//! [detectors](trackfail_methods::detector::process). It is as strict as experiment files: an unknown key is an error with its line and the nearest valid word.
+//! `plugins.toml`: programs that may be run as [trackers](trackfail_methods::tracker::process),
+//! [signals](trackfail_methods::signal::process) and [detectors](trackfail_methods::detector::process). As in
+//! experiment files, an unknown key is an error with its line and the nearest valid word.
 
 use super::check;
 use super::error::{At, Errors, Source, SpecError};
@@ -17,13 +18,13 @@ use trackfail_methods::tracker::process::{Program, Programs, Protocol, Regions, 
 
 /// Largest file, in bytes.
 const MAX_BYTES: usize = 1 << 20;
-/// Longest time limit, in seconds.
+/// Longest time limit that can be set, in seconds.
 const MAX_WAIT: f64 = 86_400.0;
-/// Environment variables that are set for the programs.
+/// Environment variables that the engine sets for programs; users cannot set them.
 const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 
-/// The schema of the file. Signals and detectors all speak the same protocol, and a signal has no seed, so that its answers
-/// cannot depend on one.
+/// Schema of the file. All signals and detectors speak the same protocol. A signal has no seed, so that its
+/// answers cannot depend on one.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     let words = |words: [&str; 2]| json!({ "oneOf": words.map(|word| json!({ "const": word })) });
     let text = || json!({ "type": "string" });
@@ -58,7 +59,7 @@ static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     json!({ "type": "object", "properties": roles, "additionalProperties": false })
 });
 
-/// A program as the file has it.
+/// A program as written in the file.
 #[derive(Deserialize)]
 struct Wired {
     command: Vec<String>,
@@ -80,7 +81,7 @@ struct Wired {
 /// Reads a file of programs.
 ///
 /// # Errors
-/// A file that cannot be read, and the first thing that is wrong with it.
+/// A file that cannot be read, or the errors in it.
 pub fn read(path: &Path) -> Result<Programs, SpecError> {
     let file = path.display().to_string();
     let text = read_at_most(path, MAX_BYTES, "a file of programs")?;
@@ -88,10 +89,10 @@ pub fn read(path: &Path) -> Result<Programs, SpecError> {
     parse(&file, &text, absolute.parent().unwrap_or(&absolute))
 }
 
-/// Reads the text of a file of programs; `file` names it in messages, relative paths start from `folder`.
+/// Parses a file of programs; `file` is its name in messages. Relative paths start from `folder`.
 ///
 /// # Errors
-/// Everything that is wrong.
+/// All errors of the text.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
     let source = Source::new(file, text);
     let errors = Errors::default();

@@ -1,4 +1,5 @@
-//! Plugins of an experiment file: their parameters, and their building with the programs that they name.
+//! Plugins of an experiment file: reading their parameters, and building them with the programs that they
+//! name.
 
 use super::error::At;
 use serde_json::{Map, Value};
@@ -9,14 +10,14 @@ use trackfail_methods::tracker::process::{Bind, Programs};
 pub(super) struct RawPlugin<'a, T: ?Sized + 'static> {
     pub entry: &'static Entry<T>,
     pub params: Map<String, Value>,
-    /// The programs that it may run.
+    /// Programs that the plugin may run; `None` if there is no list of programs.
     pub programs: Option<&'a Programs>,
-    /// Its place in the file.
+    /// Place of the plugin in the file.
     pub at: At<'a>,
 }
 
 impl<'a, T: ?Sized + Bind> RawPlugin<'a, T> {
-    /// Finds the kind in a list of plugins.
+    /// Looks up the kind in a list of plugins.
     pub fn read(
         at: At<'a>,
         programs: Option<&'a Programs>,
@@ -40,14 +41,14 @@ impl<'a, T: ?Sized + Bind> RawPlugin<'a, T> {
         properties.map(|p| p.keys().cloned().collect()).unwrap_or_default()
     }
 
-    /// The parameters with some values set.
+    /// Parameters, with some values replaced.
     pub fn with(&self, set: &[(String, Value)]) -> Map<String, Value> {
         let mut params = self.params.clone();
         params.extend(set.iter().cloned());
         params
     }
 
-    /// Builds it, with values set that stand in a `grid`.
+    /// Builds the plugin with the values `set`, which stand in the `grid`.
     pub fn build(&self, set: &[(String, Value)], grid: At<'_>) -> Option<Configured<T>> {
         let built = build(self.entry, self.with(set), self.programs);
         let is_set = |e: &ParamError| set.iter().any(|(key, _)| parameter(e) == Some(key.as_str()));
@@ -69,12 +70,12 @@ pub(super) fn build<T: ?Sized + Bind>(
     Ok(built)
 }
 
-/// Tells why the parameters in a table are refused, at the one that is at fault.
+/// Reports why the parameters in a table are refused, at the wrong one.
 pub(super) fn tell(at: At<'_>, fault: &ParamError) {
     parameter(fault).map_or(at, |key| at.key(key)).tell(fault.message.as_str());
 }
 
-/// The parameter at fault: the one that is named, or with which the message begins.
+/// Name of the wrong parameter: the one that is named, or with which the message begins.
 fn parameter(fault: &ParamError) -> Option<&str> {
     let first = || fault.message.strip_prefix('`')?.split(['`', '.', '[']).next();
     fault.key.or_else(first)

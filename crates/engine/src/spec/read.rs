@@ -1,5 +1,6 @@
-//! Reads the text of an experiment file into a checked [`Experiment`]. Reading goes on after an error: whoever refers to a
-//! part that is wrong still finds its name, and what follows only from an error is not told.
+//! Reads the text of an experiment file into a checked [`Experiment`]. Reading goes on after errors.
+//! References to wrong parts still find the name, so that errors which only follow from others are not
+//! reported.
 
 mod trackers;
 
@@ -25,22 +26,22 @@ use trackfail_methods::tracker::process::Programs;
 /// Version of the format.
 pub(super) const SCHEMA: u32 = 1;
 
-/// Largest number of repetitions of a tracker.
+/// Most repetitions of a tracker.
 pub(super) const MAX_RUNS: u32 = 1000;
 
-/// Reads and checks an experiment on built-in suites, which can extend built-in experiments only; `file` names it in
-/// messages. Programs that it names are not looked for and cannot be run.
+/// Reads and checks an experiment on built-in suites, which can extend built-in experiments only; `file` is
+/// its name in messages. Programs that it names are neither looked up nor run.
 ///
 /// # Errors
-/// Everything that is wrong.
+/// All errors of the text.
 pub fn parse(file: &str, text: &str) -> Result<Experiment, SpecError> {
     parse_with(file, text, &Catalog::default(), None)
 }
 
-/// Reads and checks an experiment on suites of `catalog` that may run `programs`, as [`parse`] does.
+/// Reads and checks an experiment as [`parse`] does, with the suites of `catalog` and with `programs`.
 ///
 /// # Errors
-/// As [`parse`], and a program that is not among them.
+/// The errors of [`parse`], and an unknown program.
 pub fn parse_with(
     file: &str,
     text: &str,
@@ -50,10 +51,11 @@ pub fn parse_with(
     Reader { catalog, programs }.read(file, text, None)
 }
 
-/// Reads and checks an experiment file as [`parse_with`] does; it may extend files of its folder, too.
+/// Reads and checks an experiment file as [`parse_with`] does. The experiment may also extend files of its
+/// folder.
 ///
 /// # Errors
-/// A file that cannot be read, and as [`parse_with`].
+/// The errors of [`parse_with`], and a file that cannot be read.
 pub fn read_file(
     path: &Path,
     catalog: &Catalog,
@@ -65,7 +67,7 @@ pub fn read_file(
     Reader { catalog, programs }.read(&file, &text, Some(folder))
 }
 
-/// Names that an experiment may use.
+/// Suites and programs that an experiment may use.
 struct Reader<'a> {
     catalog: &'a Catalog,
     programs: Option<&'a Programs>,
@@ -86,7 +88,7 @@ impl Reader<'_> {
         self.check(Source::first_of(&files), &text, document)
     }
 
-    /// Checks an experiment that needs no other file.
+    /// Checks an experiment that is complete in itself.
     fn check(
         &self,
         source: Source<'_>,
@@ -105,8 +107,8 @@ impl Reader<'_> {
         errors.or(experiment)
     }
 
-    /// Builds an experiment and tells what is wrong with it: names that refer to nothing, plugins that refuse their
-    /// parameters, claims that are none.
+    /// Builds an experiment and reports its errors: unknown names, refused parameters of plugins, and invalid
+    /// claims.
     fn build(
         &self,
         at: At<'_>,
@@ -122,6 +124,17 @@ impl Reader<'_> {
         }
         if let Err(fault) = name::check_experiment_name(&wire.name) {
             at.key("name").tell(fault.to_string());
+        }
+        if let Some(beside) = &wire.beside {
+            let in_beside = at.key("beside");
+            match name::check_experiment_name(beside) {
+                Err(_) => {
+                    in_beside.tell("`beside` must be the name of an experiment, such as `benchmark/otb`")
+                }
+                Ok(()) if *beside == wire.name => in_beside.tell("`beside` must name another experiment"),
+                Ok(()) if wire.method.is_empty() => in_beside.tell("`beside` needs a [[method]]"),
+                Ok(()) => {}
+            }
         }
         // Where the protocol is wrong, methods are not told that they have none.
         let in_place = score::PROTOCOLS.first().filter(|_| has_protocol);
@@ -179,6 +192,7 @@ impl Reader<'_> {
             object: wire.object,
             note: wire.note,
             leaderboard: wire.leaderboard,
+            beside: wire.beside,
             protocol,
             seed: wire.seed,
             folds: wire.folds,
@@ -196,7 +210,7 @@ impl Reader<'_> {
     }
 }
 
-/// A text without the line that tells editors where its schema is, which is no part of the experiment.
+/// Text without the line that tells editors where the schema is. That line is not part of the experiment.
 pub(super) fn without_directive(text: &str) -> &str {
     match text.split_once('\n') {
         Some((first, rest)) if first.starts_with("#:schema ") => rest,
@@ -204,7 +218,7 @@ pub(super) fn without_directive(text: &str) -> &str {
     }
 }
 
-/// Stand-ins for keys that every file must have and a wrong one lacks, so that the rest can be read.
+/// Defaults for required keys that a wrong file lacks, so that the rest can be checked.
 const STAND_INS: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";
 
 fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
@@ -219,10 +233,10 @@ fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
     document
 }
 
-/// Names that items of an experiment refer to.
+/// Names that items of an experiment may refer to.
 struct Known<'a> {
     programs: Option<&'a Programs>,
-    /// Role -> suite; empty where they are wrong.
+    /// Suite names by role; empty if `[suites]` has errors.
     suites: &'a BTreeMap<String, String>,
 }
 
@@ -288,7 +302,7 @@ fn read_analyses(at: At<'_>, wire: &[wire::Analysis], known: &Known<'_>, words: 
     analyses
 }
 
-/// The published numbers of tables that are right.
+/// Reads the published numbers of the tables that are valid.
 fn read_published(at: At<'_>, wire: &[wire::Published], tables: &[Table], words: &Words) -> Vec<Published> {
     let mut published: Vec<Published> = Vec::new();
     for (k, p) in wire.iter().enumerate() {

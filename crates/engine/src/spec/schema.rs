@@ -1,4 +1,4 @@
-//! The JSON Schema of experiment files, generated from the types that read them.
+//! JSON Schema of experiment files, generated from the types that read them.
 
 use super::extend::KINDS;
 use super::figure::{FIGURE_KINDS, FigureKind};
@@ -12,20 +12,20 @@ use trackfail_methods::detector::DETECTORS;
 use trackfail_methods::signal::SIGNALS;
 use trackfail_methods::tracker::TRACKERS;
 
-/// Named parts of the schema, which others refer to as `#/$defs/NAME`.
+/// Named parts of the schema, referred to as `#/$defs/NAME`.
 type Definitions = Map<String, Value>;
 
-/// The schema of experiments that need no other file, which have all that an experiment must have.
+/// Schema of complete experiments, with all required keys.
 pub(super) static OF_WHOLE_FILES: LazyLock<Value> = LazyLock::new(of_whole_files);
 
-/// The schema of the keys that only shorten a file, of which none is required.
+/// Schema of the keys that only shorten a file; none is required.
 pub(super) static OF_SHORTCUTS: LazyLock<Value> = LazyLock::new(|| {
     let mut schema = OF_WHOLE_FILES.clone();
     remove(&mut schema, &["required"]);
     schema
 });
 
-/// The schema, with the parameters of every tracker, signal, detector and analysis.
+/// Schema of experiment files, with the parameters of all trackers, signals, detectors and analyses.
 pub fn schema() -> Value {
     let mut schema = OF_WHOLE_FILES.clone();
     // A file that extends another gives only what tells its items from others, and what differs.
@@ -76,7 +76,7 @@ fn of_whole_files() -> Value {
     root
 }
 
-/// The signals of a method: one, or a list of them.
+/// Schema of a method's signals: one signal, or a list.
 pub(super) fn signals() -> Value {
     json!([of("Signal"), { "type": "array", "items": of("Signal"), "minItems": 1 }])
 }
@@ -106,19 +106,19 @@ fn remove(schema: &mut Value, keys: &[&str]) {
     }
 }
 
-/// Sets keys of an object.
+/// Adds the keys of `more` to an object.
 fn merge(schema: &mut Value, more: Value) {
     if let (Some(schema), Value::Object(mut more)) = (schema.as_object_mut(), more) {
         schema.append(&mut more);
     }
 }
 
-/// One reference.
+/// Reference to a definition.
 pub(super) fn of(name: &str) -> Value {
     json!({ "$ref": format!("#/$defs/{name}") })
 }
 
-/// Defines the plugins of a list, each by itself, and gives the references to them.
+/// Adds a definition for each plugin of a list, and returns the references to them.
 fn plugins<T: ?Sized>(definitions: &mut Definitions, what: &str, list: &'static [Entry<T>]) -> Vec<Value> {
     let define = |entry: &Entry<T>| {
         let name = format!("{what}-{}", entry.kind);
@@ -150,7 +150,7 @@ fn plugins<T: ?Sized>(definitions: &mut Definitions, what: &str, list: &'static 
     list.iter().map(define).collect()
 }
 
-/// Lets a number of a detector be trained instead of given.
+/// Allows a numeric parameter of a detector to be trained.
 fn trained(parameter: &mut Value) {
     let types = match &parameter["type"] {
         Value::Array(types) => types.clone(),
@@ -165,7 +165,7 @@ fn trained(parameter: &mut Value) {
     *parameter = json!({ "description": description, "anyOf": [number, of("Train")] });
 }
 
-/// Lets a plugin's references point to the definitions that have the plugin's name.
+/// Changes a plugin's references to those definitions that carry the plugin's name.
 fn rename_references(schema: &mut Value, plugin: &str) {
     match schema {
         Value::Object(object) => {
@@ -181,7 +181,7 @@ fn rename_references(schema: &mut Value, plugin: &str) {
     }
 }
 
-/// Removes null, which TOML has not.
+/// Removes null from a schema, since TOML has no null.
 fn remove_null(schema: &mut Value) {
     match schema {
         Value::Object(object) => {

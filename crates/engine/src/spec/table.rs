@@ -1,4 +1,4 @@
-//! Tables and published numbers as an experiment asks for them.
+//! Tables and published numbers of an experiment.
 
 mod published;
 
@@ -13,7 +13,7 @@ use trackfail_core::direction::Direction;
 use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
 
-/// The quantity that varies along one side of a table.
+/// Quantity that varies along one side of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Side {
     /// Metrics, in this order.
@@ -28,43 +28,43 @@ pub enum Side {
     Attribute,
 }
 
-/// A table; whatever varies and is on neither side makes groups.
+/// A table. Quantities that vary but are on neither side make groups of rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
-    /// File name.
+    /// File name without extension.
     pub name: String,
     /// Text above the table.
     pub caption: Option<String>,
-    /// Rows.
+    /// What the rows are.
     pub rows: Side,
-    /// Columns.
+    /// What the columns are.
     pub columns: Side,
-    /// The metric of all cells when neither side holds metrics.
+    /// Metric of all cells; `None` if a side holds metrics.
     pub metric: Option<Metric>,
     /// The methods shown, in the experiment's order.
     pub methods: Vec<String>,
-    /// The metric by which the methods are ranked; it has no rows and columns of its own then.
+    /// Metric by which the methods are ranked. Such a table has no rows and columns of its own.
     pub ranked: Option<Metric>,
-    /// The analysis whose table it is, instead of all that.
+    /// Table of an analysis that is shown instead.
     pub shows: Option<FindingName>,
-    /// The column of that table to which the trackers are the columns; all columns when `None`.
+    /// Column of that table that is shown, with one column for each tracker; `None` to show all columns.
     pub column: Option<String>,
-    /// The table whose published numbers stand beside ours too.
+    /// Name of another table whose published numbers stand beside ours, too.
     pub published: Option<String>,
-    /// The parts of it that LaTeX shows.
+    /// Parts of the table that LaTeX shows.
     pub latex: Latex,
 }
 
-/// The parts of a table that LaTeX shows, and how wide they may be.
+/// Parts of a table that LaTeX shows, and their width.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Latex {
-    /// The columns, in this order; all but anchors when empty.
+    /// Columns in this order; empty for all but anchors.
     pub columns: Vec<String>,
-    /// The width; as the table needs it when `None`.
+    /// Width in print; `None` for the natural width of the table.
     pub width: Option<Width>,
 }
 
-/// A row of numbers as a paper prints it.
+/// One row of numbers, as a paper prints it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Published {
     /// Name of the table.
@@ -73,14 +73,14 @@ pub struct Published {
     pub tracker: String,
     /// Row, as in the table.
     pub row: String,
-    /// Column and text, at the precision printed.
+    /// Column names and printed texts, at the printed precision.
     pub values: Vec<(String, String)>,
 }
 
-/// The side of a table that is the attributes of sequences.
+/// Name of the side that lists attributes of sequences.
 const ATTRIBUTE: &str = "attribute";
 
-/// The grid axis that a word of the file names.
+/// Grid axis that a word of the file names.
 pub(super) fn grid_axis(at: At<'_>, word: &str, words: &Words) -> Option<String> {
     let axis = words.axes.iter().find(|axis| *axis == word).cloned();
     if axis.is_none() {
@@ -89,21 +89,21 @@ pub(super) fn grid_axis(at: At<'_>, word: &str, words: &Words) -> Option<String>
     axis
 }
 
-/// Refuses each word of a list that is not among the known ones.
+/// Reports each word of a list that is not among the known ones.
 pub(super) fn all_known(at: At<'_>, what: &str, list: &[String], known: &[String]) {
     for (index, word) in list.iter().enumerate().filter(|(_, word)| !known.contains(word)) {
         at.item(index).tell_unknown(what, word, known.iter().map(String::as_str));
     }
 }
 
-/// The methods of the experiment that are in the `methods` of a table or figure, or all without a list.
+/// Methods listed in a table or figure; all methods without a list.
 pub(super) fn read_methods(at: At<'_>, list: Option<&[String]>, words: &Words) -> Vec<String> {
     let Some(list) = list else { return words.methods.clone() };
     all_known(at.key("methods"), "method", list, &words.methods);
     words.methods.iter().filter(|name| list.contains(name)).cloned().collect()
 }
 
-/// The table or chart that the key `shows` names; an unknown one is told.
+/// Table or chart named by the key `shows`. An unknown one is reported.
 pub(super) fn read_shows(
     at: At<'_>,
     shows: Option<&String>,
@@ -113,18 +113,18 @@ pub(super) fn read_shows(
     words.finding(shows?, parts).map_err(|message| at.key("shows").tell(message)).ok()
 }
 
-/// What the table of an experiment without tables and figures shows.
+/// Metrics in the table of an experiment that defines no tables and figures.
 const DEFAULT_METRICS: [&str; 6] =
     ["events", "precision", "recall", "f_score", "f_over_chance", "false_alarms_per_1000"];
 
 impl Table {
-    /// The table that an experiment without tables and figures has.
+    /// Table of an experiment that defines no tables and figures.
     pub(super) fn of_methods(words: &Words) -> Self {
         let rows = Side::Metrics(DEFAULT_METRICS.into_iter().filter_map(Metric::from_name).collect());
         Self { rows, columns: Side::Method, methods: words.methods.clone(), ..Self::empty("methods", None) }
     }
 
-    /// A table that shows nothing yet.
+    /// Table without contents.
     fn empty(name: &str, caption: Option<&String>) -> Self {
         Self {
             name: name.to_string(),
@@ -190,7 +190,7 @@ impl Table {
         Some(table)
     }
 
-    /// Checks rows and columns, and what is shown where they meet.
+    /// Checks rows, columns and the metric of the cells.
     fn read_sides(
         &mut self,
         at: At<'_>,

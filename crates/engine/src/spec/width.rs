@@ -1,4 +1,4 @@
-//! How wide a figure or a table is in print.
+//! Width of a figure or a table in print.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 pub enum Width {
     /// One of the two columns of a page: 3.3 inches.
     Column,
-    /// All the text of a page: 7 inches.
+    /// The full text width of a page: 7 inches.
     #[default]
     Text,
 }

@@ -1,4 +1,4 @@
-//! The keys of an experiment file, as serde reads them and as the JSON Schema describes them.
+//! Keys of an experiment file, as serde reads them and as the JSON Schema describes them.
 
 use super::figure::FIGURE_KINDS;
 use super::limits::{MAX_DETECTORS, MAX_ITEMS, MAX_PARTS, MAX_ROLES};
@@ -24,7 +24,7 @@ fn protocols() -> Vec<&'static str> {
     words(PROTOCOLS, |protocol| protocol.name)
 }
 
-/// Metrics that training can look for the largest value of.
+/// Metrics that training can maximize.
 fn best_metrics() -> Vec<&'static str> {
     Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised)).collect()
 }
@@ -45,40 +45,43 @@ pub struct Experiment {
     /// Version of this format.
     #[schemars(with = "Value", extend("const" = SCHEMA))]
     pub schema: u32,
-    /// Path-like name, e.g. `khalid2016/table1`: the folder of its results.
+    /// Path-like name, e.g. `khalid2016/table1`, which is also the folder of the results.
     #[schemars(extend("pattern" = "^[a-z0-9_-]{1,64}(/[a-z0-9_-]{1,64})*$"))]
     pub name: String,
     /// Title for people.
     pub title: String,
-    /// Key of the paper it replicates.
+    /// Key of the paper that the experiment replicates.
     pub paper: Option<String>,
     /// The paper's object, e.g. `Table 1`.
     pub object: Option<String>,
-    /// Warning to the reader, without which the numbers would be misjudged.
+    /// Warning to readers about what they could misjudge.
     pub note: Option<String>,
-    /// Whether its methods stand on the leaderboard, with all trackers pooled.
+    /// True if the methods stand on the leaderboard, with all trackers pooled.
     #[serde(default)]
     pub leaderboard: bool,
+    /// Name of an experiment, e.g. `benchmark/otb`, whose results stand beside the own ones in tables and figures.
+    #[schemars(extend("pattern" = "^[a-z0-9_-]{1,64}(/[a-z0-9_-]{1,64})*$"))]
+    pub beside: Option<String>,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
     #[schemars(extend("enum" = protocols()))]
     pub protocol: Option<String>,
-    /// Base of all seeds.
+    /// Seed from which all other seeds are derived.
     #[serde(default)]
     pub seed: u64,
-    /// What is left out together where a parameter or model is made on `others`.
+    /// Unit of sequences that are left out together when training on `others`.
     #[serde(default)]
     pub folds: FoldsBy,
-    /// Role -> suite; `test` is required.
+    /// Suite by role; `test` is required.
     #[schemars(extend("maxProperties" = MAX_ROLES))]
     pub suites: BTreeMap<String, String>,
     /// Trackers.
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub tracker: Vec<Tracker>,
-    /// Methods; may be left out where there is an analysis.
+    /// Methods; may be left out if there is an analysis.
     #[serde(default)]
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub method: Vec<Method>,
-    /// Analyses of signals.
+    /// Analyses of signals or of the regions of trackers.
     #[serde(default)]
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub analysis: Vec<Analysis>,
@@ -90,44 +93,45 @@ pub struct Experiment {
     #[serde(default)]
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub figure: Vec<Figure>,
-    /// Numbers that the paper prints.
+    /// Numbers printed in the paper.
     #[serde(default)]
     #[schemars(extend("maxItems" = 4096))]
     pub published: Vec<Published>,
-    /// Conclusions as predicates over our numbers.
+    /// Claims of the paper, each checked against our results.
     #[serde(default)]
     #[schemars(extend("maxItems" = 1024))]
     pub claim: Vec<Claim>,
 }
 
-/// One `[[tracker]]`; keys other than these are the tracker's parameters, checked by its plugin.
+/// One `[[tracker]]`. Keys other than these are parameters of the tracker.
 #[derive(Deserialize, JsonSchema)]
 pub struct Tracker {
-    /// Kind of tracker.
+    /// Kind of tracker, e.g. `kcf`.
     #[schemars(extend("enum" = words(TRACKERS, |entry| entry.kind)))]
     pub name: String,
-    /// Name in tables; the kind if left out.
+    /// Name in tables; by default the kind.
     pub label: Option<String>,
-    /// Family in which its measures are pooled beside those of all trackers, e.g. `deep`.
+    /// Family of trackers over which measures are pooled, beside those of all trackers, e.g. `deep`.
     pub family: Option<String>,
     /// Repetitions, at least 1.
     #[schemars(extend("minimum" = 1, "maximum" = MAX_RUNS))]
     pub runs: Option<u32>,
-    /// Repetitions on suites that models are learned from; as many as `runs` if left out.
+    /// Repetitions on suites that models are learned from; by default as many as `runs`.
     #[schemars(extend("minimum" = 1, "maximum" = MAX_RUNS))]
     pub training_runs: Option<u32>,
-    /// Label of another tracker of which this is a reading: the same one with other choices where its description leaves
-    /// them open. That one's published numbers stand beside this one's too.
+    /// Label of another tracker, of which this is a second reading: the same tracker with other choices where
+    /// its description is ambiguous. The published numbers of the other one stand beside those of this one,
+    /// too.
     pub like: Option<String>,
-    /// Run protocol: `one-pass` (if left out), `vot-reset`, `otb-temporal` ...
+    /// Run protocol: `one-pass` (the default), `vot-reset`, `otb-temporal` ...
     #[schemars(extend("enum" = words(&RunProtocol::ALL, |protocol| protocol.name())))]
     pub protocol: Option<String>,
-    /// Sources of videos, e.g. `otb`, on which it runs; all if left out.
+    /// Sources of videos on which the tracker runs, e.g. `otb`; by default all.
     pub sources: Option<Vec<String>>,
-    /// Tracks that are known not to be there, with the reason; of results that are replayed. Any other track that is not there
-    /// is a failure.
+    /// Tracks that are known to be absent, with the reason. Only for trackers that replay results. Any other
+    /// absent track is a failure.
     pub absent: Option<Vec<Absence>>,
-    /// The parameters of its kind.
+    /// Parameters of the kind of tracker.
     #[serde(flatten)]
     #[schemars(skip)]
     pub params: Map<String, Value>,
@@ -142,26 +146,27 @@ pub struct Tracker {
     "then" = { "properties": { "signal": { "anyOf": signals() }, "detector": of("Detector") } },
 ))]
 pub struct Method {
-    /// Name in tables. A method of the papers needs nothing else.
+    /// Name in tables. A published method needs no other key.
     pub name: String,
-    /// Name of another method of the file, or of a published one, of which this is a reading: signal, detector and grid are
-    /// that one's, keys of `signal` and `detector` without a `kind` change single parameters, and its published numbers stand
-    /// beside this one's too.
+    /// Name of another method of the file, or of a published one, of which this is a second reading. Signal,
+    /// detector and grid are taken from the other one; `signal` and `detector` without a `kind` change single
+    /// parameters. The published numbers of the other one stand beside those of this one, too.
     pub like: Option<String>,
-    /// `{ kind = "...", parameters }`, or a list of them for detectors that read several; left out for anchors.
+    /// `{ kind = "...", parameters }`, or a list of these for detectors that read several signals; left out
+    /// for anchors.
     #[schemars(extend("anyOf" = [of("Signal"), signals()[1], of("Change")]))]
     pub signal: Option<Value>,
     /// `{ kind = "...", parameters }`; one parameter may be `{ train = ROLE, maximise = METRIC, grid = ... }`.
     #[schemars(extend("anyOf" = [of("Detector"), of("Change")]))]
     pub detector: Option<Value>,
-    /// Parameter -> list of values; every combination is a method of its own.
+    /// Lists of values by parameter; each combination is a method of its own.
     #[schemars(extend(
         "additionalProperties" = { "type": "array", "items": { "type": "number" }, "minItems": 1 },
     ))]
     pub grid: Option<BTreeMap<String, Vec<Number>>>,
-    /// Labels of the trackers it is run on; all if left out.
+    /// Labels of the trackers on which the method is run; by default all.
     pub trackers: Option<Vec<String>>,
-    /// How its labels are scored; as the experiment says if left out.
+    /// Protocol that scores the labels; by default that of the experiment.
     #[schemars(extend("enum" = protocols()))]
     pub protocol: Option<String>,
 }
@@ -170,18 +175,18 @@ pub struct Method {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Train {
-    /// Role of the suite it is chosen on, or `others`: for each sequence and tracker of the test suite on the other
-    /// sequences and the other trackers.
+    /// Role of the suite for training, or `others`: train for each sequence and tracker of the test suite on
+    /// the other sequences and the other trackers.
     pub train: String,
-    /// The pooled metric that is maximized; ties go to the first value.
+    /// Pooled metric that is maximized; ties go to the first value.
     #[schemars(extend("enum" = best_metrics()))]
     pub maximise: String,
-    /// The values tried: `{ from = 0.0, to = 1.0, step = 0.1 }`, `{ values = [0.1, 1.0, 10.0] }` or
-    /// `{ quantiles = 400 }`.
+    /// Candidate values: `{ from = 0.0, to = 1.0, step = 0.1 }`, `{ values = [0.1, 1.0, 10.0] }` or `{
+    /// quantiles = 400 }`.
     pub grid: Grid,
 }
 
-/// Values to try: equally spaced, ends included, a list, or quantiles of the signal on the training suite.
+/// Candidate values: equally spaced with both ends, a list, or quantiles of the signal on the training suite.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("oneOf" = [
@@ -194,15 +199,15 @@ pub struct Grid {
     pub from: Option<f64>,
     /// Last value.
     pub to: Option<f64>,
-    /// Distance, above 0.
+    /// Distance between neighboring values, above 0.
     pub step: Option<f64>,
     /// Values, ascending.
     pub values: Option<Vec<f64>>,
-    /// Number of quantiles of the signal's values on the training suite, the smallest and largest value included.
+    /// Number of quantiles of the signal on the training suite, from the smallest to the largest value.
     pub quantiles: Option<usize>,
 }
 
-/// One `[[analysis]]`: what is computed from a signal on all tracks of one or more suites.
+/// One `[[analysis]]`: a computation on all tracks of one or more suites.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Analysis {
@@ -211,13 +216,13 @@ pub struct Analysis {
     /// `{ kind = "...", parameters }` of the signal; left out for an analysis of the trackers' regions.
     #[schemars(extend("$ref" = "#/$defs/Signal"))]
     pub signal: Option<Value>,
-    /// `{ kind = "...", parameters }` of what is computed.
+    /// `{ kind = "...", parameters }` of the computation.
     #[schemars(extend("$ref" = "#/$defs/Compute"))]
     pub compute: Value,
-    /// Roles of the suites, in the order in which the analysis takes them.
+    /// Roles of the suites, in the order that the analysis expects.
     #[schemars(extend("maxItems" = MAX_ROLES))]
     pub suites: Vec<String>,
-    /// Labels of the trackers whose tracks are analyzed; all if left out.
+    /// Labels of the trackers whose tracks are analyzed; by default all.
     pub trackers: Option<Vec<String>>,
 }
 
@@ -229,37 +234,37 @@ pub struct Table {
     pub name: String,
     /// Text above the table.
     pub caption: Option<String>,
-    /// Metrics, one grid axis, or `attribute`.
+    /// Rows: metrics, one grid axis, or `attribute`.
     #[schemars(extend("maxItems" = MAX_PARTS))]
     pub rows: Option<Vec<String>>,
-    /// `method`, `tracker`, `attribute` or a grid axis.
+    /// Columns: `method`, `tracker`, `attribute` or a grid axis.
     pub columns: Option<String>,
-    /// Instead of rows and columns: a table that an analysis makes, as `ANALYSIS.TABLE`.
+    /// Table of an analysis, as `ANALYSIS.TABLE`; replaces rows and columns.
     pub shows: Option<String>,
-    /// With `shows`: only this column of it, with a column for each tracker.
+    /// With `shows`: the only column to show, with one column for each tracker.
     pub column: Option<String>,
-    /// Instead of rows and columns: the methods in order of this metric, with how sure their ranks are.
+    /// Metric by which methods are ranked, with the certainty of each rank; replaces rows and columns.
     #[schemars(extend("enum" = metrics()))]
     pub rank: Option<String>,
-    /// The metric shown when neither rows nor columns are metrics.
+    /// Metric of all cells if neither rows nor columns are metrics.
     #[schemars(extend("enum" = metrics()))]
     pub metric: Option<String>,
-    /// The methods shown; all if left out.
+    /// Methods to show; by default all.
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub methods: Option<Vec<String>>,
-    /// Another table, whose published numbers stand beside ours in this one too.
+    /// Name of another table whose published numbers stand beside ours in this one, too.
     pub published: Option<String>,
-    /// The parts of the table that LaTeX shows.
+    /// Parts of the table that LaTeX shows.
     pub latex: Option<Latex>,
 }
 
-/// The parts of a table that LaTeX shows.
+/// Parts of a table that LaTeX shows.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Latex {
-    /// Names of the columns, in this order; all but anchors if left out.
+    /// Names of the columns in this order; by default all but anchors.
     pub columns: Option<Vec<String>>,
-    /// `column` (3.3 in) or `text` (7 in); as the table needs it if left out.
+    /// `column` (3.3 in) or `text` (7 in); by default the natural width of the table.
     #[schemars(extend("enum" = Width::ALL.map(Width::word)))]
     pub width: Option<String>,
 }
@@ -271,7 +276,7 @@ pub struct Latex {
 pub struct Figure {
     /// File name of the figure.
     pub name: String,
-    /// One of the kinds of figures.
+    /// Kind of figure.
     #[schemars(extend("enum" = words(FIGURE_KINDS, |kind| kind.word), "description" = kinds_of_figures()))]
     pub kind: String,
     /// Text below the figure.
@@ -279,9 +284,9 @@ pub struct Figure {
     /// `text` (7 inches, as wide as a page of text; the default) or `column` (3.3 inches, one of two columns).
     #[schemars(extend("enum" = Width::ALL.map(Width::word)))]
     pub width: Option<String>,
-    /// strips: label of the tracker; the first one if left out.
+    /// strips: label of the tracker; by default the first one.
     pub tracker: Option<String>,
-    /// strips: sequences, side by side; if left out, the one with most events.
+    /// strips: sequences, side by side; by default the one with most events.
     #[serde(default)]
     #[schemars(extend("maxItems" = MAX_PARTS))]
     pub sequences: Vec<String>,
@@ -293,18 +298,18 @@ pub struct Figure {
         "items" = { "type": "array", "items": { "type": "string" }, "maxItems": MAX_PARTS },
     ))]
     pub panels: Vec<Vec<String>>,
-    /// strips: how many video frames to show above the panels, at most 12.
+    /// strips: number of video frames above the panels, at most 12.
     pub stills: Option<usize>,
-    /// chart: what it shows, as `ANALYSIS.CHART`; radar: as `ANALYSIS.TABLE`.
+    /// chart: the chart to show, as `ANALYSIS.CHART`; radar: the table, as `ANALYSIS.TABLE`.
     pub shows: Option<String>,
-    /// radar: the column of that table.
+    /// radar: column of that table.
     pub column: Option<String>,
     /// sweep, curve: metric on the y axis.
     #[schemars(extend("enum" = metrics()))]
     pub metric: Option<String>,
     /// sweep: grid axis along x; curve: metric along x.
     pub x: Option<String>,
-    /// sweep, curve, delay: the methods shown; all if left out.
+    /// sweep, curve, delay: methods to show; by default all.
     #[schemars(extend("maxItems" = MAX_ITEMS))]
     pub methods: Option<Vec<String>>,
 }
@@ -315,16 +320,16 @@ pub struct Figure {
 pub struct Published {
     /// Name of the table.
     pub table: String,
-    /// The tracker the paper used.
+    /// Tracker that the paper used.
     pub tracker: String,
-    /// Row.
+    /// Name of the row.
     pub row: String,
-    /// Column -> text as printed.
+    /// Printed texts by column.
     #[schemars(extend("maxProperties" = MAX_DETECTORS))]
     pub values: BTreeMap<String, String>,
 }
 
-/// One `[[claim]]`.
+/// One `[[claim]]`: a conclusion of the paper that is checked.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
@@ -332,28 +337,28 @@ pub struct Claim {
     pub text: String,
     /// The predicate, e.g. `recall[DTEF] >= recall[RAW]`.
     pub holds: String,
-    /// Whether a run must meet it (exit code 5 otherwise).
+    /// True if a run must meet the claim (exit code 5 otherwise).
     #[serde(default)]
     pub required: bool,
 }
 
-/// Keys of an experiment file that it may have beside those of [`Experiment`], to say only what differs from another
-/// one or to give several trackers or methods at once.
+/// Keys that shorten an experiment file: differences from another experiment, and groups of trackers or
+/// methods.
 #[derive(JsonSchema)]
 pub struct Shortcuts {
-    /// The experiment that this one changes: a built-in name, or a file beside this one whose name ends in `.toml`.
+    /// Experiment to extend: a built-in name, or a file beside this one whose name ends in `.toml`.
     pub extends: Option<String>,
-    /// Names of items of the base that this experiment does not have, by kind.
+    /// Items of the extended experiment that this one leaves out, by kind.
     pub without: Option<Without>,
-    /// Trackers that share keys.
+    /// Groups of trackers that share keys.
     #[schemars(rename = "tracker-group")]
     pub tracker_group: Option<Vec<TrackerGroup>>,
-    /// Methods that share keys.
+    /// Groups of methods that share keys.
     #[schemars(rename = "method-group")]
     pub method_group: Option<Vec<MethodGroup>>,
 }
 
-/// Names of items of the base that an experiment does not have: `table = ["counts"]`.
+/// Items of the extended experiment that are left out: `table = ["counts"]`.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct Without {
@@ -373,7 +378,7 @@ pub struct Without {
     pub claim: Option<Vec<String>>,
 }
 
-/// One `[[tracker-group]]`; all other keys are shared by the trackers.
+/// One `[[tracker-group]]`. All other keys are shared by its trackers.
 #[derive(JsonSchema)]
 pub struct TrackerGroup {
     /// Name that stands for all trackers of the group in lists of trackers.
@@ -383,7 +388,7 @@ pub struct TrackerGroup {
     pub trackers: Vec<Value>,
 }
 
-/// One `[[method-group]]`; all other keys are shared by the methods.
+/// One `[[method-group]]`. All other keys are shared by its methods.
 #[derive(JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub struct MethodGroup {

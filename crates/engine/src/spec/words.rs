@@ -1,4 +1,4 @@
-//! The names that parts of an experiment can refer to.
+//! Names that parts of an experiment can refer to.
 
 use super::analysis::Analysis;
 use super::method::Method;
@@ -9,45 +9,45 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::analysis::Names;
 
-/// Words an experiment defines, for checking references; also those of parts that are wrong, so that what refers to them
-/// is not called wrong too.
+/// Names defined by an experiment, for checking references. Names of wrong parts are included, so that
+/// references to them are not reported as well.
 #[derive(Default)]
 pub struct Words {
-    /// Method names.
+    /// Names of the methods.
     pub methods: Vec<String>,
     /// Tracker labels.
     pub trackers: Vec<String>,
     /// Grid axes of all methods.
     pub axes: Vec<String>,
-    /// The values of each axis in the grid of each method.
+    /// Values of each axis, by method.
     pub grids: Vec<GridAxis>,
-    /// Sequences of the test suite; empty where they are not known.
+    /// Names of the sequences of the test suite; empty if unknown.
     pub sequences: Vec<String>,
-    /// Methods without a grid: those whose series are kept for figures.
+    /// Methods without a grid, whose values per frame are kept for figures.
     pub drawn: Vec<String>,
     /// Methods that read a signal.
     pub with_signal: Vec<String>,
-    /// Analyses with what they find out, which is not known of those that are wrong.
+    /// Analyses with the names that they compute; `None` for analyses with errors.
     pub analyses: Vec<(String, Option<Names>)>,
-    /// Tables.
+    /// Names of the tables.
     pub tables: Vec<String>,
 }
 
-/// The values that an axis has in the grid of a method.
+/// Values of an axis in the grid of a method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GridAxis {
-    /// The method.
+    /// Name of the method with the grid.
     pub method: String,
-    /// The axis.
+    /// Name of the axis, a parameter of the method.
     pub axis: String,
-    /// Its values, each once, in any order.
+    /// Values without repetitions, in any order.
     pub values: Vec<f64>,
 }
 
-/// A product of an analysis: the analysis's name in the experiment, and the name of the table, chart or number.
+/// A product of an analysis: a table, chart or number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FindingName {
-    /// The analysis.
+    /// Name of the analysis in the experiment.
     pub analysis: String,
     /// Name of the table, chart or number.
     pub part: String,
@@ -60,7 +60,7 @@ impl std::fmt::Display for FindingName {
 }
 
 impl Words {
-    /// The names in a file, before anything is known of what they stand for.
+    /// Collects the names in a file, before their items are checked.
     pub(super) fn of(document: &DeTable<'_>) -> Self {
         let names = |kind: &str| -> Vec<String> {
             items(document, kind).filter_map(|item| text(item, "name")).collect()
@@ -82,7 +82,7 @@ impl Words {
         }
     }
 
-    /// Adds what is known of the methods and analyses that are right.
+    /// Adds facts about the methods and analyses that are valid.
     pub(super) fn learn(&mut self, methods: &[Method], analyses: &[Analysis]) {
         let is_or_wrong = |name: &String, of: fn(&Method) -> bool| {
             methods.iter().find(|method| method.name == *name).is_none_or(of)
@@ -95,10 +95,10 @@ impl Words {
         }
     }
 
-    /// Reads `ANALYSIS.PART`, where `parts` picks out which parts are meant.
+    /// Parses `ANALYSIS.PART`; `parts` selects tables, charts or numbers.
     ///
     /// # Errors
-    /// A message about a name that no analysis makes, with those that are made.
+    /// A message about an unknown name, with the known ones.
     pub fn finding(&self, text: &str, parts: fn(&Names) -> &[String]) -> Result<FindingName, String> {
         let (analysis, part) = text.split_once('.').unwrap_or((text, ""));
         let known = || {
@@ -114,7 +114,7 @@ impl Words {
     }
 }
 
-/// The tables of a list of tables.
+/// Tables in a list of tables.
 fn items<'t, 'i>(document: &'t DeTable<'i>, kind: &str) -> impl Iterator<Item = &'t DeTable<'i>> {
     let list = document.get(kind).and_then(|list| list.get_ref().as_array());
     list.into_iter().flat_map(|list| list.iter()).filter_map(|item| item.get_ref().as_table())
@@ -124,7 +124,7 @@ fn text(item: &DeTable<'_>, key: &str) -> Option<String> {
     item.get(key)?.get_ref().as_str().map(str::to_string)
 }
 
-/// The axes of the grid of a method.
+/// Axes in the grid of a method.
 fn grid_axes(method: &DeTable<'_>) -> Vec<GridAxis> {
     let name = text(method, "name").unwrap_or_default();
     let grid = method.get("grid").and_then(|grid| grid.get_ref().as_table());

@@ -1,11 +1,11 @@
-//! Methods written out: with what they take from a published method, or from the one that they are like.
+//! Methods written out: keys taken from a published method, or from the one that they are like.
 
 use super::builtin::method_tables;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Fills in `signal` and `detector` of methods that have neither, from the published method of their name, and of readings
-/// from the method that they are like. Those for which there is no such method stay as they are.
+/// Completes methods: one without `signal` and `detector` gets those of the published method of its name, and
+/// a reading gets those of the method that it is like. Methods without such a model stay unchanged.
 pub(super) fn complete_methods<'i>(document: &mut DeTable<'i>) {
     let Some(DeValue::Array(list)) = document.get_mut("method").map(Spanned::get_mut) else { return };
     let mut known: Vec<(String, DeTable<'i>)> = Vec::new();

@@ -11,8 +11,10 @@
 //! | model | a chosen parameter: version of training, protocol, the parameter and the measure to maximize, the candidates; a learned model: detector, its version and what of its parameters the model depends on; an analysis: its kind, version and parameters; addresses of all signals that it is learned from |
 //! | labels | address of the signal (of the track, for methods without one); version of the form in which labels are stored; detector, its version and parameters, or the address of the chosen parameter, or both for a learned model; the version of reverse runs, for detectors that use them; the seed, for detectors that draw random numbers |
 //!
-//! Clock, host, thread count, order and file times are in no recipe. Whatever changes a stage's output must change an
-//! ingredient: plugins have a version, and tests with golden digests of their outputs fail until it is raised; [`DECODER`](trackfail_core::image::DECODER) and [`OVERLAP`](trackfail_methods::score::overlap::OVERLAP) are the versions of the shared parts.
+//! Clock, host, thread count, order and file times are not part of any recipe. A change of a stage's output
+//! must change an ingredient: plugins have a version, and tests with golden digests of their outputs fail
+//! until it is raised; [`DECODER`](trackfail_core::image::DECODER) and
+//! [`OVERLAP`](trackfail_methods::score::overlap::OVERLAP) are the versions of the shared parts.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -35,7 +37,7 @@ impl fmt::Debug for Address {
     }
 }
 
-/// Stage of the computation that a result belongs to.
+/// Stage of the computation to which a result belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Stage {
     /// A tracker's states on a sequence.
@@ -49,7 +51,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// Its word in addresses and messages.
+    /// Name of the stage in addresses and messages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Track => "track",
@@ -60,17 +62,17 @@ impl Stage {
     }
 }
 
-/// Everything that a result is made from, by name and in order.
+/// All ingredients of a result, by name and in order.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// The stage.
+    /// Stage of the result.
     pub stage: Stage,
     /// Names and values of the ingredients.
     pub ingredients: Vec<(String, String)>,
 }
 
 impl Recipe {
-    /// A recipe without ingredients.
+    /// Recipe without ingredients.
     pub fn new(stage: Stage) -> Self {
         Self { stage, ingredients: Vec::new() }
     }
@@ -81,23 +83,23 @@ impl Recipe {
         self
     }
 
-    /// The recipe with a plugin: its kind, version and checked parameters. Equal parameters are equal text, because objects
-    /// have their keys in order.
+    /// The recipe with a plugin: its kind, version and checked parameters. Equal parameters give equal text,
+    /// because the keys of objects are sorted.
     pub fn with_plugin(self, what: &str, kind: &str, version: u32, params: &serde_json::Value) -> Self {
         self.with(what, kind).with("version", version).with("parameters", params)
     }
 
-    /// The value of an ingredient.
+    /// Value of an ingredient; `None` if the recipe lacks it.
     pub fn value(&self, name: &str) -> Option<&str> {
         self.ingredients.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
     }
 
-    /// Address of the result.
+    /// Address of the result: the digest of stage and ingredients.
     pub fn address(&self) -> Address {
         self.address_with(None)
     }
 
-    /// Address of the recipe with further ingredients behind its own, which is not made for that.
+    /// Address of the recipe with the ingredients `more` appended, without building that recipe.
     pub fn address_with<'i>(&'i self, more: impl IntoIterator<Item = &'i (String, String)>) -> Address {
         let mut digest = Sha256::new();
         let mut add = |text: &str| {
@@ -154,7 +156,7 @@ mod tests {
         assert_eq!(with(json!({"a": 1, "b": 2})).address(), with(json!({"b": 2, "a": 1})).address());
     }
 
-    /// Kind and the first 16 digits of the address of each plugin alone, with its example's parameters.
+    /// Kind of each plugin and the first 16 digits of its address, with the parameters of its example.
     fn keys<T: ?Sized>(what: &str, list: &[Entry<T>]) -> Vec<String> {
         let key = |e: &Entry<T>| {
             let built = e.build_from_text(e.example).unwrap();

@@ -1,12 +1,12 @@
-//! Plain files, written whole: beside their target, then renamed.
+//! Files that are written whole: first beside their target, then renamed.
 
 use super::{StoreError, TEMPORARY};
 use std::io::Write;
 use std::path::Path;
 use tempfile::NamedTempFile;
 
-/// Replaces a file atomically: readers see the old or the new content, never a part. The new file has the permissions of
-/// the old one.
+/// Replaces a file atomically: readers see the old or the new content, never a mixture. The new file has the
+/// permissions of the old one.
 ///
 /// # Errors
 /// When the folder cannot be created or written to.
@@ -14,8 +14,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_with(path, |file| file.write_all(bytes).map_err(|e| StoreError::new(path, e)))
 }
 
-/// Replaces a file atomically, as [`write()`], and does not wait until it is on the disk: for what can be made again, such
-/// as a report.
+/// Replaces a file atomically, like [`write()`], without waiting for the disk. For files that can be made
+/// again, such as a report.
 ///
 /// # Errors
 /// When the folder cannot be created or written to.
@@ -26,10 +26,10 @@ pub fn write_derived(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     file.persist(path).map(drop).map_err(|e| fail(e.error))
 }
 
-/// Replaces a file atomically by what `fill` writes, for content that is too large for the memory.
+/// Replaces a file atomically by the output of `fill`, for content that is too large for memory.
 ///
 /// # Errors
-/// When the folder cannot be created or written to, and those of `fill`.
+/// When the folder cannot be created or written to, and the errors of `fill`.
 pub fn write_with<E: From<StoreError>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
@@ -43,14 +43,13 @@ pub fn write_with<E: From<StoreError>>(
     Ok(())
 }
 
-/// The folder of a file: the working one for a name alone.
+/// Folder of a file; the current folder for a plain file name.
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A temporary file beside a path, in a folder that is made if need be, with the permissions of the file that it is to
-/// replace, or of any other new one: those that the umask leaves. (Temporary files are private otherwise, and keep that
-/// when they get their final names.)
+/// Creates a temporary file beside a path, with its folder if needed. It gets the permissions of the file
+/// that it will replace, or those of a new file by the umask; temporary files would be private otherwise.
 fn temporary_for(path: &Path) -> std::io::Result<NamedTempFile> {
     let folder = folder_of(path);
     std::fs::create_dir_all(folder)?;
@@ -66,7 +65,7 @@ fn temporary_for(path: &Path) -> std::io::Result<NamedTempFile> {
     Ok(file)
 }
 
-/// Makes renames in a folder durable, where the file system supports that.
+/// Makes renames in a folder durable, if the file system supports that.
 pub(super) fn sync_folder(folder: &Path) {
     if let Ok(folder) = std::fs::File::open(folder) {
         let _ = folder.sync_all();
@@ -76,7 +75,7 @@ pub(super) fn sync_folder(folder: &Path) {
 /// Reads a whole file.
 ///
 /// # Errors
-/// When it is absent or cannot be read.
+/// When the file is absent or cannot be read.
 pub fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
     std::fs::read(path).map_err(|e| StoreError::new(path, e))
 }
@@ -84,7 +83,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, StoreError> {
 /// Reads a whole text file.
 ///
 /// # Errors
-/// When it is absent, cannot be read, or is not UTF-8.
+/// When the file is absent, cannot be read, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, StoreError> {
     String::from_utf8(read(path)?).map_err(|_| StoreError::new(path, "is not UTF-8 text"))
 }

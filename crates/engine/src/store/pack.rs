@@ -1,4 +1,4 @@
-//! Packs: immutable files of records, written once and whole.
+//! Packs: immutable files of records, written in one go.
 //!
 //! ```text
 //! magic   16 bytes   "trackfail-pack/1"
@@ -9,8 +9,8 @@
 //! magic   16 bytes   again: a truncated pack lacks it
 //! ```
 //!
-//! The index holds the digest of every record, so that every changed byte is detected: in the index when the store is
-//! opened, in a record when it is read. A pack is named after the digest of its index.
+//! The index holds the digest of each record, so that any changed byte is detected: in the index when the
+//! store is opened, in a record when it is read. A pack is named after the digest of its index.
 
 use super::StoreError;
 use super::address::{Address, Recipe, Stage};
@@ -24,39 +24,39 @@ use trackfail_core::num::hexadecimal;
 
 const MAGIC: &[u8; 16] = b"trackfail-pack/1";
 const TAIL: u64 = 8 + 32 + 16;
-/// Largest index or record in bytes; one that claims to be larger is damaged.
+/// Largest index or record in bytes. A larger length in a file is a sign of damage.
 const MAX_LENGTH: u64 = 1 << 30;
 
 /// Description of a record, stored with it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Head {
-    /// Name of the result in the experiment that made it; for `why` only, never an ingredient.
+    /// Name of the result in the experiment that made it, used by `why` only, not an ingredient.
     pub name: Name,
     /// Recipe of the result.
     pub recipe: Recipe,
-    /// Number of rows (frames, or 1) the payload must have.
+    /// Number of rows (frames, or 1) that the payload must have.
     pub rows: u64,
 }
 
 /// Name of a result in the experiment that made it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Name {
-    /// The experiment.
+    /// Name of the experiment.
     pub experiment: String,
-    /// `suite/sequence/tracker/run/method`, as far as the stage has them.
+    /// `suite/sequence/tracker/run/method`, or the first parts of it, depending on the stage.
     pub cell: String,
 }
 
-/// Place of a record in a pack, and the digest it must have.
+/// Place of a record in a pack, and its digest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
-    /// Its address.
+    /// Address of the record.
     pub address: Address,
-    /// [`name_key`] of its name.
+    /// [`name_key`] of the record's name.
     pub name: u64,
-    /// First byte in the pack.
+    /// Offset of the first byte in the pack.
     pub offset: u64,
-    /// Bytes of head and payload.
+    /// Length of head and payload in bytes.
     pub length: u64,
     /// SHA-256 of head and payload.
     pub digest: [u8; 32],
@@ -64,13 +64,13 @@ pub struct Place {
 
 /// A record to be written.
 pub struct Record {
-    /// Its description.
+    /// Description of the record.
     pub head: Head,
-    /// Its content, encoded.
+    /// Encoded content.
     pub payload: Vec<u8>,
 }
 
-/// Key of a cell's name in the index, whichever experiment the cell was made for.
+/// Key of a cell's name in the index, independent of the experiment.
 pub fn name_key(stage: Stage, cell: &str) -> u64 {
     trackfail_core::num::seed::seed(0, &[stage.word(), cell])
 }
@@ -113,12 +113,13 @@ pub fn write(folder: &Path, records: &[Record]) -> Result<(PathBuf, Vec<Place>),
 /// Opens a pack.
 ///
 /// # Errors
-/// When the operating system refuses; the source is an [`std::io::Error`] then, and the pack may be whole.
+/// When the operating system refuses; the source is an [`std::io::Error`] then, and the pack may be
+/// undamaged.
 pub fn open(path: &Path) -> Result<File, StoreError> {
     File::open(path).map_err(|e| StoreError::new(path, e))
 }
 
-/// Some bytes of a pack, from an offset on.
+/// Reads `length` bytes of a pack from an offset on.
 fn read<R: Read + Seek>(pack: &mut R, offset: u64, length: u64, path: &Path) -> Result<Vec<u8>, StoreError> {
     let mut bytes = vec![0; length as usize];
     let read = pack.seek(SeekFrom::Start(offset)).and_then(|_| pack.read_exact(&mut bytes));
@@ -128,10 +129,10 @@ fn read<R: Read + Seek>(pack: &mut R, offset: u64, length: u64, path: &Path) -> 
     })
 }
 
-/// The index of a pack; `path` is for errors.
+/// Reads the index of a pack; `path` is for errors.
 ///
 /// # Errors
-/// When it is not a whole pack; as [`open`] when it cannot be read.
+/// When the pack is incomplete or damaged; as [`open`] when it cannot be read.
 pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>, StoreError> {
     let damaged = |what: &str| StoreError::new(path, what);
     let size = pack.seek(SeekFrom::End(0)).map_err(|e| StoreError::new(path, e))?;
@@ -157,10 +158,10 @@ pub fn index_of<R: Read + Seek>(pack: &mut R, path: &Path) -> Result<Vec<Place>,
     Ok(index)
 }
 
-/// Head and payload of a record of a pack; `path` is for errors.
+/// Reads head and payload of a record of a pack; `path` is for errors.
 ///
 /// # Errors
-/// When it is not the record that `place` describes; as [`open`] when it cannot be read.
+/// When the bytes are not the record that `place` describes; as [`open`] when they cannot be read.
 pub fn record_of<R: Read + Seek>(
     pack: &mut R,
     place: &Place,

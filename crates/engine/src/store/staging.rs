@@ -1,9 +1,10 @@
-//! Staging folders: results are written there first, and then take their place file by file.
+//! Staging folders: results are written there first and then moved to their final place, file by file.
 //!
-//! The files of a results folder belong together. They are written into a staging folder first, so that a full disk
-//! or a kill leaves the earlier results as they were; then each is renamed into its place, which needs no space and
-//! hardly any time. The file that marks the folder as complete (the manifest, the page) is removed first and put back
-//! last: results whose run is killed in between lack the mark, and the next run makes them again from the store.
+//! The files of a results folder belong together. They are written into a staging folder first, so that a
+//! full disk or a kill leaves the earlier results as they were. Then each file is renamed to its final place,
+//! which needs no space and hardly any time. The file that marks the folder as complete (the manifest, the
+//! page) is removed first and put back last. If the run is killed in between, the mark is missing, and the
+//! next run makes the results again from the store.
 
 use super::{StoreError, TEMPORARY, file};
 use std::collections::BTreeSet;
@@ -11,10 +12,10 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use trackfail_dataset::leftover::is_old;
 
-/// A staging folder. It is removed when dropped; [`sweep`] removes those that a killed process left.
+/// A staging folder, removed when dropped. [`sweep`] removes those that a killed process left.
 pub struct Staging {
     folder: PathBuf,
-    /// Held as long as the folder is in use.
+    /// Lock on the folder, held as long as the folder is in use.
     _lock: File,
 }
 
@@ -25,16 +26,16 @@ impl Drop for Staging {
     }
 }
 
-/// Name of the lock inside a staging folder.
+/// Name of the lock file in a staging folder.
 const LOCK: &str = ".lock";
 /// Prefix of a staging folder that has no lock yet.
 const FRESH: &str = ".trackfail-new-";
 
 impl Staging {
-    /// A new folder in `parent`, which is created if need be.
+    /// Creates a folder in `parent`; `parent` is created if needed.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// When the folder cannot be created.
     pub fn new(parent: &Path) -> Result<Self, StoreError> {
         let fail = |e| StoreError::new(parent, e);
         std::fs::create_dir_all(parent).map_err(fail)?;
@@ -50,17 +51,17 @@ impl Staging {
         Ok(Self { folder, _lock: lock })
     }
 
-    /// The folder to write into.
+    /// Path of the folder to write into.
     pub fn path(&self) -> &Path {
         &self.folder
     }
 
-    /// Moves all files to `target`. `marker` names the file that comes last and marks the target as complete; files in
+    /// Moves all files to `target`. The file `marker` comes last and marks the target as complete. Files in
     /// the folders `owned` of the target that were not written again are removed.
     ///
     /// # Errors
-    /// When a file cannot be moved, or a folder belongs to another experiment; the target is then as it was, unless
-    /// the disk failed within the last renames: then it lacks `marker`.
+    /// When a file cannot be moved, or a folder belongs to another experiment. The target is then unchanged,
+    /// unless the disk failed during the last renames; then it lacks `marker`.
     pub fn publish(self, target: &Path, marker: &str, owned: &[&str]) -> Result<(), StoreError> {
         let fail = |path: &Path, e: std::io::Error| StoreError::new(path, e);
         let files = files(self.path())?;
@@ -109,7 +110,7 @@ impl Staging {
     }
 }
 
-/// Files beside their places; on drop, those that were not renamed are removed.
+/// Files copied beside their final places. Those not yet renamed are removed on drop.
 struct Moved(Vec<(PathBuf, PathBuf)>);
 
 impl Drop for Moved {
@@ -118,7 +119,7 @@ impl Drop for Moved {
     }
 }
 
-/// The files in a folder and its subfolders, relative to it, sorted, without the lock.
+/// Files in a folder and its subfolders, as sorted relative paths, without the lock.
 fn files(folder: &Path) -> Result<BTreeSet<PathBuf>, StoreError> {
     let mut files = BTreeSet::new();
     for entry in walkdir::WalkDir::new(folder).min_depth(1) {
@@ -151,7 +152,7 @@ fn check_owned(folder: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Removes the files in `target/folder` that are not among `kept`.
+/// Removes the files in `target/folder` that are not in `kept`.
 fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Result<(), StoreError> {
     let path = target.join(folder);
     if !path.is_dir() {
@@ -166,8 +167,8 @@ fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Resul
     Ok(())
 }
 
-/// Removes temporary files and folders in `parent` that no running process holds. A folder without a lock is one that
-/// is being created or removed; if it stays so for an hour, its process was killed.
+/// Removes temporary files and folders in `parent` that no running process holds. A folder without a lock is
+/// being created or removed; after an hour it counts as left by a killed process.
 pub fn sweep(parent: &Path) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {

@@ -1,4 +1,4 @@
-//! The store under truncation, changed bytes, limits and kills.
+//! The store with truncated packs, changed bytes, limits and killed processes.
 
 use super::*;
 use trackfail_core::region::{Rect, Region};
@@ -32,7 +32,7 @@ fn states() -> Vec<TrackerState> {
     ]
 }
 
-/// A record of every kind of content.
+/// A record of each kind of content.
 fn records() -> Vec<Record> {
     vec![
         record(name("a/track"), recipe(Stage::Track, 1), 2, &states()).unwrap(),
@@ -42,7 +42,7 @@ fn records() -> Vec<Record> {
     ]
 }
 
-/// The contents of [`records`] that a store has as they were put; a record that is there is not another one.
+/// For each content of [`records`], true if the store returns it. A content that differs fails the test.
 fn found(store: &Store, what: &str) -> [bool; 4] {
     fn is<T: DeserializeOwned + PartialEq>(
         store: &Store,

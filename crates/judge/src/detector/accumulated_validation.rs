@@ -9,8 +9,8 @@
 //! ```
 //!
 //! `c` is the change signal c_t (`uncertainty-change`), without unit; `t` is a 0-based frame, and before
-//! frame `L - 1` the sum runs over the frames there are. `L` is `length`, `alpha` the accepted rate of
-//! false alarms. The score is s_t, high is suspicious, the threshold is `beta`.
+//! frame `L - 1` the sum is over the frames so far. `L` is `length`, `alpha` the accepted rate of false
+//! alarms. The score is s_t, high is suspicious, the threshold is `beta`.
 //!
 //! Learning: c_t of all frames of the suite in role `train` with an error below `tau` ([`consistency`]),
 //! a mixture for each order up to `max_components`, the order by dAIC or dBIC. One model serves all lengths
@@ -38,7 +38,7 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<AccumulatedValidation>
 )
 .example("{ length = 5, beta = 0.2 }");
 
-/// How the distribution of the sum is computed from that of one value.
+/// Method by which the distribution of the sum is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Approximation {
@@ -46,20 +46,20 @@ pub enum Approximation {
     Convolution,
     /// Convolution of a histogram of numbers drawn from the mixture, as the paper writes it.
     Sampled,
-    /// Central limit theorem: normal with L times the mean and variance of c_t.
+    /// Central limit theorem: normal distribution with L times the mean and variance of c_t.
     Normal,
-    /// No model: the quantile of s_t on the training tracks.
+    /// No model: the empirical quantile of s_t on the training tracks.
     Empirical,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Frames that are summed, L, 1 to 10000.
+    /// Length of the sum in frames, L, 1 to 10000.
     pub length: usize,
     /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
     pub alpha: f64,
-    /// The threshold itself; with it nothing is learned.
+    /// Threshold; if it is given, nothing is learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
     /// Role of the suite to learn from.
@@ -67,14 +67,14 @@ pub struct Params {
     pub train: Option<String>,
     /// Error below which a frame is consistent, above 0 and at most 1.
     pub tau: f64,
-    /// Order of the mixture, 1 to 20; chosen by `criterion` when not given.
+    /// Order of the mixture, 1 to 20; by default chosen by `criterion`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<usize>,
-    /// Largest order that is tried, 1 to 20.
+    /// Largest order to try, 1 to 20.
     pub max_components: usize,
     /// Criterion that chooses the order: `aic` (dAIC) or `bic` (dBIC).
     pub criterion: Criterion,
-    /// How the distribution of the sum is computed.
+    /// Method by which the distribution of the sum is computed.
     pub approximation: Approximation,
 }
 
@@ -97,14 +97,14 @@ impl Default for Params {
 /// Number of values that `sampled` draws.
 const DRAWN: usize = 1_000_000;
 
-/// The detector; without alarms until it has a threshold.
+/// The AVU detector. It raises no alarms until it has a threshold.
 #[derive(Debug, Clone)]
 pub struct AccumulatedValidation {
     params: Params,
     beta: Option<f64>,
 }
 
-/// Ranges of the parameters that `arte-star` has as well.
+/// Ranges of the parameters that `arte-star` shares.
 pub(super) const LENGTH: Range = Range::within("length", 1.0, 10_000.0);
 pub(super) const ALPHA: Range = Range::of("alpha").above(0.0).below(0.5);
 pub(super) const BETA: Range = Range::of("beta");
@@ -138,17 +138,17 @@ impl Plugin for AccumulatedValidation {
 }
 
 impl AccumulatedValidation {
-    /// This detector with the threshold that follows from a model which it learned.
+    /// The detector with the threshold from a learned model.
     ///
     /// # Errors
-    /// When the model is not of this learner.
+    /// When the model is not from this learner.
     pub(super) fn ready(&self, model: &Value) -> Result<Self, LearnError> {
         let model = Learned::deserialize(model).map_err(LearnError::Read)?;
         let beta = self.cut(&model)?;
         Ok(Self { params: self.params.clone(), beta: Some(beta) })
     }
 
-    /// The cut value beta of a model.
+    /// Threshold beta that follows from a model.
     fn cut(&self, model: &Learned) -> Result<f64, LearnError> {
         let Params { length, alpha, approximation, .. } = self.params;
         let grid = Grid::default();
@@ -171,7 +171,7 @@ impl AccumulatedValidation {
     }
 }
 
-/// The model that is learned.
+/// Model that AVU learns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Learned {
@@ -180,7 +180,7 @@ struct Learned {
     empirical: Option<EmpiricalCut>,
 }
 
-/// The quantile of s_t on the training tracks.
+/// Quantile of s_t on the training tracks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EmpiricalCut {
@@ -287,7 +287,7 @@ mod tests {
         assert_eq!(detector.threshold(), Some(5.0));
     }
 
-    /// Exponential c_t of mean 0.2 in consistent frames and of mean 2 in the others.
+    /// Exponential c_t with mean 0.2 in consistent frames and mean 2 in the others.
     fn drawn() -> (Vec<f64>, Vec<f64>) {
         let mut rng = crate::num::seed::rng(3);
         let error: Vec<f64> = (0..20_000).map(|t| if t % 400 < 40 { 1.0 } else { 0.4 }).collect();

@@ -1,4 +1,5 @@
-//! `agreement`: lost where a watchdog is sure of another place; an alarm while that is news. Without learning.
+//! `agreement`: a loss if a second tracker (watchdog) is confident of another place; an alarm if that is
+//! news. Nothing is learned.
 //!
 //! ```text
 //! r[t]      (1 - I[t]) s[t]                        I: overlap of watchdog and tracker, s: the watchdog's score
@@ -8,10 +9,11 @@
 //! alarm     from a[t] >= threshold on, while p[t] >= threshold
 //! ```
 //!
-//! The signals are the values `overlap` and `score` of `watchdog-agreement`, both in `[0, 1]`; `t` is a 0-based frame, and
-//! the boxes are one before frame 0. `p` is the probability of a loss: high values stay while it lasts. An alarm
-//! is an event: a watchdog that has been away from the tracker for longer than the window has itself lost the target or has
-//! been heard, so that it raises no more. A tracker that touches the watchdog again may be lost again.
+//! The signals are the values `overlap` and `score` of `watchdog-agreement`, both in `[0, 1]`; `t` is a
+//! 0-based frame, and the boxes coincide before frame 0. `p` is the probability of a loss; it stays high
+//! while the loss lasts. An alarm marks an event: a watchdog that has been apart from the tracker for longer
+//! than the window either has lost the target itself or has raised its alarm already, and raises no more.
+//! Once the tracker touches the watchdog again, a new alarm is possible.
 //!
 //! `budget` is the largest number of good frames among 1000 at or above the threshold that the user accepts;
 //! the threshold for it is that of the worst of three sources of videos (docs/fused.md). `threshold` sets it outright.
@@ -33,14 +35,14 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Agreement>(
 )
 .more(&["{ budget = 2.0, window = 10 }", "{ threshold = 0.5 }"]);
 
-/// Factor of an old disagreement.
+/// Factor of the probability for an old disagreement.
 const OLD: f64 = 0.001;
 
-/// Odds of a loss that is as likely as not.
+/// Odds `r / (1 - r)` at which a loss has probability 1/2.
 const EVEN: f64 = 20.0;
 
-/// Budgets of false alarms per 1000 good frames, with the thresholds that keep them on each of the sources OTB, VOT2014 and
-/// UAV123 (10 frames a second).
+/// Budgets of false alarms per 1000 good frames, with thresholds that keep them on each of the sources OTB,
+/// VOT2014 and UAV123 (10 frames per second).
 const THRESHOLDS: [(f64, f64); 6] =
     [(1.0, 0.997), (2.0, 0.9894), (5.0, 0.9486), (10.0, 0.8823), (20.0, 0.7271), (50.0, 0.3986)];
 
@@ -49,10 +51,10 @@ const THRESHOLDS: [(f64, f64); 6] =
 pub struct Params {
     /// Most false alarms per 1000 good frames, 0.000001 to 1000.
     pub budget: f64,
-    /// The threshold, above 0 and at most 1, in place of that for the budget.
+    /// Threshold, above 0 and at most 1; replaces that for the budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
-    /// Frames for which a disagreement is news, 0 to 10000.
+    /// Number of frames during which a disagreement is news, 0 to 10000.
     pub window: u32,
 }
 
@@ -110,12 +112,12 @@ impl Detector for Agreement {
     }
 }
 
-/// Memory of a track.
+/// State of the detector between frames.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Memory {
-    /// Frames since the two touched.
+    /// Frames since watchdog and tracker overlapped.
     apart: u32,
-    /// Whether an alarm is on.
+    /// True while an alarm is on.
     alarm: bool,
 }
 
@@ -143,7 +145,7 @@ impl Causal for Agreement {
     }
 }
 
-/// Overlap and score, both in `[0, 1]`; a watchdog without a score is sure.
+/// Overlap and score from the signal values, both in `[0, 1]`. A missing score counts as 1.
 fn inputs(values: &[f64]) -> (f64, f64) {
     let unit = |k: usize| values.get(k).copied().unwrap_or(1.0).clamp(0.0, 1.0);
     (unit(0), unit(1))

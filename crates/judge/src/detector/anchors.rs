@@ -13,9 +13,9 @@
 //! With a period of 2 or more every alarm of `periodic` is a detection of its own, and a period of `2 r + 1` puts one
 //! within `r` frames of nearly every event: its recall shows what a tolerance of `r` frames gives for free.
 //!
-//! From the law of `random` follows P(alarm at t) = `rate` for every t, and since no two alarms touch, each is a detection
-//! of its own: the expected number of detections in n frames is exactly `n rate`. Frames drawn independently would run
-//! together and give fewer. Its draws come from its seed alone.
+//! By this rule, `random` has P(alarm at t) = `rate` for all t. As alarms are never adjacent, each is a
+//! detection of its own, and the expected number of detections in n frames is exactly `n rate`. Independently
+//! drawn alarms would merge into fewer detections. The draws depend on the seed alone.
 //!
 //! `O` is the tracking error, Eq. 10 of Khalid, Cavallaro and Rinner (BMVC 2016): 1 where the boxes of tracker and ground
 //! truth do not touch. The paper's Eq. 11 says `O[t] = 1`; the margin allows for rounding. A frame without ground truth
@@ -27,7 +27,7 @@ use crate::plugin::{Entry, NoParams, ParamError, PlainParams, Plugin, Range};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// Smallest error that counts as 1.
+/// Least error that counts as 1.
 const FAILURE: f64 = 1.0 - 1e-12;
 
 pub(crate) const NEVER: Entry<dyn Detector> =
@@ -52,7 +52,7 @@ pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Anchor<Oracle>>(
     "an anchor: alarm exactly while the ground truth says the target is lost",
 );
 
-/// A detector that is made of its alarms.
+/// A detector that is defined by its alarms.
 struct Anchor<A>(A);
 
 /// Alarms of an anchor, one per frame.
@@ -112,7 +112,7 @@ impl<const ALARM: bool> Alarms for Constant<ALARM> {
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Periodic {
-    /// Frames from one alarm to the next, at least 2.
+    /// Number of frames from one alarm to the next, at least 2.
     period: usize,
     /// Frame of the first alarm, less than the period.
     #[serde(default)]

@@ -24,7 +24,7 @@ use crate::num::arma::{self, Presample};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
+/// ARMA forecasts in the list of detectors.
 pub const ENTRY: Entry<dyn Detector> = Entry::of::<ArmaForecast>(
     "arma-forecast",
     1,
@@ -38,21 +38,21 @@ pub const ENTRY: Entry<dyn Detector> = Entry::of::<ArmaForecast>(
     "{ order = [0, 0], window = 3, horizon = 1, threshold = 0.1 }",
 ]);
 
-/// Parameters.
+/// Parameters of the detector.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Autoregressive and moving average order, each 0 to 5.
     pub order: [usize; 2],
-    /// Frames a model is fitted to, at least `2 p + q + 3`.
+    /// Number of frames to which a model is fitted, at least `2 p + q + 3`.
     pub window: usize,
-    /// Frames a forecast looks ahead, at least 1.
+    /// Number of frames that a forecast looks ahead, at least 1.
     pub horizon: usize,
-    /// Smallest forecast error that is an alarm, in the signal's unit, above 0.
+    /// Least forecast error that is an alarm, in the signal's unit, above 0.
     pub threshold: f64,
-    /// Which origin serves which frame.
+    /// Assignment of forecast origins to frames.
     pub scheme: Scheme,
-    /// Where the responses before the window come from.
+    /// Values assumed before the window.
     pub start: Presample,
 }
 
@@ -76,7 +76,7 @@ impl Params {
     }
 }
 
-/// A forecast by ARMA models: its parameters are those of the same names in [`Params`].
+/// A forecast by ARMA models, with the parameters of the same names in [`Params`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Forecast {
     pub order: [usize; 2],
@@ -96,7 +96,7 @@ impl Forecast {
         Ok(())
     }
 
-    /// The forecast of the next frame, NaN where there is none yet; then its value `y` is known.
+    /// Returns the forecast of the next frame (NaN if there is none yet), then adds its actual value `y`.
     pub fn push(&self, memory: &mut Forecaster, y: f64) -> f64 {
         let Self { window, horizon, scheme, .. } = *self;
         memory.push(y, Plan { window, horizon, scheme }, |y, ahead| {
@@ -108,7 +108,7 @@ impl Forecast {
     }
 }
 
-/// The detector.
+/// The ARMA forecast detector.
 #[derive(Debug, Clone)]
 pub struct ArmaForecast(Params);
 

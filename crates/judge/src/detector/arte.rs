@@ -1,5 +1,5 @@
-//! ARTE, whether a track can be trusted, from changes of the tracker's uncertainty and runs backwards in time
-//! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; as described in SanMiguel and Cavallaro, "Temporal
+//! ARTE: judges a track from changes of the tracker's uncertainty and runs backwards in time (SanMiguel,
+//! Cavallaro and Martinez, IEEE TIP 21(5), 2012; as described in SanMiguel and Cavallaro, "Temporal
 //! validation of particle filters for video tracking", CVIU 131, 2015, section 6).
 //!
 //! ```text
@@ -32,9 +32,9 @@
 //!   the short window decides on small decreases alone;
 //! * `smoothing` of 5 frames, causal; the kind of filter is not known.
 //!
-//! As in [`crate::signal::uncertainty_change`], frames whose uncertainty is at its floor are no reference: they
-//! are left out of the mean, and S_t, which is the floor where nothing else is left, is no reference then.
-//! As a current value it stays, and is a large fall. `settling` frames at the start of a track enter
+//! As in [`crate::signal::uncertainty_change`], frames whose uncertainty is at its floor are no reference:
+//! they are left out of the mean, and S_t, which is the floor where nothing else is left, is no reference
+//! then. As a current value it stays, and is a large fall. `settling` frames at the start of a track enter
 //! neither means nor windows and cause no event, as a filter that starts on the annotation needs some 20
 //! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
 
@@ -56,47 +56,47 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Arte>(
     "{ decrease = \"over-reference\", tau_1 = 0.1, tau_2 = -0.3, tau_3 = -0.05, floor = 0.01 }",
 ]);
 
-/// Divisor of a fall.
+/// Reference value by which a fall is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Decrease {
-    /// The current value; a fall has no lower bound.
+    /// The current value; a fall can be arbitrarily far below 0.
     OverCurrent,
-    /// The value it has fallen from; a fall gives more than -1.
+    /// The value before the fall; a fall is above -1.
     OverReference,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Frames of the window for slow changes, 1 to 100000.
+    /// Length in frames of the window for slow changes, 1 to 100000.
     pub long: usize,
-    /// Frames of the window for sudden changes, 1 to `long`.
+    /// Length in frames of the window for sudden changes, 1 to `long`.
     pub short: usize,
-    /// Frames that the uncertainty is averaged over, 1 to 100000.
+    /// Number of frames over which the uncertainty is averaged, 1 to 100000.
     pub smoothing: usize,
     /// Threshold of a large increase; above 0.
     pub tau_1: f64,
-    /// Threshold of a large decrease; below 0, -tau_1 when not given.
+    /// Threshold of a large decrease; below 0, by default -tau_1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_2: Option<f64>,
-    /// Threshold of a small decrease in the short window; below 0, -tau_1 / 2 when not given.
+    /// Threshold of a small decrease in the short window; below 0, by default -tau_1 / 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_3: Option<f64>,
-    /// Divisor of a fall.
+    /// Reference value by which a fall is divided.
     pub decrease: Decrease,
     /// Frames at the start of a track that are no reference and cause no event, 0 to 100000.
     pub settling: usize,
-    /// The floor of the signal, 1e-100 to 1; frames that are not above it are no reference.
+    /// Floor of the signal, 1e-100 to 1; frames at or below it are no reference.
     pub floor: f64,
     /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
     pub accept_below: f64,
-    /// Largest number of frames of a run backwards, 0 to 100000.
+    /// Most frames of a run backwards, 0 to 100000.
     pub reverse_limit: usize,
-    /// Frames after which LOCKING-IN ends, 1 to 100000; `long` when not given.
+    /// Number of frames after which LOCKING-IN ends, 1 to 100000; by default `long`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub locking_in_limit: Option<usize>,
-    /// Frames from a check's reference to the frame in which the track was lost, 1 to 100000.
+    /// Number of frames from the reference of a check to the frame in which the track was lost, 1 to 100000.
     pub reference_lag: usize,
 }
 
@@ -126,7 +126,7 @@ pub struct Arte {
     rules: Rules,
 }
 
-/// The change signals of one frame, without unit; 0 where there is no reference.
+/// Relative changes in one frame, without unit; 0 if there is no reference.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Changes {
     long_increase: f64,
@@ -163,7 +163,7 @@ impl Plugin for Arte {
 }
 
 impl Arte {
-    /// S_t: the mean of the last values of `u` that are above the floor, which it is where there is none.
+    /// S_t: the mean of the last values of `u` above the floor, or the floor if there are none.
     fn smoothed(&self, u: &[f64]) -> Vec<f64> {
         let Params { smoothing, settling, floor, .. } = self.params;
         let mean = |t: usize| {
@@ -176,7 +176,7 @@ impl Arte {
         (0..u.len()).map(mean).collect()
     }
 
-    /// The four signals in frame `t` of the smoothed series.
+    /// The four changes in frame `t` of the smoothed series.
     fn changes(&self, smoothed: &[f64], t: usize) -> Changes {
         let Params { long, short, settling, floor, decrease, .. } = self.params;
         let now = smoothed[t];
@@ -199,7 +199,7 @@ impl Arte {
         Changes { long_increase, short_increase, long_decrease, short_decrease }
     }
 
-    /// The score and the events in every frame of the uncertainty `u`.
+    /// Score and events in each frame, from the uncertainty `u`.
     fn events(&self, u: &[f64]) -> (Vec<f64>, Vec<Events>) {
         let tau_1 = self.params.tau_1;
         let tau_2 = self.params.tau_2.unwrap_or(-tau_1);

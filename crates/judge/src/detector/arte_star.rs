@@ -15,8 +15,8 @@
 //! [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is s_t,
 //! high is suspicious, the threshold is beta_1. Frame t is labeled from frames up to t alone.
 //!
-//! Source: which labels take the place of which thresholds is in the text of section 6; its Table 2 was not
-//! legible. Reconstruction:
+//! Source: the text of section 6 says which labels replace which thresholds; its Table 2 was not legible.
+//! Reconstruction:
 //!
 //! * beta_2 is half of beta_1 as it is written (`half`), although c_t is one value and beta_1 a bound on L of
 //!   them, so that nearly every c_t is below it for a large L. `half-of-one` is half of the bound on one value;
@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 
-/// The list's entry. Its labels change with those of AVU.
+/// ARTE* in the list of detectors. Its labels change with those of AVU.
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ArteStar>(
     "arte-star",
     1,
@@ -43,13 +43,13 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ArteStar>(
 .example("{ length = 5, beta = 0.2 }")
 .more(&["{ length = 2, beta = 0.1, accept_below = 1.0, reverse_limit = 0, locking_in_limit = 1 }"]);
 
-/// The threshold on a single c_t, beta_2.
+/// Rule for the threshold on a single c_t, beta_2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Second {
     /// Half of beta_1.
     Half,
-    /// Half of the beta_1 of a sum of one value; only with a learned model.
+    /// Half of the beta_1 for a sum of one value; only with a learned model.
     HalfOfOne,
 }
 
@@ -57,11 +57,11 @@ pub enum Second {
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Frames that are summed, L, 1 to 10000.
+    /// Length of the sum in frames, L, 1 to 10000.
     pub length: usize,
     /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
     pub alpha: f64,
-    /// The threshold beta_1 itself; with it nothing is learned.
+    /// Threshold beta_1; if it is given, nothing is learned.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beta: Option<f64>,
     /// Role of the suite to learn from.
@@ -69,15 +69,15 @@ pub struct Params {
     pub train: Option<String>,
     /// Error below which a frame is consistent, above 0 and at most 1.
     pub tau: f64,
-    /// The threshold on a single c_t.
+    /// Rule for the threshold on a single c_t.
     pub beta_2: Second,
     /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
     pub accept_below: f64,
-    /// Largest number of frames of a run backwards, 0 to 100000.
+    /// Most frames of a run backwards, 0 to 100000.
     pub reverse_limit: usize,
-    /// Frames after which LOCKING-IN ends, 1 to 100000.
+    /// Number of frames after which LOCKING-IN ends, 1 to 100000.
     pub locking_in_limit: usize,
-    /// Frames from a check's reference to the frame in which the track was lost, 1 to 100000.
+    /// Number of frames from the reference of a check to the frame in which the track was lost, 1 to 100000.
     pub reference_lag: usize,
 }
 
@@ -99,7 +99,7 @@ impl Default for Params {
     }
 }
 
-/// The detector; without alarms until it has thresholds.
+/// The ARTE* detector. It raises no alarms until it has thresholds.
 #[derive(Debug, Clone)]
 pub struct ArteStar {
     params: Params,
@@ -136,7 +136,7 @@ impl Plugin for ArteStar {
 }
 
 impl ArteStar {
-    /// The score and the events in every frame of the changes `c`.
+    /// Score and events in each frame, from the changes `c`.
     fn events(&self, input: &Input<'_>) -> (Vec<f64>, Vec<Events>) {
         let DetectorOutput { score, alarm: inconsistent, .. } = self.validation.detect(input);
         let large = |t: usize| inconsistent[t];
@@ -153,7 +153,7 @@ impl ArteStar {
     }
 }
 
-/// Parameters of AVU, from those that both detectors have.
+/// Parameters of AVU, taken from those of ARTE*.
 fn validation_params(p: &Params, length: usize) -> avu::Params {
     let Params { alpha, beta, tau, .. } = *p;
     avu::Params { length, alpha, beta, train: p.train.clone(), tau, ..avu::Params::default() }

@@ -7,11 +7,11 @@
 //! Q[t](p) = smallest earlier |z| that a share p or more of the earlier |z| do not exceed
 //! ```
 //!
-//! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`];
-//! `t` is a 0-based frame; `a`, `rate` (the source's alpha) and `gamma` have no unit, `alarm[t]` is 1 or 0. The
-//! earlier `|z|` are those of all frames of the track that have a forecast, alarms too (the last 100,000). `Q(p)` is minus infinity for
-//! p <= 0 and infinity for p > 1. The score is `|z|`, high is suspicious; its threshold moves, so that there is none
-//! to draw. Frames before `warm_up` earlier scores have no alarm and leave `a` as it is.
+//! `z[t] = y[t] - y^[t]` is the forecast error in the signal's unit, as in [`arma_forecast`]; `t` is a
+//! 0-based frame; `a`, `rate` (the source's alpha) and `gamma` have no unit, `alarm[t]` is 1 or 0. The
+//! earlier `|z|` are those of all frames with a forecast, alarms included (the last 100,000). `Q(p)` is minus
+//! infinity for p <= 0 and infinity for p > 1. The score is `|z|`, high is suspicious; the threshold moves,
+//! so figures draw none. Until there are `warm_up` earlier scores, there is no alarm and `a` is not changed.
 //!
 //! Guarantee, for any series whatever: of T frames after the warm-up, the share of alarms is at most
 //! `rate + (rate + gamma) / (gamma T)` and at least `rate - (1 - rate + gamma) / (gamma T)`. It is about the number of
@@ -41,27 +41,27 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ConformalForecast>(
 .example("{ rate = 0.05 }")
 .more(&["{ warm_up = 5, rate = 0.2, gamma = 0.3, window = 8, horizon = 2 }"]);
 
-/// Most scores that a threshold is made from; longer tracks forget the oldest ones.
+/// Most scores from which a threshold is computed. Longer tracks forget the oldest scores.
 const MOST: usize = 100_000;
 
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Share of frames that are to be alarms in the long run, 0.0001 to 0.5.
+    /// Share of frames that should be alarms in the long run, 0.0001 to 0.5.
     pub rate: f64,
-    /// Step of the adaptation, 0.0001 to 1.
+    /// Step size of the adaptation, 0.0001 to 1.
     pub gamma: f64,
-    /// Scores before the first frame that can be an alarm, 1 to 100000.
+    /// Number of scores before the first frame that can be an alarm, 1 to 100000.
     pub warm_up: usize,
     /// Autoregressive and moving average order, each 0 to 5.
     pub order: [usize; 2],
-    /// Frames a model is fitted to, at least `2 p + q + 3`.
+    /// Number of frames to which a model is fitted, at least `2 p + q + 3`.
     pub window: usize,
-    /// Frames a forecast looks ahead, at least 1.
+    /// Number of frames that a forecast looks ahead, at least 1.
     pub horizon: usize,
-    /// Which origin serves which frame.
+    /// Assignment of forecast origins to frames.
     pub scheme: Scheme,
-    /// Where the responses before the window come from.
+    /// Values assumed before the window.
     pub start: Presample,
 }
 
@@ -145,23 +145,23 @@ impl Causal for ConformalForecast {
     }
 }
 
-/// The moving threshold of a series of scores.
+/// Moving threshold of a series of scores.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct AdaptiveThreshold {
     rate: f64,
     gamma: f64,
     warm_up: usize,
-    /// a\[t\].
+    /// Current level a\[t\].
     level: f64,
-    /// Number of scores that are remembered.
+    /// Most scores that are remembered.
     most: usize,
-    /// The last scores, ascending, and in the order in which they came.
+    /// Remembered scores, ascending; `came` has them in order of arrival.
     earlier: Vec<f64>,
     came: VecDeque<f64>,
 }
 
 impl AdaptiveThreshold {
-    /// Takes in the next score; whether it is an alarm.
+    /// Adds the next score. Returns true if it is an alarm.
     fn is_alarm(&mut self, score: f64) -> bool {
         let mut alarm = false;
         if self.earlier.len() >= self.warm_up {
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(levels[4..], [0.25, -0.125, 0.0, 0.125, -0.25, -0.125, 0.0, 0.125]);
     }
 
-    /// Checks the bounds for every number of frames after the warm-up.
+    /// Checks the bounds for all numbers of frames after the warm-up.
     fn check_share(rate: f64, gamma: f64, warm_up: usize, scores: &[f64]) {
         let alarm = alarms(threshold(rate, gamma, warm_up), scores);
         let mut count = 0.0;

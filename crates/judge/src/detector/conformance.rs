@@ -1,4 +1,4 @@
-//! Laws that every detector in the list obeys, and with them the example of the documentation.
+//! Properties that all detectors of the list and the example of the documentation must have.
 
 use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
 use crate::direction::Direction;
@@ -6,12 +6,12 @@ use crate::plugin::{Configured, Entry};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
-/// The list and the example of the documentation.
+/// Entries of the list, and the example of the documentation.
 fn entries() -> impl Iterator<Item = &'static Entry<dyn Detector>> {
     DETECTORS.iter().chain([&deviation::ENTRY])
 }
 
-/// Kind, parameters and detector: every entry's example, and its further parameters.
+/// Kind, parameters and detector, for the example and the further parameters of each entry.
 fn all_detectors() -> Vec<(&'static str, &'static str, Configured<dyn Detector>)> {
     let built = |entry: &'static Entry<dyn Detector>, text: &'static str| {
         let detector = entry.build_from_text(text).unwrap_or_else(|e| panic!("{} {text}: {e}", entry.kind));
@@ -23,7 +23,7 @@ fn all_detectors() -> Vec<(&'static str, &'static str, Configured<dyn Detector>)
     entries().flat_map(|entry| texts(entry).map(move |text| built(entry, text))).collect()
 }
 
-/// A smooth signal with steps and kinks made of whole numbers, and an error with two failures and a gap.
+/// A smooth signal with steps and kinks, made of integers, and an error with two failures and a gap.
 fn series() -> (Vec<f64>, Vec<f64>) {
     let signal = (0..120_i32)
         .map(|t| {
@@ -62,7 +62,7 @@ fn digest(output: &DetectorOutput) -> String {
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The first `frames` frames of an output.
+/// First `frames` frames of an output.
 fn cut(output: &DetectorOutput, frames: usize) -> DetectorOutput {
     DetectorOutput {
         score: output.score[..frames].to_vec(),
@@ -79,7 +79,7 @@ fn cut(output: &DetectorOutput, frames: usize) -> DetectorOutput {
     }
 }
 
-/// Checks lengths, and that scores are finite, and forecasts from the first one on.
+/// Checks lengths, finite scores, and finite forecasts from the first one on.
 fn check_shape(label: &str, output: &DetectorOutput, frames: usize) {
     assert_eq!(output.score.len(), frames, "{label}: length of score");
     assert_eq!(output.alarm.len(), frames, "{label}: length of alarm");
@@ -191,7 +191,7 @@ fn anchors_do_not_read_the_signal() {
     }
 }
 
-/// The mean score of frames with an alarm is on the bad side of that of the others.
+/// The mean score of alarm frames is on the bad side of the mean score of other frames.
 #[test]
 fn alarms_have_scores_on_the_bad_side() {
     let (signal, error) = series();
@@ -323,7 +323,8 @@ fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
     }
 }
 
-/// Alarms that last until the detector itself finds the track good again end the loss at once; others need ten frames.
+/// Alarms that last until the detector finds the track good again end the loss at once; other alarms need ten
+/// frames.
 #[test]
 fn frames_to_recover_are_those_of_the_kind_of_alarm() {
     let lasting = [
@@ -355,7 +356,7 @@ fn frames_to_recover_are_those_of_the_kind_of_alarm() {
     ];
     for (kind, text, detector) in all_detectors() {
         assert!(lasting.contains(&kind) != single.contains(&kind), "{kind}");
-        let is_restarted = text.contains("\"reset\"") || text.contains("\"restart\"");
+        let is_restarted = text.contains("\"restart\"");
         let expected = if lasting.contains(&kind) && !is_restarted { 1 } else { 10 };
         assert_eq!(detector.frames_to_recover(), expected, "{kind} {text}");
     }

@@ -1,5 +1,5 @@
-//! The model of a consistent filter: which values of c_t count as consistent, and the mixture of Gammas
-//! fitted to them (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 12-15, 18 and 24).
+//! Model of a consistent filter: a mixture of Gammas fitted to the values of c_t in consistent frames
+//! (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 12-15, 18 and 24).
 //!
 //! ```text
 //! consistent frames C = {t : e[t] < tau}           Eq. 24        p_1 = mixture of Gammas fitted to c[t], t in C
@@ -21,7 +21,7 @@ pub fn undefined_frames(signal: &[f64]) -> usize {
     signal.iter().position(|c| *c != 0.0).unwrap_or(signal.len())
 }
 
-/// Detects on the frames in which c_t is defined; the frames before them score 0 and have no alarm.
+/// Runs `detect` on the frames in which c_t is defined. Earlier frames have score 0 and no alarm.
 pub fn on_defined_frames(signal: &[f64], detect: impl Fn(&[f64]) -> DetectorOutput) -> DetectorOutput {
     let undefined = undefined_frames(signal);
     let mut output = detect(&signal[undefined..]);
@@ -41,7 +41,7 @@ pub fn consistent_changes<'a>(example: &Example<'a>, tau: f64) -> impl Iterator<
     frames.filter(move |(_, e)| **e < tau).map(|(c, _)| *c)
 }
 
-/// Sums of `length` successive values of c_t, all of them of consistent frames of a track.
+/// Sums of `length` successive values of c_t in consistent frames of a track.
 pub fn consistent_sums(example: &Example<'_>, tau: f64, length: usize) -> Vec<f64> {
     let (signal, error) = (example.signal, example.error);
     let first = undefined_frames(signal);
@@ -57,7 +57,7 @@ pub fn consistent_sums(example: &Example<'_>, tau: f64, length: usize) -> Vec<f6
     ends
 }
 
-/// One order of the mixture that was tried.
+/// An order of the mixture that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Order {
@@ -65,33 +65,33 @@ pub struct Order {
     pub components: usize,
     /// Largest log-likelihood of a mixture of this order.
     pub log_likelihood: f64,
-    /// Number of weights of the penalty for which dAIC chooses it.
+    /// Number of penalty weights for which dAIC chooses this order.
     pub wins_daic: usize,
-    /// Number of weights of the penalty for which dBIC chooses it.
+    /// Number of penalty weights for which dBIC chooses this order.
     pub wins_dbic: usize,
 }
 
-/// The model of c_t of a consistent filter.
+/// Learned model of c_t for a consistent filter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConsistencyModel {
     /// Error below which a frame counts as consistent.
     pub tau: f64,
-    /// Number of values that it was learned from.
+    /// Number of values of c_t used for learning.
     pub samples: u64,
     /// Numbers of values that were raised to the floor, and of values beyond the last cell.
     pub clipped: Clipped,
-    /// Mean of the values.
+    /// Mean of the values of c_t.
     pub mean: f64,
-    /// Variance of the values.
+    /// Variance of the values of c_t.
     pub variance: f64,
-    /// Every order that was tried.
+    /// All orders that were tried.
     pub orders: Vec<Order>,
-    /// The order that dAIC chooses most often, orders of one component left out; 1 where there is no other.
+    /// Order that dAIC chooses most often, other than 1; 1 if there is no other.
     pub order_daic: usize,
-    /// The same for dBIC.
+    /// Order that dBIC chooses most often, other than 1; 1 if there is no other.
     pub order_dbic: usize,
-    /// The mixture of the chosen order, p_1.
+    /// Mixture of the chosen order, p_1.
     pub mixture: Mixture,
 }
 
@@ -100,37 +100,37 @@ pub struct ConsistencyModel {
 pub struct Fitting {
     /// Error below which a frame is consistent.
     pub tau: f64,
-    /// Order of the mixture, where it is given and not chosen.
+    /// Order of the mixture; `None` to choose it.
     pub components: Option<usize>,
-    /// Largest order that is tried.
+    /// Largest order to try.
     pub max_components: usize,
-    /// Which criterion chooses the order.
+    /// Criterion that chooses the order.
     pub criterion: Criterion,
-    /// How the mixtures are fitted.
+    /// Options of fitting the mixtures.
     pub options: FitOptions,
 }
 
 impl Fitting {
-    /// Chooses the order by dBIC and fits mixtures with the default options.
+    /// Settings that choose the order by dBIC, with the default options.
     pub fn by_bic(tau: f64, max_components: usize) -> Self {
         let options = FitOptions::default();
         Self { tau, components: None, max_components, criterion: Criterion::Bic, options }
     }
 }
 
-/// A model, and the fits that it was chosen from.
+/// A model, and the fits from which it was chosen.
 pub struct Fitted {
-    /// The model.
+    /// Model of consistent frames that was learned.
     pub model: ConsistencyModel,
     /// The fits of all orders.
     pub fits: Vec<Fit>,
-    /// Order that dAIC chooses for each weight of the penalty.
+    /// Order that dAIC chooses for each penalty weight.
     pub daic: Vec<usize>,
-    /// Order that dBIC chooses for each weight of the penalty.
+    /// Order that dBIC chooses for each penalty weight.
     pub dbic: Vec<usize>,
 }
 
-/// Why there is no model of consistency.
+/// Reason why no model can be learned.
 #[derive(Debug, thiserror::Error)]
 pub enum ConsistencyError {
     /// A value of c_t is negative, not finite or too large.
@@ -144,7 +144,7 @@ pub enum ConsistencyError {
         /// Error of the fit.
         source: FitError,
     },
-    /// The order that is asked for was not fitted.
+    /// The requested order was not fitted.
     #[error("no mixture of {0} components")]
     Order(usize),
 }

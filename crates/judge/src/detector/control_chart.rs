@@ -11,61 +11,52 @@
 //! deviation divides by `start - 1`. High values of `S`, the score, are suspicious; it is 0 in the frames of the start,
 //! which therefore have no alarm.
 //!
+//! An alarm lasts until the signal is back, `z <= release`, and the sum then starts again from 0; until then it does not
+//! fall below `h`.
+//!
 //! The floor keeps a start that is constant but for rounding from turning rounding into an alarm: without it,
 //! `sigma` is 0 or nearly so.
 
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
+use super::{Detector, DetectorOutput, Input, Stream};
 use crate::plugin::{ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
-
-/// Behavior after an alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum After {
-    /// The alarm lasts until the signal is back, z <= `release`, and the sum then starts again from 0. Until then the
-    /// sum does not fall below `h`.
-    Latch,
-    /// The alarm lasts one frame, and the sum starts again from 0 in the next one.
-    Reset,
-}
 
 /// Parameters; exactly one of `below` and `above` is given.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Alarm when the sum of the deviations below the normal level is this or more, `h`, in standard deviations,
-    /// above 0; 5 is usual.
+    /// Alarm if the sum of deviations below the normal level reaches this, `h`, in standard deviations, above
+    /// 0; 5 is usual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// The same for deviations above the normal level.
+    /// Alarm if the sum of deviations above the normal level reaches this, `h`, in standard deviations, above
+    /// 0; 5 is usual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// Deviation that every frame is allowed, in standard deviations, 0 to 1000; half the shift to be found is usual.
+    /// Deviation that is allowed in each frame, in standard deviations, 0 to 1000; usually half of the shift
+    /// to be found.
     pub k: f64,
-    /// Frames at the start of a track that are taken to be good, 2 to 100000.
+    /// Number of frames at the start of a track that are assumed to be good, 2 to 100000.
     pub start: usize,
-    /// Behavior after an alarm.
-    pub after: After,
-    /// Deviation at which an alarm with `after = "latch"` ends, in standard deviations, -1000 to 1000; 0 is the normal
-    /// level itself.
+    /// Deviation at which an alarm ends, in standard deviations, -1000 to 1000; 0 is the normal level itself.
     pub release: f64,
-    /// Smallest standard deviation, as a share of the start's largest absolute value or of 1 if that is less;
-    /// 1e-12 to 1.
+    /// Least standard deviation, as a share of the largest absolute value of the start (at least 1); 1e-12 to
+    /// 1.
     pub floor: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { below: None, above: None, k: 0.5, start: 25, after: After::Latch, release: 0.0, floor: 1e-6 }
+        Self { below: None, above: None, k: 0.5, start: 25, release: 0.0, floor: 1e-6 }
     }
 }
 
-/// A detector that alarms when the sum of deviations is too large.
+/// A detector that alarms if the sum of deviations is too large.
 ///
-/// The normal level is the mean of the start or, with `RUNNING`, that of the frames up to the current one: with `latch`
-/// those that do not follow an alarm frame, with `reset` those since the last alarm.
+/// The normal level is the mean of the start or, with `RUNNING`, that of the frames up to the current one that do not
+/// follow an alarm frame.
 #[derive(Debug, Clone)]
 pub(super) struct ControlChart<const RUNNING: bool> {
     params: Params,
@@ -96,7 +87,7 @@ impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
     }
 
     fn frames_to_recover(&self) -> usize {
-        if self.params.after == After::Latch { 1 } else { RECOVERY_FRAMES }
+        1
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {
@@ -120,7 +111,7 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
     }
 
     fn step(&self, memory: &mut Sum, values: &[f64]) -> Step {
-        let Params { k, start, after, release, floor, .. } = self.params;
+        let Params { k, start, release, floor, .. } = self.params;
         let limit = self.limit.value();
         let Sum { first, normal, mean, sum, in_alarm } = memory;
         let Some(normal) = normal else {
@@ -134,21 +125,14 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
             return Step::new(0.0, false);
         };
         let y = values[0] / normal.scale;
-        let latched = *in_alarm && after == After::Latch;
-        if *in_alarm && after == After::Reset {
-            *sum = 0.0;
-            if RUNNING {
-                *mean = RunningMean::default();
-            }
-        }
-        if RUNNING && !latched {
+        if RUNNING && !*in_alarm {
             mean.add(y);
         }
         let above = (y - mean.mean) / normal.deviation;
         let z = if matches!(self.limit, Level::Below(_)) { -above } else { above };
-        let least = if latched { limit } else { 0.0 };
+        let least = if *in_alarm { limit } else { 0.0 };
         *sum = (*sum + z.clamp(-f64::MAX, f64::MAX) - k).clamp(least, f64::MAX);
-        if latched && z <= release {
+        if *in_alarm && z <= release {
             *sum = 0.0;
         }
         *in_alarm = *sum >= limit;
@@ -156,10 +140,10 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
     }
 }
 
-/// The sum S of the last frame, and what it is made from.
+/// State of the chart: the sum S of the last frame, and its parts.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Sum {
-    /// The values of the start, until it is over.
+    /// Values of the start, until the start is over.
     first: Vec<f64>,
     normal: Option<Start>,
     mean: RunningMean,
@@ -170,15 +154,15 @@ pub(super) struct Sum {
 /// Mean and standard deviation of the start of a track.
 #[derive(Debug, Serialize, Deserialize)]
 struct Start {
-    /// The unit of the other two, in the signal's unit: the largest absolute value, at least 1. In this unit nothing
-    /// overflows, and values up to 1 keep their bits.
+    /// Unit of `mean` and `deviation`, in the signal's unit: the largest absolute value, at least 1. In this
+    /// unit sums cannot overflow, and values up to 1 keep their bits.
     scale: f64,
     mean: f64,
     deviation: f64,
 }
 
 impl Start {
-    /// Mean and deviation of at least two values; the deviation is at least `floor`.
+    /// Mean and deviation of at least two values. The deviation is at least `floor`.
     fn of(values: &[f64], floor: f64) -> Self {
         let scale = values.iter().fold(1.0_f64, |largest, y| largest.max(y.abs()));
         let mut mean = RunningMean::default();
@@ -189,7 +173,7 @@ impl Start {
     }
 }
 
-/// The mean of the values that were added, 0 before the first one.
+/// Mean of the values added so far; 0 before the first one.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct RunningMean {
     pub mean: f64,
@@ -197,7 +181,7 @@ pub(super) struct RunningMean {
 }
 
 impl RunningMean {
-    /// Adds a value. Half the difference is taken first, so that values of opposite sign do not overflow.
+    /// Adds a value. The difference is halved first, so that values of opposite sign cannot overflow.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
         self.mean += 2.0 * ((value / 2.0 - self.mean / 2.0) / self.count as f64);
@@ -277,9 +261,8 @@ mod tests {
         fn the_negative_signal_has_the_same_sums_on_the_other_side(
             signal in prop::collection::vec(-2.0_f64..2.0, 0..80),
             h in 0.1_f64..8.0,
-            latch in any::<bool>(),
         ) {
-            let params = Params { start: 5, after: if latch { After::Latch } else { After::Reset }, ..above(h) };
+            let params = Params { start: 5, ..above(h) };
             let negative: Vec<f64> = signal.iter().map(|y| -y).collect();
             for normal in BOTH {
                 let mirrored = Params { above: None, below: Some(h), ..params.clone() };

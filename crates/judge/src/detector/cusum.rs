@@ -14,9 +14,8 @@
 //! Choices, as the source knows `mu` and `sigma`: both are those of the first 25 frames, where a tracker has just
 //! been told its target. `k = 0.5` finds a shift of one sigma best; `h = 5` then lets an independent normal signal
 //! alarm once in some 930 frames. The source has the process stopped and repaired at an alarm. A track goes on, and
-//! a loss lasts, so that an alarm stays (`after = "latch"`) until the signal is back at `mu`: a shift of d sigma
-//! comes back to there by chance with probability Phi(-d) a frame, and a target that is found does within a few
-//! frames. `after = "reset"` is the repeated test: one-frame alarms for as long as the shift lasts.
+//! a loss lasts, so that an alarm stays until the signal is back at `mu`: a shift of d sigma comes back to there by
+//! chance with probability Phi(-d) a frame, and a target that is found does within a few frames.
 
 use super::Detector;
 use super::control_chart::ControlChart;
@@ -28,10 +27,7 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<false>>(
     "alarm when deviations from the mean of the track's start add up (Page's cumulative sum)",
 )
 .example("{ below = 5.0 }")
-.more(&[
-    "{ above = 0.5, start = 4, k = 0.1, after = \"reset\" }",
-    "{ below = 0.5, start = 4, release = 0.3 }",
-]);
+.more(&["{ above = 0.5, start = 4, k = 0.1 }", "{ below = 0.5, start = 4, release = 0.3 }"]);
 
 #[cfg(test)]
 mod tests {
@@ -55,23 +51,22 @@ mod tests {
     #[test]
     fn sums_by_hand() {
         let signal = [-1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 0.25, 0.5, 0.0, 1.0];
-        let latch = "{ above = 2.0, start = 3 }";
-        assert_eq!(scores(latch, &signal), [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 2.0, 2.0, 0.0, 0.5]);
-        let reset = "{ above = 2.0, start = 3, after = \"reset\" }";
-        assert_eq!(scores(reset, &signal), [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 0.5]);
+        let plain = "{ above = 2.0, start = 3 }";
+        assert_eq!(scores(plain, &signal), [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 2.0, 2.0, 0.0, 0.5]);
         let early = "{ above = 2.0, start = 3, release = 0.25 }";
         assert_eq!(scores(early, &signal), [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 0.5]);
         assert_eq!(scores("{ below = 2.0, start = 3, k = 0.0 }", &signal), [0.0; 10]);
     }
 
     // Siegmund ("Sequential Analysis", 1985): mean run length of about (exp(b) - b - 1) / 0.5 for normal values, where
-    // k = 0.5 and b = h + 1.166, here 938; a table's value is 930. A long start stands for known mu and sigma.
+    // k = 0.5 and b = h + 1.166, here 938; a table's value is 930. A long start stands for known mu and sigma. Any value
+    // ends an alarm, so that the sum begins anew after it.
     #[test]
     fn a_normal_signal_alarms_once_in_930_frames() {
         use rand_distr::{Distribution, StandardNormal};
         let mut rng = crate::num::seed::rng(1954);
         let signal: Vec<f64> = (0..2_100_000).map(|_| StandardNormal.sample(&mut rng)).collect();
-        let text = "{ above = 5.0, start = 100000, after = \"reset\" }";
+        let text = "{ above = 5.0, start = 100000, release = 1000.0 }";
         let detector = ENTRY.build_from_text(text).unwrap();
         let alarm =
             detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm;

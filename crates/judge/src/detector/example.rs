@@ -1,22 +1,23 @@
-//! Tracks that detectors learn from.
+//! Tracks from which detectors learn.
 
 /// One track to learn from.
 #[derive(Debug, Clone, Default)]
 pub struct Example<'a> {
-    /// The signal, one value a frame.
+    /// First signal, one value per frame.
     pub signal: &'a [f64],
-    /// The further signals of detectors that read several, one value a frame each.
+    /// Further signals, for detectors that read several; each has one value per frame.
     pub more: Vec<&'a [f64]>,
-    /// Tracking error O_t a frame in `[0, 1]`, NaN where there is no ground truth.
+    /// Tracking error O_t per frame in `[0, 1]`, NaN where there is no ground truth.
     pub error: &'a [f64],
-    /// The video that the sequence is of; examples of one video say the same of what was not learned from.
+    /// Name of the video that the sequence is from. Examples from one video are not independent, so folds
+    /// keep them together.
     pub video: String,
-    /// The source of videos that it comes from: what holds on one need not hold on another.
+    /// Source of the video. Findings on one source need not hold on another.
     pub source: String,
 }
 
 impl<'a> Example<'a> {
-    /// A track with one signal, of a video of no name.
+    /// A track with one signal, from an unnamed video.
     pub fn new(signal: &'a [f64], error: &'a [f64]) -> Self {
         Self { signal, error, ..Self::default() }
     }

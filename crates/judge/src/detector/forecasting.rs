@@ -1,4 +1,4 @@
-//! Shared by the detectors that forecast the signal: when forecasts are made, and how they become alarms.
+//! Shared code of detectors that forecast the signal: when forecasts are made, and how they become alarms.
 //!
 //! Frames are 0-based. A forecast made at origin `o` knows frames up to `o` and no later one. The first
 //! origin is `window - 1`, the first frame that has `window` values behind it.
@@ -8,50 +8,52 @@ use crate::plugin::Range;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Which origin the forecast of a frame comes from.
+/// Assignment of forecast origins to frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// Origins are `horizon` frames apart; each serves the `horizon` frames that follow it. The first
-    /// forecast frame is `window`.
+    /// Origins are `horizon` frames apart; each serves the `horizon` frames after it. The first forecast
+    /// frame is `window`.
     Block,
-    /// Every frame is an origin and serves only the frame `horizon` later. The first forecast frame is
+    /// Each frame is an origin that serves only the frame `horizon` later. The first forecast frame is
     /// `window + horizon - 1`.
     Rolling,
 }
 
-/// Frames that a model sees.
+/// Range of the number of frames that a model sees.
 pub(super) const WINDOW: Range = Range::within("window", 1.0, 100_000.0);
 
-/// Frames that a forecast looks ahead.
+/// Range of the number of frames that a forecast looks ahead.
 pub(super) const HORIZON: Range = Range::within("horizon", 1.0, 100_000.0);
 
-/// A fixed threshold on the forecast error. Frames without a forecast score 0 and must not be alarms, hence above 0.
+/// Range of a fixed threshold on the forecast error. Frames without a forecast score 0 and must not be
+/// alarms, so it is above 0.
 pub(super) const THRESHOLD: Range = Range::of("threshold").above(0.0);
 
-/// Which frames forecasts are made from and for.
+/// Frames from which forecasts are made, and frames for which they are made.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plan {
-    /// Frames that a model sees.
+    /// Number of frames that a model sees.
     pub window: usize,
-    /// Frames a forecast looks ahead.
+    /// Number of frames that a forecast looks ahead.
     pub horizon: usize,
-    /// Which origin serves which frame.
+    /// Assignment of forecast origins to frames.
     pub scheme: Scheme,
 }
 
-/// The last values of a signal, and the forecasts that are made from them.
+/// The last values of a signal, and the forecasts made from them.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Forecaster {
     /// The last `window` values.
     window: VecDeque<f64>,
-    /// Forecasts of the frames to come.
+    /// Forecasts of coming frames.
     path: VecDeque<f64>,
 }
 
 impl Forecaster {
-    /// The forecast of the next frame, NaN where there is none yet; then its value `y` is known. `model` takes the last
-    /// `window` values and the number of frames to forecast, and returns that many values.
+    /// Returns the forecast of the next frame (NaN if there is none yet), then adds its actual value `y`.
+    /// `model` receives the last `window` values and the number of frames to forecast, and returns that many
+    /// values.
     pub fn push(&mut self, y: f64, plan: Plan, model: impl Fn(&[f64], usize) -> Vec<f64>) -> f64 {
         let mut forecast = None;
         if self.window.len() == plan.window {
@@ -76,12 +78,12 @@ impl Forecaster {
     }
 }
 
-/// The forecast error |y - y^|, 0 where there is no forecast.
+/// Forecast error |y - y^|; 0 without a forecast.
 pub(super) fn error(y: f64, forecast: f64) -> f64 {
     if forecast.is_nan() { 0.0 } else { (y - forecast).abs().min(f64::MAX) }
 }
 
-/// A forecast's error as score, and an alarm where it reaches the threshold.
+/// Step with the forecast error as score, and an alarm if it reaches the threshold.
 pub(super) fn judge(y: f64, forecast: f64, threshold: f64) -> Step {
     let score = error(y, forecast);
     Step { forecast: Some(forecast), ..Step::new(score, score >= threshold) }
@@ -91,7 +93,7 @@ pub(super) fn judge(y: f64, forecast: f64, threshold: f64) -> Step {
 mod tests {
     use super::*;
 
-    /// Forecasts the origin's value plus k / 10 for the frame k ahead.
+    /// Forecast for tests: the origin's value plus k / 10 for the frame k ahead.
     fn echo(window: &[f64], horizon: usize) -> Vec<f64> {
         (1..=horizon).map(|k| window[window.len() - 1] + k as f64 / 10.0).collect()
     }

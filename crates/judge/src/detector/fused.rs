@@ -8,10 +8,11 @@
 //! alarm    from the frame with n[t] p[t] >= threshold(budget) until `confirm` frames in a row have p[t] below it
 //! ```
 //!
-//! `p` is the probability that the box does not overlap the target in the 0-based frame `t`; high values speak for a
-//! failure. `budget` is the largest number of good frames among 1000 that the user accepts at or above the threshold; the model has a
-//! threshold for it, which held on videos that the model had not seen in training. Features are relative to the track's
-//! own past, so that no signal's scale matters, and a value that is missing (NaN) counts as nothing, not as 0.
+//! `p` is the probability that the box does not overlap the target in the 0-based frame `t`; high values
+//! speak for a failure. `budget` is the number of good frames in 1000 that the user accepts at or above the
+//! threshold. The model has a threshold for each budget, determined on videos outside of its training.
+//! Features are relative to the past of the same track, so the scale of a signal does not matter. A missing
+//! value (NaN) has no effect.
 //!
 //! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
 //! come with the program (`model`), which were learned by `benchmark/deep-models` and are described in `docs/fused.md`.
@@ -35,7 +36,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 
-/// The list's entry.
+/// The fused detector in the list.
 pub const ENTRY: Entry<dyn Detector> = Entry::of::<Fused>(
     "fused",
     4,
@@ -43,8 +44,8 @@ pub const ENTRY: Entry<dyn Detector> = Entry::of::<Fused>(
 )
 .example("{ inputs = [\"displacement\", \"acceleration\", \"scale\", \"aspect\"], model = \"boxes\" }");
 
-/// Name and text of the models that come with the program. Results depend on them: with other ones, [`ENTRY`]'s version is
-/// raised.
+/// Names and texts of the models that come with the program. Results depend on them: if they change, the
+/// version of [`ENTRY`] is raised.
 static MODELS: &[(&str, &str)] = &[
     ("boxes", include_str!("../../models/fused/boxes.json")),
     ("deep", include_str!("../../models/fused/deep.json")),
@@ -54,13 +55,13 @@ static MODELS: &[(&str, &str)] = &[
     ("companions", include_str!("../../models/fused/companions.json")),
 ];
 
-/// Parameters.
+/// Parameters of the detector.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Names of the inputs, one for each signal, in their order: `displacement`, `companions`, `v2-overlap` ...
+    /// Names of the inputs in the order of the signals: `displacement`, `companions`, `v2-overlap` ...
     pub inputs: Vec<String>,
-    /// A model that comes with the program.
+    /// Name of a model that comes with the program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
     /// Role of the suite to learn from.
@@ -69,16 +70,18 @@ pub struct Params {
     /// Most false alarms per 1000 good frames, 0.000001 to 1000.
     #[serde(default = "budget")]
     pub budget: f64,
-    /// Frames in a row below the threshold that confirm a recovery, 1 to 1000.
+    /// Number of frames in a row below the threshold that confirm a recovery, 1 to 1000.
     #[serde(default = "confirm")]
     pub confirm: usize,
-    /// Weight of the squared weights in learning, relative to that of the examples, 0.000001 to 100.
+    /// Weight of the penalty on squared weights when learning, relative to that of the examples, 0.000001 to
+    /// 100.
     #[serde(default = "lambda")]
     pub lambda: f64,
-    /// Frames from one training example to the next, but in the first frames of a loss, 1 to 100.
+    /// Distance in frames between training examples, except at the beginning of a loss, where all frames are
+    /// used; 1 to 100.
     #[serde(default = "stride")]
     pub stride: usize,
-    /// Frames for which a disagreement with a watchdog is news, 0 to 10000.
+    /// Number of frames during which a disagreement with a watchdog is news, 0 to 10000.
     #[serde(default = "window")]
     pub window: u32,
 }
@@ -103,7 +106,7 @@ fn window() -> u32 {
     20
 }
 
-/// The detector; without alarms until it has a model.
+/// The fused detector. It raises no alarms until it has a model.
 #[derive(Debug, Clone)]
 pub struct Fused {
     params: Params,
@@ -169,7 +172,7 @@ impl Fused {
         Ok(Self { model: Some(Arc::new(model)), ..self.clone() })
     }
 
-    /// A track before its first frame; `None` without a model.
+    /// Stream before the first frame of a track; `None` without a model.
     fn start(&self) -> Option<FusedStream> {
         let model = self.model.clone()?;
         let Params { budget, confirm, window, .. } = self.params;
@@ -177,7 +180,7 @@ impl Fused {
     }
 }
 
-/// A model that comes with the program, with what it was learned from.
+/// A model of the program, with the sequences that it was learned from.
 #[derive(Deserialize)]
 struct ModelFile {
     sequences: Vec<String>,

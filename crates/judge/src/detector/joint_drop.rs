@@ -1,5 +1,6 @@
-//! `joint-drop`: several signals, each against its own mean over the frames called good; a frame is good while all of them
-//! keep near their means. LMCF (Wang, Liu and Huang, CVPR 2017) judges its response map in this way, by APCE and peak.
+//! `joint-drop`: compares each of several signals with its own mean over good frames. A frame is good if all
+//! signals stay near their means. LMCF (Wang, Liu and Huang, CVPR 2017) judges its response map in this way,
+//! by APCE and peak.
 //!
 //! ```text
 //! m[i,t] = mean of y[i] over the last `window` frames before t without an alarm
@@ -33,12 +34,13 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<JointDrop>(
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// For each signal the share of its mean below which it alarms, above 0 and below 1; 1 to 16 signals.
+    /// For each signal, the share of its mean below which it alarms, above 0 and below 1; 1 to 16 signals.
     pub below: Vec<f64>,
-    /// Good frames that the means are over, the last ones, 1 to 10000; all when not given.
+    /// Number of latest good frames over which means are taken, 1 to 10000; by default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
-    /// Good frames before the first decision, 1 to 10000 and at most `window`; frames before it are good.
+    /// Number of good frames before the first decision, 1 to 10000 and at most `window`. Frames before it
+    /// count as good.
     #[serde(default = "least")]
     pub least: usize,
 }
@@ -92,7 +94,7 @@ impl Detector for JointDrop {
 }
 
 impl Causal for JointDrop {
-    /// The good frames of each signal.
+    /// Good frames of each signal.
     type Memory = Vec<GoodFrames>;
 
     fn begin(&self) -> Vec<GoodFrames> {

@@ -1,8 +1,9 @@
-//! From labels to changes and states: where a run of alarms begins and ends, and between which the target is lost.
+//! From labels to changes and states: where runs of alarms begin and end, and in which frames the target is
+//! lost.
 
 use serde::{Deserialize, Serialize};
 
-/// The change into each frame: +1 from consistent to inconsistent, -1 back, 0 where the label stays.
+/// Change into each frame: +1 from consistent to inconsistent, -1 back, 0 if the label stays the same.
 ///
 /// A track is consistent before its first frame, so an alarm in the first frame counts as +1. This is the
 /// difference of labels in the text under Eq. 9 of Khalid et al. (BMVC 2016).
@@ -18,65 +19,67 @@ pub fn changes(alarm: &[bool]) -> Vec<i32> {
         .collect()
 }
 
-/// The 0-based frames where runs of alarms begin; an alarm in frame 0 begins one.
+/// 0-based frames in which runs of alarms begin, including frame 0.
 pub fn run_starts(alarm: &[bool]) -> Vec<usize> {
     (0..alarm.len()).filter(|&t| alarm[t] && (t == 0 || !alarm[t - 1])).collect()
 }
 
 /// Frames in a row without an alarm that confirm a recovery, for detectors that alarm in single frames.
 ///
-/// Two alarms no further apart than this can belong to one loss: the protocols accept a detection up to five frames before
-/// and five frames after it.
+/// Two alarms at most this far apart can belong to one loss, since the protocols accept a detection up to
+/// five frames before and five frames after it.
 pub const RECOVERY_FRAMES: usize = 10;
 
-/// Whether the target counts as lost, for each frame: from an alarm on, until `recovery` frames in a row (at least 1)
-/// have none. The last of these is the first that is not lost, so that the state of a frame needs no later one.
+/// For each frame, true if the target counts as lost: from an alarm on, until `recovery` frames in a row (at
+/// least 1) have no alarm. The last of these frames is the first that is not lost, so the state of a frame
+/// never depends on later ones.
 pub fn lost(alarm: &[bool], recovery: usize) -> Vec<bool> {
     let mut state = LossState::default();
     alarm.iter().map(|alarm| state.push(*alarm, recovery)).collect()
 }
 
-/// The state of [`lost`] while a track goes on.
+/// State of [`lost`] for a track that is judged live.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LossState {
-    /// Frames since the last alarm; `None` before the first.
+    /// Number of frames since the last alarm; `None` before the first alarm.
     quiet: Option<usize>,
 }
 
 impl LossState {
-    /// Whether the target is lost in the next frame.
+    /// Adds a frame. Returns true if the target is lost in it.
     pub fn push(&mut self, alarm: bool, recovery: usize) -> bool {
         self.quiet = if alarm { Some(0) } else { self.quiet.map(|quiet| quiet.saturating_add(1)) };
         self.is_lost(recovery)
     }
 
-    /// Whether the target is lost in the last frame.
+    /// True if the target is lost in the last frame.
     pub fn is_lost(self, recovery: usize) -> bool {
         self.quiet.is_some_and(|quiet| quiet < recovery.max(1))
     }
 }
 
-/// From here on the target is more likely lost than not, whatever the threshold of the alarm.
+/// Probability from which on the target is more likely lost than not, whatever the alarm threshold.
 pub const EVEN: f64 = 0.5;
 
-/// The state of the target while a track goes on.
+/// State of the target on a track that is judged live.
 ///
-/// A loss lasts until the detector's alarm is over and, where it gives a probability, [`RECOVERY_FRAMES`] frames in a row have
-/// one below [`EVEN`]: that no alarm comes any more need not mean that the tracker is on the target again. An alarm counts if it was raised in a frame with a box: what a detector says where the tracker itself says that the
-/// target is absent is about a place at which nobody looks for it, and ends with the absence. A loss that was raised before
-/// an absence is still one after it, until the recovery is confirmed.
+/// A loss lasts until the detector's alarm is over and, for detectors with probabilities, until
+/// [`RECOVERY_FRAMES`] frames in a row have one below [`EVEN`]. The end of the alarms alone does not prove
+/// that the tracker is on the target again. Alarms raised in frames without a box do not count, since the
+/// tracker itself reports the target as absent there; they end with the absence. A loss that began before an
+/// absence continues after it, until the recovery is confirmed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateOfTarget {
-    /// Whether the loss that is on was raised in a frame with a box.
+    /// True if the current loss was raised in a frame with a box.
     is_lost: bool,
-    /// Frames for which a probability of [`EVEN`] or more still counts.
+    /// Number of further frames in which a loss continues because of a probability of [`EVEN`] or more.
     doubt: usize,
 }
 
 impl StateOfTarget {
-    /// The state in the next frame: `has_box` says whether the tracker has a box there, `lost` whether the detector takes
-    /// the target to be lost, see [`lost`], `raised` whether it does so by this frame alone, and `probability` how likely it
-    /// is, or NaN.
+    /// State in the next frame. `has_box` is true if the tracker has a box there, `lost` if the detector
+    /// considers the target lost (see [`lost`]), `raised` if this frame alone is the reason; `probability` is
+    /// that of a loss, or NaN.
     pub fn push(&mut self, has_box: bool, lost: bool, raised: bool, probability: f64) -> TargetState {
         self.doubt = if probability >= EVEN { RECOVERY_FRAMES } else { self.doubt.saturating_sub(1) };
         self.is_lost = self.is_lost && (lost || self.doubt > 0) || lost && has_box && raised;
@@ -92,16 +95,16 @@ impl StateOfTarget {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetState {
-    /// The tracker is on the target, as far as can be told.
+    /// The tracker is on the target, as far as known.
     Tracking,
     /// The tracker has lost the target: from an alarm in a frame with a box until the recovery is confirmed.
     Lost,
-    /// The tracker itself has no box, or has not had one yet.
+    /// The tracker has no box, or has not had one yet.
     Absent,
 }
 
 impl TargetState {
-    /// Its word in files.
+    /// Name of the state in files.
     pub fn word(self) -> &'static str {
         match self {
             Self::Tracking => "tracking",
@@ -135,7 +138,7 @@ mod tests {
         assert!(lost(&[], 3).is_empty());
     }
 
-    /// The states of frames, each with a box or not, lost or not, raised or not.
+    /// States of frames, given for each frame `has_box`, `lost` and `raised`.
     fn states(frames: impl IntoIterator<Item = (bool, bool, bool)>) -> Vec<TargetState> {
         let mut state = StateOfTarget::default();
         frames

@@ -1,7 +1,7 @@
-//! Detectors that learn a model from tracks before they detect.
+//! Detectors that learn a model from tracks before they can detect.
 //!
-//! A model depends on the learner's own parameters and on the examples alone, so that detectors that differ in
-//! other parameters (the length of a window, a rate of false alarms) share one model.
+//! A model depends only on the learner's own parameters and on the examples. Detectors that differ in other
+//! parameters (the length of a window, a rate of false alarms) therefore share one model.
 
 use super::Detector;
 use super::consistency::ConsistencyError;
@@ -11,57 +11,57 @@ use crate::plugin::ParamError;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// Why there is no model, or no detector with it.
+/// Reason why a model cannot be learned or used.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
-    /// The examples give no model of consistency.
+    /// The examples do not give a model of consistency.
     #[error(transparent)]
     Consistency(#[from] ConsistencyError),
-    /// The examples have no window whose frames are all consistent.
+    /// The examples have no window in which all frames are consistent.
     #[error("no window of {0} consistent frames")]
     NoWindow(usize),
-    /// The examples have no lost frames, or no others.
+    /// The examples have no lost frames, or only lost ones.
     #[error("the training tracks of a fold have no lost frames, or no others")]
     OneKind,
     /// The model cannot be written.
     #[error(transparent)]
     Write(serde_json::Error),
-    /// The model that is given is of another kind.
+    /// The given text is not a model of consistency.
     #[error("no model of consistency: {0}")]
     Read(#[source] serde_json::Error),
-    /// The model that is given was learned for another length or rate.
+    /// The given model was learned for another length or rate.
     #[error("a model of another length or rate")]
     OtherModel,
     /// The distribution of a sum cannot be computed.
     #[error(transparent)]
     Accumulation(#[from] AccumulationError),
-    /// The detector's parameters do not go with the model.
+    /// The detector's parameters do not match the model.
     #[error(transparent)]
     Params(#[from] ParamError),
 }
 
-/// How a detector learns.
+/// A learner of models for a detector.
 pub trait Learner: Send + Sync {
-    /// Role of the suite whose tracks it learns from.
+    /// Role of the suite whose tracks are the examples.
     fn role(&self) -> &str;
 
-    /// Whether one model is learned from the tracks of all trackers, and not one for each tracker from its own.
+    /// True if one model is learned from the tracks of all trackers; false for one model per tracker.
     fn pools_trackers(&self) -> bool {
         false
     }
 
-    /// The parameters that the model depends on.
+    /// Parameters on which the model depends.
     fn params(&self) -> Value;
 
-    /// Learns from the examples, whose order is the suite's.
+    /// Learns from the examples, which are in the order of the suite.
     ///
     /// # Errors
     /// When the examples do not determine a model.
     fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError>;
 
-    /// The detector with a model that [`learn`](Learner::learn) made.
+    /// The detector with a model made by [`learn`](Learner::learn).
     ///
     /// # Errors
-    /// When the model is not of this learner.
+    /// When the model is not from this learner.
     fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError>;
 }

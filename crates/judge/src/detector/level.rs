@@ -16,25 +16,25 @@ use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
+/// The level detector in the list.
 pub const ENTRY: Entry<dyn Detector> =
     Entry::of::<Level>("level", 1, "alarm while the signal is below (or at and above) a fixed level")
         .example("{ below = 0.039 }")
         .more(&["{ above = 0.5 }"]);
 
-/// Parameters; exactly one of the two is given.
+/// Parameters; exactly one of `below` and `above` is given.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Alarm when the signal is less than this.
+    /// Alarm if the signal is less than this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Alarm when the signal is this or more.
+    /// Alarm if the signal is this or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
 }
 
-/// The detector.
+/// A fixed level of the signal.
 #[derive(Debug, Clone, Copy)]
 pub enum Level {
     /// Low values are alarms.
@@ -60,7 +60,7 @@ impl Plugin for Level {
 }
 
 impl Level {
-    /// Whether a value is an alarm.
+    /// True if the value is an alarm.
     pub fn is_alarm(self, y: f64) -> bool {
         match self {
             Self::Below(level) => y < level,
@@ -68,14 +68,14 @@ impl Level {
         }
     }
 
-    /// The level itself.
+    /// Value of the level.
     pub fn value(self) -> f64 {
         match self {
             Self::Below(level) | Self::Above(level) => level,
         }
     }
 
-    /// Which values are good.
+    /// Direction in which values are good.
     pub fn direction(self) -> Direction {
         match self {
             Self::Below(_) => Direction::HigherIsBetter,
@@ -83,7 +83,7 @@ impl Level {
         }
     }
 
-    /// The parameter that gives it.
+    /// Name of the parameter that sets the level.
     pub(super) fn key(self) -> &'static str {
         match self {
             Self::Below(_) => "below",

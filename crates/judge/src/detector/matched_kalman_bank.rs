@@ -12,7 +12,7 @@
 //! ```
 //!
 //! `y` and the level `x` are in the signal's unit; `P`, `R1` and `R2` in its square; `w` is a filter's
-//! probability but for a common factor; `t` is a 0-based frame. The first frame splits nothing.
+//! probability up to a common factor; `t` is a 0-based frame. The first frame splits nothing.
 //!
 //! A change is reported in the frame in which the last jump of the most probable filter is one that has not
 //! been reported yet: +1 when that filter's level is above the one it was split from, -1 below. Jumps
@@ -56,26 +56,26 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<MatchedKalmanBank>(
 pub struct Params {
     /// Probability q of a jump in a frame, 1e-9 to 0.5.
     pub jump_probability: f64,
-    /// Filters M that are kept, at least `life` + 2, at most 1000.
+    /// Number M of filters that are kept, at least `life` + 2, at most 1000.
     pub models: usize,
-    /// Smallest number of frames that a new filter is kept, 0 to 998.
+    /// Least number of frames that a new filter is kept, 0 to 998.
     pub life: usize,
     /// Variance P of the level before the first frame, 1e-12 to 1e12.
     pub start_variance: f64,
     /// Variance R1 of a jump, 1e-12 to 1e12.
     pub jump_variance: f64,
-    /// Fixed noise variance R2, 1e-12 to 1e12; estimated when not given.
+    /// Fixed noise variance R2, 1e-12 to 1e12; by default estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_variance: Option<f64>,
     /// Forgetting of the estimated noise variance, 0 to 1.
     pub forgetting: f64,
-    /// Smallest estimated noise variance, 1e-12 to 1e12.
+    /// Least estimated noise variance, 1e-12 to 1e12.
     pub least_noise: f64,
-    /// Samples whose variance is the first estimate of the noise, 2 to 1000.
+    /// Number of samples for the first estimate of the noise variance, 2 to 1000.
     pub start_window: usize,
-    /// Jumps closer than this many frames are one, at least 1.
+    /// Number of frames below which two jumps count as one, at least 1.
     pub merge: usize,
-    /// Level before the first frame, between -1e100 and 1e100; the first sample when not given.
+    /// Level before the first frame, between -1e100 and 1e100; by default the first sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_level: Option<f64>,
 }
@@ -98,7 +98,7 @@ impl Default for Params {
     }
 }
 
-/// Largest magnitude of a sample.
+/// Largest magnitude of a sample. Larger ones are clipped.
 const MAX_MAGNITUDE: f64 = 1e100;
 
 #[derive(Debug, Clone)]
@@ -133,7 +133,7 @@ impl Plugin for MatchedKalmanBank {
 }
 
 impl MatchedKalmanBank {
-    /// The bank after the last of these samples, of which there is at least one.
+    /// State of the bank after these samples, of which there is at least one.
     fn run(&self, samples: &[f64]) -> Bank<'_> {
         let noise = self.0.noise_variance.unwrap_or_else(|| variance(samples).max(self.0.least_noise));
         let level = self.0.start_level.unwrap_or_else(|| samples.first().copied().unwrap_or_default());
@@ -145,36 +145,36 @@ impl MatchedKalmanBank {
     }
 }
 
-/// Unbiased variance; 0 of fewer than two samples.
+/// Unbiased variance; 0 for fewer than two samples.
 fn variance(samples: &[f64]) -> f64 {
     let n = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / n;
     samples.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)
 }
 
-/// Last jump of a filter's level: its frame, and the level before it.
+/// Last jump of a filter's level: the frame, and the level before it.
 #[derive(Debug, Clone, Copy)]
 struct Jump {
     frame: usize,
     from: f64,
 }
 
-/// One hypothesis of when the level has jumped.
+/// A hypothesis of the frames in which the level jumped.
 #[derive(Debug, Clone, Copy)]
 struct Filter {
     level: f64,
     variance: f64,
     log_weight: f64,
-    /// Error of its last forecast.
+    /// Error of the filter's last forecast.
     error: f64,
     jump: Option<Jump>,
 }
 
-/// The hypotheses, older ones first.
+/// Bank of filters, older ones first.
 struct Bank<'a> {
     params: &'a Params,
     filters: Vec<Filter>,
-    /// The most probable one; of equals the oldest.
+    /// Most probable filter; of equal ones, the oldest.
     best: Filter,
     noise: f64,
     next: usize,
@@ -227,7 +227,7 @@ impl Bank<'_> {
         self.filters.push(jumps);
     }
 
-    /// Cuts the least probable filter that has lived long enough; of equals the youngest.
+    /// Removes the least probable filter that has lived long enough; of equal ones, the youngest.
     fn prune(&mut self, t: usize) {
         let old = |f: &Filter| f.jump.is_none_or(|jump| t - jump.frame >= self.params.life);
         let may_go = self.filters.iter().enumerate().filter(|(_, f)| old(f));

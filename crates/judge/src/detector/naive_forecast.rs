@@ -30,13 +30,13 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<NaiveForecast>(
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Frames before the first forecast, at least 1.
+    /// Number of frames before the first forecast, at least 1.
     pub window: usize,
-    /// Frames a forecast looks ahead, at least 1.
+    /// Number of frames that a forecast looks ahead, at least 1.
     pub horizon: usize,
-    /// Smallest forecast error that is an alarm, in the signal's unit, above 0.
+    /// Least forecast error that is an alarm, in the signal's unit, above 0.
     pub threshold: f64,
-    /// Which origin serves which frame.
+    /// Assignment of forecast origins to frames.
     pub scheme: Scheme,
 }
 

@@ -16,9 +16,8 @@
 //!
 //! Choices: sigma from the first 25 frames, `k = 0.5` and `h = 5` as there. The mean of the start begins the running
 //! mean, which has the current frame in it, as in the usual implementations. An alarm stays until the signal is back
-//! at `mu` (`after = "latch"`), for the reason given at `cusum`; frames that follow an alarm frame are not in the
-//! mean, since the lost target's values are not normal. With `after = "reset"` the mean begins anew after an alarm:
-//! the level of the loss becomes the normal one, and alarms are changes of level, to be read as one-frame events.
+//! at `mu`, for the reason given at `cusum`; frames that follow an alarm frame are not in the mean, since the lost
+//! target's values are not normal.
 
 use super::Detector;
 use super::control_chart::ControlChart;
@@ -30,7 +29,7 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<true>>(
     "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
 )
 .example("{ below = 5.0 }")
-.more(&["{ above = 0.5, start = 4, after = \"reset\" }", "{ below = 0.5, start = 4, floor = 0.1 }"]);
+.more(&["{ above = 0.5, start = 4 }", "{ below = 0.5, start = 4, floor = 0.1 }"]);
 
 #[cfg(test)]
 mod tests {
@@ -38,22 +37,18 @@ mod tests {
     use crate::detector::Input;
 
     // By hand: the start has mean 0 and standard deviation 1. Frame 3 moves the mean to 1: S = 4 - 1 - 0.5.
-    // Latched, the mean stays 1: S grows by 2 - 1 - 0.5, and frame 5 ends the alarm. Frame 7 is the sixth in the mean:
-    // 1 + 5/6. Reset, frames 4 to 7 have the means 2, 3/2, 4/3 and 5/2.
+    // The mean stays 1 in the alarm: S grows by 2 - 1 - 0.5, and frame 5 ends the alarm. Frame 7 is the sixth in the mean:
+    // 1 + 5/6.
     #[test]
     fn sums_by_hand() {
         let signal = [-1.0, 0.0, 1.0, 4.0, 2.0, 1.0, 1.0, 6.0];
-        for (after, want) in [
-            ("latch", [0.0, 0.0, 0.0, 2.5, 3.0, 0.0, 0.0, 11.0 / 3.0]),
-            ("reset", [0.0, 0.0, 0.0, 2.5, 0.0, 0.0, 0.0, 3.0]),
-        ] {
-            let detector = ENTRY.build_from_text(&format!("{{ above = 2.5, start = 3, after = {after:?} }}"));
-            let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
-            let output = detector.unwrap().detect(&input);
-            let near = |(got, want): (&f64, &f64)| (got - want).abs() < 1e-14;
-            assert!(output.score.iter().zip(&want).all(near), "{after}: {:?}", output.score);
-            assert_eq!(output.alarm, want.map(|s| s >= 2.5), "{after}");
-        }
+        let want = [0.0, 0.0, 0.0, 2.5, 3.0, 0.0, 0.0, 11.0 / 3.0];
+        let detector = ENTRY.build_from_text("{ above = 2.5, start = 3 }").unwrap();
+        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
+        let output = detector.detect(&input);
+        let near = |(got, want): (&f64, &f64)| (got - want).abs() < 1e-14;
+        assert!(output.score.iter().zip(&want).all(near), "{:?}", output.score);
+        assert_eq!(output.alarm, want.map(|s| s >= 2.5));
     }
 
     // A slow drift of 2.3 sigma in all: the running mean lags by half of it, which k allows; the start's mean by all

@@ -40,13 +40,13 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<RelativeDrop>(
     "{ rule = \"excess\", below = -0.3 }",
 ]);
 
-/// How a value is compared with the mean.
+/// Rule by which a value is compared with the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
-    /// Value over mean.
+    /// Value divided by the mean.
     Ratio,
-    /// Mean less value, over the value.
+    /// Mean minus value, divided by the value.
     Excess,
 }
 
@@ -54,18 +54,19 @@ pub enum Rule {
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Alarm when the score is less than this; below 1 for `ratio`, below 0 for `excess`.
+    /// Alarm if the score is less than this; below 1 for `ratio`, below 0 for `excess`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Alarm when the score is this or more; above 1 for `ratio`, above 0 for `excess`.
+    /// Alarm if the score is this or more; above 1 for `ratio`, above 0 for `excess`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// How a value is compared with the mean.
+    /// Rule by which a value is compared with the mean.
     pub rule: Rule,
-    /// Good frames that the mean is over, the last ones, 1 to 10000; all when not given.
+    /// Number of latest good frames over which the mean is taken, 1 to 10000; by default all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
-    /// Good frames before the first decision, 1 to 10000 and at most `window`; frames before it are good.
+    /// Number of good frames before the first decision, 1 to 10000 and at most `window`. Frames before it
+    /// count as good.
     pub least: usize,
 }
 
@@ -105,7 +106,7 @@ impl Plugin for RelativeDrop {
 }
 
 impl RelativeDrop {
-    /// The score of a value, `None` where the mean allows none.
+    /// Score of a value; `None` if the mean allows none.
     fn score(&self, y: f64, mean: f64) -> Option<f64> {
         let score = match self.params.rule {
             Rule::Ratio => y / mean,
@@ -157,11 +158,11 @@ impl Causal for RelativeDrop {
     }
 }
 
-/// Ranges of `window` and `least`, which [`check_least`] compares.
+/// Range of `window`; `LEAST` is that of `least`. [`check_least`] compares both.
 pub(super) const WINDOW: Range = Range::within("window", 1.0, 10_000.0);
 pub(super) const LEAST: Range = Range::within("least", 1.0, 10_000.0);
 
-/// Refuses a first decision after more good frames than the window has.
+/// Refuses a first decision that needs more good frames than the window holds.
 pub(super) fn check_least(least: usize, window: Option<usize>) -> Result<(), ParamError> {
     match window {
         Some(window) if least > window => Err(ParamError::out_of_range("least", "at most `window`", least)),
@@ -169,7 +170,7 @@ pub(super) fn check_least(least: usize, window: Option<usize>) -> Result<(), Par
     }
 }
 
-/// A signal in the frames called good so far.
+/// Values of a signal in the good frames so far.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum GoodFrames {
     All(RunningMean),

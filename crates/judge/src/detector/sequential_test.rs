@@ -47,9 +47,9 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<SequentialTest>(
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum After {
-    /// The test goes on: alarm while X >= 1 / alpha.
+    /// The test continues: the alarm lasts while X >= 1 / alpha.
     Continue,
-    /// A new test begins, X = 1, with the bets going on: the alarm lasts one frame.
+    /// A new test begins with X = 1 and the same bets; the alarm lasts one frame.
     Restart,
 }
 
@@ -57,21 +57,23 @@ pub enum After {
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Smallest mean of the signal that is good, in the signal's unit, between `low` and `high`; lower ones are alarms.
+    /// Least good mean of the signal, in the signal's unit, between `low` and `high`. A lower mean is an
+    /// alarm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Largest mean of the signal that is good, in the signal's unit, between `low` and `high`; higher ones are alarms.
+    /// Largest good mean of the signal, in the signal's unit, between `low` and `high`. A higher mean is an
+    /// alarm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// Smallest value that the signal can have; smaller ones count as this.
+    /// Least possible value of the signal. Smaller values count as this.
     pub low: f64,
-    /// Largest value that the signal can have, above `low`; larger ones count as this.
+    /// Largest possible value of the signal, above `low`. Larger values count as this.
     pub high: f64,
     /// Largest probability of an alarm on a good track, 1e-12 to 0.5.
     pub alpha: f64,
-    /// Largest bet as a share of the one that could lose everything, 0.01 to 0.99.
+    /// Largest bet, as a share of the bet that could lose everything, 0.01 to 0.99.
     pub largest_bet: f64,
-    /// Frames that the bets are made from, the last ones, 1 to 100000; all when not given.
+    /// Number of latest frames from which the bets are computed, 1 to 100000; by default all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
     /// Behavior after an alarm.
@@ -128,7 +130,7 @@ impl Plugin for SequentialTest {
 }
 
 impl SequentialTest {
-    /// The quality M of a value of the signal.
+    /// Quality M of a value of the signal.
     fn quality(&self, y: f64) -> f64 {
         let Params { low, high, .. } = self.params;
         let y = y.clamp(low, high);
@@ -164,7 +166,7 @@ impl Detector for SequentialTest {
 }
 
 impl Causal for SequentialTest {
-    /// The bets, and ln X.
+    /// State of the bets, and ln X.
     type Memory = (Bets, f64);
 
     fn begin(&self) -> (Bets, f64) {
@@ -184,14 +186,15 @@ impl Causal for SequentialTest {
     }
 }
 
-/// The bets, and what they are made from.
+/// Bets, and the sums from which they are computed.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Bets {
     eps: f64,
     largest: f64,
-    /// Quality of the frames in the window, and its squared deviation from the mean that then was; none without a window.
+    /// Quality of each frame in the window, with the squared deviation from the mean at that time; empty
+    /// without a window.
     frames: VecDeque<(f64, f64)>,
-    /// Sums of both over the frames that count.
+    /// Sum of the qualities; the sum of the squared deviations follows.
     sum: f64,
     squares: f64,
     count: f64,
@@ -202,14 +205,14 @@ impl Bets {
         (0.5 + self.sum) / (self.count + 1.0)
     }
 
-    /// The bet on the next frame.
+    /// Bet on the next frame.
     fn next(&self) -> f64 {
         let gap = self.eps - self.mean();
         let variance = (0.25 + self.squares) / (self.count + 1.0);
         (gap / (variance + gap * gap)).clamp(0.0, self.largest)
     }
 
-    /// Takes a frame's quality in, and what `window` leaves behind out.
+    /// Adds the quality of a frame and removes the oldest one when `window` is full.
     fn add(&mut self, quality: f64, window: Option<usize>) {
         self.sum += quality;
         self.count += 1.0;

@@ -1,16 +1,18 @@
-//! A level of the signal in standard deviations of its own values: a reading of detectors whose published threshold may be
-//! meant so (CovF's 2.3 is near 2.326, the 99 % point of a normal distribution).
+//! A level of the signal in standard deviations of its own values. This is a reading of detectors whose
+//! published threshold may be in that unit (CovF's 2.3 is near 2.326, the 99 % point of a normal
+//! distribution).
 //!
 //! ```text
 //! z[t] = (y[t] - m) / s            alarm at t when z[t] < below          or          z[t] >= above
 //! ```
 //!
-//! `y` is the signal and `t` a 0-based frame; `z` has no unit. `m` and `s` are mean and standard deviation (of the population)
-//! of `y` over the `span` frames before t (`over = "frames-before"`, z = 0 until there are as many), or over all frames of
-//! the track (`over = "track"`, which looks ahead: a track can only be judged as a whole). Where the values do not vary by more
-//! than one part in 10^9 of the largest, `z` is 0. Which of high and low values are bad is the signal's affair.
+//! `y` is the signal and `t` a 0-based frame; `z` has no unit. `m` and `s` are mean and standard deviation
+//! (of the population) of `y` over the `span` frames before t (`over = "frames-before"`, z = 0 until there
+//! are as many), or over all frames of the track (`over = "track"`, which looks ahead: a track can only be
+//! judged as a whole). Where the values do not vary by more than one part in 10^9 of the largest, `z` is 0.
+//! The signal declares whether high or low values are bad.
 //!
-//! Source: none; it is here to measure what the published numbers speak for.
+//! Source: none; the detector serves to compare readings with published numbers.
 
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream};
@@ -28,11 +30,11 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<StandardScore>(
 .example("{ above = 2.3, span = 25 }")
 .more(&["{ above = 1.0 }"]);
 
-/// The frames whose mean and deviation count.
+/// Frames over which mean and deviation are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Over {
-    /// The `span` frames before.
+    /// The `span` frames before the current one.
     FramesBefore,
     /// All frames of the track.
     Track,
@@ -42,15 +44,15 @@ pub enum Over {
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Alarm when z is less than this.
+    /// Alarm if z is less than this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Alarm when z is this or more.
+    /// Alarm if z is this or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// The frames whose mean and deviation count.
+    /// Frames over which mean and deviation are taken.
     pub over: Over,
-    /// Number of frames before, 2 to 100000.
+    /// Number of frames before the current one, 2 to 100000.
     pub span: usize,
 }
 
@@ -78,7 +80,7 @@ impl Plugin for StandardScore {
     }
 }
 
-/// Standard score of a value among others; 0 where these do not vary.
+/// Standard score of a value relative to others; 0 if these do not vary.
 fn standard_score(value: f64, among: &[f64]) -> f64 {
     let count = among.len() as f64;
     let mean = among.iter().sum::<f64>() / count;

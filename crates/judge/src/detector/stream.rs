@@ -1,7 +1,7 @@
-//! Detectors that judge a track while it goes on.
+//! Detectors that judge a live track, frame by frame.
 //!
-//! A `Causal` detector says what one frame does to its memory. That is all it needs to judge both a whole track, by `whole`,
-//! and one that goes on, by `follow`.
+//! A `Causal` detector defines how one frame changes its memory. From that, `whole` judges a whole track, and
+//! `follow` judges a live one.
 
 use super::labels::LossState;
 use super::{Detector, DetectorOutput, Input};
@@ -11,76 +11,77 @@ use crate::saved;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Judgement of one frame by a [`Stream`].
+/// Result for one frame from a [`Stream`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Judgement {
-    /// Probability that the target is lost in this frame, in `[0, 1]`; NaN from detectors that estimate none.
+    /// Probability that the target is lost in this frame, in `[0, 1]`; NaN for detectors that estimate none.
     pub probability: f64,
-    /// Whether an alarm is on: from the frame in which it was raised until the recovery is confirmed.
+    /// True while an alarm is on: from the frame in which it was raised until the recovery is confirmed.
     pub lost: bool,
-    /// Whether this frame raises the alarm, and does not only hold one of the frames before.
+    /// True if this frame itself raises the alarm, instead of holding one of an earlier frame.
     pub raised: bool,
-    /// Features that speak for a loss, the loudest first; none that speaks against it.
+    /// Features that speak for a loss, the strongest first.
     pub reasons: Vec<Reason>,
 }
 
-/// One of the features that speak for a loss.
+/// A feature that speaks for a loss.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reason {
-    /// In words: `colors of the first frame: 0.21, usually 0.93`.
+    /// Description like `colors of the first frame: 0.21, usually 0.93`.
     pub text: String,
-    /// Its share of the log odds of a loss, above 0.
+    /// Contribution to the log odds of a loss, above 0.
     pub weight: f64,
 }
 
-/// A track being judged; `push` is called once a frame, in order, from the first frame on. Its memory does not grow.
+/// A track that is judged live. `push` is called once per frame, in order, from the first frame on. The
+/// memory does not grow.
 pub trait Stream: Send {
-    /// Judges the next frame by the values of the detector's signals, in their order; NaN for an input that is missing in
-    /// this frame.
+    /// Judges the next frame from the values of the detector's signals, in their order. NaN is a value that
+    /// is missing in this frame.
     fn push(&mut self, values: &[f64]) -> Judgement;
 
-    /// Everything that it remembers, for [`Detector::resume`].
+    /// Saves the state for [`Detector::resume`].
     fn save(&self) -> Vec<u8>;
 }
 
 /// A detector that judges frame by frame.
 pub(super) trait Causal: Detector + Clone + 'static {
-    /// Memory of the frames before, of bounded size.
+    /// State between frames, of bounded size.
     type Memory: Serialize + DeserializeOwned + Send;
 
-    /// The memory before the first frame.
+    /// State before the first frame.
     fn begin(&self) -> Self::Memory;
 
-    /// Judges the next frame by the values of its signals, which are finite.
+    /// Judges the next frame from the values of its signals, which are finite.
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
 
-    /// The reason of an alarm in words; `None` where the score is the reason.
+    /// Reason of an alarm in words; `None` if the score is the reason.
     fn reason(&self, _values: &[f64]) -> Option<String> {
         None
     }
 }
 
-/// A detector's score, alarm and forecast of one frame.
+/// Score, alarm and forecast of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
-    /// The number that is compared with the threshold.
+    /// Value that is compared with the threshold.
     pub score: f64,
-    /// Whether it is an alarm.
+    /// True if the frame is an alarm.
     pub alarm: bool,
-    /// The forecast of the signal, from detectors that make one; NaN in a frame without.
+    /// Forecast of the signal, NaN in frames without one; `None` for detectors that make no forecasts.
     pub forecast: Option<f64>,
-    /// The number that is compared with the threshold, where it is not the score.
+    /// Value that is compared with the threshold, if it is not the score.
     pub alarm_score: Option<f64>,
 }
 
 impl Step {
-    /// A score and an alarm alone.
+    /// Step with a score and an alarm alone.
     pub fn new(score: f64, alarm: bool) -> Self {
         Self { score, alarm, forecast: None, alarm_score: None }
     }
 }
 
-/// Judges a whole track.
+/// Judges a whole track frame by frame.
 pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutput {
     let mut memory = detector.begin();
     let mut output = DetectorOutput::default();
@@ -102,25 +103,25 @@ pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutpu
     output
 }
 
-/// The detector before the first frame of a track that goes on.
+/// Stream before the first frame of a live track.
 pub(super) fn follow<D: Causal>(detector: &D) -> Option<Box<dyn Stream>> {
     let memory = (detector.begin(), LossState::default());
     Some(Box::new(Following { detector: detector.clone(), memory }))
 }
 
-/// The same with what [`Stream::save`] kept; `None` if that is of another detector.
+/// Stream in the state saved by [`Stream::save`]; `None` if the bytes are from another detector.
 pub(super) fn go_on<D: Causal>(detector: &D, saved: &[u8]) -> Option<Box<dyn Stream>> {
     Some(Box::new(Following { detector: detector.clone(), memory: saved::from_bytes(saved)? }))
 }
 
-/// A detector on a track that goes on. A frame without a value changes nothing.
+/// A detector on a live track. Frames without a value leave its state unchanged.
 struct Following<D: Causal> {
     detector: D,
     memory: (D::Memory, LossState),
 }
 
 impl<D: Causal> Following<D> {
-    /// Why a score is an alarm; nothing where the alarm is only held.
+    /// Reason why a score is an alarm; `None` if the alarm is only held.
     fn reason(&self, values: &[f64], score: f64) -> Option<Reason> {
         if let Some(text) = self.detector.reason(values) {
             return Some(Reason { text, weight: 1.0 });

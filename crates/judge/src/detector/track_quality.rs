@@ -1,6 +1,6 @@
-//! Track quality without ground truth: the condition of a tracker, and whether its track can be trusted
-//! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; SanMiguel and Cavallaro, CVIU 131, 2015,
-//! section 6). Shared by `arte` and `arte-star`.
+//! Track quality without ground truth: the condition of a tracker, and if its track can be trusted
+//! (SanMiguel, Cavallaro and Martinez, IEEE TIP 21(5), 2012; SanMiguel and Cavallaro, CVIU 131, 2015, section
+//! 6). Shared by `arte` and `arte-star`.
 
 pub mod machine;
 pub mod recovery;
@@ -14,19 +14,19 @@ use machine::{Events, Machine, TRANSITIONS};
 use recovery::Recovery;
 use serde::{Deserialize, Serialize};
 
-/// The condition of a tracker.
+/// Condition of a tracker, estimated from its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Condition {
-    /// It follows something: its target or, while the track is unsuccessful, something else.
+    /// The tracker follows something: its target or, on an unsuccessful track, something else.
     LockedOn,
-    /// Its hypotheses draw together.
+    /// The hypotheses of the tracker converge.
     LockingIn,
-    /// Its hypotheses are spread; it looks for its target.
+    /// The hypotheses of the tracker are spread while it searches for the target.
     Scanning,
 }
 
 impl Condition {
-    /// Its number in files and figures.
+    /// Number of the condition in files and figures.
     pub fn level(self) -> f64 {
         match self {
             Self::LockedOn => 1.0,
@@ -35,7 +35,7 @@ impl Condition {
         }
     }
 
-    /// Its name in files and figures.
+    /// Name of the condition in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::LockedOn => "locked-on",
@@ -45,39 +45,40 @@ impl Condition {
     }
 }
 
-/// A recovery check: whether the tracker has recovered, by a run backwards.
+/// A recovery check, which runs the tracker backwards to test if it has recovered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// The frame in which it was made, from 0.
+    /// Frame in which the check was made, from 0.
     pub frame: usize,
-    /// The frame that the run goes back to, the last one before the track was lost; from 0.
+    /// Frame to which the run goes back, the last one before the track was lost; from 0.
     pub reference: usize,
-    /// Tracking error in that frame between the way forward and the way back, in `[0, 1]`; `None` without a run.
+    /// Tracking error in that frame between the forward and the backward run, in `[0, 1]`; `None` without a
+    /// run.
     pub error: Option<f64>,
-    /// Whether the track counts as successful again.
+    /// True if the track counts as successful again.
     pub accepted: bool,
 }
 
-/// The steps by which a detector came to its labels.
+/// Steps by which a detector arrived at its labels.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
-    /// The condition in each frame.
+    /// Condition in each frame.
     pub condition: Vec<Condition>,
-    /// The checks, in order of frames.
+    /// Recovery checks, in order of frames.
     pub checks: Vec<Check>,
-    /// Frames in which a row of the [table](machine::TRANSITIONS) was taken, with the row.
+    /// Frames in which a row of the [table](machine::TRANSITIONS) was applied, with the index of the row.
     pub transitions: Vec<(usize, usize)>,
 }
 
 impl Quality {
-    /// The runs of the tracker backwards.
+    /// Number and length of the runs backwards.
     pub fn effort(&self) -> Effort {
         let run = self.checks.iter().filter(|c| c.error.is_some());
         run.map(|c| Effort { runs: 1, frames: (c.frame - c.reference) as u64 }).sum()
     }
 }
 
-/// Runs of trackers backwards in time.
+/// Amount of runs backwards in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Effort {
     /// Number of runs.
@@ -92,13 +93,13 @@ impl std::iter::Sum for Effort {
     }
 }
 
-/// Ranges of the parameters that the detectors share.
+/// Range of `accept_below`; the ranges of the other shared parameters follow.
 pub(super) const ACCEPT_BELOW: Range = Range::of("accept_below").above(0.0).at_most(1.0);
 pub(super) const REVERSE_LIMIT: Range = Range::within("reverse_limit", 0.0, 100_000.0);
 pub(super) const LOCKING_IN_LIMIT: Range = Range::within("locking_in_limit", 1.0, 100_000.0);
 pub(super) const REFERENCE_LAG: Range = Range::within("reference_lag", 1.0, 100_000.0);
 
-/// Settings of the machine and of its recovery checks.
+/// Settings of the state machine and of its recovery checks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
     recovery: Recovery,
@@ -107,7 +108,7 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    /// Rules for parameters that are in their ranges.
+    /// Creates rules from parameters that are in their ranges.
     pub(super) fn new(
         accept_below: f64,
         reverse_limit: usize,
@@ -117,7 +118,7 @@ impl Rules {
         Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag }
     }
 
-    /// Labels each frame whether the track is unsuccessful, and gives the steps that led there; as long as `events`.
+    /// Labels each frame of an unsuccessful track and records the steps. `events` has one entry per frame.
     pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
         let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
         let mut quality = Quality::default();

@@ -19,10 +19,10 @@
 //! `least_reference`, right before the test window; `v` is at least `variance_floor`; the means are
 //! compared, and `energy` is the other reading of "chi-square test".
 //!
-//! Alarms stand while the two windows differ, after a fall as after a rise. A run of alarms with m2 >= m1
-//! therefore begins with the change +1 and one with m2 < m1 with -1 (the track is consistent again), also
-//! where the one follows the other without a gap. The end of an alarm is no change: the reference window
-//! has only caught up.
+//! Alarms last while the two windows differ, after a fall as well as after a rise. A run of alarms with m2 >=
+//! m1 therefore begins with the change +1, one with m2 < m1 with -1 (the track is consistent again), even if
+//! one directly follows the other. The end of an alarm is not a change; the reference window has merely
+//! caught up.
 
 use super::{Detector, DetectorOutput, Input, consistency};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -40,30 +40,30 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<TwoModelChiSquare>(
     "{ length = 1, reference = 9, variance_floor = 0.01 }",
 ]);
 
-/// The statistic.
+/// Statistic that is tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Test {
-    /// The means of the two windows.
+    /// Means of the two windows.
     Mean,
-    /// The energy of the last frames about the mean before them.
+    /// Energy of the last frames about the mean before them.
     Energy,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Frames of the test window L, 1 to 10000.
+    /// Length of the test window in frames, L, 1 to 10000.
     pub length: usize,
     /// Length of the reference window in units of `length`, 1 to 100.
     pub reference: usize,
-    /// Fewest frames of the reference window, 2 to 10000.
+    /// Least length of the reference window in frames, 2 to 10000.
     pub least_reference: usize,
-    /// Probability of an alarm where nothing changes, 1e-6 to 0.5.
+    /// Probability of an alarm if nothing changes, 1e-6 to 0.5.
     pub alpha: f64,
-    /// Smallest variance, in the square of the signal's unit, finite and above 0.
+    /// Least variance, in the square of the signal's unit, finite and above 0.
     pub variance_floor: f64,
-    /// The statistic.
+    /// Statistic that is tested.
     pub test: Test,
 }
 
@@ -113,7 +113,7 @@ impl Plugin for TwoModelChiSquare {
 }
 
 impl TwoModelChiSquare {
-    /// T, and m2 - m1 in some unit, of a reference window and the test window after it.
+    /// T, and m2 - m1 in some unit, for a reference window followed by the test window.
     fn statistic(&self, reference: &[f64], test: &[f64]) -> (f64, f64) {
         // In units of the largest value nothing overflows, and a constant signal is constant exactly.
         let unit = reference.iter().chain(test).fold(0.0_f64, |most, y| most.max(y.abs()));

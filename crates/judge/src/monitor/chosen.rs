@@ -1,4 +1,4 @@
-//! The method of a monitor at work.
+//! The method that a monitor uses, with its state.
 
 use super::MonitorError;
 use crate::detector::{Judgement, Stream};
@@ -11,10 +11,10 @@ use crate::signal::Reads;
 use crate::tracker::RunContext;
 use sha2::{Digest, Sha256};
 
-/// A method with the memory of its signals and of its detector.
+/// A method with the states of its signals and its detector.
 pub(super) struct Chosen {
     pub name: String,
-    /// Digest of everything that the memory depends on beside the track.
+    /// Digest of everything on which the state depends, apart from the track.
     pub digest: String,
     detector: FixedDetector,
     pub reader: Reader,
@@ -22,7 +22,7 @@ pub(super) struct Chosen {
 }
 
 impl Chosen {
-    /// The method of this name before its first frame, with a budget of false alarms if it is given one.
+    /// Named method before its first frame, with a budget of false alarms if one is given.
     pub fn start(name: &str, budget: Option<f64>) -> Result<Self, MonitorError> {
         let unfit = |reason| MonitorError::Unfit { method: name.to_string(), reason, known: able() };
         let method = Method::named(name, budget).map_err(|e| match e {
@@ -35,7 +35,7 @@ impl Chosen {
         })
     }
 
-    /// The method that is recommended for the inputs, of those that take a budget if there is one.
+    /// Recommended method for the inputs; with a budget, one that has a budget.
     pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
         let name = match budget {
             Some(_) => method::recommended_with_budget(inputs),
@@ -44,7 +44,7 @@ impl Chosen {
         Self::start(name, budget)
     }
 
-    /// The method before its first frame, or why it cannot monitor.
+    /// Method before its first frame, or the reason why it cannot monitor.
     fn of_method(method: Method) -> Result<Self, Refusal> {
         if method.detector.detector.learner().is_some() {
             return Err(Refusal::Unfit("is trained for each experiment"));
@@ -60,7 +60,7 @@ impl Chosen {
         Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
     }
 
-    /// Judges the next frame, from the first region on; the text says why a signal has no value.
+    /// Judges the next frame, from the first region on. The text says why a signal has no value.
     pub fn push(&mut self, seen: &Seen<'_>) -> Option<(Judgement, Option<String>)> {
         let values = self.reader.push(seen)?;
         let has_confidence = seen.confidence.is_some_and(f64::is_finite);
@@ -81,13 +81,13 @@ impl Chosen {
         Some((self.stream.push(&values), fault.or(needs)))
     }
 
-    /// Note on a frame of which no signal has a value.
+    /// Note on a frame in which no signal has a value.
     fn needs(&self) -> Option<String> {
         let first = self.reader.signals().first()?;
         Some(format!("nothing to judge by: the method needs {}", first.reads().need()))
     }
 
-    /// Takes over the memory of another one of the same method; `false` if it does not fit.
+    /// Restores saved states of the same method. Returns `false` if they do not match.
     pub fn restore(&mut self, signals: &[Vec<u8>], stream: &[u8], last: Option<Region>) -> bool {
         let Some(stream) = self.detector.detector.resume(stream) else { return false };
         self.stream = stream;
@@ -95,13 +95,13 @@ impl Chosen {
     }
 }
 
-/// Why a method cannot monitor.
+/// Reason why a method cannot monitor.
 enum Refusal {
     Unfit(&'static str),
     Error(MonitorError),
 }
 
-/// The methods that can monitor.
+/// Names of the methods that can monitor.
 pub(super) fn able() -> Vec<&'static str> {
     let can = |name: &&str| Method::named(name, None).is_ok_and(|method| Chosen::of_method(method).is_ok());
     method::names().into_iter().filter(can).collect()

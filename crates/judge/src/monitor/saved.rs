@@ -1,10 +1,11 @@
-//! Monitors as bytes: a line with the format's number, the SHA-256 digest of what follows, and the memory of the method.
+//! Saved monitors as bytes: a line with the number of the format, the SHA-256 digest of the rest, and the
+//! state of the method.
 //!
 //! Formats:
 //! - 1: first version.
-//! - 2: whether the loss that is on was raised in a frame with a box; the inputs, and where boxes count from.
-//! - 3: a confidence that is missing is the last one again, as in `detect`; whether nobody has named a method; how long a probability of one half still
-//!   counts.
+//! - 2: adds whether the current loss was raised in a frame with a box, the inputs, and the pixel base.
+//! - 3: a missing confidence repeats the last one, as in `detect`; adds whether the
+//!   method was named, and how long a probability of one half still counts.
 
 use super::chosen::Chosen;
 use super::{Monitor, MonitorError, Options};
@@ -17,7 +18,7 @@ use sha2::{Digest, Sha256};
 
 const NAME: &[u8] = b"trackfail-monitor ";
 const FORMAT: &[u8] = b"3";
-/// Bytes of a digest.
+/// Length of a digest in bytes.
 const DIGEST: usize = 32;
 
 #[derive(Serialize, Deserialize)]
@@ -41,13 +42,13 @@ struct MethodMemory {
     stream: Vec<u8>,
 }
 
-/// A memory behind a head and its own digest.
+/// Serializes a state after a head and its own digest.
 pub(super) fn sealed(head: &[u8], memory: &impl Serialize) -> Result<Vec<u8>, MonitorError> {
     let memory = postcard::to_stdvec(memory).map_err(|_| MonitorError::Damaged)?;
     Ok([head, Sha256::digest(&memory).as_slice(), &memory].concat())
 }
 
-/// The memory that stands behind a head.
+/// Deserializes the state after a head.
 pub(super) fn unsealed<M: DeserializeOwned>(rest: &[u8]) -> Result<M, MonitorError> {
     let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
     if Sha256::digest(memory).as_slice() != digest {
@@ -57,7 +58,7 @@ pub(super) fn unsealed<M: DeserializeOwned>(rest: &[u8]) -> Result<M, MonitorErr
 }
 
 impl Monitor {
-    /// Everything that it remembers, for [`Monitor::resume`].
+    /// Saves the state for [`Monitor::resume`].
     ///
     /// # Errors
     /// When the method has a signal that cannot be saved.
@@ -77,11 +78,11 @@ impl Monitor {
         sealed(&[NAME, FORMAT, b"\n"].concat(), &memory)
     }
 
-    /// A monitor as it was when it was [saved](Monitor::save): it goes on with the same answers.
+    /// Restores a monitor from a [saved](Monitor::save) state; it then gives the same answers.
     ///
     /// # Errors
-    /// For bytes that are no state, damaged, or of another version; for a state of another method, budget, inputs or base than
-    /// those of the options.
+    /// Bytes that are not a state, damaged, or of another version; a state with a method, budget, inputs or
+    /// base other than those of the options.
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let rest = saved.strip_prefix(NAME).ok_or(MonitorError::NoState)?;
         let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;

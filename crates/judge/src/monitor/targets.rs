@@ -1,19 +1,20 @@
-//! The targets of a stream, each with a monitor of its own, and their state as bytes.
+//! Targets of a stream, each with its own monitor, and their state as bytes.
 //!
-//! The state of a stream without ids is that of its [`Monitor`]. With ids it is a line with the format's number, the SHA-256
-//! digest of what follows, the number of the next line, and the id and the state of each target.
+//! The state of a stream without ids is that of its [`Monitor`]. With ids, it is a line with the number of
+//! the format, the SHA-256 digest of the rest, the index of the next line, and the id and state of each
+//! target.
 
 use super::saved::{sealed, unsealed};
 use super::{Monitor, MonitorError, Options};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Targets at once, at most.
+/// Most targets at once.
 pub const MAX_TARGETS: usize = 256;
 
 const HEAD: &[u8] = b"trackfail-monitors 1\n";
 
-/// The id of a target, as the lines have it.
+/// Id of a target, as given in the lines.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Id {
@@ -23,12 +24,12 @@ pub enum Id {
     Text(String),
 }
 
-/// The monitors of a stream.
+/// Monitors of a stream, by target.
 pub struct Targets {
     options: Options,
-    /// Without an id, the target of lines without one. It is there from the start.
+    /// Monitors by id. The key `None` is the target of lines without an id, which exists from the start.
     monitors: BTreeMap<Option<Id>, Monitor>,
-    /// Number of the line that comes next.
+    /// Index of the next line.
     index: u64,
 }
 
@@ -38,7 +39,7 @@ struct Memory {
     targets: Vec<(Option<Saved>, Vec<u8>)>,
 }
 
-/// An id in the state, which needs to be told apart without a look at the type.
+/// An id in saved form. Its tag makes numbers and texts distinguishable.
 #[derive(Serialize, Deserialize)]
 enum Saved {
     Number(i64),
@@ -46,19 +47,19 @@ enum Saved {
 }
 
 impl Targets {
-    /// A stream before its first line.
+    /// Creates a stream before its first line.
     ///
     /// # Errors
-    /// As [`Monitor::new`].
+    /// The errors of [`Monitor::new`].
     pub fn new(options: Options) -> Result<Self, MonitorError> {
         let monitors = [(None, Monitor::new(&options)?)].into();
         Ok(Self { options, monitors, index: 0 })
     }
 
-    /// A stream as it was when it was saved.
+    /// Restores a stream from a saved state.
     ///
     /// # Errors
-    /// As [`Monitor::resume`].
+    /// The errors of [`Monitor::resume`].
     pub fn resume(options: Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let Some(rest) = saved.strip_prefix(HEAD) else {
             let monitor = Monitor::resume(&options, saved)?;
@@ -77,10 +78,10 @@ impl Targets {
         Ok(Self { options, monitors, index: memory.index })
     }
 
-    /// Everything that it remembers.
+    /// Saves the state for [`Targets::resume`].
     ///
     /// # Errors
-    /// As [`Monitor::save`].
+    /// The errors of [`Monitor::save`].
     pub fn save(&self) -> Result<Vec<u8>, MonitorError> {
         if let (Some(monitor), 1) = (self.monitors.get(&None), self.monitors.len())
             && monitor.index() == self.index
@@ -98,27 +99,27 @@ impl Targets {
         sealed(HEAD, &Memory { index: self.index, targets })
     }
 
-    /// Name of the method of lines without an id, once it is chosen.
+    /// Method name for lines without an id; `None` until it is chosen.
     pub fn method(&self) -> Option<&str> {
         self.monitors.get(&None).and_then(Monitor::method)
     }
 
-    /// The number of the next line, which counts from then on.
+    /// Returns the index of the next line and counts the line.
     pub fn count(&mut self) -> u64 {
         let index = self.index;
         self.index += 1;
         index
     }
 
-    /// Number of the line that comes next, from 0.
+    /// Index of the next line, from 0.
     pub fn index(&self) -> u64 {
         self.index
     }
 
-    /// The monitor of a target, a new one for an id that is new; `None` if there are too many.
+    /// Monitor of a target; a new one for a new id. `None` if there are too many targets.
     ///
     /// # Errors
-    /// As [`Monitor::new`].
+    /// The errors of [`Monitor::new`].
     pub fn of(&mut self, id: Option<&Id>) -> Result<Option<&mut Monitor>, MonitorError> {
         let id = id.cloned();
         // The target without an id is there even where all have one.
@@ -132,7 +133,7 @@ impl Targets {
         Ok(self.monitors.get_mut(&id))
     }
 
-    /// Forgets a target; `false` if there is none of this id.
+    /// Forgets a target. Returns `false` if there is no target with this id.
     pub fn end(&mut self, id: Option<&Id>) -> bool {
         self.monitors.remove(&id.cloned()).is_some()
     }

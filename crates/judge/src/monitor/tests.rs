@@ -4,7 +4,7 @@ use crate::method::{self, Method};
 use crate::region::Rect;
 use proptest::prelude::*;
 
-/// A patterned square on a pattern, where it is in frame `t`; it jumps in frame 12.
+/// Frame `t`: a patterned square on a pattern, and the region of the square, which jumps in frame 12.
 fn scene(t: usize) -> (Frame, Region) {
     let x = if t < 12 { 10 + t } else { 40 };
     let frame = Frame::from_fn(80, 60, |u, v| {
@@ -19,12 +19,12 @@ fn method(name: &str) -> Options {
     Options { method: Some(name.into()), ..Options::default() }
 }
 
-/// The answers to a stream whose boxes stay on the first place from frame 12 on, and have one that is missing.
+/// Answers to a stream whose boxes stay at the first place from frame 12 on; one box is missing.
 fn answers(monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
     answers_without(&[5], monitor, frames)
 }
 
-/// The same, with the frames in which the box is missing.
+/// Answers to the same stream with these frames without a box.
 fn answers_without(absent: &[usize], monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
     let answer = |t: usize| {
         let (frame, _) = scene(t);
@@ -60,8 +60,8 @@ fn a_companion_that_leaves_raises_the_alarm() {
     );
 }
 
-/// The answers of `Companions` to boxes that are there or not, each with a companion on the last box or far from it. Its value
-/// is 1 or 0, and 0 is an alarm.
+/// Answers of `Companions` to boxes that are present or not, each with a companion on the last box or far
+/// from it. The signal is 1 or 0; 0 is an alarm.
 fn agreements(frames: &[(bool, bool)]) -> Vec<Answer> {
     let mut monitor = Monitor::new(&method("Companions")).unwrap();
     let (here, far) = (Rect::new(10.0, 20.0, 16.0, 14.0), Rect::new(60.0, 20.0, 16.0, 14.0));
@@ -459,7 +459,7 @@ proptest! {
     }
 }
 
-/// Length of the state after a number of frames of tiny pictures, and after many times more.
+/// The state has the same length after a few tiny frames and after many times more.
 #[test]
 fn memory_does_not_grow_with_the_stream() {
     for name in super::chosen::able() {

@@ -1,4 +1,4 @@
-//! The networks of NanoTrack v2 and v3: features of a crop, and what a search region answers to a template.
+//! Networks of NanoTrack v2 and v3: features of a crop, and the response of a search region to a template.
 //!
 //! ```text
 //! features    first convolution, then blocks: expand (pointwise), depthwise, squeeze and excite, project (pointwise)
@@ -23,14 +23,14 @@ use std::sync::LazyLock;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Version {
-    /// The one of OpenCV's `TrackerNano`.
+    /// The version in OpenCV's `TrackerNano`.
     #[default]
     V2,
-    /// One with a longer backbone and a second correlation.
+    /// A version with a longer backbone and a second correlation.
     V3,
 }
 
-/// A network; its weights are in the program.
+/// A network. Its weights are part of the program.
 pub struct Network {
     version: Version,
     backbone: Vec<Lanes>,
@@ -38,7 +38,8 @@ pub struct Network {
     head: Vec<Lanes>,
 }
 
-/// A block: side and stride of its depthwise kernel, groups of channels inside it, of its squeeze (0 without one) and after it.
+/// Shape of a block: side and stride of the depthwise kernel, then groups of channels inside the block, of
+/// its squeeze (0 without one), and after it.
 struct Block {
     side: usize,
     stride: usize,
@@ -52,7 +53,7 @@ const fn block([side, stride, inside, squeeze, groups]: [usize; 5], activation: 
     Block { side, stride, inside, squeeze, groups, activation }
 }
 
-/// The blocks after the first, which has no expansion; v2 ends before the last.
+/// Blocks after the first one, which has no expansion. v2 lacks the last block.
 const BLOCKS: [Block; 8] = [
     block([3, 2, 9, 0, 3], Relu),
     block([3, 1, 11, 0, 3], Relu),
@@ -68,29 +69,29 @@ const BLOCKS: [Block; 8] = [
 pub struct Features(Tensor);
 
 impl Features {
-    /// All values: of every row eight channels after eight channels, of these every column.
+    /// All values: by row, then by groups of eight channels, then by column.
     pub fn values(&self) -> Vec<f32> {
         self.0.values.iter().flat_map(|v| v.0).collect()
     }
 }
 
-/// A target as the head compares it: for classes and for distances.
+/// A target in the form that the head compares: for classes and for distances.
 pub struct Template([Kernels; 2]);
 
-/// Template features as weights: of a pointwise convolution and, in v3, of a depthwise one.
+/// Template features as weights of a pointwise convolution and, in v3, of a depthwise one.
 struct Kernels {
     pixelwise: Vec<Lanes>,
     depthwise: Vec<Lanes>,
 }
 
-/// Answer of the network to a search region.
+/// Response maps of the network to a search region.
 pub struct Maps {
     classes: Tensor,
     distances: Tensor,
 }
 
 impl Maps {
-    /// Rows and columns.
+    /// Number of rows, and of columns.
     pub fn side(&self) -> usize {
         self.classes.width
     }
@@ -115,7 +116,7 @@ static V2: LazyLock<Network> = LazyLock::new(|| Network::read(Version::V2, V2_WE
 static V3: LazyLock<Network> = LazyLock::new(|| Network::read(Version::V3, V3_WEIGHTS));
 
 impl Network {
-    /// The network of a version.
+    /// Network of a version, loaded at the first call.
     pub fn of(version: Version) -> &'static Self {
         match version {
             Version::V2 => &V2,
@@ -123,7 +124,7 @@ impl Network {
         }
     }
 
-    /// Its version.
+    /// Version of the network.
     pub fn version(&self) -> Version {
         self.version
     }
@@ -139,7 +140,7 @@ impl Network {
         Self { version, backbone, template, head }
     }
 
-    /// Features of a crop of `side` x `side` pixels: 8 x 8 of a template, 16 x 16 of a search region.
+    /// Features of a crop of `side` x `side` pixels: 8 x 8 for a template, 16 x 16 for a search region.
     pub fn features(&self, planes: &[f32], side: usize) -> Features {
         let mut w = Weights(&self.backbone);
         let (bias, weight) = (w.take(2), w.take(2 * 27));
@@ -163,7 +164,7 @@ impl Network {
         Features(x)
     }
 
-    /// The features of a template from their [values](Features::values); `None` if there are not as many.
+    /// Features of a template from their [values](Features::values); `None` if the number of values is wrong.
     pub fn features_of_template(&self, values: &[f32]) -> Option<Features> {
         let groups = if self.version == Version::V2 { 6 } else { 12 };
         let (values, rest) = values.as_chunks::<LANES>();
@@ -175,7 +176,7 @@ impl Network {
         Some(Features(z))
     }
 
-    /// The template of features of 8 x 8 pixels.
+    /// Template from features of 8 x 8 pixels.
     pub fn template(&self, Features(z): &Features) -> Template {
         let mut w = Weights(&self.template);
         let middle = (self.version == Version::V3).then(|| middle(z));
@@ -198,7 +199,7 @@ impl Network {
         }))
     }
 
-    /// What features of a search region, 16 x 16 pixels, answer to a template.
+    /// Response of search region features (16 x 16 pixels) to a template.
     pub fn compare(&self, Template([classes, distances]): &Template, Features(x): &Features) -> Maps {
         let mut w = Weights(&self.head);
         let classes = self.branch(&mut w, classes, x);
@@ -234,7 +235,7 @@ impl Network {
 }
 
 impl Weights<'_> {
-    /// Squeeze and excitation by `groups` groups of channels.
+    /// Squeeze and excitation with `groups` groups of channels.
     fn squeeze(&mut self, x: Tensor, groups: usize, activation: Activation) -> Tensor {
         let factors = self.pointwise(&x.means(), groups, Relu);
         let factors = self.pointwise(&factors, x.groups, Identity);
@@ -249,7 +250,7 @@ impl Tensor {
     }
 }
 
-/// The middle 4 x 4 of 8 x 8 pixels.
+/// Middle 4 x 4 of 8 x 8 pixels.
 fn middle(z: &Tensor) -> Tensor {
     let mut middle = Tensor::new(4, 4, z.groups);
     for (i, row) in middle.values.chunks_exact_mut(4).enumerate() {
@@ -258,7 +259,7 @@ fn middle(z: &Tensor) -> Tensor {
     middle
 }
 
-/// `1 / (1 + exp(-x))` with an exponential that is the same everywhere.
+/// Logistic function `1 / (1 + exp(-x))`, with an exponential that gives the same bits on all processors.
 pub fn sigmoid(x: f64) -> f64 {
     1.0 / (1.0 + libm::exp(-x))
 }
@@ -280,7 +281,8 @@ mod tests {
         network.compare(&template, &network.features(&pattern(255), 255))
     }
 
-    /// Written by benches/peers/nanotrack.py: a line a cell, two classes and four distances (not their logarithms).
+    /// Reference maps are from benches/peers/nanotrack.py: one line per cell, with two classes and four
+    /// distances (not their logarithms).
     #[test]
     fn maps_are_those_of_onnxruntime() {
         for (version, oracle) in [
@@ -306,7 +308,7 @@ mod tests {
         }
     }
 
-    /// On every processor, with every optimization.
+    /// The maps have the same bits on all processors, with all optimizations.
     #[test]
     fn bits_are_always_the_same() {
         let digest = |version| {

@@ -9,9 +9,9 @@
 //! together, so that long sequences weigh more. A frame in which the tracker has no box has overlap 0. A frame without ground
 //! truth is one whose target is not visible, which the program leaves out.
 //!
-//! The program brings both boxes onto the image before: in 1-based pixels, x and y into `0 ..= width` and `0 ..= height`, then
-//! w and h into what is left. A box that hangs over the left or upper border is thereby moved, not cut. Where there are no
-//! images, boxes stay as they are.
+//! The program first clamps both boxes to the image: in 1-based pixels, x and y to `0 ..= width` and `0 ..=
+//! height`, then w and h to the remaining size. A box that crosses the left or upper border is thereby moved,
+//! not clipped. Without images, boxes are not changed.
 //!
 //! Source: got10k-toolkit 0.1.3, `ExperimentGOT10k.report`, `rect_iou`, read for their rules only; it has SR.5, the
 //! benchmark's server SR.75 as well.
@@ -20,7 +20,7 @@ use super::success::iou;
 use super::trajectory::{Missing, Trajectory, mean};
 use crate::region::Rect;
 
-/// The box as the program brings it onto an image of `(width, height)` pixels; 0-based.
+/// The box clamped to an image of `(width, height)` pixels as the program does it; 0-based.
 fn on_image(rect: Rect, frame: Option<(usize, usize)>) -> Rect {
     let Some((width, height)) = frame else { return rect };
     let side = |from: f64, length: f64, all: f64| {
@@ -31,7 +31,7 @@ fn on_image(rect: Rect, frame: Option<(usize, usize)>) -> Rect {
     Rect::new(x, y, w, h)
 }
 
-/// Overlaps of the frames of a run that count.
+/// Overlaps in the frames of a run that count.
 pub fn overlaps(trajectory: &Trajectory<'_>) -> Vec<f64> {
     let frames = trajectory.counted(Missing::Miss).into_iter().zip(trajectory.truth);
     let known = frames.skip(trajectory.start() + 1).filter_map(|(r, truth)| Some((r, truth.as_ref()?)));
@@ -41,7 +41,7 @@ pub fn overlaps(trajectory: &Trajectory<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// AO, SR.5 and SR.75 of the frames that count; nothing without such a frame.
+/// AO, SR.5 and SR.75 over the frames that count; `None` without such a frame.
 pub fn rates(overlaps: &[f64]) -> [Option<f64>; 3] {
     let share = |above: f64| mean(overlaps.iter().map(|o| f64::from(u8::from(*o > above))));
     [mean(overlaps.iter().copied()), share(0.5), share(0.75)]

@@ -15,39 +15,39 @@
 //! frames with an alarm and E those that are lost. So a random
 //! detector has 0 in the mean, an oracle 1, a silent one 0 and one that avoids events less than 0.
 //!
-//! TP_0 is exact where windows of events neither overlap nor leave the sequence. Elsewhere it is an upper bound,
-//! for a detection matches one event only and cut windows hold fewer frames, and the score a lower bound: with
-//! events every few frames it says little. Two more limits: counts are those of a whole suite, so that the
-//! random detector spreads its alarms over all sequences alike; and detections that are first frames of alarms
-//! cannot be neighbors, which the draw allows: alarms that are thrown frame by frame and begin in 1 frame of 25
-//! hit 3 % more windows than are expected here.
+//! TP_0 is exact if the windows of events neither overlap nor leave the sequence. Otherwise it is an upper
+//! bound, since a detection matches only one event and truncated windows hold fewer frames; the score is then
+//! a lower bound, and says little if events are a few frames apart. There are two more limits. Counts are
+//! those of a whole suite, so the random detector spreads its alarms evenly over all sequences. And
+//! detections, being first frames of alarms, are never adjacent, unlike the draws: alarms drawn frame by
+//! frame that begin in 1 of 25 frames hit 3 % more windows than expected here.
 //!
 //! The form is that of Cohen's kappa ("A coefficient of agreement for nominal scales", Educational and
 //! Psychological Measurement 20, 1960).
 
 use super::counts::Counts;
 
-/// How detections at random match events by the rules of a protocol.
+/// Rule by which random detections match events of a protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Chance {
-    /// Frames around an event in which a detection matches it.
+    /// Number of frames around an event in which a detection matches it.
     pub window: u64,
-    /// Whether detections alternate between two signs of which one matches.
+    /// True if detections alternate between two signs, of which one matches.
     pub is_signed: bool,
 }
 
 impl Chance {
-    /// Any detection within `tolerance` frames of an event matches it.
+    /// Rule by which a detection within `tolerance` frames of an event matches it.
     pub const fn within(tolerance: usize) -> Self {
         Self { window: 2 * tolerance as u64 + 1, is_signed: false }
     }
 
-    /// Any detection in the frame of an event or up to `delay` frames after it matches it.
+    /// Rule by which a detection in the frame of an event or up to `delay` frames later matches it.
     pub const fn after(delay: usize) -> Self {
         Self { window: delay as u64 + 1, is_signed: false }
     }
 
-    /// Expected true positives of as many detections at random.
+    /// Expected true positives of the same number of random detections.
     pub fn expected_true_positives(&self, counts: &Counts) -> f64 {
         let Counts { tp, fp, fn_, tn } = *counts;
         let frames = (tp + fp + fn_ + tn) as f64;
@@ -67,14 +67,14 @@ impl Chance {
         ((tp + fn_) as f64 * hit.clamp(0.0, 1.0)).min(detections)
     }
 
-    /// F_0, the expected F1 of as many detections at random; `None` where F1 has no value.
+    /// F_0, the expected F1 of the same number of random detections; `None` if F1 has no value.
     pub fn expected_f1(&self, counts: &Counts) -> Option<f64> {
         counts.f_score()?;
         let both = 2 * counts.tp + counts.fp + counts.fn_;
         Some(2.0 * self.expected_true_positives(counts) / both as f64)
     }
 
-    /// (F - F_0) / (1 - F_0); `None` where F1 has no value or chance alone reaches 1.
+    /// (F - F_0) / (1 - F_0); `None` if F1 has no value or F_0 is 1.
     pub fn f_over_chance(&self, counts: &Counts) -> Option<f64> {
         let (f, chance) = (counts.f_score()?, self.expected_f1(counts)?);
         (chance < 1.0).then(|| (f - chance) / (1.0 - chance))
@@ -89,7 +89,7 @@ mod tests {
     use proptest::prelude::*;
     use rand::RngExt;
 
-    /// Mean and standard error of the true positives of `draws` random placements, with the expected number.
+    /// Mean and standard error of the true positives over `draws` random placements, and the expected number.
     fn simulated(
         score: impl Fn(&[bool]) -> Counts,
         chance: Chance,
@@ -116,7 +116,7 @@ mod tests {
         (mean, (variance / draws as f64).sqrt(), expected)
     }
 
-    /// Counts of placements on `frames` frames of which none is at the start, all being frames that count.
+    /// Counts of detections placed at `at`, if all frames count.
     fn matched(events: &[usize], at: &[bool]) -> Counts {
         let detections: Vec<usize> = (0..at.len()).filter(|t| at[*t]).collect();
         let tp = crate::score::matching::match_nearest(events, &detections, khalid2016::TOLERANCE).len();

@@ -1,4 +1,4 @@
-//! Counts of matched and unmatched detections and events, and the ratios that are made of them alone.
+//! Counts of matched and unmatched detections and events, and ratios computed from these counts.
 //!
 //! ```text
 //! precision P = TP / (TP + FP)      recall R = TP / (TP + FN)      FPR = FP / (FP + TN)
@@ -14,7 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// True and false positives and negatives; what is positive is the protocol's choice.
+/// True and false positives and negatives. The protocol defines what is positive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counts {
     /// Detections that match an event.
@@ -23,7 +23,7 @@ pub struct Counts {
     pub fp: u64,
     /// Events that no detection matches.
     pub fn_: u64,
-    /// Frames that are rightly silent.
+    /// Frames that are correctly silent.
     pub tn: u64,
 }
 
@@ -41,7 +41,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// The place of what is positive or not, and called positive or not.
+    /// Count of a case that is or is not positive, and was or was not called positive.
     pub fn of(is_positive: bool, is_called: bool) -> Self {
         match (is_positive, is_called) {
             (true, true) => Self::TruePositive,
@@ -51,7 +51,7 @@ impl Place {
         }
     }
 
-    /// Name of its column.
+    /// Name of the count's column.
     pub fn name(self) -> &'static str {
         match self {
             Self::TruePositive => "tp",
@@ -103,22 +103,22 @@ impl Counts {
         ratio(self.tp, self.tp + self.fn_)
     }
 
-    /// Harmonic mean of precision and recall; 0 for a silent detector where there are events.
+    /// Harmonic mean of precision and recall; 0 for a silent detector if there are events.
     pub fn f_score(&self) -> Option<f64> {
         ratio(2 * self.tp, 2 * self.tp + self.fp + self.fn_)
     }
 
-    /// False positives per frame that ought to be silent.
+    /// Share of frames that should be silent but are false positives.
     pub fn fpr(&self) -> Option<f64> {
         ratio(self.fp, self.fp + self.tn)
     }
 
-    /// Share of frames that are labeled rightly.
+    /// Share of frames that are labeled correctly.
     pub fn accuracy(&self) -> Option<f64> {
         ratio(self.tp + self.tn, self.tp + self.fp + self.fn_ + self.tn)
     }
 
-    /// Share of events that no detection matches.
+    /// Share of events that are not detected.
     pub fn miss_rate(&self) -> Option<f64> {
         ratio(self.fn_, self.tp + self.fn_)
     }

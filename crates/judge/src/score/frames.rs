@@ -1,12 +1,14 @@
-//! Measures of a detector frame by frame, whatever its threshold: how well its scores tell lost frames from good ones.
+//! Measures of a detector by frame, independent of its threshold: how well its scores separate lost frames
+//! from good ones.
 //!
-//! A detector gives every frame a score, here turned so that high scores speak for a failure. [`truth`] says which
-//! frames are lost, [`sweep`] puts the frames of all tracks in the order of their scores. From that order come
-//! [`ranking`] (AUROC, average precision), [`coverage`] (risk-coverage curve) and [`alarms`] (false alarms and delay at
-//! the threshold that finds half of the losses); [`bootstrap`] says how far they depend on the sequences. [`calibration`]
-//! is for scores that are probabilities, [`warning`] for frames before a loss. [`range`] and [`nab`] judge the alarms of the detector's own threshold.
-//! [`list`] has all of them, [`measures`] computes them, [`protocols`] has the rules that count alarms. Nothing here takes an alarm in one
-//! frame of a loss for alarms in all of its frames ("point adjustment").
+//! A detector gives every frame a score, here turned so that high scores speak for a failure. [`truth`] says
+//! which frames are lost, [`sweep`] puts the frames of all tracks in the order of their scores. From that
+//! order come [`ranking`] (AUROC, average precision), [`coverage`] (risk-coverage curve) and [`alarms`]
+//! (false alarms and delay at the threshold that finds half of the losses); [`bootstrap`] shows how much they
+//! depend on the choice of sequences. [`calibration`] is for scores that are probabilities, [`warning`] for
+//! frames before a loss. [`range`] and [`nab`] judge the alarms of the detector's own threshold. [`list`] has
+//! all of them, [`measures`] computes them, [`protocols`] has the rules that count alarms. An alarm in one
+//! frame of a loss is never counted for all of its frames (as in "point adjustment").
 
 pub mod alarms;
 pub mod bootstrap;

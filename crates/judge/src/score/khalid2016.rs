@@ -22,7 +22,7 @@ use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
 
-/// The protocol's entry.
+/// Protocol `khalid2016/1`.
 pub const PROTOCOL: Protocol = Protocol {
     name: "khalid2016/1",
     summary: "first frames of O_t = 1 against first frames of alarms, one-to-one within 5 frames",
@@ -33,7 +33,7 @@ pub const PROTOCOL: Protocol = Protocol {
     score,
 };
 
-/// The same on tracks that begin anew with every restart.
+/// Protocol `khalid2016/2`, in which each restart begins a new track.
 pub const NEW_TRACK: Protocol = Protocol {
     name: "khalid2016/2",
     summary: "as khalid2016/1, but a restart of the tracker begins a new track and is never a detection",
@@ -41,10 +41,10 @@ pub const NEW_TRACK: Protocol = Protocol {
     ..PROTOCOL
 };
 
-/// Frames on either side within which a detection can match an event.
+/// Largest distance in frames at which a detection matches an event, before or after it.
 pub const TOLERANCE: usize = 5;
 
-/// Frames at the start of a track that are no true negatives.
+/// Number of frames at the start of a track that are never true negatives.
 pub const START_UP: usize = 10;
 
 /// First frames of the runs with error 1 that follow a frame with error below 1.

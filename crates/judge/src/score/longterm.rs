@@ -24,10 +24,10 @@
 //! `calculate_f1`) and `toolkit/evaluation/f1_benchmark.py`. `pytracking` pools frames as its evaluation is described;
 //! its code for it was not found, so that nothing was compared with it. Sequences weigh as their frames there.
 
-/// Scores between the infinite thresholds.
+/// Number of scores between the infinite thresholds.
 const INNER: usize = 98;
 
-/// Rules of one evaluation program.
+/// Rules of an evaluation program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rules {
     /// Name and version.
@@ -44,7 +44,7 @@ enum Program {
     Pytracking,
 }
 
-/// Every set of rules.
+/// All sets of rules.
 pub static RULES: &[Rules] = &[
     Rules {
         name: "longterm/vot-toolkit/1",
@@ -63,7 +63,7 @@ pub static RULES: &[Rules] = &[
     },
 ];
 
-/// The frames of one run.
+/// Frames of one run, with overlap and confidence.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ConfidentTrack {
     /// Overlap of each frame.
@@ -74,33 +74,33 @@ pub struct ConfidentTrack {
     pub visible: usize,
 }
 
-/// A point of the curve.
+/// A point of the precision-recall curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Confidence from which on frames count.
     pub threshold: f64,
-    /// Pr.
+    /// Precision Pr.
     pub precision: f64,
-    /// Re.
+    /// Recall Re.
     pub recall: f64,
 }
 
 impl Point {
-    /// F.
+    /// F of the point.
     pub fn f_score(&self) -> f64 {
         let sum = self.precision + self.recall;
         if sum > 0.0 { 2.0 * self.precision * self.recall / sum } else { 0.0 }
     }
 }
 
-/// `count` numbers from `from` to `to`, both included.
+/// `count` equally spaced numbers from `from` to `to`, both included.
 fn linspace(from: f64, to: f64, count: usize) -> impl Iterator<Item = f64> {
     let step = (to - from) / (count - 1) as f64;
     (0..count).map(move |k| if k + 1 == count { to } else { from + step * k as f64 })
 }
 
 impl Rules {
-    /// Thresholds by descending value, from the confidences of all tracks.
+    /// Thresholds in descending order, from the confidences of all tracks.
     pub fn thresholds(&self, tracks: &[ConfidentTrack]) -> Vec<f64> {
         let mut scores: Vec<f64> =
             tracks.iter().flat_map(|t| &t.confidence).copied().filter(|c| !c.is_nan()).collect();
@@ -137,7 +137,7 @@ impl Rules {
         if count == 0 { (1.0, 0.0) } else { (sum / count as f64, sum / track.visible.max(1) as f64) }
     }
 
-    /// The curve of sequences with their runs, by descending threshold.
+    /// Curve over sequences with their runs, by descending threshold.
     pub fn curve(&self, sequences: &[Vec<ConfidentTrack>]) -> Vec<Point> {
         let all = sequences.concat();
         let thresholds = self.thresholds(&all);
@@ -150,7 +150,7 @@ impl Rules {
         thresholds.into_iter().map(|threshold| self.mean_point(sequences, threshold)).collect()
     }
 
-    /// Means over sequences of the means over their runs.
+    /// Means over sequences of the means over their runs, at a threshold.
     pub fn mean_point(&self, sequences: &[Vec<ConfidentTrack>], threshold: f64) -> Point {
         let add = |(p, r): (f64, f64), (q, s): (f64, f64)| (p + q, r + s);
         let mean = |points: Vec<(f64, f64)>| {
@@ -165,7 +165,7 @@ impl Rules {
     }
 }
 
-/// The point with the largest F, the first of several.
+/// Point with the largest F, the first of several; `None` for an empty curve.
 pub fn best(curve: &[Point]) -> Option<Point> {
     let better =
         |best: Option<Point>, p: &Point| Some(best.filter(|b| b.f_score() >= p.f_score()).unwrap_or(*p));

@@ -3,7 +3,7 @@
 //! Among all pairs at most `tolerance` frames apart, the nearest pair is matched first, ties by the
 //! earlier event, then by the earlier detection; both are then used up. Frames are 0-based indices.
 
-/// Pairs `(event, detection)` as indices into the two lists, ordered by event.
+/// Matched pairs `(event, detection)` as indices into the two lists, ordered by event.
 ///
 /// Both lists must be ascending.
 pub fn match_nearest(events: &[usize], detections: &[usize], tolerance: usize) -> Vec<(usize, usize)> {

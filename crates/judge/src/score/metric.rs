@@ -1,8 +1,8 @@
 //! The metrics of tables, one entry each: name, heading, direction, unit, formula and function.
 //!
-//! Experiment files, tables, `explain`, pages and the tables of `docs/metrics.md` are made from [`METRICS`]. A new
-//! metric is one entry there, or in the list of [measures of frames](super::frames::list), and nothing else. The
-//! associated constants are handles for code that asks for a certain metric; an unknown name does not compile.
+//! Experiment files, tables, `explain`, pages and the tables of `docs/metrics.md` are made from [`METRICS`].
+//! A new metric is one entry there, or in the list of [measures of frames](super::frames::list), and nothing
+//! else. The associated constants are for code that uses a certain metric; an unknown name does not compile.
 
 mod list;
 
@@ -13,7 +13,7 @@ use super::pooled::Pooled;
 use crate::direction::Direction;
 use crate::plugin::{suggest, unknown};
 
-/// A number that tables can show and training can maximize.
+/// A metric that tables can show and training can maximize.
 #[derive(Clone, Copy)]
 pub struct Metric {
     name: &'static str,
@@ -26,20 +26,20 @@ pub struct Metric {
     value: Value,
 }
 
-/// Where a metric's value comes from.
+/// Source from which a metric's value is computed.
 #[derive(Clone, Copy)]
 pub(super) enum Value {
-    /// A function of the counts. The formula has their names, or none of them.
+    /// A function of the counts. The formula names counts, or is plain text.
     Counts(fn(&Counts) -> Option<f64>),
     /// A function of the pooled numbers.
     Pooled(fn(&Pooled) -> Option<f64>),
-    /// The same, and what to say behind the formula.
+    /// A function of the pooled numbers, with a note after the formula.
     Noted(fn(&Pooled) -> Option<f64>, fn(&Pooled) -> String),
-    /// The measure of frames that has the metric's name.
+    /// The measure of frames with the metric's name.
     Frames,
 }
 
-/// How the values of a metric are shown.
+/// Form in which values of a metric are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A whole number.
@@ -52,10 +52,10 @@ pub enum Kind {
     MeanAndDeviation,
 }
 
-/// Input of a metric.
+/// Input from which a metric is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// The counts, and for metrics of chance the protocol.
+    /// The counts and, for metrics of chance, the protocol.
     Counts,
     /// The scores of all frames.
     Scores,
@@ -63,7 +63,7 @@ pub enum Source {
     Delays,
     /// The runs of the tracker backwards in time.
     Effort,
-    /// The scores and alarms of all frames, against whether the target is lost.
+    /// The scores and alarms of all frames, with the frames in which the target is lost.
     Frames,
 }
 
@@ -73,7 +73,7 @@ impl std::fmt::Debug for Metric {
     }
 }
 
-/// Metrics are equal when their names are; names are unique in the list.
+/// Metrics are equal if their names are, since names are unique in the list.
 impl PartialEq for Metric {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
@@ -95,18 +95,18 @@ impl Metric {
     pub const SCORE_MEAN: Self = named("score_mean");
     /// Standard deviation of the normalized scores.
     pub const SCORE_STD: Self = named("score_std");
-    /// False positives.
+    /// Number of false positives.
     pub const FP: Self = named("fp");
     /// Recall minus FPR.
     pub const INFORMEDNESS: Self = named("informedness");
-    /// Runs backwards in time.
+    /// Number of runs backwards in time.
     pub const REVERSE_RUNS: Self = named("reverse_runs");
-    /// F beyond that of random detections.
+    /// F above that of random detections.
     pub const F_OVER_CHANCE: Self = named("f_over_chance");
     /// Median delay of matched detections, in frames.
     pub const DELAY_MEDIAN: Self = named("delay_median");
 
-    /// A metric without unit.
+    /// Creates a metric without a unit.
     pub(super) const fn new(
         name: &'static str,
         heading: &'static str,
@@ -133,17 +133,17 @@ impl Metric {
         Self { kind, ..self }
     }
 
-    /// The metric of a name as experiment files use it.
+    /// Metric of this name in experiment files; `None` if it is unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         METRICS.iter().find(|m| m.name == name).copied()
     }
 
-    /// Every name, in the order of the list.
+    /// Names of all metrics, in the order of the list.
     pub fn names() -> impl Iterator<Item = &'static str> + Clone {
         METRICS.iter().map(|m| m.name)
     }
 
-    /// The message about a word that names no metric; it may be one of the names that tables show, such as `F1`.
+    /// Message about an unknown metric, which may be a heading used in tables, such as `F1`.
     pub fn unknown(word: &str) -> String {
         let is_shown = |m: &&Self| m.heading.split(' ').any(|part| part.eq_ignore_ascii_case(word));
         let near: Vec<&str> = METRICS.iter().filter(is_shown).map(|m| m.name).collect();
@@ -153,7 +153,7 @@ impl Metric {
         }
     }
 
-    /// Its name in experiment files, tables and results.
+    /// Name in experiment files, tables and results.
     pub fn name(self) -> &'static str {
         self.name
     }
@@ -169,32 +169,32 @@ impl Metric {
         letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
     }
 
-    /// Whether larger or smaller is better.
+    /// Direction in which values are better.
     pub fn direction(self) -> Direction {
         self.direction
     }
 
-    /// The unit of its values; empty for a number without unit.
+    /// Unit of the values; empty for numbers without a unit.
     pub fn unit(self) -> &'static str {
         self.unit
     }
 
-    /// How its values are shown.
+    /// Form in which the values are shown.
     pub fn kind(self) -> Kind {
         self.kind
     }
 
-    /// Its input.
+    /// Input from which the metric is computed.
     pub fn source(self) -> Source {
         self.source
     }
 
-    /// How it is computed, in words or as a formula of the counts.
+    /// Formula of the counts, or a description in words.
     pub fn formula(self) -> &'static str {
         self.formula
     }
 
-    /// The formula with the counts of a pooled number filled in.
+    /// Formula with the counts of a pooled number filled in.
     pub fn filled(self, pooled: &Pooled) -> String {
         let formula = self.formula;
         match self.value {
@@ -207,8 +207,8 @@ impl Metric {
         }
     }
 
-    /// Its value; `None` where a denominator is 0 or what it needs is unknown. [`Kind::MeanAndDeviation`] gives the
-    /// mean.
+    /// Value of the metric; `None` if a denominator is 0 or an input is unknown. [`Kind::MeanAndDeviation`]
+    /// returns the mean.
     pub fn value(self, pooled: &Pooled) -> Option<f64> {
         match self.value {
             Value::Counts(of) => of(&pooled.counts),
@@ -217,28 +217,28 @@ impl Metric {
         }
     }
 
-    /// Whether the part of a suite with an attribute may have it.
+    /// True if the metric is computed from counts, so that it can be given for a part of a suite.
     pub fn is_of_counts(self) -> bool {
         matches!(self.source, Source::Counts | Source::Delays)
     }
 
-    /// Whether it is made of the scores and alarms of all frames, see [`crate::score::frames`].
+    /// True if the metric is computed from the scores and alarms of all frames, see [`crate::score::frames`].
     pub fn is_of_frames(self) -> bool {
         self.source == Source::Frames
     }
 
-    /// Bounds of its interval over sequences, for those of [`Source::Frames`] that have one.
+    /// Bounds of the interval over sequences; `None` unless the metric is of [`Source::Frames`] and has one.
     pub fn interval(self, pooled: &Pooled) -> Option<(f64, f64)> {
         pooled.frames.as_ref()?.bounds(self.name)
     }
 
-    /// Whether it is a count, shown without decimals.
+    /// True if the metric is a count, shown without decimals.
     pub fn is_count(self) -> bool {
         self.kind == Kind::Count
     }
 }
 
-/// A formula with the counts in place of their names: `6 / (6 + 4 + 5)` for `2 TP / (2 TP + FP + FN)`.
+/// Formula with the counts in place of their names: `6 / (6 + 4 + 5)` for `2 TP / (2 TP + FP + FN)`.
 fn in_numbers(formula: &str, counts: &Counts) -> String {
     let Counts { tp, fp, fn_, tn } = *counts;
     let numbers = [("2 TP", 2 * tp), ("TP", tp), ("FP", fp), ("FN", fn_), ("TN", tn)];
@@ -246,7 +246,7 @@ fn in_numbers(formula: &str, counts: &Counts) -> String {
     numbers.into_iter().fold(formula.replace("1000 ", "1000 * "), fill)
 }
 
-/// The metric of a name, at compile time: an index beyond the list does not compile.
+/// Metric of this name, at compile time. An unknown name does not compile.
 const fn named(name: &str) -> Metric {
     let mut k = 0;
     while !equal(METRICS[k].name.as_bytes(), name.as_bytes()) {

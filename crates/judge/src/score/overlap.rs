@@ -15,8 +15,8 @@ use crate::tracker::{Status, TrackerState};
 /// - 1: first version.
 pub const OVERLAP: u32 = 1;
 
-/// Errors this near to 1 are rounded to 1: clipping leaves tiny areas of polygons that only touch, and events
-/// are frames in which the error is exactly 1.
+/// Distance from 1 below which errors are rounded to 1. Clipping leaves tiny areas for polygons that only
+/// touch, and events need an error of exactly 1.
 const ROUNDING: f64 = 1e-12;
 
 /// O_t of one frame.
@@ -26,9 +26,9 @@ pub fn error(tracked: &Region, truth: &Region) -> f64 {
     if error > 1.0 - ROUNDING { 1.0 } else { error.clamp(0.0, 1.0) }
 }
 
-/// O_t of every frame: NaN where the target is not annotated, and 1 in frames that a reset protocol
-/// marked as failed or skipped, because their files do not hold the region that failed. 1 also where the tracker
-/// says that an annotated target is absent; NaN also in the frames before a tracker that starts later.
+/// O_t of each frame; NaN where the target is not annotated, and in frames before the tracker starts. It is 1
+/// in frames that a reset protocol marked as failed or skipped, because their files lack the region that
+/// failed, and where the tracker reports an annotated target as absent.
 pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
     states
         .iter()

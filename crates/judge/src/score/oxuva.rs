@@ -7,8 +7,9 @@
 //! GM = sqrt(TPR TNR)           MaxGM = max over p in [0, 1] of sqrt((1 - p) TPR ((1 - p) TNR + p))
 //! ```
 //!
-//! Overlap is intersection over union; all numbers lie in `[0, 1]`, high is good. MaxGM is what is reached by saying
-//! absent at random with probability p, for trackers that never say it. Counts are summed over all frames of all tracks.
+//! Overlap is intersection over union; all numbers lie in `[0, 1]`, high is good. MaxGM is the best value
+//! reached by reporting absence at random with probability p; it is for trackers that never report absence.
+//! Counts are summed over all frames of all tracks.
 
 /// Overlap from which on a target counts as found.
 pub const OVERLAP: f64 = 0.5;
@@ -16,31 +17,32 @@ pub const OVERLAP: f64 = 0.5;
 /// Counts of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Presence {
-    /// With target, found.
+    /// Frames with target, found.
     pub tp: u64,
-    /// With target, not found.
+    /// Frames with target, not found.
     pub fn_: u64,
-    /// Without target, said to be absent.
+    /// Frames without target, reported as absent.
     pub tn: u64,
-    /// Without target, said to be present.
+    /// Frames without target, reported as present.
     pub fp: u64,
 }
 
-/// The measures.
+/// Rates computed from the counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
     /// True positive rate.
     pub tpr: f64,
     /// True negative rate.
     pub tnr: f64,
-    /// Geometric mean of the two.
+    /// Geometric mean of both rates.
     pub gm: f64,
-    /// Largest geometric mean with random absences.
+    /// Largest geometric mean with absences reported at random.
     pub max_gm: f64,
 }
 
 impl Presence {
-    /// Counts a frame: the overlap with the target where it is there, and whether it is said to be.
+    /// Counts a frame. `overlap` is that with the target, or `None` without target; `says_present` is true if
+    /// the tracker reports the target as present.
     pub fn count(&mut self, overlap: Option<f64>, says_present: bool) {
         let place = match overlap {
             Some(o) if says_present && o >= OVERLAP => &mut self.tp,
@@ -51,7 +53,7 @@ impl Presence {
         *place += 1;
     }
 
-    /// The measures; `None` where there is no frame with target or none without.
+    /// The rates; `None` without frames with target, or without frames without target.
     pub fn rates(&self) -> Option<Rates> {
         let (present, absent) = (self.tp + self.fn_, self.tn + self.fp);
         if present == 0 || absent == 0 {

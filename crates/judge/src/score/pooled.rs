@@ -1,31 +1,31 @@
-//! Everything that metrics are computed from, pooled over a suite for one method and tracker.
+//! Inputs of all metrics, pooled over a suite for one method and tracker.
 
 use super::chance::Chance;
 use super::counts::Counts;
 use super::frames::FrameMeasures;
 use crate::detector::track_quality::Effort;
 
-/// Everything pooled over a suite for one method and tracker.
+/// Inputs of all metrics, pooled over a suite for one method and tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pooled {
     /// Summed counts.
     pub counts: Counts,
     /// Mean and standard deviation of the normalized scores, see [`normalized_mean_std`].
     pub score: Option<(f64, f64)>,
-    /// How much trackers were run backwards.
+    /// Amount of reverse runs.
     pub effort: Effort,
-    /// How random detections match by the method's protocol, where it is known.
+    /// Rule by which random detections match in the method's protocol; `None` if the protocol is unknown.
     pub chance: Option<Chance>,
     /// Median delay of matched detections, in frames, see [`median_delay`].
     pub delay: Option<f64>,
-    /// Measures frame by frame, where they were computed.
+    /// Measures by frame; `None` if they were not computed.
     pub frames: Option<FrameMeasures>,
 }
 
-/// Median of delays in frames; of an even number the mean of the two in the middle; `None` without delays.
+/// Median of delays in frames; for an even number, the mean of the middle two. `None` without delays.
 ///
-/// The delay of a detection is its frame minus the frame of the event that it matches, negative where the detection
-/// comes first.
+/// The delay of a detection is its frame minus the frame of the event that it matches, negative if the
+/// detection comes first.
 pub fn median_delay(mut delays: Vec<i64>) -> Option<f64> {
     delays.sort_unstable();
     let n = delays.len();

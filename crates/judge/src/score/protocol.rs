@@ -5,12 +5,12 @@ use super::counts::{Counts, Place};
 use super::restarts::Restarts;
 use std::ops::Range;
 
-/// The score of one method on one track.
+/// Score of one method on one track.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TrackScore {
     /// True and false positives and negatives.
     pub counts: Counts,
-    /// Frames (0-based) in which the tracker failed, or in which what the protocol looks for happened.
+    /// Frames (0-based) in which the tracker failed, or in which the protocol's event happened.
     pub events: Vec<usize>,
     /// Frames (0-based) in which the detector reports an event.
     pub detections: Vec<usize>,
@@ -19,14 +19,14 @@ pub struct TrackScore {
 }
 
 impl TrackScore {
-    /// Frames from each matched event to its detection, negative where the detection comes first.
+    /// Number of frames from each matched event to its detection, negative if the detection comes first.
     pub fn delays(&self) -> impl Iterator<Item = i64> + '_ {
         let frames = |pair: &(usize, usize)| Some((*self.events.get(pair.0)?, *self.detections.get(pair.1)?));
         self.matches.iter().filter_map(frames).map(|(event, detection)| detection as i64 - event as i64)
     }
 }
 
-/// The values of a track in the frames of a piece, as far as the track goes.
+/// Values in the frames of a piece, as far as the track goes.
 fn part<'v, T>(values: &'v [T], piece: &Range<usize>) -> &'v [T] {
     let end = piece.end.min(values.len());
     &values[piece.start.min(end)..end]
@@ -38,23 +38,24 @@ pub struct Protocol {
     pub name: &'static str,
     /// One line for `trackfail list`.
     pub summary: &'static str,
-    /// Name of the things that TP + FN counts, in headings of tables.
+    /// Name of what TP + FN counts, in headings of tables.
     pub positives: &'static str,
-    /// How a frame counts, for protocols that count every frame: its tracking error and whether it has an alarm. `None` where
-    /// it does not count.
+    /// Count of a frame, from its tracking error and true for an alarm; `None` if the frame does not count.
+    /// Only for protocols that count all frames.
     pub frame: Option<fn(error: f64, alarm: bool) -> Option<Place>>,
-    /// Whether a restart of the tracker begins a new track; `score` then scores each piece.
+    /// Treatment of restarts. If they begin new tracks, `score` scores each piece.
     pub restarts: Restarts,
-    /// How random detections match.
+    /// Rule by which random detections match.
     pub chance: Chance,
-    /// Scores one track, or a piece of one: tracking errors (NaN where unknown), alarms and changes between them, one a
-    /// frame. Only [`Protocol::judge`] knows which it is.
+    /// Scores one track or piece, from tracking errors (NaN if unknown), alarms, and changes between them,
+    /// one per frame. It does not know if it has a whole track; [`Protocol::judge`] does.
     pub(crate) score: fn(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore,
 }
 
 impl Protocol {
-    /// Scores a track whose restarts begin these pieces, from [`super::restarts::pieces`], or none; whether each is scored by
-    /// itself is the protocol's choice. Frames count from the track's first. Pieces may be longer than the track.
+    /// Scores a track. `pieces` are those that restarts begin ([`super::restarts::pieces`]); the protocol
+    /// decides if each is scored separately. Frames count from the first of the track. Pieces may be longer
+    /// than the track.
     pub fn judge(
         &self,
         error: &[f64],

@@ -6,10 +6,10 @@
 //! EAO        mean over N = low ..= high of  E(N) = mean over runs of (1/N) sum_{i=1..N} overlap_i
 //! ```
 //!
-//! Frames count for the accuracy unless they are a failure, skipped after one, or one of the first
-//! `burn_in` (10, the initialization included) of a start. For the EAO a track is cut into runs from a start
-//! to the next failure, index 0 being the start itself, which is not counted; after a failure a run goes on
-//! with overlap 0 for ever, after the end of the sequence it leaves the mean.
+//! Frames count for the accuracy unless they are a failure, skipped after one, or one of the first `burn_in`
+//! (10, the initialization included) of a start. For the EAO a track is cut into runs from a start to the
+//! next failure. Index 0 is the start itself, which is not counted. After a failure a run continues with
+//! overlap 0; after the end of the sequence it leaves the mean.
 //!
 //! Accuracy of a suite: the mean over a sequence's repetitions, then over sequences by their numbers of
 //! frames (`accuracy`) or with equal weights (`accuracy_of_sequences`). Failures of a suite: the sum over
@@ -33,26 +33,26 @@ use crate::tracker::Status;
 /// Rules of the measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// How areas are measured.
+    /// Rule by which areas are measured.
     pub areas: Areas,
-    /// Whether only the part of a region on the frame counts.
+    /// True if only the part of a region on the frame counts.
     pub bounded: bool,
-    /// Frames from a start on that do not count for the accuracy.
+    /// Number of frames from a start on that do not count for the accuracy.
     pub burn_in: usize,
 }
 
 /// Measures of one track.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Mean overlap of the frames that count; `None` where no frame counts.
+    /// Mean overlap of the frames that count; `None` if none counts.
     pub accuracy: Option<f64>,
-    /// Number of failures.
+    /// Number of failures in the track.
     pub failures: usize,
-    /// Number of frames.
+    /// Number of frames of the track.
     pub frames: usize,
-    /// Overlap of each frame; 0 where the tracker has no region.
+    /// Overlap of each frame; 0 if the tracker has no region.
     pub overlaps: Vec<f64>,
-    /// Whether each frame counts for the accuracy.
+    /// For each frame, true if it counts for the accuracy.
     pub counts: Vec<bool>,
 }
 
@@ -88,14 +88,14 @@ impl Rules {
     }
 }
 
-/// Mean accuracy (0 where no frame counts) and mean number of failures of one sequence's repetitions; `None`
+/// Mean accuracy (0 if no frame counts) and mean number of failures over one sequence's repetitions; `None`
 /// without repetitions.
 pub fn of_sequence(runs: &[&Measured]) -> Option<(f64, f64)> {
     let accuracy = mean(runs.iter().map(|m| m.accuracy.unwrap_or(0.0)))?;
     Some((accuracy, mean(runs.iter().map(|m| m.failures as f64))?))
 }
 
-/// The frames from a start to a failure, or to the end of the sequence.
+/// Frames from a start to a failure, or to the end of the sequence.
 struct Run<'a> {
     overlaps: &'a [f64],
     failed: bool,
@@ -120,7 +120,7 @@ fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<Run<'a>>
     all
 }
 
-/// E(N) for N = 0, 1 ... up to the longest run; `None` where no run is that long. E(0) is 0.
+/// E(N) for N = 0, 1 ... up to the longest run; `None` if no run has that length. E(0) is 0.
 pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64>> {
     let all: Vec<Run<'_>> =
         tracks.iter().flat_map(|(trajectory, measured)| runs(trajectory, measured)).collect();
@@ -141,7 +141,7 @@ pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64
     sums.iter().zip(&counts).map(|(s, n)| (*n > 0).then(|| s / *n as f64)).collect()
 }
 
-/// Mean of E(N) over `low ..= high`, as far as the curve goes; `None` where it does not reach `low`.
+/// Mean of E(N) over `low ..= high`, as far as the curve goes; `None` if it does not reach `low`.
 pub fn expected_average_overlap(curve: &[Option<f64>], low: usize, high: usize) -> Option<f64> {
     let part = curve.get(low..(high + 1).min(curve.len()))?;
     mean(part.iter().flatten().copied())

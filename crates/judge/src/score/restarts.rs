@@ -1,10 +1,10 @@
-//! Restarts of a reset protocol, which are parts of one track or the beginnings of new ones.
+//! Restarts of a reset protocol: parts of one track, or beginnings of new ones.
 //!
-//! A tracker that is run under a reset protocol fails in a frame f, is silent for the four frames that the protocol skips,
-//! and starts anew on the ground truth in f + 5 (see [`crate::tracker::protocol`]). Its box jumps there, and a detector that
-//! goes on over the jump finds it, as near to the failure as the five frames in which a detection still counts: it is paid
-//! for what the protocol did. With [`Restarts::NewTrack`] every signal and every detector begins again in the restart's
-//! frame, and each piece is scored by itself:
+//! Under a reset protocol, a tracker fails in a frame f, is silent for the four frames that the protocol
+//! skips, and restarts on the ground truth in f + 5 (see [`crate::tracker::protocol`]). Its box jumps there.
+//! A detector that continues over the jump would find it within the five frames in which a detection still
+//! counts, and would get credit for a restart that the protocol made. With [`Restarts::NewTrack`] all signals
+//! and detectors begin again in the frame of the restart, and each piece is scored separately:
 //!
 //! ```text
 //! frame   ... f-1   f    f+1 ... f+4   f+5      f+6 ...
@@ -12,18 +12,18 @@
 //! piece       0     0      none          1        1
 //! ```
 //!
-//! Skipped frames count for nothing, neither does the frame of a restart: an alarm in it, and the run of alarms that begins
-//! in it, is no detection. What a protocol leaves out at the start of a track it leaves out at the start of each piece. A
-//! track without restarts is one piece and is scored as ever.
+//! Skipped frames do not count, nor does the frame of a restart: neither an alarm in it nor a run of alarms
+//! that begins in it is a detection. Frames that a protocol leaves out at the start of a track are left out
+//! at the start of each piece. A track without restarts is one piece, scored as in other protocols.
 
 use crate::tracker::Status;
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Restarts as a protocol sees them.
+/// Treatment of restarts by a protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Restarts {
-    /// Signals and detectors go on; all frames are one track.
+    /// Signals and detectors continue; all frames are one track.
     #[default]
     PartOfTrack,
     /// Signals and detectors begin again, and each piece is scored as a track.
@@ -31,7 +31,7 @@ pub enum Restarts {
 }
 
 impl Restarts {
-    /// The pieces of a track whose frames have these statuses; none where restarts are part of it.
+    /// Pieces of a track with these statuses; none if restarts are part of the track.
     pub fn pieces(self, status: &[Status]) -> Vec<Range<usize>> {
         match self {
             Self::PartOfTrack => Vec::new(),
@@ -39,7 +39,7 @@ impl Restarts {
         }
     }
 
-    /// Those of a track's pieces that are scored by themselves: all, or none where restarts are part of the track.
+    /// Pieces that are scored separately: all, or none if restarts are part of the track.
     pub fn apart(self, pieces: &[Range<usize>]) -> &[Range<usize>] {
         match self {
             Self::PartOfTrack => &[],
@@ -48,8 +48,8 @@ impl Restarts {
     }
 }
 
-/// Pieces of a track, in order: each begins where the tracker starts and ends with the last frame that is not skipped.
-/// Frames before the first start belong to the first piece.
+/// Pieces of a track, in order. A piece begins with a start of the tracker and ends with the last frame that
+/// is not skipped. Frames before the first start belong to the first piece.
 pub fn pieces(status: &[Status]) -> Vec<Range<usize>> {
     let mut pieces: Vec<Range<usize>> = Vec::new();
     let mut started = false;
@@ -65,13 +65,13 @@ pub fn pieces(status: &[Status]) -> Vec<Range<usize>> {
     pieces
 }
 
-/// The frames that count, in order: those of the pieces but for the frames of restarts.
+/// Frames that count, in order: those of the pieces without the frames of restarts.
 fn frames(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
     pieces.iter().enumerate().flat_map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
 }
 
-/// The values of the frames that count, in order. They are those of the pieces but for the frames of restarts; of a track
-/// without pieces, all.
+/// Values in the frames that count, in order: those of the pieces without the frames of restarts; all values
+/// for a track without pieces.
 pub fn counted<'v>(pieces: &[Range<usize>], values: &'v [f64]) -> Cow<'v, [f64]> {
     if pieces.is_empty() {
         return values.into();
@@ -79,7 +79,7 @@ pub fn counted<'v>(pieces: &[Range<usize>], values: &'v [f64]) -> Cow<'v, [f64]>
     frames(pieces).filter_map(|t| values.get(t).copied()).collect()
 }
 
-/// The tracking errors of all frames, unknown (NaN) where a frame does not [count](counted).
+/// Tracking errors of all frames, NaN in those that do not [count](counted).
 pub fn counted_errors<'e>(pieces: &[Range<usize>], error: &'e [f64]) -> Cow<'e, [f64]> {
     if pieces.is_empty() {
         return error.into();
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// One letter a frame: start, tracked, failed, skipped, waiting.
+    /// Statuses from letters, one per frame: start, tracked, failed, skipped, waiting.
     fn status(letters: &str) -> Vec<Status> {
         let of = |letter| match letter {
             'i' => Status::Initialized,

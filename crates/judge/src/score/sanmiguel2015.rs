@@ -23,7 +23,7 @@ use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
 
-/// The entry of the protocol that matches changes of one sign only.
+/// Protocol `sanmiguel2015/1`, which matches only changes of the same sign.
 pub const SIGNED: Protocol = Protocol {
     name: "sanmiguel2015/1",
     summary: "changes of both signs against those of e_t = 1, one-to-one by sign within 5 frames",
@@ -34,7 +34,7 @@ pub const SIGNED: Protocol = Protocol {
     score: |error, _, changes| score(error, changes, &[1, -1]),
 };
 
-/// The entry of the protocol that ignores signs.
+/// Protocol `sanmiguel2015-unsigned/1`, which ignores signs.
 pub const UNSIGNED: Protocol = Protocol {
     name: "sanmiguel2015-unsigned/1",
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
@@ -45,12 +45,12 @@ pub const UNSIGNED: Protocol = Protocol {
     score: |error, _, changes| score(error, changes, &[0]),
 };
 
-/// Frames on either side within which a detection can match an event.
+/// Largest distance in frames at which a detection matches an event, before or after it.
 pub const TOLERANCE: usize = 5;
 
-/// Eq. 20: the change into each frame, +1 where the target is lost, -1 where it is found, 0 elsewhere.
+/// Change into each frame (Eq. 20): +1 where the target is lost, -1 where it is found, 0 elsewhere.
 ///
-/// `error` is one tracking error a frame in `[0, 1]`, NaN where there is no annotation.
+/// `error` has one tracking error per frame in `[0, 1]`, NaN without annotation.
 pub fn events(error: &[f64]) -> Vec<i32> {
     let mut lost = false;
     let change = |(t, &e): (usize, &f64)| {
@@ -61,12 +61,12 @@ pub fn events(error: &[f64]) -> Vec<i32> {
     error.iter().enumerate().map(change).collect()
 }
 
-/// Frames of the changes that are not 0.
+/// Frames in which the change is not 0.
 fn frames(changes: &[i32]) -> Vec<usize> {
     (0..changes.len()).filter(|t| changes[*t] != 0).collect()
 }
 
-/// Matches each of `signs` by itself; sign 0 is both together.
+/// Matches changes of each sign in `signs` separately; sign 0 stands for both together.
 fn score(error: &[f64], changes: &[i32], signs: &[i32]) -> TrackScore {
     let truth = events(error);
     let (events, detections) = (frames(&truth), frames(changes));

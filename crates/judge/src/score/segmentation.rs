@@ -1,5 +1,5 @@
-//! Protocol `sanmiguel2015-segmentation/1`: how well a track is cut into stretches that can be trusted and
-//! stretches that cannot (SanMiguel and Cavallaro, CVIU 131, 2015, Section 7, "temporal segmentation").
+//! Protocol `sanmiguel2015-segmentation/1`: how well a detector divides a track into stretches that can and
+//! cannot be trusted (SanMiguel and Cavallaro, CVIU 131, 2015, Section 7, "temporal segmentation").
 //!
 //! * Every annotated frame counts. It is positive when the track is successful in it, e_t < 1 (Eq. 18), and
 //!   the detector calls it positive when it raises no alarm.
@@ -19,7 +19,7 @@ use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
 use super::sanmiguel2015::SIGNED;
 
-/// The protocol's entry.
+/// Protocol `sanmiguel2015-segmentation/1`.
 pub const PROTOCOL: Protocol = Protocol {
     name: "sanmiguel2015-segmentation/1",
     summary: "frames said to be successfully tracked against those with e_t < 1",

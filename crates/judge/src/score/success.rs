@@ -23,10 +23,10 @@
 //! `lasot/1` leaves frames in which the target is absent out of both counts, but not out of n, which makes them misses.
 //!
 //! Boxes are continuous and 0-based here; in OTB's 1-based pixels x and y are larger by 1 and a center is
-//! `x + (w - 1) / 2`, which cancels in both measures and counts only for the truths that do not count. What a frame without a
-//! box is, [`Trajectory::counted`] says; a box of a file that is four zeros is none, where pysot's and got10k's programs
-//! measure the distance of its center from the truth's. A run that starts later than the sequence (a temporal restart) is
-//! scored from its start on.
+//! `x + (w - 1) / 2`, which cancels in both measures and counts only for the truths that do not count.
+//! [`Trajectory::counted`] defines frames without a box. A line of four zeros in a file is such a frame; the
+//! programs of pysot and got10k measure the distance of its center instead. A run that starts later than the
+//! sequence (OTB's temporal runs) is scored from its start on.
 //!
 //! Sources: OTB toolkit `calcSeqErrRobust.m`, `perfPlot`; STVIR/pysot (c7fd71c) and its elder, StrangerZhang/pysot-toolkit,
 //! `success_overlap`, `success_error`; got10k-toolkit `ExperimentOTB`; HengLan/LaSOT_Evaluation_Toolkit
@@ -39,36 +39,36 @@ use crate::region::{Rect, Region};
 pub const OVERLAPS: usize = 21;
 /// Number of error thresholds, from 0 to 50 pixels.
 pub const ERRORS: usize = 51;
-/// The error threshold that trackers are compared at, in pixels.
+/// Error threshold at which trackers are compared, in pixels.
 pub const PRECISION_AT: usize = 20;
 
-/// Rules of one evaluation program.
+/// Rules of an evaluation program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rules {
     /// Name and version.
     pub name: &'static str,
     /// One line for `trackfail list`.
     pub summary: &'static str,
-    /// Whether the first box is replaced by the annotation.
+    /// True if the first box is replaced by the annotation.
     replaces_first: bool,
-    /// Whether frames without annotation are hits of the precision.
+    /// True if frames without annotation are hits of the precision.
     absent_is_hit: bool,
     /// Treatment of a tracker without a box.
     missing: Missing,
-    /// Which annotations count for the overlap.
+    /// Annotations that count for the overlap.
     overlap: Annotated,
-    /// Which annotations count for the error.
+    /// Annotations that count for the error.
     error: Annotated,
 }
 
-/// Which annotations count.
+/// Annotations that count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Annotated {
-    /// Those whose left top corner is positive, 1-based.
+    /// Annotations whose left top corner is positive, 1-based.
     Corner,
-    /// Those whose center is.
+    /// Annotations whose center is positive, 1-based.
     Center,
-    /// All.
+    /// All annotations.
     All,
 }
 
@@ -86,7 +86,7 @@ impl Annotated {
     }
 }
 
-/// Every set of rules.
+/// All sets of rules.
 pub static RULES: &[Rules] = &[
     Rules {
         name: "otb-matlab/1",
@@ -155,7 +155,7 @@ impl Curves {
         self.precision[PRECISION_AT]
     }
 
-    /// Mean of several runs or sequences; `None` without any.
+    /// Mean over several runs or sequences; `None` without any.
     pub fn mean<'c>(curves: impl IntoIterator<Item = &'c Self>) -> Option<Self> {
         let mut sum = Self { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
         let mut count = 0;
@@ -169,7 +169,7 @@ impl Curves {
     }
 }
 
-/// Overlap threshold number `i`, from 0. It is `i / 20` and not a sum of twentieths, as in the programs.
+/// Overlap threshold of index `i`, from 0. As in the programs, it is `i / 20` and not a sum of twentieths.
 pub fn overlap_threshold(i: usize) -> f64 {
     i as f64 / (OVERLAPS - 1) as f64
 }
@@ -182,7 +182,7 @@ fn overlaps_below(overlap: f64) -> usize {
     from + (from..OVERLAPS).take_while(|i| overlap > overlap_threshold(*i)).count()
 }
 
-/// Number of error thresholds below the error, all of them for one that is not a number.
+/// Number of error thresholds below the error; all of them if the error is NaN.
 fn errors_below(error: f64) -> usize {
     if error <= (ERRORS - 1) as f64 { error.max(0.0).ceil() as usize } else { ERRORS }
 }
@@ -205,7 +205,7 @@ impl Rules {
         self.of_boxes(&boxes, &truth)
     }
 
-    /// Success and precision of plain boxes, `None` in frames that count as having none.
+    /// Success and precision of plain boxes; `None` in frames without a box.
     pub fn of_boxes(&self, boxes: &[Option<Rect>], truth: &[Option<Rect>]) -> Curves {
         // How many frames pass exactly so many of the thresholds, which rise.
         let (mut success, mut precision) = ([0_u64; OVERLAPS + 1], [0_u64; ERRORS + 1]);

@@ -1,34 +1,34 @@
-//! The metrics of trackers themselves: what the analyses `success`, `average-overlap`, `resets`, `longterm` and `oxuva`
-//! put into tables.
+//! Metrics of trackers themselves, which the analyses `success`, `average-overlap`, `resets`, `longterm` and
+//! `oxuva` put into tables.
 //!
 //! The functions are in [`super::success`], [`super::average_overlap`], [`super::resets`], [`super::longterm`] and
 //! [`super::oxuva`]; analyses take the names and headings of their numbers and columns from here, reports the directions.
 
 use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
 
-/// A number that says how well a tracker follows its targets.
+/// A metric of how well a tracker follows its targets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TrackerMetric {
     /// Name among the numbers of an analysis, in claims and comparisons.
     pub name: &'static str,
-    /// Heading of its column.
+    /// Heading of the column in tables.
     pub heading: &'static str,
-    /// Whether larger or smaller is better.
+    /// Direction in which values are better.
     pub direction: Direction,
-    /// The unit of its values; empty for a number without unit.
+    /// Unit of the values; empty for numbers without a unit.
     pub unit: &'static str,
-    /// How it is computed, in words.
+    /// Computation in words.
     pub formula: &'static str,
 }
 
 impl TrackerMetric {
-    /// The metric of a column's heading.
+    /// Metric with this column heading; `None` if there is none.
     pub fn of_heading(heading: &str) -> Option<Self> {
         TRACKER_METRICS.iter().find(|m| m.heading == heading).copied()
     }
 }
 
-/// A constant per line, and the list of all.
+/// Defines a constant for each line, and the list of all.
 macro_rules! tracker_metrics {
     ($($constant:ident = $name:literal, $heading:literal, $direction:ident, $unit:literal, $formula:literal;)*) => {
         impl TrackerMetric {
@@ -44,7 +44,7 @@ macro_rules! tracker_metrics {
             )*
         }
 
-        /// Every metric of trackers.
+        /// All metrics of trackers.
         pub const TRACKER_METRICS: &[TrackerMetric] = &[$(TrackerMetric::$constant),*];
     };
 }

@@ -1,34 +1,34 @@
-//! The regions of a tracker over a sequence with their ground truth, the input of tracking protocols.
+//! Regions of a tracker over a sequence with the ground truth, the input of tracking protocols.
 
 use crate::region::Region;
 use crate::tracker::Status;
 
-/// Treatment of a frame in which the tracker has no box. Every rule that scores a tracker chooses one; `docs/metrics.md` lists
-/// the choices.
+/// Treatment of a frame in which the tracker has no box. All rules that score trackers choose one;
+/// `docs/metrics.md` lists the choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missing {
-    /// A frame without a region: it has no overlap, and no center.
+    /// The frame has no region, and so neither overlap nor center.
     Miss,
-    /// One in which the tracker's last region stands.
+    /// The last region of the tracker is used.
     LastBox,
 }
 
-/// One track with its ground truth; every list has one entry for each frame.
+/// One track with its ground truth. Each list has one entry per frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Trajectory<'a> {
     /// Name of the sequence.
     pub sequence: &'a str,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: u32,
-    /// The tracker's region in each frame.
+    /// Region of the tracker in each frame.
     pub regions: &'a [Region],
     /// Status of the tracker in each frame.
     pub status: &'a [Status],
     /// Ground truth; `None` where the target is not annotated.
     pub truth: &'a [Option<Region>],
-    /// The tracker's own confidence in each frame, where the signal beside the track is this confidence; else empty.
+    /// Confidence of the tracker in each frame, if the analysis reads it; else empty.
     pub confidence: &'a [Option<f64>],
-    /// Width and height of the frames in pixels, where there are frames.
+    /// Width and height of the frames in pixels; `None` without frames.
     pub frame: Option<(usize, usize)>,
     /// Attributes of the sequence.
     pub attributes: &'a [String],
@@ -42,7 +42,7 @@ impl<'a> Trajectory<'a> {
         self.regions.len()
     }
 
-    /// Whether there is no frame.
+    /// True if there are no frames.
     pub fn is_empty(&self) -> bool {
         self.regions.is_empty()
     }
@@ -52,8 +52,9 @@ impl<'a> Trajectory<'a> {
         self.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0)
     }
 
-    /// The region that each frame counts as having, `None` where it counts as having none: that of the frame where it
-    /// [has a box](Status::has_box), and what the rule takes it for in all others. Before the start there is none.
+    /// Region that each frame counts as having; `None` if it counts as having none. If the frame [has a
+    /// box](Status::has_box) it is that box, else it follows from the rule. Frames before the start have
+    /// none.
     pub fn counted(&self, missing: Missing) -> Vec<Option<&'a Region>> {
         let mut last = None;
         let one = |(region, status): (&'a Region, &Status)| {
@@ -65,7 +66,7 @@ impl<'a> Trajectory<'a> {
     }
 }
 
-/// Mean of the numbers; `None` without numbers.
+/// Mean of numbers; `None` without numbers.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.into_iter().fold((0.0, 0_usize), |(s, n), v| (s + v, n + 1));
     (count > 0).then(|| sum / count as f64)
@@ -82,7 +83,7 @@ mod tests {
         (0..frames).map(|t| Region::Rect(Rect::new(t as f64, 0.0, 1.0, 1.0))).collect()
     }
 
-    /// The frame whose region each frame counts as having.
+    /// Index of the frame whose region each frame counts as having.
     fn counted(status: &[Status], missing: Missing) -> Vec<Option<usize>> {
         let regions = regions(status.len());
         let trajectory = Trajectory { sequence: "a", regions: &regions, status, ..Trajectory::default() };

@@ -1,5 +1,6 @@
-//! `box-motion`: how the tracker's box moves, grows and turns, and how near it is to the frame's border, in units of
-//! its own size. The region alone is read, except by the distance to the border, which needs the size of the frame.
+//! `box-motion`: motion, growth and shape change of the tracker's box, and its distance to the frame's
+//! border, in units of the box's size. Only the region is read, except for the distance to the border, which
+//! needs the size of the frame.
 //!
 //! ```text
 //! displacement  |c[t] - c[t-1]| / s[t-1]
@@ -14,10 +15,10 @@
 //! and it is negative where the box leaves the frame. Frames without enough frames before them (the first one; of
 //! `acceleration`, the first two) give 0. A displacement of 1 is a jump by the target's own size.
 //!
-//! Source: none, these are common checks of plausibility. Choices: the unit of a motion is the size of the box before
-//! it, as a box that collapses would otherwise enlarge its own motion; polygons are replaced by their upright box;
-//! sides below a pixel count as a pixel; values are cut at 1000 and, of `border`, at -1000, and a box whose
-//! coordinates are no numbers is given the worst of them.
+//! Source: none, these are common checks of plausibility. Choices: the unit of a motion is the size of the
+//! box before it, as a box that collapses would otherwise enlarge its own motion; polygons are replaced by
+//! their upright box; sides below one pixel count as one pixel; values are cut at 1000, those of `border`
+//! also at -1000; and a box whose coordinates are no numbers is given the worst of them.
 
 use crate::image::Frame;
 use crate::plugin::{Entry, PlainParams};
@@ -37,35 +38,35 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
 /// Largest absolute value of the signal.
 const MAX_VALUE: f64 = 1000.0;
 
-/// Measures of the box.
+/// Measure of the box's motion.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
-    /// Distance of its centers in this frame and the one before.
+    /// Distance between the centers of the box in this frame and in the last one.
     #[default]
     Displacement,
-    /// Second difference of its center.
+    /// Second difference of the center of the box.
     Acceleration,
-    /// Logarithm of the ratio of its areas.
+    /// Logarithm of the ratio of the box's areas in this frame and in the last one.
     Scale,
-    /// Logarithm of the ratio of its aspects.
+    /// Logarithm of the ratio of the box's aspects in this frame and in the last one.
     Aspect,
-    /// Distance of its nearest side to the frame's border; frames are decoded for it.
+    /// Distance of its nearest side to the frame's border. Frames are decoded for it.
     Border,
 }
 
-/// Parameters of the box's motion.
+/// Parameters of the signal.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Measure of the box.
+    /// Measure of the box's motion.
     pub measure: Measure,
 }
 
 impl PlainParams for Params {}
 
 impl Causal for Params {
-    /// The boxes of the frame before and of the one before that.
+    /// Boxes of the last frame and of the one before it.
     type Memory = [Option<Rect>; 2];
 
     fn facts(&self) -> Facts {
@@ -116,7 +117,7 @@ fn length(a: (f64, f64), b: (f64, f64)) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// Pixels between the box and the nearest border of the frame; NaN if a coordinate is no number.
+/// Distance in pixels between the box and the nearest border of the frame; NaN if a coordinate is NaN.
 fn border_distance(r: &Rect, frame: &Frame) -> f64 {
     let (right, bottom) = (frame.width() as f64 - r.x - r.w, frame.height() as f64 - r.y - r.h);
     let least = r.x.min(r.y).min(right).min(bottom);
@@ -174,15 +175,6 @@ mod tests {
         let whole = Rect::new(2.0, 3.0, 5.0, 5.0);
         assert_eq!(values(Measure::Displacement, &[whole, nan]), [0.0, MAX_VALUE]);
         assert_eq!(values(Measure::Border, &[whole, nan]), [0.4, -MAX_VALUE]);
-    }
-
-    #[test]
-    fn only_the_border_needs_frames() {
-        let reads = |measure| Params { measure }.reads();
-        for measure in [Measure::Displacement, Measure::Acceleration, Measure::Scale, Measure::Aspect] {
-            assert_eq!(reads(measure), Reads::Boxes);
-        }
-        assert_eq!(reads(Measure::Border), Reads::Pixels);
     }
 
     proptest! {

@@ -41,45 +41,45 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<CompanionOverlap>(
 )
 .example("{ statistic = \"median\" }");
 
-/// How the overlaps with several companions make one value.
+/// Statistic that reduces the overlaps with several companions to one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Statistic {
-    /// Their median.
+    /// Median of the overlaps.
     Median,
-    /// The smallest.
+    /// Smallest overlap.
     Minimum,
-    /// The share of those above 0.
+    /// Share of the overlaps above 0.
     Share,
 }
 
-/// Where companions come from.
+/// Source of the companions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "`companions` must be \"given\" or a list of `{ tracker = ... }`")]
 pub enum Companions {
-    /// The word `given`: from outside.
+    /// Companions from outside, written as `given`.
     ExternalCompanions(ExternalCompanions),
-    /// Run by the signal itself.
+    /// Companions that the signal runs itself.
     Own(Vec<CompanionParams>),
 }
 
-/// The word for companions from outside.
+/// Companions from outside the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExternalCompanions {
-    /// The other trackers of the experiment, or the boxes that `detect` is given.
+    /// Other trackers of the experiment, or the boxes given to `detect`.
     Given,
 }
 
-/// Parameters of the overlap with companions.
+/// Parameters of the signal.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// How several overlaps make one value.
+    /// Statistic that reduces several overlaps to one value.
     pub statistic: Statistic,
     /// `given`, or a list of companions that the signal runs itself.
     pub companions: Companions,
-    /// Largest number of given companions, at least 1; all without it.
+    /// Most given companions that are used, at least 1; by default all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_most: Option<usize>,
 }
@@ -94,7 +94,7 @@ impl Default for Params {
     }
 }
 
-/// The overlap with companions, with checked parameters.
+/// The signal with checked parameters.
 pub struct CompanionOverlap {
     params: Params,
     own: Vec<Companion>,
@@ -142,7 +142,7 @@ impl Signal for CompanionOverlap {
     }
 }
 
-/// The agreement of one track with its companions.
+/// Overlap of one track with its companions.
 struct Agreement {
     params: Params,
     own: Vec<RunningCompanion>,
@@ -183,12 +183,12 @@ impl Session for Agreement {
     }
 }
 
-/// Overlap of two regions; 0 if a coordinate is no number.
+/// Overlap of two regions; 0 if a coordinate is NaN.
 pub(super) fn overlap(a: &Region, b: &Region) -> f64 {
     if a.is_finite() && b.is_finite() { Areas::Exact.overlap(a, b, None) } else { 0.0 }
 }
 
-/// The statistic of some overlaps; NaN without any.
+/// Statistic of overlaps; NaN without any.
 fn statistic(statistic: Statistic, mut overlaps: Vec<f64>) -> f64 {
     let value = match statistic {
         Statistic::Median => summary::median(&mut overlaps),

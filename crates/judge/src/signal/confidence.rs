@@ -1,15 +1,15 @@
-//! `confidence`: the tracker's own confidence, as it gives it, relative to how it began, or as a probability.
+//! `confidence`: the tracker's own confidence, as it gives it or relative to how it began.
 //!
 //! ```text
-//! raw          y[t] = c[t]
-//! ratio        y[t] = c[t] / mean of c[1], ..., c[min(t, early)]        y[0] = 1
-//! probability  y[t] = c[t], which has to be in [0, 1]
+//! raw    y[t] = c[t]
+//! ratio  y[t] = c[t] / mean of c[1], ..., c[min(t, early)]        y[0] = 1
 //! ```
 //!
-//! `c` is what the tracker gives, in its unit; a ratio has none. Of trackers that have a posterior and give no
-//! confidence it is the likelihood of the estimate (choice): the peak of the response map of kcf, dsst and samf, the
-//! likelihood of the estimate of particle filters. `t` is a 0-based frame. High values are good. The value
-//! of a frame uses frames up to it: the mean of a ratio grows until frame `early`, then it stays.
+//! `c` is the tracker's confidence in its own unit; a ratio has no unit. For trackers with a posterior and
+//! without confidence, it is the likelihood of the estimate (choice): the peak of the response map for kcf,
+//! dsst and samf, the likelihood of the estimate for particle filters. `t` is a 0-based frame. High values
+//! are good. A value depends on frames up to its own: the mean of a ratio changes until frame `early`, then
+//! it is fixed.
 //!
 //! Frames without a value (a tracker need not give one in every frame) repeat the last value of the signal, and the mean
 //! leaves them out. In the first frame the target is given, and what tools write there is a placeholder: nothing
@@ -17,8 +17,8 @@
 //! where there is none; `first = 10.0` replaces it.
 //!
 //! Choices: `early` 19, frames 2 to 20 as people count them; ratios are cut at 1000 and -1000. A ratio needs a tracker
-//! whose early confidence is positive on average; where it is not, and where a probability is outside [0, 1], the
-//! signal fails and says so. Sources: the files that `replay` reads, or what a tracker gives live.
+//! whose early confidence is positive on average; where it is not, the signal fails and says so. Sources: the files that
+//! `replay` reads, or what a tracker gives live.
 
 use crate::num::readable;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -28,38 +28,36 @@ use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
+/// The confidence in the list of signals.
 pub const ENTRY: Entry<dyn Signal> = Entry::of::<Confidence>(
     "confidence",
     2,
-    "the tracker's own confidence, raw, relative to its early mean, or as a probability",
+    "the tracker's own confidence, raw or relative to its early mean",
 )
 .example("{ scale = \"raw\", early = 19 }");
 
 /// Largest absolute value of a ratio.
 const MAX_RATIO: f64 = 1000.0;
 
-/// Scales of the signal.
+/// Scale of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
-    /// The tracker's.
+    /// Scale of the tracker.
     Raw,
-    /// Relative to the mean of its early frames.
+    /// Relative to the mean of the early frames.
     Ratio,
-    /// The tracker's, which has to be a probability.
-    Probability,
 }
 
-/// Parameters of the confidence.
+/// Parameters of the signal.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Scale of the values.
     pub scale: Scale,
-    /// Index of the last frame of a ratio's mean, at least 1.
+    /// Index of the last frame in the mean of a ratio, at least 1.
     pub early: usize,
-    /// Value of the first frame, unless it is a ratio; by default the tracker's own, or 1 where it gives none.
+    /// Value in the first frame, except for ratios; by default that of the tracker, or 1 if it gives none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first: Option<f64>,
 }
@@ -70,7 +68,7 @@ impl Default for Params {
     }
 }
 
-/// The confidence, with checked parameters.
+/// The signal with checked parameters.
 pub struct Confidence(Params);
 
 impl Plugin for Confidence {
@@ -79,32 +77,23 @@ impl Plugin for Confidence {
     const RANGES: &'static [Range] = &[Range::of("early").at_least(1.0), Range::of("first")];
 
     fn make(params: Params) -> Result<Self, ParamError> {
-        let (low, high) = range(params.scale);
         match params.first {
-            Some(first) if params.scale == Scale::Ratio || !(low..=high).contains(&first) => {
-                let rule =
-                    "a finite number, in [0, 1] for a probability, and without a ratio, which begins with 1";
-                Err(ParamError::out_of_range("first", rule, first))
+            Some(first) if params.scale == Scale::Ratio => {
+                Err(ParamError::out_of_range("first", "left out of a ratio, which begins with 1", first))
             }
             _ => Ok(Self(params)),
         }
     }
 }
 
-/// Smallest and largest value on a scale.
-fn range(scale: Scale) -> (f64, f64) {
-    match scale {
-        Scale::Raw => (f64::NEG_INFINITY, f64::INFINITY),
-        Scale::Ratio => (-MAX_RATIO, MAX_RATIO),
-        Scale::Probability => (0.0, 1.0),
-    }
-}
-
 impl Signal for Confidence {
     fn facts(&self) -> Facts {
-        let is_probability = self.0.scale == Scale::Probability;
-        let facts = Facts::of(Direction::HigherIsBetter, range(self.0.scale));
-        Facts { reads: Reads::Confidence, symbol: "cₜ", is_probability, ..facts }
+        let bounds = match self.0.scale {
+            Scale::Raw => (f64::NEG_INFINITY, f64::INFINITY),
+            Scale::Ratio => (-MAX_RATIO, MAX_RATIO),
+        };
+        let facts = Facts::of(Direction::HigherIsBetter, bounds);
+        Facts { reads: Reads::Confidence, symbol: "cₜ", ..facts }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
@@ -119,21 +108,21 @@ impl Signal for Confidence {
     }
 }
 
-/// The confidence of one track.
+/// Confidence of one track.
 struct Confidences {
     params: Params,
-    /// Index of the frame that comes next.
+    /// Index of the next frame.
     frame: usize,
     /// Last value of the signal.
     last: f64,
-    /// Sum and number of the values in the mean.
+    /// Sum and number of the values in the mean of a ratio.
     sum: f64,
     count: usize,
     fault: Option<String>,
 }
 
 impl Confidences {
-    /// The value of a frame, or why there is none.
+    /// Value in frame `t`, or the reason why there is none.
     fn value(&mut self, t: usize, given: Option<f64>) -> Result<f64, String> {
         match (self.params.scale, t) {
             (Scale::Ratio, 0) => return Ok(1.0),
@@ -143,11 +132,6 @@ impl Confidences {
         let Some(given) = given else { return Ok(self.last) };
         match self.params.scale {
             Scale::Raw => Ok(given),
-            Scale::Probability if (0.0..=1.0).contains(&given) => Ok(given),
-            Scale::Probability => Err(format!(
-                "the confidence {} is no probability; `scale = \"raw\"` takes any",
-                readable(given)
-            )),
             Scale::Ratio => {
                 if t <= self.params.early || self.count == 0 {
                     self.sum += given;
@@ -217,17 +201,9 @@ mod tests {
     }
 
     #[test]
-    fn only_probabilities_are_calibrated() {
-        let is_probability = |text: &str| ENTRY.build_from_text(text).unwrap().facts().is_probability;
-        let scales = ["{}", "{ scale = \"ratio\" }", "{ scale = \"probability\" }"];
-        assert_eq!(scales.map(is_probability), [false, false, true]);
-    }
-
-    #[test]
     fn values_by_hand() {
         let given = [None, Some(0.8), None, Some(0.4), Some(0.6)];
         assert_eq!(run("{}", &given).0, [1.0, 0.8, 0.8, 0.4, 0.6]);
-        assert_eq!(run("{ scale = \"probability\" }", &given).0, [1.0, 0.8, 0.8, 0.4, 0.6]);
         assert_eq!(run("{ first = 0.25 }", &given).0, [0.25, 0.8, 0.8, 0.4, 0.6]);
         // The means are 4, and from the fourth frame on 3.
         let given = [Some(9.0), Some(4.0), None, Some(2.0), Some(6.0)];
@@ -246,12 +222,11 @@ mod tests {
 
     #[test]
     fn values_that_do_not_fit_are_told() {
-        let (values, fault) = run("{ scale = \"probability\" }", &[Some(0.5), Some(1.5)]);
-        assert!(
-            values[1].is_nan() && fault.unwrap().contains("index 1: the confidence 1.5 is no probability")
-        );
         let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(-0.5)]);
-        assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is -0.5"));
+        assert!(
+            values[1].is_nan()
+                && fault.unwrap().contains("index 1: the mean of the early confidence is -0.5")
+        );
         let (values, fault) = run("{ scale = \"ratio\" }", &[None, Some(0.0)]);
         assert!(values[1].is_nan() && fault.unwrap().contains("mean of the early confidence is 0;"));
         let far = [None, Some(1.0), Some(1e6), Some(-1e6)];
@@ -263,14 +238,6 @@ mod tests {
             assert!(values.last().is_some_and(|v| v.is_nan()) && fault.unwrap().contains(shown));
         }
         assert_eq!(run("{}", &[Some(-0.5)]), (vec![-0.5], None));
-        for bad in [
-            "{ early = 0 }",
-            "{ scale = \"ratio\", first = 1.0 }",
-            "{ first = nan }",
-            "{ scale = \"probability\", first = 2.0 }",
-        ] {
-            assert!(ENTRY.build_from_text(bad).is_err(), "{bad}");
-        }
     }
 
     proptest! {

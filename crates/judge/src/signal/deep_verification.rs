@@ -1,6 +1,6 @@
-//! `deep-verification`: what a small deep network says of the tracker's box, from three sides. One or two watchdogs
-//! (`watchdog-agreement`) follow the target from the first frame on; and the network of one of them looks a second time,
-//! at the tracker's own box.
+//! `deep-verification`: a small deep network's judgment of the tracker's box, from three sides. One or two
+//! watchdogs (`watchdog-agreement`) follow the target from the first frame on, and the network of one of them
+//! looks a second time, at the tracker's own box.
 //!
 //! ```text
 //! v2, v3   values of a watchdog of this version, as in `watchdog-agreement`: I overlap, s score, r = (1 - I) s
@@ -20,15 +20,15 @@
 //! lg S     log(S / (1 - S)) of S within 1e-6 and 1 - 1e-6; no cell at all counts as S = 0
 //! ```
 //!
-//! A frame's values are those of the four lists, in this order and in theirs; the signal's direction is that of the first.
-//! `here` is `["elsewhere"]` where it is not given.
-//! `t` is a 0-based frame. Scores, overlaps and products are in `[0, 1]`, logarithms are natural.
+//! The values of a frame are those of the four lists, in this order and in the order within each list. The
+//! direction of the signal is that of the first value. The default of `here` is `["elsewhere"]`. `t` is a
+//! 0-based frame. Scores, overlaps and products are in `[0, 1]`, logarithms are natural.
 //!
-//! The second look is that of the network `look`, v2 unless it is given, with the template of the first frame around the tracker's
-//! box, whose sides are at least 4 pixels. It is taken only where the watchdog of this network and the tracker overlap by less
-//! than .6 (and in the first frame): elsewhere the watchdog's own look has seen the box, and its cells are read about the
-//! tracker's place. A network that no value asks for does not run. A box whose coordinates are no
-//! numbers cannot be looked at, and has no cells: scores and overlap are 0 then, and the distance is 3.
+//! The second look uses the network `look` (default v2) with the template of the first frame, around the
+//! tracker's box (of at least 4 pixels a side). It is taken only in the first frame and if the watchdog of
+//! this network overlaps the tracker by less than .6. Otherwise the watchdog's own look covers the box, and
+//! its cells at the tracker's place are read. Networks that no value needs do not run. A box with NaN
+//! coordinates has no cells: scores and overlap are then 0, and the distance is 3.
 //!
 //! Source: none; a tracker that verifies another at intervals is Parallel Tracking and Verifying (Fan and Ling, ICCV
 //! 2017). Choices: the values, by folds of sources (docs/fused.md).
@@ -58,70 +58,70 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<DeepVerification>(
     "{ v3 = [\"overlap\"], here = [\"score\", \"elsewhere\"], look = \"v3\" }",
 ]);
 
-/// Overlap with the watchdog from which on its look is the second one, too.
+/// Overlap with the watchdog from which on its look also serves as the second look.
 const SEEN: f64 = 0.6;
-/// Overlap above which a cell's box is the tracker's.
+/// Overlap with the tracker's box above which a cell counts as inside.
 const INSIDE: f64 = 0.1;
-/// Least side of a box that is looked at, in pixels.
+/// Least side of a box for the second look, in pixels.
 const LEAST_SIDE: f64 = 4.0;
-/// Bounds of scores before their logarithm.
+/// Bound of scores (and of 1 minus scores) before taking logarithms.
 const LEAST_SCORE: f64 = 1e-6;
-/// Least logarithm, and largest difference of two.
+/// Least logarithm; `LARGEST_RATIO` bounds the difference of two.
 const LEAST_LOG: f64 = -6.0;
 const LARGEST_RATIO: f64 = 8.0;
 
-/// A number of both watchdogs.
+/// A value from both watchdogs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Both {
-    /// Product of their disagreements.
+    /// Product of both disagreements.
     Product,
-    /// The smaller disagreement.
+    /// Smaller one of both disagreements.
     Least,
-    /// The larger one.
+    /// Larger one of both disagreements.
     Most,
-    /// Overlap of the two.
+    /// Overlap of the two watchdogs.
     Overlap,
-    /// How sure they are of one place where the tracker is not.
+    /// Certainty of a common place away from the tracker.
     Against,
-    /// How sure they are of different places.
+    /// Certainty of different places.
     Apart,
 }
 
-/// A number of the second look.
+/// A value of the second look.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Here {
     /// Score of the chosen cell.
     Score,
-    /// Overlap of its box with the tracker's.
+    /// Overlap of the chosen cell's box with the tracker's.
     Overlap,
-    /// `(1 - overlap) score`.
+    /// Product `(1 - overlap) score`.
     Disagreement,
-    /// The score where the two do not overlap, else 0.
+    /// Score if the two boxes do not overlap, else 0.
     Apart,
-    /// Distance of their centers in sides of the tracker's box, at most 3.
+    /// Distance of their centers in units of the tracker's box, at most 3.
     Distance,
-    /// Best score about the middle of the tracker's box.
+    /// Best score near the middle of the tracker's box.
     Middle,
-    /// Logarithm of the best odds among boxes on the tracker's.
+    /// Logarithm of the best odds among boxes that overlap the tracker's.
     Inside,
-    /// Logarithm of the best odds among all others.
+    /// Logarithm of the best odds among all other boxes.
     Outside,
-    /// `outside - inside`, without their lower bounds.
+    /// Difference `outside - inside`, without their lower bounds.
     Elsewhere,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Values of the watchdog v2, each at most once.
+    /// Values of the watchdog v2, without repetitions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub v2: Vec<WatchdogValue>,
-    /// Values of a watchdog v3 beside it.
+    /// Values of a watchdog v3, without repetitions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub v3: Vec<WatchdogValue>,
-    /// Values of both.
+    /// Values of both watchdogs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub both: Vec<Both>,
     /// Values of the second look.
@@ -141,7 +141,7 @@ fn elsewhere() -> Vec<Here> {
 }
 
 impl Params {
-    /// Whether any value asks for a network.
+    /// True if a value needs the network.
     fn uses(&self, version: Version) -> bool {
         let mine = match version {
             Version::V2 => &self.v2,
@@ -174,7 +174,7 @@ impl Params {
     }
 }
 
-/// The verification, with checked parameters.
+/// The signal with checked parameters.
 pub struct DeepVerification(Params);
 
 impl Plugin for DeepVerification {
@@ -211,7 +211,7 @@ impl Signal for DeepVerification {
     }
 }
 
-/// The watchdogs beside a track.
+/// Watchdogs of a track.
 struct Verifying {
     params: Params,
     v2: Option<Watchdog>,
@@ -221,7 +221,7 @@ struct Verifying {
 }
 
 impl Verifying {
-    /// All values of the next frame; `None` where no watchdog can start.
+    /// All values in the next frame; `None` if a watchdog cannot start.
     fn next(&mut self, observation: &Observation<'_>) -> Option<Vec<f64>> {
         let step = |watchdog: &mut Option<Watchdog>| match watchdog {
             Some(watchdog) => watchdog.look(observation).map(Some),
@@ -244,7 +244,7 @@ impl Verifying {
         Some(values)
     }
 
-    /// What the network sees at the tracker's box, in this look or in another one.
+    /// Second look at the tracker's box, read from `look` or computed.
     fn second(&self, look: Option<Arc<Look>>, frame: &Frame, region: &Region) -> Second {
         if !region.is_finite() {
             return Second::NOTHING;
@@ -285,7 +285,7 @@ impl Session for Verifying {
     }
 }
 
-/// A value of both watchdogs.
+/// A value from both watchdogs.
 fn both(v2: &Seen, v3: &Seen, value: Both) -> f64 {
     let [a, b] = [v2, v3].map(|seen| seen.value(WatchdogValue::Disagreement));
     let together = Areas::Exact.overlap(&Region::Rect(v2.rect), &Region::Rect(v3.rect), None);
@@ -300,18 +300,18 @@ fn both(v2: &Seen, v3: &Seen, value: Both) -> f64 {
     }
 }
 
-/// The second look, compared with the tracker.
+/// Second look, compared with the tracker.
 struct Second {
-    /// The chosen cell, compared with the tracker.
+    /// Chosen cell, compared with the tracker.
     chosen: Seen,
     middle: f64,
-    /// Best scores of cells with boxes on the tracker's, and of the others.
+    /// Best score among cells inside the tracker's box; `outside` is that of the others.
     inside: f64,
     outside: f64,
 }
 
 impl Second {
-    /// A look without cells.
+    /// A second look without cells.
     const NOTHING: Self = Self {
         chosen: Seen {
             score: 0.0,

@@ -14,14 +14,13 @@
 //! distribution fields of [`crate::image::distribution`] with `M` layers. Frames count from 1 in the
 //! paper, k = min(history, t - 2). y_t is dimensionless, between 0 and 2 / M.
 //!
-//! Choices where the paper leaves room; each is a parameter, its default stands first:
+//! Choices where the paper leaves room; of those that are a parameter the default stands first:
 //!
 //! - Eq. 1 as printed sums displacements up to the current frame, which a prediction of that frame
 //!   cannot use: `displacement` "past" stops at t - 1, "printed" uses (x_t - x_{t-k}) / k.
 //! - sigma_1 = 1 (u), 2 (v): `smoothing` "anisotropic" is one Gaussian of support 9 x 15; "two-levels" is
 //!   the code of Distribution Field Tracking: isotropic levels of sigma_u and sigma_v, here averaged.
-//! - `layer_rule` "paper" is ceil(value / (255 / M)) with 0 put into layer 1 (Eq. 2); "dft" is
-//!   ceil((value + 1) / (256 / M)). With 32 layers they agree for every value.
+//! - The layer is ceil(value / (255 / M)) with 0 put into layer 1 (Eq. 2).
 //! - `border` "uniform" pads each patch with uniform distributions; padding with zeros gives the same y_t,
 //!   because both sides of a difference share the padding, so "zero" is another word for it. "replicate"
 //!   repeats border pixels.
@@ -30,8 +29,7 @@
 //!   enlarged about its center.
 //! - `outside` "shift" moves a window that leaves the frame inside and repeats border pixels only for
 //!   windows larger than the frame; "replicate" always repeats border pixels.
-//! - `equal_means`: without any difference of means Eq. 6 is 0 / 0; "thirds" sets omega_c = 1/3, "zero"
-//!   sets y_t^a = 0.
+//! - Without any difference of means Eq. 6 is 0 / 0; omega_c is then 1/3.
 //! - In the first frame x_{t-1} is the box itself and v_t = 0.
 //!
 //! The distances are computed in `f32`: y_t differs by less than 1e-6 of its value from that in `f64`, and is the
@@ -47,7 +45,7 @@ use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The list's entry.
+/// The track quality in the list of signals.
 pub const ENTRY: Entry<dyn Signal> = Entry::of::<DistributionField>(
     "distribution-field",
     2,
@@ -65,46 +63,36 @@ pub enum SmoothingRule {
     TwoLevels,
 }
 
-/// How a value becomes a layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LayerRule {
-    /// max(1, ceil(value M / 255)).
-    Paper,
-    /// ceil((value + 1) M / 256).
-    Dft,
-}
-
 /// Values around a patch when it is smoothed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BorderRule {
     /// Uniform distributions.
     Uniform,
-    /// Zeros, which give the same values as `uniform` and are read as that.
+    /// Zeros, which give the same values as `uniform` and are treated like it.
     #[serde(rename(serialize = "uniform"))]
     Zero,
     /// The patch's own border pixels.
     Replicate,
 }
 
-/// Where the four background windows lie in B_t.
+/// Positions of the four background windows in B_t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regions {
-    /// In its corners.
+    /// At the corners.
     Corners,
-    /// At the middle of its left, right, top and bottom side.
+    /// At the middle of the left, right, top and bottom side.
     Sides,
 }
 
-/// Which displacements Eq. 1 averages.
+/// Displacements that Eq. 1 averages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Displacement {
-    /// Those up to frame t - 1.
+    /// Displacements up to frame t - 1.
     Past,
-    /// Those up to frame t, as printed.
+    /// Displacements up to frame t, as printed.
     Printed,
 }
 
@@ -118,21 +106,11 @@ pub enum Outside {
     Replicate,
 }
 
-/// The channel weights when all channel means agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum EqualMeans {
-    /// 1/3 each.
-    Thirds,
-    /// All 0.
-    Zero,
-}
-
 /// Parameters of y_t; the defaults are the paper's values and the choices of the module's text.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Layers M of a field, 2 to 256.
+    /// Number M of layers in a field, 2 to 256.
     pub layers: usize,
     /// Standard deviation of the spatial Gaussian along u (columns) in pixels, above 0.
     pub sigma_u: f64,
@@ -140,7 +118,7 @@ pub struct Params {
     pub sigma_v: f64,
     /// Standard deviation of the Gaussian over layers, in layers, above 0.
     pub sigma_layer: f64,
-    /// Displacements that are averaged for the prediction (Delta t_1), 1 to 1000.
+    /// Number of displacements averaged for the prediction (Delta t_1), 1 to 1000.
     pub history: usize,
     /// Support of the Gaussian along u in pixels, odd, 1 to 63.
     pub support_u: usize,
@@ -148,20 +126,16 @@ pub struct Params {
     pub support_v: usize,
     /// Support of the Gaussian over layers, odd, 1 to 63.
     pub support_layer: usize,
-    /// How sigma_u and sigma_v are used.
+    /// Use of sigma_u and sigma_v.
     pub smoothing: SmoothingRule,
-    /// How a value becomes a layer.
-    pub layer_rule: LayerRule,
     /// Values around a patch when it is smoothed.
     pub border: BorderRule,
-    /// Where the four background windows lie.
+    /// Positions of the four background windows.
     pub regions: Regions,
-    /// Which displacements are averaged.
+    /// Displacements that are averaged.
     pub displacement: Displacement,
     /// Values of a window outside the frame.
     pub outside: Outside,
-    /// The channel weights when all channel means agree.
-    pub equal_means: EqualMeans,
 }
 
 impl Default for Params {
@@ -176,17 +150,15 @@ impl Default for Params {
             support_v: 15,
             support_layer: 5,
             smoothing: SmoothingRule::Anisotropic,
-            layer_rule: LayerRule::Paper,
             border: BorderRule::Uniform,
             regions: Regions::Corners,
             displacement: Displacement::Past,
             outside: Outside::Shift,
-            equal_means: EqualMeans::Thirds,
         }
     }
 }
 
-/// The signal y_t with checked parameters.
+/// The signal with checked parameters.
 pub struct DistributionField(Params);
 
 impl Plugin for DistributionField {
@@ -241,7 +213,7 @@ impl Signal for DistributionField {
         Ok(Box::new(Quality {
             params: self.0.clone(),
             smoothings: self.smoothings(),
-            layer_of: layer_table(self.0.layers, self.0.layer_rule),
+            layer_of: layer_table(self.0.layers),
             past: Vec::new(),
             strips: Vec::new(),
             distance: FieldDistance::default(),
@@ -250,21 +222,15 @@ impl Signal for DistributionField {
 }
 
 /// The layer, from 0, of each value.
-fn layer_table(layers: usize, rule: LayerRule) -> [u8; 256] {
-    std::array::from_fn(|value| {
-        let layer = match rule {
-            LayerRule::Paper => (value * layers).div_ceil(255).max(1),
-            LayerRule::Dft => ((value + 1) * layers).div_ceil(256),
-        };
-        (layer - 1) as u8
-    })
+fn layer_table(layers: usize) -> [u8; 256] {
+    std::array::from_fn(|value| ((value * layers).div_ceil(255).max(1) - 1) as u8)
 }
 
-/// The region B_t around the place where the target is expected in the current frame (Eq. 1).
+/// Region B_t around the expected place of the target in the current frame (Eq. 1).
 ///
-/// `past` holds the boxes of the frames before, oldest first; only the last `history + 1` count. In the
-/// first frame, when it is empty, `current` takes its place. `current` is the box of the current frame;
-/// otherwise only [`Displacement::Printed`] looks at it. The result may leave the frame.
+/// `past` has the boxes of earlier frames, oldest first; only the last `history + 1` are used. In the first
+/// frame it is empty and `current`, the box of the current frame, replaces it. In later frames only
+/// [`Displacement::Printed`] reads `current`. The region may leave the frame.
 pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Displacement) -> Rect {
     let Some(last) = past.last() else { return enlarged(current, current.center()) };
     let (end, steps) = match rule {
@@ -280,14 +246,14 @@ pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Di
     enlarged(last, (at.0 + (to.0 - from.0) / k, at.1 + (to.1 - from.1) / k))
 }
 
-/// A box of the size of B_t for a target of the size of `last`, around `center`.
+/// Box of the size of B_t around `center`, for a target of the size of `last`.
 fn enlarged(last: &Rect, center: (f64, f64)) -> Rect {
     let margin = ((last.w + last.h) / 4.0).ceil();
     let (w, h) = (last.w + margin, last.h + margin);
     Rect::new(center.0 - w / 2.0, center.1 - h / 2.0, w, h)
 }
 
-/// The four windows of the size of `state` in the region `background`.
+/// Four windows of the size of `state` in the region `background`.
 fn background_windows(background: &Rect, state: &Rect, regions: Regions) -> [Rect; 4] {
     let (cx, cy) = background.center();
     let (w, h) = (background.w.max(state.w), background.h.max(state.h));
@@ -301,7 +267,7 @@ fn background_windows(background: &Rect, state: &Rect, regions: Regions) -> [Rec
     places.map(|(x, y)| Rect::new(x, y, state.w, state.h))
 }
 
-/// Windows that start in the same column, above each other: layers and channel sums.
+/// Windows that start in the same column: their layers and channel sums.
 struct Strip {
     /// Layers of each channel, column by column.
     layers: [Vec<u8>; 3],
@@ -309,7 +275,7 @@ struct Strip {
     sums: Vec<[u64; 3]>,
 }
 
-/// The strips that hold some windows of one size, and where they do.
+/// Strips that contain these windows of one size, and the position of each window in them.
 fn strips(windows: &[Window; 5]) -> (Vec<Window>, [Patch; 5]) {
     let mut strips: Vec<Window> = Vec::new();
     let mut strip_of = [0; 5];
@@ -335,7 +301,7 @@ fn strips(windows: &[Window; 5]) -> (Vec<Window>, [Patch; 5]) {
 }
 
 impl Strip {
-    /// Reads a strip; pixels outside the frame are its nearest border pixels.
+    /// Reads a strip. Pixels outside the frame repeat its border.
     fn read(frame: &Frame, window: Window, layer_of: &[u8; 256]) -> Self {
         let Window { x, y, w, h } = window;
         let mut layers = [const { Vec::new() }; 3];
@@ -362,12 +328,12 @@ impl Strip {
     }
 }
 
-/// y_t of one track.
+/// Computation of y_t for one track.
 struct Quality {
     params: Params,
     smoothings: Vec<Smoothing>,
     layer_of: [u8; 256],
-    /// The last boxes before the current frame, at most `history + 1`.
+    /// Boxes before the current frame, at most `history + 1`.
     past: Vec<Rect>,
     strips: Vec<Strip>,
     distance: FieldDistance,
@@ -398,7 +364,7 @@ impl Session for Quality {
     }
 }
 
-/// The window of a box; one pixel for a box whose numbers are not finite.
+/// Window of a box; a single pixel for a box with numbers that are not finite.
 fn place(r: &Rect, frame: &Frame, outside: Outside) -> Window {
     let window = Window::from_rect(r);
     let window = Window { w: window.w.max(1), h: window.h.max(1), ..window };
@@ -409,7 +375,7 @@ fn place(r: &Rect, frame: &Frame, outside: Outside) -> Window {
 }
 
 impl Quality {
-    /// Eq. 2-7 for the window of the target and those of the background.
+    /// Value of Eq. 2-7 for the window of the target and those of the background.
     fn quality(&mut self, frame: &Frame, windows: &[Window; 5]) -> f64 {
         let differs: [bool; 4] = std::array::from_fn(|a| windows[a + 1] != windows[0]);
         if differs == [false; 4] {
@@ -439,21 +405,20 @@ impl Quality {
             rows.iter().fold([0; 3], |all, row| [0, 1, 2].map(|c| all[c] + row[c]))
         });
         let scores = sums.iter().enumerate().map(|(a, sums)| {
-            let weights = self.channel_weights(&target, sums);
+            let weights = channel_weights(&target, sums);
             (0..3).map(|c| weights[c] * distances[c][a]).sum::<f64>() / scale
         });
         // Rounding may pass the bound.
         (scores.sum::<f64>() / 4.0).min(2.0 / self.params.layers as f64)
     }
+}
 
-    /// omega_c of Eq. 6.
-    fn channel_weights(&self, target: &[u64; 3], other: &[u64; 3]) -> [f64; 3] {
-        let gaps: [u64; 3] = std::array::from_fn(|c| target[c].abs_diff(other[c]));
-        match (gaps.iter().sum::<u64>(), self.params.equal_means) {
-            (0, EqualMeans::Thirds) => [1.0 / 3.0; 3],
-            (0, EqualMeans::Zero) => [0.0; 3],
-            (all, _) => gaps.map(|gap| gap as f64 / all as f64),
-        }
+/// omega_c of Eq. 6.
+fn channel_weights(target: &[u64; 3], other: &[u64; 3]) -> [f64; 3] {
+    let gaps: [u64; 3] = std::array::from_fn(|c| target[c].abs_diff(other[c]));
+    match gaps.iter().sum::<u64>() {
+        0 => [1.0 / 3.0; 3],
+        all => gaps.map(|gap| gap as f64 / all as f64),
     }
 }
 

@@ -8,8 +8,9 @@
 //! everything) and 1 (all are equal, also in the first frame). Of a correlation tracker, `w` is its response map
 //! read as a density, and N the number of its cells.
 //!
-//! Which values are good is the option `good`, with the default and for the reasons of [`super::particle_entropy`]: the two
-//! rank clouds almost alike, but this one is ruled by the largest weights.
+//! The option `good` sets which values are good. Its default and reasons are those of
+//! [`super::particle_entropy`]: both signals rank clouds almost equally, but this one depends mostly on the
+//! largest weights.
 //!
 //! Source: Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", JASA 89(425), 1994; a filter
 //! resamples where this is low. Choice: the default of `good`.
@@ -26,7 +27,7 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
 )
 .example("{ good = \"low\" }");
 
-/// The share with checked parameters.
+/// The signal with checked parameters.
 #[derive(Clone)]
 pub struct EffectiveParticles(Params);
 
@@ -47,21 +48,5 @@ impl Causal for EffectiveParticles {
 
     fn push(&self, (): &mut (), observation: &Observation<'_>) -> f64 {
         observation.state.posterior.as_ref().map_or(f64::NAN, |m| m.effective_samples / m.samples)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::signal::testing::values_of_weights;
-
-    // By hand: 1 / (4 * 1), 1 / (4 * 1/2), 1 / (4 * 3/8), 1 / (4 * 1/4).
-    #[test]
-    fn shares_by_hand() {
-        let clouds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0], [0.5, 0.25, 0.25, 0.0], [0.25; 4]];
-        let got = values_of_weights(&ENTRY, &clouds);
-        for (got, want) in got.iter().zip([0.25, 0.5, 2.0 / 3.0, 1.0]) {
-            assert!((got - want).abs() < 1e-15, "{got} {want}");
-        }
     }
 }

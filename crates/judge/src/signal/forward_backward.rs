@@ -1,5 +1,5 @@
-//! `forward-backward`: points of the target are followed to this frame and back again; where they do not return, the
-//! target is not what it was (Kalal, Mikolajczyk and Matas, "Forward-backward error", ICPR 2010; MedianFlow and TLD).
+//! `forward-backward`: follows points of the target to this frame and back. Points that do not return
+//! indicate a loss (Kalal, Mikolajczyk and Matas, "Forward-backward error", ICPR 2010; MedianFlow and TLD).
 //!
 //! ```text
 //! p_i   a grid of points in the box of frame t - 1
@@ -43,40 +43,40 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ForwardBackward>(
 )
 .example("{ measure = \"error\" }");
 
-/// Variance of gray values up to which a patch is flat.
+/// Variance of gray values up to which a patch counts as flat.
 const FLAT: f64 = 1e-6;
 
-/// Measures of the points.
+/// Measure of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
-    /// Median distance between a point and where it returns.
+    /// Median distance between a point and the place to which it returns.
     Error,
-    /// Share of points that return and still look the same.
+    /// Share of points that return and still look similar.
     Inliers,
-    /// Median deviation of the points' motions from their median.
+    /// Median deviation of the points' motions from the median motion.
     Residual,
 }
 
-/// Parameters of the points and of how they are followed.
+/// Parameters of the signal.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Measure of the points.
     pub measure: Measure,
-    /// Points along either side of the box, 1 to 50.
+    /// Number of points along each side of the box, 1 to 50.
     pub grid: usize,
-    /// Pixels between the box and the outer points, 0 to 100.
+    /// Distance in pixels between the box and the outer points, 0 to 100.
     pub margin: f64,
     /// Side of the window around a point in pixels, odd, 3 to 63.
     pub window: usize,
-    /// Smaller levels of the pyramid, 0 to 10.
+    /// Number of smaller levels of the pyramid, 0 to 10.
     pub levels: usize,
-    /// Steps of a point on each level, 1 to 100.
+    /// Most steps of a point on each level, 1 to 100.
     pub iterations: usize,
-    /// Length of the step that ends a level, in its pixels, 0 to 10.
+    /// Length of a step at which a level ends, in pixels of the level, 0 to 10.
     pub epsilon: f64,
-    /// Reach of the search beyond the box, in units of its size, 0 to 10.
+    /// Size of the search region beyond the box, in units of the box, 0 to 10.
     pub reach: f64,
     /// Side of the patches that are compared, in pixels, 2 to 100.
     pub patch: usize,
@@ -145,24 +145,24 @@ impl Signal for ForwardBackward {
     }
 }
 
-/// The points of one track.
+/// What the signal remembers from frame to frame of one track.
 struct Following {
     params: Params,
     past: Option<Past>,
 }
 
-/// Part of the frame before.
+/// Data of the last frame.
 struct Past {
-    /// Width and height of that frame.
+    /// Width and height of the last frame.
     frame: (usize, usize),
-    /// The target's pixels.
+    /// Window of the target.
     target: Window,
-    /// The part that is searched, which has the target in it.
+    /// Part of the frame that is searched, which contains the target.
     search: Window,
     image: Pyramid,
 }
 
-/// A point that has been followed there and back.
+/// A point that was followed forward and back.
 struct Followed {
     from: Point,
     to: Point,
@@ -214,12 +214,13 @@ impl Session for Following {
     }
 }
 
-/// Geometric mean of a window's sides.
+/// Geometric mean of the sides of a window.
 fn side(window: &Window) -> f64 {
     ((window.w * window.h) as f64).sqrt()
 }
 
-/// `count` places from `margin` inside a side of `length` pixels that begins at pixel `start`; from pixel centers.
+/// `count` places on a side of `length` pixels that begins at pixel `start`, with `margin` at both ends; in
+/// coordinates from pixel centers.
 fn places(start: i64, length: usize, margin: f64, count: usize) -> impl Iterator<Item = f64> + Clone {
     let margin = margin.min(length as f64 / 4.0);
     let (first, room) = (start as f64 - 0.5 + margin, length as f64 - 2.0 * margin);
@@ -257,7 +258,7 @@ impl Following {
         }
     }
 
-    /// The points that are found in this frame and again in the one before.
+    /// Points that are found in this frame and again in the last one.
     fn follow(&self, past: &Past, now: &Pyramid) -> Vec<Followed> {
         let Params { grid, margin, window, iterations, epsilon, .. } = self.params;
         let Past { target, search, .. } = past;
@@ -276,7 +277,7 @@ impl Following {
         pairs.into_iter().zip(back).filter_map(followed).collect()
     }
 
-    /// Correlation of the patches around each point before and after.
+    /// Correlation of the patches around each point in the last frame and now.
     fn correlations(&self, before: &Pyramid, now: &Pyramid, followed: &[Followed]) -> Vec<f64> {
         let patch = |image: &Pyramid, (x, y): Point| image.patch(x, y, self.params.patch);
         followed.iter().map(|f| correlation(&patch(before, f.from), &patch(now, f.to), FLAT)).collect()

@@ -1,4 +1,4 @@
-//! Shared by the two histogram signals: weights, colors, the frame that is compared with, and the similarity.
+//! Shared code of both histogram signals: weights, colors, the reference histogram, and the similarity.
 
 use super::{Direction, Facts};
 use crate::image::{Frame, Window};
@@ -6,27 +6,27 @@ use crate::plugin::Range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Histogram that a frame's is compared with.
+/// Reference histogram, with which a frame's is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reference {
-    /// The histogram of the frame before.
+    /// Histogram of the frame before.
     Previous,
-    /// The histogram of the first frame.
+    /// Histogram of the first frame.
     First,
-    /// A model that follows: `q <- (1 - rate) q + rate p` after each frame.
+    /// A model that is updated: `q <- (1 - rate) q + rate p` after each frame.
     Slow,
 }
 
-/// How alike two histograms are, from their shares p and q.
+/// Similarity of two histograms with the shares p and q.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Similarity {
-    /// `rho = sum_u sqrt(p_u q_u)`, the Bhattacharyya coefficient.
+    /// Bhattacharyya coefficient `rho = sum_u sqrt(p_u q_u)`.
     Bhattacharyya,
-    /// `1 - sqrt(1 - rho)`, 1 less the distance that belongs to the coefficient.
+    /// `1 - sqrt(1 - rho)`, 1 minus the distance for the coefficient.
     Distance,
-    /// `sum_u min(p_u, q_u)`, the intersection.
+    /// Intersection `sum_u min(p_u, q_u)`.
     Intersection,
 }
 
@@ -34,14 +34,14 @@ pub enum Similarity {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weights {
-    /// [`weight`]: less towards the border.
+    /// Weights by [`weight`], which decrease towards the border.
     Parabola,
-    /// All alike.
+    /// Equal weights.
     Uniform,
 }
 
 impl Weights {
-    /// The weight of pixel (`j`, `i`) of a window.
+    /// Weight of pixel (`j`, `i`) of a window.
     pub fn of(self, window: &Window, j: usize, i: usize) -> f64 {
         match self {
             Self::Parabola => weight(window, j, i) as f64,
@@ -50,18 +50,19 @@ impl Weights {
     }
 }
 
-/// Color space whose channels are binned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// Color space whose channels are read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Colors {
     /// Red, green, blue.
+    #[default]
     Rgb,
-    /// Hue, saturation, value, each spread over 0 to 255.
+    /// Hue, saturation and value, each scaled to 0..=255.
     Hsv,
 }
 
 impl Colors {
-    /// The channels of a pixel, 0 to 255.
+    /// Channels of a pixel, 0 to 255.
     pub fn of(self, rgb: [u8; 3]) -> [u8; 3] {
         match self {
             Self::Rgb => rgb,
@@ -70,7 +71,7 @@ impl Colors {
     }
 }
 
-/// Hue, saturation and value (Smith, SIGGRAPH 1978), each spread over 0 to 255; gray has hue 0.
+/// Hue, saturation and value (Smith, SIGGRAPH 1978), each scaled to 0..=255; gray has hue 0.
 fn hsv(rgb: [u8; 3]) -> [u8; 3] {
     let [r, g, b] = rgb.map(f64::from);
     let (most, least) = (r.max(g).max(b), r.min(g).min(b));
@@ -85,21 +86,21 @@ fn hsv(rgb: [u8; 3]) -> [u8; 3] {
     [(sixth / 6.0 * 256.0).min(255.0) as u8, (saturation * 255.0).round() as u8, most as u8]
 }
 
-/// Four times the weight `(w / 2)^2 + (h / 2)^2 + 1 - dist^2` of pixel (`j`, `i`) of a window, where
-/// `dist` is its distance to the center; a whole number, above 0.
+/// Four times the weight `(w / 2)^2 + (h / 2)^2 + 1 - dist^2` of pixel (`j`, `i`) of a window, with `dist`
+/// its distance to the center; a positive integer.
 pub fn weight(window: &Window, j: usize, i: usize) -> u64 {
     let from_center = |at: usize, side: usize| (2 * at + 1).abs_diff(side) as u64;
     let (w, h) = (window.w as u64, window.h as u64);
     w * w + h * h + 4 - from_center(j, window.w).pow(2) - from_center(i, window.h).pow(2)
 }
 
-/// Bin of a color when 0..=255 is divided into so many equal ones for each channel.
+/// Bin of a color. Each channel (0..=255) is divided into equal bins.
 pub fn color_bin(channels: [u8; 3], bins: [usize; 3]) -> usize {
     channels.iter().zip(bins).fold(0, |at, (value, bins)| at * bins + usize::from(*value) * bins / 256)
 }
 
-/// Similarity of two histograms that are first normalized to sum 1; in `[0, 1]`. Two empty histograms are alike (1), an
-/// empty one is unlike any other (0).
+/// Similarity of two histograms, which are first normalized to sum 1; in `[0, 1]`. It is 1 for two empty
+/// histograms, 0 for an empty and a nonempty one.
 pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
     let (all_p, all_q) = (p.iter().sum::<f64>(), q.iter().sum::<f64>());
     if all_p == 0.0 || all_q == 0.0 {
@@ -114,13 +115,13 @@ pub fn similarity(kind: Similarity, p: &[f64], q: &[f64]) -> f64 {
     }
 }
 
-/// Share of a frame in the slow model.
+/// Range of `rate`, the share of a frame in the slow model.
 pub const RATE: Range = Range::of("rate").above(0.0).at_most(1.0);
 
-/// The facts of both signals.
+/// Facts of both signals.
 pub const FACTS: Facts = Facts::of(Direction::HigherIsBetter, (0.0, 1.0));
 
-/// The sums of the weights of a box's pixels, each in the bin of its color; a pixel without a bin counts nowhere.
+/// Weight sums of a box's pixels by color bin. Pixels without a bin are ignored.
 pub fn counts(
     frame: &Frame,
     window: &Window,
@@ -141,19 +142,20 @@ pub fn counts(
     histogram
 }
 
-/// Parameters that the two signals share.
+/// Parameters that both signals share.
 #[derive(Debug, Clone, Copy)]
 pub struct Comparison {
-    /// Frame that a frame is compared with.
+    /// Reference histogram.
     pub reference: Reference,
     /// Share of a frame in the slow model.
     pub rate: f64,
-    /// Similarity.
+    /// Similarity of two histograms.
     pub similarity: Similarity,
 }
 
 impl Comparison {
-    /// Compares the histogram of the next frame with the one remembered, which follows; 1 in the first frame.
+    /// Compares the histogram of the next frame with the reference, which is then updated; 1 in the first
+    /// frame.
     pub fn push(self, memory: &mut Option<Vec<f64>>, now: Vec<f64>) -> f64 {
         let Some(before) = memory else {
             *memory = Some(now);
@@ -169,12 +171,12 @@ impl Comparison {
     }
 }
 
-/// Whether a memory can be a histogram of so many bins.
+/// True if a memory is a valid histogram with this number of bins.
 pub fn is_memory(memory: Option<&[f64]>, bins: usize) -> bool {
     memory.is_none_or(|shares| shares.len() == bins && shares.iter().all(|v| (0.0..1e18).contains(v)))
 }
 
-/// Moves the shares of a model towards those of a histogram; an empty histogram changes nothing.
+/// Moves the shares of a model towards those of a histogram. An empty histogram is ignored.
 fn blend(model: &mut [f64], now: &[f64], rate: f64) {
     let (all_model, all_now) = (model.iter().sum::<f64>(), now.iter().sum::<f64>());
     if all_now == 0.0 {

@@ -1,12 +1,18 @@
 //! The signals against `tests/oracles/signals.json`, which `tests/oracles/signals.py` made with NumPy and
-//! SciPy in float64. The script also takes a dump of real frames, for checks by hand.
+//! SciPy in float64; the script also takes a dump of real frames, for checks by hand. Those of response maps and particles
+//! against numbers of NumPy, and by hand.
 
 use super::SIGNALS;
 use crate::image::Frame;
+use crate::num::particles::{effective_number, entropy};
 use crate::plugin::find;
-use crate::region::Rect;
-use crate::signal::testing::values_on_boxes;
+use crate::region::{Rect, Region};
+use crate::signal::testing::{value_of_map, values, values_on_boxes};
+use crate::tracker::testing::two_peaks;
+use crate::tracker::{Moments, TrackerState};
+use proptest::prelude::*;
 use serde::Deserialize;
+use trackfail_testing::assert_near;
 
 #[derive(Deserialize)]
 struct Oracle {
@@ -31,7 +37,7 @@ struct Values {
     values: Vec<f64>,
 }
 
-/// The frame of `frame` in `signals.py`.
+/// Frame made by `frame` in `signals.py`.
 fn frame(kind: &str, width: usize, height: usize, t: usize) -> Frame {
     Frame::from_fn(width, height, |x, y| {
         std::array::from_fn(|c| {
@@ -90,4 +96,86 @@ fn values_agree_with_numpy_and_scipy() {
         }
     }
     assert!(compared > 300, "{compared}");
+}
+
+/// Signals of a response map: kind, parameters, and the value of `two_peaks`.
+const OF_MAPS: [(&str, &str, f64); 4] = [
+    ("response-apce", "{}", 17.049655672345054),
+    ("response-psr", "{}", 7.349575370134235),
+    ("response-peak", "{ measure = \"peak\" }", 0.984375),
+    ("response-peak", "{ measure = \"second-peak\" }", 0.7142857142857143),
+];
+
+// python3: with F and side of `tracker/correlation/response/tests.rs`, NumPy 2.4.6:
+// (F.max() - F.min())**2 / ((F - F.min())**2).mean(); S = side(5, 5); (F.max() - S.mean()) / S.std(); F.max()
+// side(4, 4).max() / F.max()
+#[test]
+fn values_of_a_map_agree_with_numpy() {
+    for (kind, params, want) in OF_MAPS {
+        let got = value_of_map(kind, params, &two_peaks(), 20);
+        assert!((got / want - 1.0).abs() < 1e-13, "{kind} {params}: {got} {want}");
+    }
+}
+
+proptest! {
+    // The peaks themselves alone are no ratios.
+    #[test]
+    fn gain_and_offset_of_a_map_change_nothing(gain in 1..9_i16, offset in -50..50_i16) {
+        let other: Vec<f32> = two_peaks().iter().map(|v| f32::from(gain) * v + f32::from(offset)).collect();
+        for (kind, params, want) in &OF_MAPS[..2] {
+            let got = value_of_map(kind, params, &other, 20);
+            prop_assert!((got / want - 1.0).abs() < 1e-9, "{kind} {params}: {got} {want}");
+        }
+    }
+}
+
+// By hand: a spike a over n - 1 zeros has APCE a^2 / (a^2 / n) = n, mean a / n and deviation a sqrt(n - 1) / n, thus the ratio
+// sqrt(n - 1) in a map of 5 x 2 cells, which is not wider than the window, so that all of it is the sidelobe; half of the cells
+// at either end have APCE a^2 / (a^2 / 2) = 2. The box around the first peak wraps and has round(0.22 * 20) = 4 cells each way;
+// below 0 there is no second peak, nor a first one in a map that is nowhere above.
+#[test]
+fn values_of_maps_by_hand() {
+    let map = |ground: f32, n: usize, cells: &[(usize, f32)]| {
+        let mut map = vec![ground; n];
+        cells.iter().for_each(|(cell, value)| map[*cell] = *value);
+        map
+    };
+    let second = "{ measure = \"second-peak\" }";
+    for (kind, params, map, width, want) in [
+        ("response-apce", "{}", map(-1.0, 144, &[(100, 4.0)]), 12, 144.0),
+        ("response-apce", "{}", [0.0, 3.0].repeat(8), 4, 2.0),
+        ("response-apce", "{}", vec![0.7; 16], 4, 0.0),
+        ("response-psr", "{}", map(0.0, 10, &[(7, 0.5)]), 5, 3.0),
+        ("response-psr", "{}", map(0.0, 400, &[(7, 0.5)]), 20, 1e6),
+        ("response-psr", "{}", vec![3.0; 400], 20, 0.0),
+        ("response-peak", second, [-0.5, -1.0, -2.0, -0.75].repeat(4), 4, 1.0),
+        ("response-peak", second, vec![0.0; 16], 4, 1.0),
+        ("response-peak", second, map(-1.0, 400, &[(210, 1.0)]), 20, 0.0),
+        ("response-peak", second, map(0.0, 400, &[(0, 1.0), (16 * 20 + 17, 0.5)]), 20, 0.0),
+        ("response-peak", second, map(0.0, 400, &[(0, 1.0), (15 * 20 + 17, 0.25)]), 20, 0.25),
+    ] {
+        assert_near([value_of_map(kind, params, &map, width)], [want], 1e-9, format!("{kind} {params}"));
+    }
+}
+
+// By hand: 1 / (4 * 1), 1 / (4 * 1/2), 1 / (4 * 3/8), 1 / (4 * 1/4); two of four particles share the weight, ln 2 / ln 4;
+// weights 1/2, 1/4, 1/4, 0 have 1.5 ln 2 / ln 4.
+#[test]
+fn values_of_weights_by_hand() {
+    let clouds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0], [0.5, 0.25, 0.25, 0.0], [0.25; 4]];
+    let frames = vec![Frame::new(1, 1, vec![0; 3]); 4];
+    let states = clouds.map(|weights| {
+        let (effective_samples, entropy) = (effective_number(&weights), entropy(&weights));
+        let moments = Moments { effective_samples, samples: 4.0, entropy, ..Moments::default() };
+        TrackerState {
+            posterior: Some(moments),
+            ..TrackerState::tracked(Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0)))
+        }
+    });
+    for (kind, want) in
+        [("effective-particles", [0.25, 0.5, 2.0 / 3.0, 1.0]), ("particle-entropy", [0.0, 0.5, 0.75, 1.0])]
+    {
+        let signal = find(SIGNALS, kind).unwrap().build_from_text("{}").unwrap();
+        assert_near(values(signal.as_ref(), &frames, states.clone()), want, 1e-15, kind);
+    }
 }

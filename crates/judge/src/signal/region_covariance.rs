@@ -12,15 +12,19 @@
 //! units and origin do not matter; dividing positions by each box's own size does, and is not the default.
 //!
 //! The letter's text was not available; the descriptor and the distance are the likely ones. `distance = "sum"` leaves the
-//! root out, `positions = "relative"` divides x and y by the sides of each box. Choices:
-//! covariances are made definite by adding `ridge * w * h` to the variances of x and y and
+//! root out, `positions = "relative"` divides x and y by the sides of each box, `colors = "hsv"` takes (x, y, H, S, V).
+//! `parts = "halves"` compares the box and its four halves, each by itself, and leaves the largest of the five distances out of
+//! their sum, as Tuzel's article is recalled to compare objects. `size_history` gives the box the mean sides of its past.
+//!
+//! Choices: covariances are made definite by adding `ridge * w * h` to the variances of x and y and
 //! `ridge * 255^2` to those of the colors; where all pixels of a box are gray (R = G = B, so that C is
 //! singular), `grey_ridge` times its own variance is added to each feature as well. A box of one pixel
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
 use crate::image::{Frame, Window};
 use crate::plugin::{Entry, PlainParams, Range};
-use crate::signal::causal::Causal;
+use crate::signal::causal::{self, Causal, is_default};
+use crate::signal::histogram::Colors;
 use crate::signal::{Direction, Facts, Observation, Signal};
 use nalgebra::{Cholesky, Matrix5, Vector5};
 use schemars::JsonSchema;
@@ -39,7 +43,7 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
 pub enum Distance {
     /// Root of the sum of squared logarithms.
     Root,
-    /// The sum itself.
+    /// The sum of squared logarithms.
     Sum,
 }
 
@@ -53,35 +57,87 @@ pub enum Positions {
     Relative,
 }
 
+/// Windows whose covariances are compared.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Parts {
+    /// The box.
+    #[default]
+    Whole,
+    /// The box and its left, right, upper and lower half: the sum of their five distances without the largest.
+    Halves,
+}
+
+impl Parts {
+    /// The windows of a box on the frame; a middle row or column belongs to both halves.
+    fn of(self, whole: Window) -> Vec<Window> {
+        let (w, h) = (whole.w.div_ceil(2), whole.h.div_ceil(2));
+        let (middle, center) = (whole.x + (whole.w - w) as i64, whole.y + (whole.h - h) as i64);
+        match self {
+            Self::Whole => vec![whole],
+            Self::Halves => vec![
+                whole,
+                Window { w, ..whole },
+                Window { x: middle, w, ..whole },
+                Window { h, ..whole },
+                Window { y: center, h, ..whole },
+            ],
+        }
+    }
+
+    fn count(self) -> usize {
+        match self {
+            Self::Whole => 1,
+            Self::Halves => 5,
+        }
+    }
+}
+
 /// Parameters of the covariance distance.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Added to every variance, relative to w h (positions) and 255^2 (colors); 1e-9 to 1.
+    /// Value added to the variances, relative to w h (positions) and 255^2 (colors); 1e-9 to 1.
     pub ridge: f64,
-    /// Root of the sum, or the sum.
+    /// Form of the distance.
     pub distance: Distance,
-    /// Positions in pixels, or as shares of the box.
+    /// Unit of the positions x and y.
     pub positions: Positions,
-    /// Added to every variance of an all-gray box, relative to that variance; 0 to 1.
+    /// Value added to the variances of an all-gray box, relative to each variance; 0 to 1.
     #[serde(rename = "grey_ridge")]
     pub gray_ridge: f64,
+    /// Color space of the three colors.
+    #[serde(skip_serializing_if = "is_default")]
+    pub colors: Colors,
+    /// Windows whose covariances are compared.
+    #[serde(skip_serializing_if = "is_default")]
+    pub parts: Parts,
+    /// Number of frames before whose boxes' sides are averaged with the box's own, 0 to 1000.
+    #[serde(skip_serializing_if = "is_default")]
+    pub size_history: usize,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        let (distance, positions) = (Distance::Root, Positions::Pixels);
-        Self { ridge: 1e-6, distance, positions, gray_ridge: 1e-3 }
+        Self {
+            ridge: 1e-6,
+            distance: Distance::Root,
+            positions: Positions::Pixels,
+            gray_ridge: 1e-3,
+            colors: Colors::Rgb,
+            parts: Parts::Whole,
+            size_history: 0,
+        }
     }
 }
 
 impl PlainParams for Params {
     const RANGES: &'static [Range] =
-        &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0)];
+        &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0), causal::SIZE_HISTORY];
 }
 
 impl Causal for Params {
-    /// The covariance of the frame before, column by column.
+    /// The covariances of the frame before, column by column, one part after the other.
     type Memory = Option<Vec<f64>>;
 
     fn facts(&self) -> Facts {
@@ -89,23 +145,36 @@ impl Causal for Params {
     }
 
     fn push(&self, last: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
-        let window = Window::on_frame(&state.region.rect(), frame);
-        let now = covariance(frame, &window, self);
-        let before = last.replace(now.as_slice().to_vec());
-        let before = before.map_or(now, |before| Matrix5::from_column_slice(&before));
-        let distance = distance(&now, &before);
-        match self.distance {
-            Distance::Root => distance,
-            Distance::Sum => distance * distance,
+        let windows = self.parts.of(Window::on_frame(&state.region.rect(), frame));
+        let now: Vec<Matrix5<f64>> = windows.iter().map(|window| covariance(frame, window, self)).collect();
+        let numbers = now.iter().flat_map(|c| c.iter().copied()).collect();
+        let Some(before) = last.replace(numbers) else { return 0.0 };
+        let distances = now.iter().zip(before.chunks_exact(25)).map(|(now, before)| {
+            let distance = distance(now, &Matrix5::from_column_slice(before));
+            match self.distance {
+                Distance::Root => distance,
+                Distance::Sum => distance * distance,
+            }
+        });
+        let (sum, largest) =
+            distances.fold((0.0_f64, 0.0_f64), |(sum, largest), d| (sum + d, largest.max(d)));
+        match self.parts {
+            Parts::Whole => sum,
+            Parts::Halves => sum - largest,
         }
     }
 
+    fn size_history(&self) -> usize {
+        self.size_history
+    }
+
     fn is_memory(&self, last: &Self::Memory) -> bool {
-        last.as_ref().is_none_or(|last| last.len() == 25 && last.iter().all(|v| v.is_finite()))
+        let length = 25 * self.parts.count();
+        last.as_ref().is_none_or(|last| last.len() == length && last.iter().all(|v| v.is_finite()))
     }
 }
 
-/// The regularized covariance of (x, y, R, G, B) over a window that lies on the frame.
+/// The regularized covariance of (x, y, R, G, B), or of other colors, over a window that lies on the frame.
 fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     let (x0, y0) = (window.x as usize, window.y as usize);
     // Sums of integers, exact in any order: linear and bilinear terms of (x, y, R, G, B).
@@ -115,7 +184,8 @@ fn covariance(frame: &Frame, window: &Window, p: &Params) -> Matrix5<f64> {
     for i in 0..window.h {
         for pixel in frame.row(y0 + i)[3 * x0..3 * (x0 + window.w)].chunks_exact(3).zip(0_i64..) {
             let (rgb, j) = pixel;
-            let z = [j, i as i64, i64::from(rgb[0]), i64::from(rgb[1]), i64::from(rgb[2])];
+            let [c0, c1, c2] = p.colors.of([rgb[0], rgb[1], rgb[2]]).map(i64::from);
+            let z = [j, i as i64, c0, c1, c2];
             gray &= rgb[0] == rgb[1] && rgb[1] == rgb[2];
             for a in 0..5 {
                 sums[a] += z[a];
@@ -200,6 +270,32 @@ mod tests {
         assert!(found < 0.05 && (pixels - 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.05, "{found} {pixels}");
     }
 
+    // As above: four of the five distances of a box without a pattern, all near that of the whole.
+    #[test]
+    fn halves_leave_the_largest_distance_out() {
+        let signal = ENTRY.build_from_text("{ parts = \"halves\", grey_ridge = 0.0 }").unwrap();
+        let flat = Frame::new(40, 40, vec![90; 4800]);
+        let resized = [Rect::new(3.0, 2.0, 10.0, 10.0), Rect::new(3.0, 2.0, 20.0, 20.0)];
+        let found = values_on_boxes(&*signal, &[flat.clone(), flat], &resized);
+        assert!(found[0] == 0.0 && (found[1] - 4.0 * 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.2, "{found:?}");
+        let whole = Window { x: 4, y: 6, w: 5, h: 1 };
+        let of = |x: i64, w: usize| Window { x, w, ..whole };
+        assert_eq!(Parts::Halves.of(whole), [whole, of(4, 3), of(6, 3), whole, whole]);
+        assert_eq!(Parts::Halves.of(whole).len(), Parts::Halves.count());
+    }
+
+    // Red that turns green is another hue, the same in each pixel: of (H, S, V) only V varies.
+    #[test]
+    fn a_change_of_hue_is_none_of_the_covariance() {
+        let squares = |x: usize, y: usize| 100 + 100 * ((x / 2 + y / 3) % 2) as u8;
+        let red = Frame::from_fn(20, 20, |x, y| [squares(x, y), 0, 0]);
+        let green = Frame::from_fn(20, 20, |x, y| [0, squares(x, y), 0]);
+        let (frames, boxes) = ([red, green], [Rect::new(3.0, 2.0, 12.0, 9.0); 2]);
+        let value = |text: &str| values_on_boxes(&*ENTRY.build_from_text(text).unwrap(), &frames, &boxes);
+        assert_eq!(value("{ colors = \"hsv\" }"), [0.0, 0.0]);
+        assert!(value("{}")[1] > 5.0);
+    }
+
     fn matrix() -> impl Strategy<Value = Matrix5<f64>> {
         proptest::collection::vec(-3.0..3.0_f64, 25).prop_map(|v| {
             let m = Matrix5::from_column_slice(&v);
@@ -216,16 +312,6 @@ mod tests {
             prop_assert_eq!(distance(&a, &a), 0.0);
             let map = |m: &Matrix5<f64>| c * m * c.transpose();
             prop_assert!((d - distance(&map(&a), &map(&b))).abs() < 1e-6);
-        }
-
-        #[test]
-        fn flat_boxes_stay_finite(w in 1.0..9.0_f64, h in 1.0..9.0_f64, value in 0..=255_u8) {
-            let signal = Params::default();
-            let flat = Frame::new(20, 20, vec![value; 1200]);
-            let colors = Frame::from_fn(20, 20, |x, y| [x as u8, y as u8, value]);
-            let values = values_on_boxes(&signal, &[flat, colors], &[Rect::new(3.0, 2.0, w, h); 2]);
-            prop_assert_eq!(values[0], 0.0);
-            prop_assert!(values[1].is_finite());
         }
     }
 }

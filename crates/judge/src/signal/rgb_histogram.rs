@@ -11,10 +11,11 @@
 //! Bins, weights and joint binning follow the authors' published demonstration as described in public.
 //! The paper does not say which frame DTEF compares with. The frame before is chosen: against a fixed first frame the
 //! coefficient soon stays below the printed threshold 0.88. `reference` "slow" is a model that follows; `colors`, `weights`
-//! and `similarity` are other readings of what the paper leaves open, the first of each the default. Boxes that leave the frame are shifted
-//! inside, larger ones cut to the frame.
+//! and `similarity` are other readings of what the paper leaves open, the first of each the default. `channels = "separate"` takes
+//! three histograms, of one channel each, for one of all colors; `size_history` gives the box the mean sides of its past. Boxes
+//! that leave the frame are shifted inside, larger ones cut to the frame.
 
-use super::causal::Causal;
+use super::causal::{self, Causal, is_default};
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::Window;
 use crate::plugin::{Entry, PlainParams, Range};
@@ -29,13 +30,24 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
 )
 .example("{ bins = 8 }");
 
+/// What a bin is of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channels {
+    /// All three channels.
+    #[default]
+    Joint,
+    /// One channel; the three histograms stand one after the other.
+    Separate,
+}
+
 /// Parameters of the RGB histogram.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Bins a channel, 1 to 64; the histogram has the third power of it.
+    /// Bins a channel, 1 to 64; a joint histogram has the third power of it.
     pub bins: usize,
-    /// Frame that a frame is compared with.
+    /// Reference histogram.
     pub reference: Reference,
     /// Share of a frame in the slow model, above 0 and at most 1.
     pub rate: f64,
@@ -45,6 +57,22 @@ pub struct Params {
     pub weights: Weights,
     /// Similarity of two histograms.
     pub similarity: Similarity,
+    /// Joint or separate bins of the channels.
+    #[serde(skip_serializing_if = "is_default")]
+    pub channels: Channels,
+    /// Number of frames before whose boxes' sides are averaged with the box's own, 0 to 1000.
+    #[serde(skip_serializing_if = "is_default")]
+    pub size_history: usize,
+}
+
+impl Params {
+    /// Bins of the whole histogram.
+    fn all_bins(&self) -> usize {
+        match self.channels {
+            Channels::Joint => self.bins.pow(3),
+            Channels::Separate => 3 * self.bins,
+        }
+    }
 }
 
 impl Default for Params {
@@ -56,12 +84,15 @@ impl Default for Params {
             colors: Colors::Rgb,
             weights: Weights::Parabola,
             similarity: Similarity::Bhattacharyya,
+            channels: Channels::Joint,
+            size_history: 0,
         }
     }
 }
 
 impl PlainParams for Params {
-    const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 64.0), histogram::RATE];
+    const RANGES: &'static [Range] =
+        &[Range::within("bins", 1.0, 64.0), histogram::RATE, causal::SIZE_HISTORY];
 }
 
 impl Causal for Params {
@@ -72,15 +103,26 @@ impl Causal for Params {
     }
 
     fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
-        let Params { bins, reference, rate, colors, weights, similarity } = *self;
+        let Params { bins, reference, rate, colors, weights, similarity, .. } = *self;
         let window = Window::on_frame(&state.region.rect(), frame);
-        let bin_of = |_: usize, _: usize, rgb: [u8; 3]| Some(color_bin(colors.of(rgb), [bins; 3]));
-        let now = counts(frame, &window, weights, bins.pow(3), bin_of);
+        let joint = |_: usize, _: usize, rgb: [u8; 3]| Some(color_bin(colors.of(rgb), [bins; 3]));
+        let of_channel = |c: usize| {
+            let bin_of = |_: usize, _: usize, rgb: [u8; 3]| Some(usize::from(colors.of(rgb)[c]) * bins / 256);
+            counts(frame, &window, weights, bins, bin_of)
+        };
+        let now = match self.channels {
+            Channels::Joint => counts(frame, &window, weights, self.all_bins(), joint),
+            Channels::Separate => [0, 1, 2].map(of_channel).concat(),
+        };
         Comparison { reference, rate, similarity }.push(memory, now)
     }
 
+    fn size_history(&self) -> usize {
+        self.size_history
+    }
+
     fn is_memory(&self, memory: &Self::Memory) -> bool {
-        histogram::is_memory(memory.as_deref(), self.bins.pow(3))
+        histogram::is_memory(memory.as_deref(), self.all_bins())
     }
 }
 
@@ -91,13 +133,15 @@ mod tests {
     use crate::signal::testing::values_on_boxes;
 
     #[test]
-    fn bins_are_joint() {
+    fn bins_are_joint_unless_they_are_separate() {
         // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.
         let signal = Params::default();
+        let separate = Params { channels: Channels::Separate, ..Params::default() };
         let gray = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
         let colored = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
         let boxes = [crate::region::Rect::new(0.0, 0.0, 2.0, 1.0); 3];
-        let values = values_on_boxes(&signal, &[gray, colored.clone(), colored], &boxes);
-        assert_eq!(values, [1.0, 0.0, 1.0]);
+        let frames = [gray, colored.clone(), colored];
+        assert_eq!(values_on_boxes(&signal, &frames, &boxes), [1.0, 0.0, 1.0]);
+        assert_eq!(values_on_boxes(&separate, &frames, &boxes), [1.0, 1.0, 1.0]);
     }
 }

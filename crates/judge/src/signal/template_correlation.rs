@@ -1,4 +1,4 @@
-//! `template-correlation`: how much the target still looks like a template of itself, as the zero-mean normalized
+//! `template-correlation`: similarity of the target to a template of itself, as the zero-mean normalized
 //! cross-correlation (NCC) of gray values. Low values speak for a failure.
 //!
 //! ```text
@@ -35,12 +35,12 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
 )
 .example("{ reference = \"first\" }");
 
-/// Variance of gray values up to which a box is flat: what rounding leaves of a constant.
+/// Variance of gray values up to which a box counts as flat, since rounding may leave some.
 const FLAT: f64 = 1e-6;
-/// Most samples of a template's pixel, along either side.
+/// Most samples per template pixel, along either side.
 const MAX_SAMPLES: usize = 8;
 
-/// Template that a frame is compared with.
+/// Template with which a frame is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Template {
@@ -48,15 +48,15 @@ pub enum Template {
     First,
     /// The box of the frame before.
     Previous,
-    /// A mean of all frames before, in which later ones have more weight.
+    /// Weighted mean over all earlier frames; later ones have more weight.
     Slow,
 }
 
-/// Parameters of the correlation.
+/// Parameters of the signal.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Template that a frame is compared with.
+    /// Template with which a frame is compared.
     pub reference: Template,
     /// Longest side of the template in pixels, 2 to 256.
     pub side: usize,
@@ -75,7 +75,7 @@ impl PlainParams for Params {
 }
 
 impl Causal for Params {
-    /// Columns, rows and gray values of the template.
+    /// Columns, rows and gray values of the template; `None` before the first frame.
     type Memory = Option<(usize, usize, Vec<f64>)>;
 
     fn facts(&self) -> Facts {
@@ -108,7 +108,7 @@ impl Causal for Params {
     }
 }
 
-/// Columns and rows of a template of a window's shape.
+/// Columns and rows of a template with the shape of a window.
 fn template_size(window: &Window, side: usize) -> (usize, usize) {
     let longest = window.w.max(window.h);
     if longest <= side {
@@ -119,7 +119,7 @@ fn template_size(window: &Window, side: usize) -> (usize, usize) {
     (shrunk(window.w), shrunk(window.h))
 }
 
-/// The gray values of a window in `width` columns and `height` rows.
+/// Gray values of a window, resampled to `width` columns and `height` rows.
 fn resample(frame: &Frame, window: &Window, width: usize, height: usize) -> Vec<f64> {
     let samples = |pixels: usize, parts: usize| pixels.div_ceil(parts).clamp(1, MAX_SAMPLES);
     let (across, down) = (samples(window.w, width), samples(window.h, height));
@@ -150,7 +150,7 @@ mod tests {
         values_on_boxes(&signal, frames, boxes)
     }
 
-    /// Gray texture of values up to 100.
+    /// Gray texture with values up to 100.
     fn texture(seed: u64, value: impl Fn(u8) -> u8) -> Frame {
         Frame::from_fn(80, 70, |x, y| {
             let key =

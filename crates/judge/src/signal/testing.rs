@@ -1,20 +1,19 @@
-//! Helpers of the signals' tests.
+//! Helpers for tests of signals.
 
-use super::{Observation, Session, Signal};
+use super::{Observation, SIGNALS, Session, Signal};
 use crate::image::Frame;
-use crate::num::particles::{effective_number, entropy};
-use crate::plugin::Entry;
+use crate::plugin::find;
 use crate::region::{Rect, Region};
-use crate::tracker::{Moments, TrackerState, testing};
+use crate::tracker::{TrackerState, testing};
 use trackfail_dataset::synthetic;
 
-/// A signal that has been started on a rendered sequence.
+/// Starts a signal on a rendered sequence.
 pub fn start(signal: &dyn Signal) -> Box<dyn Session> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
     signal.start(&testing::context(&sequence, 1)).unwrap()
 }
 
-/// The values of a signal on frames with the tracker's states. Its companion stays where the tracker starts.
+/// Values of a signal on frames with the tracker's states. The companion stays at the tracker's first place.
 pub fn values(
     signal: &dyn Signal,
     frames: &[Frame],
@@ -29,29 +28,27 @@ pub fn values(
     frames.iter().zip(states).map(push).collect()
 }
 
-/// The values of a signal on frames with the tracker's boxes.
+/// Values of a signal on frames with the tracker's boxes.
 pub fn values_on_boxes(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
     values(signal, frames, boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r))))
 }
 
+/// All values of a signal of several on frames with the tracker's states, a row per frame.
+pub fn rows(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
+    let mut session = start(signal);
+    let row = |(frame, state): (&Frame, &TrackerState)| {
+        let first = session.push(&Observation::new(frame, state));
+        std::iter::once(first).chain(session.more().iter().copied()).collect()
+    };
+    frames.iter().zip(states).map(row).collect()
+}
+
 /// The value of a signal of a response map in the first frame.
-pub fn value_of_map(entry: &Entry<dyn Signal>, params: &str, map: &[f32], width: usize) -> f64 {
-    let signal = entry.build_from_text(params).unwrap();
+pub fn value_of_map(kind: &str, params: &str, map: &[f32], width: usize) -> f64 {
+    let signal = find(SIGNALS, kind).unwrap().build_from_text(params).unwrap();
     let (low, high) = signal.facts().bounds;
     let frame = Frame::new(1, 1, vec![0; 3]);
     let value = values(signal.as_ref(), &[frame], [testing::state_of_map(map, width)])[0];
     assert!((low..=high).contains(&value), "{value}");
     value
-}
-
-/// The values of a signal of particles with these weights.
-pub fn values_of_weights(entry: &Entry<dyn Signal>, clouds: &[[f64; 4]]) -> Vec<f64> {
-    let frames = vec![Frame::new(1, 1, vec![0; 3]); clouds.len()];
-    let states = clouds.iter().map(|weights| {
-        let (effective_samples, entropy) = (effective_number(weights), entropy(weights));
-        let moments = Moments { effective_samples, samples: 4.0, entropy, ..Moments::default() };
-        let region = Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0));
-        TrackerState { posterior: Some(moments), ..TrackerState::tracked(region) }
-    });
-    values(entry.build_from_text("{}").unwrap().as_ref(), &frames, states)
 }

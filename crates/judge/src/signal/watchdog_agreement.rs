@@ -1,6 +1,6 @@
-//! `watchdog-agreement`: how a deep watchdog agrees with the tracker. A watchdog is a NanoTrack
-//! (tracker/nanotrack.rs) that starts on the tracker's first region and then follows the target alone, with the look of
-//! that first frame for ever.
+//! `watchdog-agreement`: agreement of a deep watchdog with the tracker. A watchdog is a NanoTrack
+//! (tracker/nanotrack.rs) that starts on the tracker's first region and then follows the target alone, with
+//! the template of that first frame.
 //!
 //! ```text
 //! overlap        I = IoU(watchdog, tracker)                     in [0, 1], good
@@ -10,12 +10,12 @@
 //! distance       min(3, |centers| / sqrt(w h))                  of the tracker's box w x h, in [0, 3], bad
 //! ```
 //!
-//! `values` names those that the signal has, in their order; most detectors read one, and its direction is that of
-//! the first. In the first frame the boxes are one, with score 1. Regions are compared by exact areas; a region whose
-//! coordinates are no numbers overlaps nothing, and is as far away as can be.
+//! `values` lists the signal's values in order. Most detectors read one; the direction of the signal is that
+//! of the first. In the first frame the boxes coincide, with score 1. Regions are compared by exact areas. A
+//! region with NaN coordinates overlaps nothing and has the largest distance.
 //!
-//! A watchdog that is sure of a place at which the tracker is not speaks for a loss; one that has lost its target itself is
-//! usually less sure. It is never started again: a tracker that is lost would take it along.
+//! A watchdog with a high score at a place away from the tracker speaks for a loss; one that lost its target
+//! itself usually has a lower score. It is never restarted, since a lost tracker would take it along.
 //!
 //! Source: none; that trackers which disagree cannot all be right is commonly used. Choices: the watchdog's own score as
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
@@ -42,27 +42,27 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<WatchdogAgreement>(
 )
 .more(&["{ version = \"v3\", values = [\"overlap\", \"score\", \"distance\", \"apart\"] }"]);
 
-/// Largest distance, in sides of the tracker's box.
+/// Largest distance, in units of the tracker's box.
 pub(super) const FAR: f64 = 3.0;
 
-/// A number of a frame.
+/// A value of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Value {
     /// Overlap of watchdog and tracker.
     Overlap,
-    /// Score of the watchdog at its place.
+    /// Score of the watchdog at the watchdog's own place.
     Score,
-    /// `(1 - overlap) score`.
+    /// Product `(1 - overlap) score`.
     Disagreement,
-    /// The score where the two do not overlap, else 0.
+    /// Score if the two boxes do not overlap, else 0.
     Apart,
-    /// Distance of their centers in sides of the tracker's box, at most 3.
+    /// Distance of their centers in units of the tracker's box, at most 3.
     Distance,
 }
 
 impl Value {
-    /// Which of its numbers are good.
+    /// Direction in which the value is good.
     pub(super) fn direction(self) -> Direction {
         match self {
             Self::Overlap | Self::Score => Direction::HigherIsBetter,
@@ -70,7 +70,7 @@ impl Value {
         }
     }
 
-    /// Its least and largest number.
+    /// Least and largest value.
     pub(super) fn bounds(self) -> (f64, f64) {
         (0.0, if self == Self::Distance { FAR } else { 1.0 })
     }
@@ -81,7 +81,7 @@ impl Value {
 pub struct Params {
     /// Version of the watchdog's network.
     pub version: Version,
-    /// The values of a frame, each at most once.
+    /// Values that the signal gives for each frame, each at most once.
     pub values: Vec<Value>,
 }
 
@@ -91,7 +91,7 @@ impl Default for Params {
     }
 }
 
-/// The agreement with a watchdog, with checked parameters.
+/// The signal with checked parameters.
 pub struct WatchdogAgreement(Params);
 
 impl Plugin for WatchdogAgreement {
@@ -106,7 +106,7 @@ impl Plugin for WatchdogAgreement {
     }
 }
 
-/// Checks that a list has no value twice.
+/// Checks that a list has no repetitions.
 pub(super) fn once<T: PartialEq + std::fmt::Debug>(
     key: &'static str,
     values: &[T],
@@ -133,11 +133,11 @@ impl Signal for WatchdogAgreement {
     }
 }
 
-/// A watchdog beside a track, whose values are asked for.
+/// A watchdog of a track, with the values that are requested.
 struct Watching {
     values: Vec<Value>,
     watchdog: Watchdog,
-    /// The values of the last frame after the first one.
+    /// Values of the last frame, except the first value.
     more: Vec<f64>,
 }
 
@@ -163,32 +163,32 @@ impl Session for Watching {
     }
 }
 
-/// A NanoTrack beside a track.
+/// A NanoTrack that runs beside a track.
 pub(super) struct Watchdog {
     version: Version,
-    /// Before the first frame there is none.
+    /// The running NanoTrack; `None` before the first frame.
     follower: Option<Follower>,
 }
 
-/// What a watchdog sees of the tracker in a frame.
+/// Comparison of a watchdog with the tracker in one frame.
 pub(super) struct Seen {
-    /// Score of its place.
+    /// Score of the watchdog at the watchdog's own place.
     pub score: f64,
-    /// Overlap of its box with the tracker's region.
+    /// Overlap of the watchdog's box with the tracker's region.
     pub overlap: f64,
-    /// Distance of their centers in sides of the tracker's box, at most [`FAR`].
+    /// Distance of the two centers in units of the tracker's box, at most [`FAR`].
     pub distance: f64,
-    /// Its box.
+    /// Box of the watchdog.
     pub rect: Rect,
 }
 
 impl Seen {
-    /// A look with this score and box, compared with a region.
+    /// Compares a look with this score and box with a region.
     pub fn of(score: f64, rect: Rect, region: &Region) -> Self {
         Self { score, overlap: overlap(&Region::Rect(rect), region), distance: distance(&rect, region), rect }
     }
 
-    /// A number of the frame.
+    /// Value of the signal.
     pub fn value(&self, value: Value) -> f64 {
         match value {
             Value::Overlap => self.overlap,
@@ -202,17 +202,17 @@ impl Seen {
 }
 
 impl Watchdog {
-    /// One before the first frame.
+    /// Creates a watchdog before its first frame.
     pub fn new(version: Version) -> Self {
         Self { version, follower: None }
     }
 
-    /// What it sees in the next frame; `None` where it cannot start.
+    /// Compares watchdog and tracker in the next frame; `None` if the watchdog cannot start.
     pub fn step(&mut self, observation: &Observation<'_>) -> Option<Seen> {
         self.look(observation).map(|(seen, _)| seen)
     }
 
-    /// The same with its look, which there is none of in the first frame.
+    /// Like [`Self::step`], and returns the look of the watchdog, which is `None` in the first frame.
     pub fn look(&mut self, observation: &Observation<'_>) -> Option<(Seen, Option<Arc<Look>>)> {
         let (frame, region) = (observation.frame, &observation.state.region);
         let Some(follower) = &mut self.follower else {
@@ -228,12 +228,12 @@ impl Watchdog {
         self.follower.as_ref().map(|follower| follower.look_at(frame, rect))
     }
 
-    /// Everything that it remembers.
+    /// Saves the state of the watchdog.
     pub fn memory(&self) -> Option<Memory> {
         self.follower.as_ref().map(Follower::memory)
     }
 
-    /// Goes on from a memory; whether it is one of this version.
+    /// Restores a saved state. Returns false if it is of another version.
     pub fn restore(&mut self, memory: Option<Memory>) -> bool {
         let is_none = memory.is_none();
         self.follower = memory.and_then(|memory| Follower::remembered(self.version, memory));
@@ -241,7 +241,7 @@ impl Watchdog {
     }
 }
 
-/// Distance of the centers of a watchdog's box and the tracker's region, in sides of the latter.
+/// Distance of the centers of the watchdog's box and the tracker's region, in units of the latter.
 fn distance(watchdog: &Rect, region: &Region) -> f64 {
     if !region.is_finite() {
         return FAR;

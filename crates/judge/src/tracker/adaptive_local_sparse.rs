@@ -28,13 +28,11 @@
 //! not.
 //!
 //! Other choices and deviations:
-//! - Signs. In the authors' program a misspelt option makes all codes non-negative, also `c` and the errors of
-//!   the update, where the paper has no such bound. As the sign of a principal component is arbitrary, `c >= 0`
-//!   depends on how the components were computed. The first component keeps its sign from update to update, and where it
-//!   is the wrong one, the bound forbids all that this component could explain: templates come near the mean. In an
-//!   independent version of the program, 8 of 8 runs lose Woman with one sign and 0 of 11 with the other. The
-//!   default is the paper's, which no sign changes; `update_sign = "non-negative"` is the bound. Codes of
-//!   candidates are non-negative either way.
+//! - Signs. Codes of candidates are non-negative; `c` and the errors of the update have any sign, as in the paper. In
+//!   the authors' program a misspelt option makes all of them non-negative. As the sign of a principal component is
+//!   arbitrary, `c >= 0` depends on how the components were computed. The first component keeps its sign from update to
+//!   update, and where it is the wrong one, the bound forbids all that this component could explain: templates come near
+//!   the mean. In an independent version of the program, 8 of 8 runs lose Woman with one sign and 0 of 11 with the other.
 //! - Grid. The program's template runs from `1 - w / 2` to `w / 2` around a center that is half a pixel right of and
 //!   below the box's, and its boxes do not. That is the default; `grid = "centered"` has the window in the box. The
 //!   difference is half a template pixel, for a target of 35 x 95 pixels 0.5 and 1.5 pixels.
@@ -69,23 +67,24 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// A gray level.
+/// One gray level.
 const LEVEL: f32 = 1.0 / 255.0;
 /// Number of templates.
 const TEMPLATES: usize = 10;
 
-/// Where the template's pixels lie.
+/// Position of the template's pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grid {
-    /// Half a pixel of the template and half a pixel of the frame right of and below the box, as in the program.
+    /// As in the program: half a pixel of the template and half a pixel of the frame to the right of and
+    /// below the box.
     Program,
-    /// In the box.
+    /// Centered in the box.
     Centered,
 }
 
 impl Grid {
-    /// The geometry of the window for that of the box.
+    /// Geometry of the window, for the geometry of the box.
     fn window(self, target: &Geometry) -> Geometry {
         let [a, b, c, d] = matrix(target);
         let mut window = *target;
@@ -97,28 +96,25 @@ impl Grid {
     }
 }
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Candidates a frame, from 2 to 10000.
+    /// Number of candidates per frame, from 2 to 10000.
     pub samples: usize,
     /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
     pub noise: [f64; 6],
     /// Weight of the L1 norm, from 0.0001 to 1.
     pub lambda: f64,
-    /// Largest violation of the conditions of a minimum that a code may have, from 1e-6 to 1.
+    /// Largest violation of the optimality conditions in a code, from 1e-6 to 1.
     pub tolerance: f64,
-    /// Maximum number of rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
+    /// Most rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
     pub rounds: usize,
-    /// Signs of the coefficients `c` and of the errors in the update of the templates: `free` as in the paper;
-    /// `non-negative` as in the authors' program, which depends on the arbitrary signs of the principal components.
-    pub update_sign: Sign,
     /// Where the template's pixels lie: `program` as in the authors' program, or `centered` in the box.
     pub grid: Grid,
     /// Exponent q of the weights, from 0.1 to 1000.
     pub weight_exponent: f64,
-    /// Frames between updates, from 1 to 1000.
+    /// Number of frames between updates, from 1 to 1000.
     pub batch: usize,
     /// Maximum number of principal components, from 1 to 256.
     pub max_basis: usize,
@@ -132,7 +128,6 @@ impl Default for Params {
             lambda: 0.01,
             tolerance: 1e-4,
             rounds: 1000,
-            update_sign: Sign::Free,
             grid: Grid::Program,
             weight_exponent: 10.0,
             batch: 5,
@@ -164,7 +159,7 @@ impl Plugin for AdaptiveLocalSparse {
     }
 }
 
-/// The list's line.
+/// ASLA in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<AdaptiveLocalSparse>(
     "adaptive-local-sparse",
     2,
@@ -215,22 +210,22 @@ struct Tracking {
     target: Target,
 }
 
-/// The target and its model.
+/// Target with its model.
 #[derive(Clone)]
 struct Target {
     estimate: Geometry,
-    /// The window of the frame before, not normalized.
+    /// Window of the last frame, not normalized.
     last: Vec<f32>,
-    /// 1 to 10 windows of length 1, the oldest first.
+    /// 1 to 10 windows of length 1, oldest first.
     templates: Vec<Vec<f32>>,
     dictionary: Dictionary,
     pca: IncrementalPca,
-    /// Windows of length 1 that the principal components have not taken in yet.
+    /// Windows of length 1 that are not yet in the principal components.
     kept: Vec<Vec<f64>>,
 }
 
 impl Target {
-    /// The first template.
+    /// Target with a single template.
     fn new(estimate: Geometry, window: Vec<f32>) -> Self {
         let mut template = window.clone();
         normalize(&mut template);
@@ -249,7 +244,8 @@ impl Target {
         self.templates.len() < TEMPLATES
     }
 
-    /// Learns the window of the estimate; `draw` gives a uniform number when a template is to be replaced.
+    /// Learns the window of the estimate. `draw` returns a uniform number, which chooses the template to
+    /// replace.
     fn learn(&mut self, window: Vec<f32>, params: &Params, coder: &Lasso, draw: impl FnOnce() -> f64) {
         let mut template = window.clone();
         self.last = window;
@@ -274,7 +270,7 @@ impl Target {
         let mut recovered = single(self.pca.mean());
         let difference: Vec<f32> = template.iter().zip(&recovered).map(|(y, m)| y - m).collect();
         let atoms: Vec<Vec<f32>> = self.pca.basis().iter().map(|u| single(u)).collect();
-        let (c, ..) = Lasso { sign: params.update_sign, ..*coder }.with_errors(&atoms, &difference);
+        let (c, ..) = Lasso { sign: Sign::Free, ..*coder }.with_errors(&atoms, &difference);
         for (c, u) in c.iter().zip(&atoms) {
             recovered.iter_mut().zip(u).for_each(|(r, u)| *r += c * u);
         }
@@ -285,8 +281,8 @@ impl Target {
     }
 }
 
-/// Index of the template that a uniform number in `[0, 1)` replaces: 1 to 9, each twice as likely as the
-/// one before.
+/// Index of the template that a uniform number in `[0, 1)` replaces: 1 to 9, each twice as likely as the next
+/// older one.
 fn replaced(uniform: f64) -> usize {
     let mut upto = 0.0;
     for k in 1..TEMPLATES - 1 {

@@ -1,5 +1,5 @@
-//! A fixed number of affine windows around the last estimate, their weights and their moments: the common part of
-//! the trackers on sparse appearance models.
+//! A fixed number of affine windows around the last estimate, with weights and moments. Shared by trackers
+//! with sparse appearance models.
 //!
 //! ```text
 //! g_i = g + diag(d) n_i,  n_i ~ N(0, I),  i = 1..N          g: the last estimate, as in `image::warp`
@@ -21,9 +21,9 @@ use rand_distr::StandardNormal;
 
 /// Side of the square template, in pixels.
 pub const SIDE: usize = 32;
-/// The template.
+/// Template of all candidates.
 pub const TEMPLATE: Template = Template { width: SIDE, height: SIDE };
-/// Number of its pixels.
+/// Number of pixels in the template.
 pub const PIXELS: usize = SIDE * SIDE;
 
 /// Bounds of the target's sides, in pixels.
@@ -34,17 +34,17 @@ pub struct SideLimits {
 }
 
 impl SideLimits {
-    /// From 1 pixel to four times the frame's longer side.
+    /// Limits from 1 pixel to four times the frame's longer side.
     pub fn of(frame: &Frame) -> Self {
         Self { shortest: 1.0, longest: 4.0 * frame.width().max(frame.height()) as f64 }
     }
 
-    /// The limits with another shortest side, but not beyond the longest one.
+    /// The limits with another least side, at most the largest one.
     pub fn at_least(self, side: f64) -> Self {
         Self { shortest: side.min(self.longest), ..self }
     }
 
-    /// The geometry within the limits.
+    /// Geometry with its sides clamped to the limits.
     pub fn keep(&self, [x, y, s, theta, r, phi]: Geometry) -> Geometry {
         let width = (s * SIDE as f64).clamp(self.shortest, self.longest);
         // The aspect is exact where the height is within its limits.
@@ -53,24 +53,24 @@ impl SideLimits {
     }
 }
 
-/// Candidates and the noise that they are drawn with.
+/// Candidates, and the noise by which they are drawn.
 #[derive(Debug, Clone)]
 pub struct Candidates {
     /// Geometries of the N candidates.
     pub states: Vec<Geometry>,
     deviations: Geometry,
-    /// The components with noise.
+    /// Indices of the components with noise.
     moving: Vec<usize>,
 }
 
 impl Candidates {
-    /// `n` candidates, all at 0 until they are drawn.
+    /// Creates `n` candidates, all 0 until they are drawn.
     pub fn new(n: usize, deviations: Geometry) -> Self {
         let moving = (0..6).filter(|&k| deviations[k] > 0.0).collect();
         Self { states: vec![[0.0; 6]; n], deviations, moving }
     }
 
-    /// Draws all candidates around an estimate, six normal numbers each, in order.
+    /// Draws all candidates around an estimate, in order, with six normal numbers each.
     pub fn draw(&mut self, around: &Geometry, limits: &SideLimits, rng: &mut impl Rng) {
         for state in &mut self.states {
             let noise: Geometry = std::array::from_fn(|_| rng.sample(StandardNormal));
@@ -78,12 +78,12 @@ impl Candidates {
         }
     }
 
-    /// Moments of the candidates with these weights, which sum to 1.
+    /// Moments of the candidates with these weights, whose sum is 1.
     pub fn moments(&self, weights: &[f64], likelihood: f64) -> Moments {
         Moments::of(&posterior(&self.states, weights), weights, &self.moving, likelihood)
     }
 
-    /// Moments of the first frame: all candidates at the annotation, with equal weights.
+    /// Moments in the first frame: all candidates at the annotation, with equal weights.
     pub fn certain(&self, at: &Geometry, likelihood: f64) -> Moments {
         let d = self.moving.len();
         let samples = self.states.len() as f64;
@@ -99,7 +99,7 @@ impl Candidates {
     }
 }
 
-/// Weights that sum to 1, from finite logarithms of likelihoods, and the index of the first best one.
+/// Weights of sum 1 from finite log-likelihoods, and the index of the first best one.
 pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
     let mut best = 0;
     for (i, l) in logarithms.iter().enumerate() {
@@ -113,13 +113,13 @@ pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
     (weights.into_iter().map(|w| w / sum).collect(), best)
 }
 
-/// Number of candidates.
+/// Range of the number of candidates.
 pub const SAMPLES: Range = Range::within("samples", 2.0, 10_000.0);
 
-/// Deviations of the noise.
+/// Range of the deviations of the noise.
 pub const NOISE: Range = Range::within("noise", 0.0, 1000.0);
 
-/// Refuses noise without any deviation.
+/// Refuses noise in which all deviations are 0.
 pub fn check_noise(noise: &Geometry) -> Result<(), ParamError> {
     if noise.iter().all(|d| *d == 0.0) {
         let rule = "six deviations from 0 to 1000, not all 0";

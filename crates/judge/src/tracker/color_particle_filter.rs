@@ -15,10 +15,10 @@
 //!
 //! `x`, `y` is the center, `Hx`, `Hy` are half axes, all in pixels, 0-based as in [`crate::region`]; a pixel is
 //! inside when its center is. `theta` is in radians from the x axis towards the y axis, which points down.
-//! Frames go in the order propagate, weigh, estimate, resample: mean, covariance, effective number of
-//! samples and, with `keep_particles`, the particles are those *before* resampling, with the weights
-//! carried over from frames without. The region is the rectangle around the mean's ellipse along its axes. The
-//! posterior's likelihood is that of the mean, without the factor `1 / (sqrt(2 pi) sigma_c)`.
+//! Frames go in the order propagate, weigh, estimate, resample: mean, covariance and effective number of
+//! samples are those *before* resampling, with the weights carried over from frames without. The region is the
+//! rectangle around the mean's ellipse along its axes. The posterior's likelihood is that of the mean, without the
+//! factor `1 / (sqrt(2 pi) sigma_c)`.
 //!
 //! The start is the annotation: half its width and height with `theta = 0`, of a turned quadrilateral its
 //! mean sides and its angle; all particles are there unless `initial_spread` is above 0, so the first
@@ -48,17 +48,19 @@ use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
 use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::{Rect, Region};
+use crate::region::Region;
 use histogram::{Binning, Ellipse, Grid, Histogram, MAX_BINS, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-/// The sequence attribute of faces.
+/// Attribute of sequences with faces.
 const FACE: &str = "target-face";
+/// Likelihood of the estimate above which `model_update` takes place.
+const UPDATE_ABOVE: f64 = 0.5;
 
-/// Color space of the bins.
+/// Color space of the histograms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorSpace {
@@ -70,27 +72,15 @@ pub enum ColorSpace {
     Hsv,
 }
 
-/// Weight of a pixel of an ellipse.
+/// Weight of a pixel in the histogram of an ellipse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kernel {
-    /// `1 - r^2`.
+    /// Weight `1 - r^2`.
     Epanechnikov,
-    /// 1.
-    Uniform,
     /// No pixels but random points, new ones for each particle, at uniform radius and angle (hence
     /// denser towards the center).
     Points,
-}
-
-/// Form of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Output {
-    /// The rectangle around the ellipse along its axes, four corners.
-    Rotated,
-    /// The smallest upright rectangle around the ellipse.
-    AxisAligned,
 }
 
 /// Parameters.
@@ -101,41 +91,34 @@ pub struct Params {
     pub particles: usize,
     /// Color space of the histograms.
     pub color_space: ColorSpace,
-    /// Bins of the three channels, each from 1 to 16, uniform.
+    /// Numbers of bins in the three channels, each from 1 to 16.
     pub bins: [u8; 3],
     /// Weight of a pixel in a histogram.
     pub kernel: Kernel,
-    /// Points of the kernel `points`, from 1 to 10000.
+    /// Number of points for the kernel `points`, from 1 to 10000.
     pub points: u32,
-    /// Deviation of the center's noise in x and in y, in pixels a frame, from 0 to 1000.
+    /// Standard deviation of the center's noise in x and in y, in pixels per frame, from 0 to 1000.
     pub sigma_position: f64,
-    /// Deviation of the noise of each half axis, in pixels a frame, from 0 to 1000.
+    /// Standard deviation of the noise of each half axis, in pixels per frame, from 0 to 1000.
     pub sigma_axes: f64,
-    /// Deviation of the orientation's noise, in degrees a frame, from 0 to 180.
+    /// Standard deviation of the orientation's noise, in degrees per frame, from 0 to 180.
     pub sigma_orientation: f64,
-    /// Reads the three numbers above as variances (square pixels, square degrees).
+    /// True to read the three numbers above as variances (square pixels, square degrees).
     pub noise_is_variance: bool,
-    /// Deviation `sigma_c` of the color likelihood, from 0.01 to 10.
+    /// Standard deviation `sigma_c` of the color likelihood, from 0.01 to 10.
     pub sigma_color: f64,
-    /// Resamples when the effective number is below this share of N, from 0 (never) to 1.
+    /// Share of N below which the effective number triggers resampling, from 0 (never) to 1.
     pub resample_below: f64,
-    /// How the next generation is drawn.
+    /// Scheme by which the next generation is drawn.
     pub resampling: Resampling,
-    /// Share of the estimate's histogram in the next `q` (Nummiaro et al.'s update), 0 (fixed) to 1.
+    /// Share of the estimate's histogram in the next `q` (Nummiaro et al.'s update), 0 (fixed) to 1. Only frames in
+    /// which the estimate's likelihood is above 0.5 update it.
     pub model_update: f64,
-    /// `q` is updated only in frames where the likelihood of the estimate is above this, from 0 to 1.
-    pub update_above: f64,
     /// Deviation of the particles around the annotation at the start, in multiples of a frame's noise,
     /// from 0 to 100.
     pub initial_spread: f64,
-    /// Shortest half axis, in pixels, from 1 to 1000.
+    /// Least half axis, in pixels, from 1 to 1000.
     pub minimum_axis: f64,
-    /// Brings every particle's orientation to (-90, 90] degrees.
-    pub wrap_orientation: bool,
-    /// Form of the region.
-    pub output: Output,
-    /// Keeps all particles and their weights in the posterior: 48 N bytes a frame.
-    pub keep_particles: bool,
 }
 
 impl Default for Params {
@@ -154,12 +137,8 @@ impl Default for Params {
             resample_below: 0.6,
             resampling: Resampling::Systematic,
             model_update: 0.0,
-            update_above: 0.5,
             initial_spread: 0.0,
             minimum_axis: 3.0,
-            wrap_orientation: false,
-            output: Output::Rotated,
-            keep_particles: false,
         }
     }
 }
@@ -172,7 +151,6 @@ impl PlainParams for Params {
         Range::within("sigma_color", 0.01, 10.0),
         Range::within("resample_below", 0.0, 1.0),
         Range::within("model_update", 0.0, 1.0),
-        Range::within("update_above", 0.0, 1.0),
         Range::within("initial_spread", 0.0, 100.0),
         Range::within("minimum_axis", 1.0, 1000.0),
         Range::within("particles", 2.0, 10_000.0),
@@ -182,7 +160,7 @@ impl PlainParams for Params {
 }
 
 impl Params {
-    /// Standard deviations of the noise of a frame; the angle's in radians.
+    /// Standard deviations of a frame's noise; that of the angle in radians.
     fn deviations(&self) -> Ellipse {
         let p = self;
         let [position, axes, turn] = [p.sigma_position, p.sigma_axes, p.sigma_orientation]
@@ -191,7 +169,7 @@ impl Params {
     }
 }
 
-/// The list's line.
+/// The color particle filter in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "color-particle-filter",
     1,
@@ -242,10 +220,10 @@ struct Tracking {
     rng: ChaCha8Rng,
     colors: Colors,
     cloud: Cloud<5>,
-    /// `q`, as shares and ready for comparison.
+    /// Shares of `q`; the comparison with `q` is prepared from them.
     shares: Vec<f64>,
     model: Model,
-    /// `rho` of the particles.
+    /// Coefficient `rho` of each particle.
     rho: Vec<f64>,
 }
 
@@ -264,7 +242,7 @@ impl Tracker for Tracking {
         let histogram = colors.histogram(frame, &posterior.mean, rng);
         let moments = moments(params, cloud, &posterior, histogram.likeness(model));
         let rate = params.model_update;
-        if rate > 0.0 && moments.likelihood > params.update_above {
+        if rate > 0.0 && moments.likelihood > UPDATE_ABOVE {
             for (q, p) in shares.iter_mut().zip(histogram.shares()) {
                 *q = (1.0 - rate) * *q + rate * p;
             }
@@ -273,7 +251,7 @@ impl Tracker for Tracking {
         if moments.effective_samples < params.resample_below * cloud.states.len() as f64 {
             cloud.resample(params.resampling, rng);
         }
-        let region = region(&posterior.mean, params.output);
+        let region = region(&posterior.mean);
         Ok(TrackerState { posterior: Some(moments), ..TrackerState::tracked(region) })
     }
 
@@ -282,7 +260,7 @@ impl Tracker for Tracking {
     }
 }
 
-/// Color histograms of ellipses on a frame.
+/// Computes color histograms of ellipses on a frame.
 struct Colors {
     kernel: Kernel,
     points: u32,
@@ -304,23 +282,22 @@ impl Colors {
         }
     }
 
-    /// Bins the pixels of a frame in and around these ellipses.
+    /// Computes the bins of the pixels in and around these ellipses.
     fn look<'a>(&mut self, frame: &Frame, ellipses: impl IntoIterator<Item = &'a Ellipse>) {
         self.grid.look(frame, &self.binning, ellipses);
     }
 
-    /// The histogram of an ellipse; the kernels that weigh pixels need [`Colors::look`] before.
+    /// The histogram of an ellipse; the kernel that weighs pixels needs [`Colors::look`] before.
     fn histogram(&mut self, frame: &Frame, ellipse: &Ellipse, rng: &mut ChaCha8Rng) -> &Histogram {
         match self.kernel {
-            Kernel::Epanechnikov => self.histogram.sum_inside(&self.grid, ellipse, false),
-            Kernel::Uniform => self.histogram.sum_inside(&self.grid, ellipse, true),
+            Kernel::Epanechnikov => self.histogram.sum_inside(&self.grid, ellipse),
             Kernel::Points => self.histogram.sum_points(frame, &self.binning, ellipse, self.points, rng),
         }
         &self.histogram
     }
 }
 
-/// The grid is made anew for each frame, so that a copy does without.
+/// The grid is computed anew for each frame, so a clone has an empty one.
 impl Clone for Colors {
     fn clone(&self) -> Self {
         Self {
@@ -333,36 +310,30 @@ impl Clone for Colors {
 }
 
 fn moments(params: &Params, cloud: &Cloud<5>, posterior: &Posterior<5>, likeness: f64) -> Moments {
-    let kept: &[usize] = &[0, 1, 2, 3, 4];
-    let particles = if params.keep_particles { cloud.rows(kept) } else { Vec::new() };
     let likelihood = likelihood(likeness, params.sigma_color);
-    Moments { particles, ..Moments::of(posterior, &cloud.weights, kept, likelihood) }
+    Moments::of(posterior, &cloud.weights, &[0, 1, 2, 3, 4], likelihood)
 }
 
-/// Bounds of ellipses.
+/// Bounds on ellipses.
 #[derive(Debug, Clone, Copy)]
 struct EllipseLimits {
-    /// Shortest half axis in pixels.
+    /// Least half axis in pixels.
     shortest: f64,
-    /// Longest half axis in pixels, not below `shortest`.
+    /// Largest half axis in pixels, at least `shortest`.
     longest: f64,
-    /// Whether the orientation is brought to `(-pi/2, pi/2]`.
-    wrap: bool,
 }
 
 impl EllipseLimits {
     fn new(params: &Params, frame: &Frame) -> Self {
         let shortest = params.minimum_axis;
         let longest = (frame.width().max(frame.height()) as f64).max(shortest);
-        Self { shortest, longest, wrap: params.wrap_orientation }
+        Self { shortest, longest }
     }
 
-    /// The ellipse within the bounds.
+    /// Ellipse clamped to the bounds.
     fn keep(&self, [x, y, hx, hy, theta]: Ellipse) -> Ellipse {
         let axis = |h: f64| h.min(self.longest).max(self.shortest);
-        let half = std::f64::consts::PI;
-        let turned = if self.wrap { theta - half * (theta / half - 0.5).ceil() } else { theta };
-        [x, y, axis(hx), axis(hy), turned]
+        [x, y, axis(hx), axis(hy), theta]
     }
 }
 
@@ -371,14 +342,14 @@ fn likelihood(rho: f64, sigma: f64) -> f64 {
     ((rho - 1.0) / (2.0 * sigma * sigma)).exp()
 }
 
-/// The likelihoods divided by the best one's, which keeps those of a small `sigma` from underflow.
+/// Likelihoods divided by the best one, so that a small `sigma` does not underflow.
 fn relative_likelihoods(rho: &[f64], sigma: f64) -> impl Iterator<Item = f64> {
     let best = rho.iter().fold(0.0, |a: f64, &b| a.max(b));
     rho.iter().map(move |r| likelihood(1.0 + r - best, sigma))
 }
 
-/// The ellipse that touches the sides of a rectangle or turned quadrilateral; of other polygons, of
-/// their upright bounds. The axis nearer to the x axis is `Hx`.
+/// Ellipse that touches the sides of a rectangle or rotated quadrilateral; for other polygons, of their
+/// upright bounds. `Hx` is the axis nearer to the x axis.
 fn ellipse(region: &Region) -> Ellipse {
     let rect = region.rect();
     let (x, y) = rect.center();
@@ -397,17 +368,9 @@ fn ellipse(region: &Region) -> Ellipse {
     [x, y, rect.w / 2.0, rect.h / 2.0, theta]
 }
 
-/// The region of an ellipse.
-fn region(&[x, y, hx, hy, theta]: &Ellipse, output: Output) -> Region {
+/// The rectangle around an ellipse along its axes.
+fn region(&[x, y, hx, hy, theta]: &Ellipse) -> Region {
     let (sin, cos) = theta.sin_cos();
-    match output {
-        Output::Rotated => {
-            let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);
-            Region::Polygon(vec![corner(-hx, -hy), corner(hx, -hy), corner(hx, hy), corner(-hx, hy)])
-        }
-        Output::AxisAligned => {
-            let (rx, ry) = ((hx * cos).hypot(hy * sin), (hx * sin).hypot(hy * cos));
-            Region::Rect(Rect::new(x - rx, y - ry, 2.0 * rx, 2.0 * ry))
-        }
-    }
+    let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);
+    Region::Polygon(vec![corner(-hx, -hy), corner(hx, -hy), corner(hx, hy), corner(-hx, hy)])
 }

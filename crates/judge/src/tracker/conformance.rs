@@ -1,9 +1,36 @@
-//! Properties of every tracker in the list, checked on short synthetic sequences.
+//! Properties that all trackers of the list must have, tested on short synthetic sequences.
 
-use super::testing::{context, excerpt, track};
+mod scenes;
+
+use super::testing::{Scene, context, excerpt, run, track};
 use super::*;
-use crate::region::Rect;
+use crate::plugin::{Configured, find};
+use crate::region::{Areas, Rect};
 use sha2::{Digest, Sha256};
+use trackfail_dataset::format::otb;
+use trackfail_testing::{assert_near, assert_says};
+
+/// Options that change the course of a frame, beside those of the examples.
+const VARIANTS: [(&str, &str); 13] = [
+    ("color-particle-filter", "{ color_space = \"hsv\" }"),
+    ("color-particle-filter", "{ resampling = \"multinomial\" }"),
+    ("color-particle-filter", "{ kernel = \"points\" }"),
+    ("color-particle-filter", "{ model_update = 0.2, initial_spread = 1, resample_below = 1 }"),
+    ("color-particle-filter", "{ resample_below = 0, sigma_color = 0.01 }"),
+    ("color-particle-filter", "{ bins = [1, 1, 1], particles = 2 }"),
+    ("color-particle-filter", "{}"),
+    ("fragments-particle-filter", "{}"),
+    ("fragments-particle-filter", "{ particles = 3, reliability_rate = 1 }"),
+    ("fragments-particle-filter", "{ sigma_likelihood = 0.01 }"),
+    ("pixel-lut", "{}"),
+    ("pixel-lut", "{ cells = 2 }"),
+    ("pixel-lut", "{ search_radius = 1, memory = 2 }"),
+];
+
+/// A tracker of this kind.
+fn build(kind: &str, params: &str) -> Configured<dyn TrackerConfig> {
+    find(TRACKERS, kind).unwrap().build_from_text(params).unwrap()
+}
 
 fn finite(state: &TrackerState) -> bool {
     let corners = state.region.corners();
@@ -44,7 +71,8 @@ fn trackers_that_use_no_seed_give_the_same_track_with_any() {
     }
 }
 
-/// Those that give a posterior can be started from it.
+/// A fork continues like its tracker, or differently with another seed. All trackers with a posterior can be
+/// forked.
 #[test]
 fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
     let (q, frames) = excerpt(25);
@@ -125,7 +153,7 @@ fn one_frame_is_enough() {
     }
 }
 
-/// A tracker may refuse such a start, but must not break down, and what it answers must be a region.
+/// A tracker may refuse such a start, but must not panic, and its answers must be regions.
 #[test]
 fn survives_tiny_huge_and_distant_boxes() {
     let (mut q, frames) = excerpt(5);
@@ -161,6 +189,69 @@ fn survives_tiny_huge_and_distant_boxes() {
     }
 }
 
+/// Trackers that do not refuse the oddest starts, also on frames of a few pixels and of changing sizes. Shares of weights and
+/// likelihoods stay what they are.
+#[test]
+fn variants_survive_the_oddest_starts() {
+    let scene = Scene { step: (1, 1), ..Scene::SLOPES };
+    let frames = scene.frames(6);
+    let pixels = |w: usize, h: usize, level: u8| Frame::new(w, h, vec![level; 3 * w * h]);
+    let tiny = [pixels(1, 1, 9), pixels(2, 1, 7), pixels(1, 3, 5), frames[0].clone()];
+    for (x, y, w, h) in [
+        (40.0, 30.0, 1.0, 1.0),
+        (40.0, 30.0, 0.2, 50.0),
+        (-50.0, -50.0, 400.0, 300.0),
+        (-500.0, 20.0, 10.0, 10.0),
+        (119.5, 89.5, 40.0, 40.0),
+        (1e15, -1e15, 10.0, 10.0),
+        (0.0, 0.0, 1e15, 1e-9),
+    ] {
+        let region = Region::Rect(Rect::new(x, y, w, h));
+        for (kind, params) in VARIANTS {
+            for frames in [&frames[..], &frames[..1], &tiny[..]] {
+                for s in run(kind, params, 11, &region, frames) {
+                    let sides = s.region.rect();
+                    let is_sound = s.posterior.as_ref().map_or(sides.w > 0.0 && sides.h > 0.0, |m| {
+                        (1.0..=m.samples + 1e-9).contains(&m.effective_samples)
+                            && (0.0..=1.0 + 1e-9).contains(&m.likelihood)
+                    });
+                    assert!(finite(&s) && is_sound, "{kind} {params} {region:?}: {s:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_start_without_numbers_is_refused() {
+    let (q, frames) = excerpt(1);
+    let nan = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
+    let kinds_without = ["ncc", "still", "scripted"];
+    for e in TRACKERS.iter().filter(|e| !kinds_without.contains(&e.kind)) {
+        let started = build(e.kind, e.example).start(&context(&q, 1), &frames[0], &nan);
+        assert_says(started.err().unwrap(), format!("{}: the first region is no region", e.kind));
+    }
+}
+
+/// All particles are at the annotation, with equal weights, and fit it as well as can be.
+#[test]
+fn particles_start_at_the_annotation() {
+    let sigma = "{ noise = [4, 4, 0.01, 0, 0.005, 0] }";
+    for (kind, params, mean, samples, likelihood) in [
+        ("color-particle-filter", "{}", &[50.0, 40.0, 20.0, 20.0, 0.0][..], 400.0, 1.0),
+        ("fragments-particle-filter", "{}", &[50.0, 40.0], 400.0, 1.0),
+        ("ivt", sigma, &[50.0, 40.0, 1.25, 1.0], 600.0, 1.0),
+        ("sparse-prototypes", sigma, &[50.0, 40.0, 1.25, 1.0], 600.0, 1.0),
+        ("adaptive-local-sparse", sigma, &[50.0, 40.0, 1.25, 1.0], 600.0, 9.0),
+    ] {
+        let states = Scene::WAVES.run(kind, params, 3, &Scene::WAVES.frames(1));
+        let start = states[0].posterior.as_ref().unwrap();
+        assert_eq!((&start.mean[..], start.samples), (mean, samples), "{kind} {params}");
+        assert!(start.covariance.len() == mean.len().pow(2) && start.covariance.iter().all(|v| *v == 0.0));
+        assert_near([start.effective_samples, start.likelihood], [samples, likelihood], 1e-9, kind);
+    }
+}
+
 #[test]
 fn frames_without_contrast_are_survived() {
     let (q, _) = excerpt(4);
@@ -168,62 +259,63 @@ fn frames_without_contrast_are_survived() {
         let frames = vec![Frame::new(64, 48, vec![level; 3 * 64 * 48]); 4];
         let region = Region::Rect(Rect::new(20.0, 10.0, 16.0, 20.0));
         for e in TRACKERS {
-            let config = e.build_from_text(e.example).unwrap();
-            let states = track(&*config, &q, 1, &region, &frames);
+            let states = track(&*build(e.kind, e.example), &q, 1, &region, &frames);
             assert!(states.iter().all(finite), "{} on gray level {level}", e.kind);
+            assert!(e.kind != "ncc" || states.iter().all(|s| s.region == region), "no place is better");
         }
     }
 }
 
+#[trackfail_testing::needs(real_data)]
 #[test]
-fn ranges_are_what_is_accepted() {
+fn real_targets_are_followed() {
+    for (name, most, kind, params, least) in [
+        ("FaceOcc1", 60, "sparse-prototypes", "{}", 0.75),
+        ("Couple", usize::MAX, "nanotrack", "{ version = \"v2\" }", 0.68),
+        ("Couple", usize::MAX, "nanotrack", "{ version = \"v3\" }", 0.63),
+    ] {
+        let q =
+            otb::load(&trackfail_testing::real_data().join("otb").join(name), &Default::default()).unwrap();
+        let frames: Vec<Frame> = (0..q.truth.len().min(most)).map(|t| q.frame(t).unwrap()).collect();
+        let states = track(&*build(kind, params), &q, 1, q.truth[0].as_ref().unwrap(), &frames);
+        let pairs = states.iter().zip(q.truth.iter().flatten());
+        let overlaps = pairs.map(|(s, truth)| Areas::Exact.overlap(&s.region, truth, None));
+        let mean = overlaps.sum::<f64>() / frames.len() as f64;
+        assert!(mean > least, "{kind} {params} on {name}: {mean}");
+    }
+}
+
+#[test]
+fn parameters_that_do_not_go_together_are_refused() {
+    let scales = |n: usize| format!("{{ scales = {:?} }}", vec![1.0; n]);
+    let (most, too_many) = (scales(99), scales(100));
+    let still = "{ noise = [0, 0, 0, 0, 0, 0] }";
+    for (kind, params, key) in [
+        ("sparse-prototypes", still, Some("noise")),
+        ("sparse-prototypes", "{ noise = [4, nan, 0, 0, 0, 0] }", Some("noise")),
+        ("sparse-prototypes", "{ low = 0.7 }", Some("high")),
+        ("ivt", still, Some("noise")),
+        ("adaptive-local-sparse", still, Some("noise")),
+        ("dsst", "{ scales = 32 }", Some("scales")),
+        ("kcf", "{ template = 15 }", Some("template")),
+        ("kcf", "{ template = 1 }", Some("template")),
+        ("kcf", "{ template = 0 }", None),
+        ("kcf", "{ template = 16 }", None),
+        ("samf", "{ scales = [] }", Some("scales")),
+        ("samf", "{ scales = [1.0, 0.1] }", Some("scales")),
+        ("samf", &*most, None),
+        ("samf", &*too_many, Some("scales")),
+    ] {
+        let refused = find(TRACKERS, kind).unwrap().build_from_text(params).err();
+        assert_eq!(refused.map(|e| e.key), key.map(Some), "{kind} {params}");
+    }
+}
+
+#[test]
+fn the_list_and_its_ranges_are_lawful() {
+    crate::range_tests::check_entries(TRACKERS);
     crate::range_tests::check(TRACKERS);
     trackfail_testing::check_pins("range tracker", crate::range_tests::pins(TRACKERS));
-}
-
-#[test]
-fn unknown_parameters_are_refused() {
-    for e in TRACKERS {
-        let inner = e.example.trim().trim_start_matches('{').trim_end_matches('}').trim();
-        let comma = if inner.is_empty() { "" } else { "," };
-        let text = format!("{{ {inner}{comma} no-such-parameter = 1 }}");
-        let refused = e.build_from_text(&text).err().unwrap_or_else(|| panic!("{}: {text}", e.kind));
-        assert!(refused.message.contains("no-such-parameter"), "{}: {}", e.kind, refused.message);
-    }
-}
-
-#[test]
-fn parameters_survive_being_shown_and_read() {
-    for e in TRACKERS {
-        let shown = e.build_from_text(e.example).unwrap().params();
-        let table: toml::Value = serde_json::from_value(without_nulls(shown.clone())).unwrap();
-        let text = toml::Value::try_from(&table).unwrap().to_string();
-        let again = e.build_from_text(&text).unwrap();
-        assert_eq!(again.params(), shown, "{}", e.kind);
-    }
-}
-
-/// TOML has no null: an option that is not set is left out.
-fn without_nulls(v: serde_json::Value) -> serde_json::Value {
-    match v {
-        serde_json::Value::Object(m) => {
-            m.into_iter().filter(|(_, v)| !v.is_null()).map(|(k, v)| (k, without_nulls(v))).collect()
-        }
-        other => other,
-    }
-}
-
-#[test]
-fn the_list_is_in_order() {
-    let kinds: Vec<_> = TRACKERS.iter().map(|e| e.kind).collect();
-    let mut unique = kinds.clone();
-    unique.sort_unstable();
-    unique.dedup();
-    assert_eq!(unique.len(), kinds.len(), "a kind twice: {kinds:?}");
-    for e in TRACKERS {
-        assert!(e.version >= 1 && !e.summary.is_empty(), "{}", e.kind);
-        assert!((e.schema)().as_value().is_object(), "{}", e.kind);
-    }
 }
 
 #[test]

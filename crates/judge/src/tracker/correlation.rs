@@ -17,7 +17,8 @@
 //! A_N <- (1 - r) A_N + r Y K^{xx}      A_D <- (1 - r) A_D + r K^{xx} (K^{xx} + lambda)      A = A_N / A_D
 //! ```
 //!
-//! A look without any contrast neither moves nor trains the filter: its response would be rounding errors.
+//! A look without contrast neither moves nor trains the filter, since its response would consist of rounding
+//! errors.
 
 pub mod place;
 pub mod response;
@@ -29,28 +30,28 @@ use response::ResponseMap;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// How a filter follows the target's appearance.
+/// Rule by which a filter follows the target's appearance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Update {
     /// The filter itself is blended.
     Linear,
-    /// Its numerator and denominator are blended separately.
+    /// The numerator and the denominator of the filter are blended separately.
     Fraction,
 }
 
-/// The highest response.
+/// Highest response of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
-    /// Its value.
+    /// Value of the response.
     pub value: f32,
-    /// Its column as a shift, from `-w / 2` to below `w / 2`.
+    /// Column of the peak as a shift, from `-w / 2` to below `w / 2`.
     pub x: i64,
-    /// Its row as a shift.
+    /// Row of the peak as a shift.
     pub y: i64,
 }
 
-/// A Gaussian of deviation `sigma` (in cells) around cell (0, 0) of a plane whose sides wrap.
+/// Gaussian of standard deviation `sigma` (in cells) around cell (0, 0) of a plane that wraps around.
 pub fn label(width: usize, height: usize, sigma: f64) -> Vec<f32> {
     let squares = |n: usize| (0..n).map(move |i| (signed(i, n) as f64).powi(2));
     let across: Vec<f64> = squares(width).collect();
@@ -59,12 +60,12 @@ pub fn label(width: usize, height: usize, sigma: f64) -> Vec<f32> {
         .collect()
 }
 
-/// Index `i` of `n` as a shift: the upper half is negative.
+/// Index `i` of `n` as a shift. The upper half is negative.
 fn signed(i: usize, n: usize) -> i64 {
     if 2 * i >= n.max(2) { i as i64 - n as i64 } else { i as i64 }
 }
 
-/// The peak of a response; among equals the first, row by row.
+/// Peak of a response; among equal values the first, by row.
 pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
     let mut best = (0, f32::NEG_INFINITY);
     for (i, &v) in response.iter().enumerate() {
@@ -75,14 +76,15 @@ pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
     Peak { value: best.1, x: signed(best.0 % width, width), y: signed(best.0 / width, height) }
 }
 
-/// Position of the top of a parabola through a peak `c` and its neighbors, in `[-0.5, 0.5]`.
+/// Position of the vertex of a parabola through a peak `c` and its neighbors, in `[-0.5, 0.5]`.
 pub fn parabola(left: f32, c: f32, right: f32) -> f64 {
     let bend = 2.0 * f64::from(c) - f64::from(left) - f64::from(right);
     if bend > 0.0 { (0.5 * (f64::from(right) - f64::from(left)) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
-/// Number of times that a frame is halved for a target of `side` pixels (root of its area): once from 100 on, as the
-/// published trackers do, and again while 400 or more are left, which bounds the time of a frame.
+/// Number of times that a frame is halved for a target with a mean side of `side` pixels (root of its area):
+/// once from 100 on, like the published trackers, and again as long as 400 or more are left, to bound the
+/// time per frame.
 pub fn halvings(side: f64) -> u32 {
     let mut times = u32::from(side >= 100.0);
     while times < 16 && side / f64::from(1_u32 << times) >= 400.0 {
@@ -91,7 +93,7 @@ pub fn halvings(side: f64) -> u32 {
     times
 }
 
-/// The frame, halved `times` times.
+/// Frame halved `times` times.
 pub fn reduced(frame: &Frame, times: u32) -> Cow<'_, Frame> {
     (0..times).fold(Cow::Borrowed(frame), |f, _| Cow::Owned(halved(&f)))
 }
@@ -99,19 +101,19 @@ pub fn reduced(frame: &Frame, times: u32) -> Cow<'_, Frame> {
 /// Parameters of a filter.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
-    /// Deviation `s` of the label, in cells, above 0.
+    /// Standard deviation `s` of the label, in cells, above 0.
     pub label_width: f64,
-    /// Deviation `sigma` of the kernel, above 0.
+    /// Standard deviation `sigma` of the kernel, above 0.
     pub kernel_width: f64,
     /// Regularization, above 0.
     pub lambda: f64,
     /// Share `r` of the newest look.
     pub rate: f64,
-    /// How the newest look is blended in.
+    /// Rule by which the newest look is blended in.
     pub update: Update,
 }
 
-/// A filter, its model and buffers, for looks of one size.
+/// A filter for looks of one size, with its model and buffers.
 #[derive(Clone)]
 pub struct KernelFilter {
     settings: Settings,
@@ -119,14 +121,14 @@ pub struct KernelFilter {
     fourier: Fourier,
     window: Vec<f32>,
     label: Vec<Complexes>,
-    /// Spectra of the model and of the newest look, channel after channel.
+    /// Spectra of the model and of the newest look, channel by channel.
     model: Vec<Complexes>,
     look: Vec<Complexes>,
-    /// `A` of the linear update, `A_N` and `A_D` of the other.
+    /// `A` of the linear update, or `A_N` of the other update, whose `A_D` follows.
     numerator: Vec<Complexes>,
     denominator: Vec<Complexes>,
     taught: bool,
-    /// `|x|^2`.
+    /// Energy `|x|^2` of the model.
     energy: f64,
     product: Vec<Complexes>,
     plane: Vec<f32>,
@@ -142,7 +144,7 @@ pub struct FilterMemory {
 }
 
 impl KernelFilter {
-    /// An untrained filter for looks of `channels` channels with `width` x `height` cells.
+    /// Creates an untrained filter for looks of `channels` channels with `width` x `height` cells.
     pub fn new(width: usize, height: usize, channels: usize, settings: Settings) -> Self {
         let mut fourier = Fourier::new(width, height);
         let empty = vec![ZEROS; fourier.spectrum_len()];
@@ -164,7 +166,7 @@ impl KernelFilter {
         }
     }
 
-    /// The learned part; buffers and plans are not in it.
+    /// Saves the learned part, without buffers and plans.
     pub fn memory(&self) -> FilterMemory {
         let flat = |spectra: &[Complexes]| spectra.iter().flat_map(|c| [c.re.0, c.im.0]).collect();
         FilterMemory {
@@ -175,7 +177,7 @@ impl KernelFilter {
         }
     }
 
-    /// Takes over what a filter of the same size has learned; `false` for one of another size.
+    /// Restores the learned part. Returns `false` if it is of another size.
     pub fn remember(&mut self, memory: &FilterMemory) -> bool {
         let fill = |spectra: &mut [Complexes], values: &[[f32; LANES]]| {
             let pairs = values.as_chunks::<2>().0;
@@ -193,7 +195,7 @@ impl KernelFilter {
         fits
     }
 
-    /// The peak of the response to `features` (channel after channel, without the window); `None` without contrast.
+    /// Peak of the response to `features` (channel by channel, without the window); `None` without contrast.
     pub fn respond(&mut self, features: &[f32]) -> Option<Peak> {
         let z = self.transform(features);
         let x = self.energy;
@@ -223,12 +225,13 @@ impl KernelFilter {
         Some(peak(&self.plane, self.fourier.width(), self.fourier.height()))
     }
 
-    /// Hands the newest response, whose peak this is, over to `map`; `cell` is the side of a cell in pixels of the frame.
+    /// Moves the newest response, which has this peak, into `map`; `cell` is the side of a cell in pixels of
+    /// the frame.
     pub fn hand_over(&mut self, peak: Peak, cell: f64, map: &mut ResponseMap) {
         map.take(&mut self.plane, peak, cell);
     }
 
-    /// Makes `map` the response to a look.
+    /// Sets `map` to the response to a look.
     pub fn fill(&mut self, map: &mut ResponseMap, features: &[f32], cell: f64) {
         match self.respond(features) {
             Some(peak) => self.hand_over(peak, cell, map),
@@ -236,7 +239,7 @@ impl KernelFilter {
         }
     }
 
-    /// The peak of the newest response between the cells, by parabolas, in cells.
+    /// Position of the newest response's peak between cells, by parabolas, in cells.
     pub fn refine(&self, peak: &Peak) -> (f64, f64) {
         let (w, h) = (self.fourier.width() as i64, self.fourier.height() as i64);
         let at = |dx: i64, dy: i64| {
@@ -248,7 +251,7 @@ impl KernelFilter {
         (peak.x as f64 + dx, peak.y as f64 + dy)
     }
 
-    /// Blends in the look at the target's place; the first one sets the filter.
+    /// Blends in the look at the target's place. The first look sets the filter.
     pub fn learn(&mut self, features: &[f32]) {
         let x = self.transform(features);
         if x <= 0.0 {
@@ -286,7 +289,8 @@ impl KernelFilter {
         energy(&self.fourier, &self.look)
     }
 
-    /// Makes `product`, a correlation's spectrum, the kernel's; `energies` is `|x|^2 + |z|^2`.
+    /// Converts `product` from the spectrum of the correlation to that of the kernel; `energies` is
+    /// `|x|^2 + |z|^2`.
     fn kernel(&mut self, energies: f64) {
         let n = (self.plane.len() * self.channels) as f64;
         self.fourier.backward(&self.product, &mut self.plane);

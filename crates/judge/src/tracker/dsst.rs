@@ -29,9 +29,9 @@
 //! in touch with the frame; the lower limit does not enlarge a target that starts below it; a scale sample has at least
 //! one cell.
 //!
-//! The place's response map is answered in numbers and, as a density, as the posterior of the center `[x, y]` in pixels:
-//! see `tracker/correlation/response.rs`. Its cells are the pixels of the window, times the scale. That of the
-//! first frame is the response to the sample that the filter has just learned.
+//! The response map of the place is reported in numbers and, as a density, as the posterior of the center
+//! `[x, y]` in pixels: see `tracker/correlation/response.rs`. Its cells are the pixels of the window, times
+//! the scale. That of the first frame is the response to the sample that the filter has just learned.
 //!
 //! Checked against a separate NumPy version of this description: on gymnastics of VOT2014 one pixel of the start decides.
 //! From the annotated start and from one pixel right, left, below and above, this one fails 5, 2, 4, 5 and 5 times, that
@@ -52,36 +52,36 @@ use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 use start::{Start, upright};
 
-/// Gradient channels of the place's samples.
+/// Number of gradient channels in the samples of the place.
 const GRADIENTS: usize = 27;
-/// Side of a cell of the scale's samples.
+/// Side of a cell in the samples of the scale.
 const CELL: usize = 4;
 /// Largest area of the window, in square pixels.
 const MAX_WINDOW_AREA: f64 = 262_144.0;
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Side of the window in multiples of the target's, from 1 to 6.
+    /// Side of the window in multiples of the target's side, from 1 to 6.
     pub window: f64,
     /// Regularization of both filters, from 1e-6 to 100.
     pub lambda: f64,
     /// Share of the newest sample, 0 to 1.
     pub rate: f64,
-    /// Deviation of the place's label in multiples of the target's mean side, from 0.01 to 1.
+    /// Standard deviation of the place's label in multiples of the target's mean side, from 0.01 to 1.
     pub label_width: f64,
     /// Number of scales, odd, from 1 (fixed size) to 99.
     pub scales: usize,
     /// Ratio of two neighboring scales, from 1.001 to 1.2.
     pub scale_step: f64,
-    /// Deviation of the scale's label in multiples of the root of `scales`, from 0.01 to 2.
+    /// Standard deviation of the scale's label in multiples of the root of `scales`, from 0.01 to 2.
     pub scale_label_width: f64,
     /// Largest area of a scale's sample, in square pixels, from 16 to 10000.
     pub scale_area: f64,
-    /// How the first region becomes whole pixels: `release` or `vot2014`.
+    /// Rule that rounds the first region to whole pixels: `release` or `vot2014`.
     pub start: Start,
-    /// How the place's response map is read.
+    /// Options for reading the place's response map.
     pub response: MapOptions,
 }
 
@@ -129,7 +129,7 @@ impl Plugin for Dsst {
     }
 }
 
-/// The list's line.
+/// DSST in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Dsst>("dsst", 4, "correlation filters for the place and for the scale");
 
@@ -158,10 +158,10 @@ struct Tracking {
     target: Target,
 }
 
-/// The target and its model.
+/// Target with its model.
 #[derive(Clone)]
 struct Target {
-    /// The first region as a rectangle, and its scale.
+    /// Rectangle of the first region.
     first: Rect,
     first_scale: f64,
     scale: f64,
@@ -169,23 +169,24 @@ struct Target {
     pixel: (i64, i64),
     offset: (f64, f64),
     colors: Colors,
-    /// The target's size at scale 1 in whole pixels, the window's, and that of the scale's samples.
+    /// Size of the target at scale 1 in whole pixels; sizes of the window and of the scale's samples follow.
     base: (usize, usize),
     size: (usize, usize),
     sample: (usize, usize),
     place: Filter,
-    /// The place's response in the newest frame.
+    /// Response of the place in the newest frame.
     map: ResponseMap,
     scales: Filter,
     hog: Hog,
     look: Look,
-    /// Four lines of the scale's sample side by side, times the window: value `s` of group `g` is at `g * scales + s`.
+    /// Scale's sample times the window, four lines side by side: value `s` of group `g` is at `g * scales +
+    /// s`.
     lines: Vec<Lanes>,
     cells: Vec<f32>,
 }
 
-/// A sample of the place times the window: gray values, and the one gradient that each pixel has. Rows are four side
-/// by side.
+/// Sample of the place times the window: gray values, and the single gradient of each pixel. Rows are four
+/// side by side.
 #[derive(Clone, Default)]
 struct Look {
     window: Vec<Lanes>,
@@ -253,7 +254,7 @@ impl Target {
         }
     }
 
-    /// The pixels of a size around the target, with the frame's border repeated.
+    /// Window of this size around the target. The frame's border is repeated.
     fn window(&self, size: (usize, usize), scale: f64) -> Window {
         let side = |n: usize| ((n as f64 * scale) as usize).max(1);
         let (w, h) = (side(size.0), side(size.1));
@@ -285,7 +286,7 @@ impl Target {
         look.orientations = place.fourier.side_by_side(&orientations);
     }
 
-    /// Computes `lines`, the samples of the scale: for each feature a line over the scales.
+    /// Computes `lines`, the samples of the scale: a line over the scales for each feature.
     fn look_at_scales(&mut self, p: &Params, frame: &Frame) {
         for (s, weight) in hann(p.scales).into_iter().enumerate() {
             let factor = p.scale_step.powi((p.scales / 2) as i32 - s as i32);
@@ -301,7 +302,7 @@ impl Target {
         }
     }
 
-    /// Makes `map` the response to `look` and returns its peak.
+    /// Sets `map` to the response to `look` and returns its peak.
     fn respond(&mut self, p: &Params) -> Peak {
         let (look, width) = (&self.look, self.size.0);
         let value = |channel, group, x| look.value(channel, group * width + x);
@@ -333,7 +334,7 @@ impl Target {
         self.scale = self.scale.max(least).min(p.scale_step.powf(steps(most).floor()));
     }
 
-    /// Keeps the target in touch with the frame.
+    /// Clamps the target so that it overlaps the frame.
     fn keep_inside(&mut self, frame: &Frame) {
         let touch = |pixel: i64, side: usize, room: usize| {
             let reach = (0.5 * (side as f64 * self.scale).min(room as f64)) as i64;
@@ -366,13 +367,13 @@ impl Target {
 
 /// A multi-channel correlation filter over a plane or, with one row, a line.
 ///
-/// Samples come as `value(pass, group, x)`, times the window: four values at a time, in column `x`. A pass is a channel
-/// of a plane with its rows `4 group ... 4 group + 3`, or four channels of lines.
+/// Samples are given as `value(pass, group, x)`, already times the window: four values at a time, in column
+/// `x`. A pass is a channel of a plane with its rows `4 group ... 4 group + 3`, or four channels of lines.
 #[derive(Clone)]
 struct Filter {
     fourier: Fourier,
     label: Vec<Complexes>,
-    /// `conj(A_l)`, channel after channel, and `B`.
+    /// Numerator `conj(A_l)`, channel by channel; the denominator `B` follows.
     numerator: Vec<Complexes>,
     denominator: Vec<Lanes>,
     taught: bool,
@@ -396,12 +397,12 @@ impl Filter {
         }
     }
 
-    /// Coefficients of the channels of a pass.
+    /// Number of coefficients of the channels in a pass.
     fn pass_len(&self) -> usize {
         self.sum.len() * if self.fourier.height() == 1 { LANES } else { 1 }
     }
 
-    /// The response to a sample.
+    /// Response to a sample.
     fn respond(&mut self, value: impl Fn(usize, usize, usize) -> Lanes, lambda: f64) -> &[f32] {
         let (m, pass_len) = (self.sum.len(), self.pass_len());
         self.sum.fill(ZEROS);
@@ -422,7 +423,7 @@ impl Filter {
         &self.plane
     }
 
-    /// Blends in a sample; the first one sets the filter.
+    /// Blends in a sample. The first one sets the filter.
     fn learn(&mut self, value: impl Fn(usize, usize, usize) -> Lanes, rate: f64) {
         let (m, pass_len) = (self.sum.len(), self.pass_len());
         let rate = Lanes::splat(if self.taught { rate as f32 } else { 1.0 });

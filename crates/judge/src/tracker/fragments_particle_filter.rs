@@ -9,31 +9,30 @@
 //! reconstruction.
 //!
 //! ```text
-//! x[t] = x[t-1] + n,  n ~ N(0, diag(d)^2)              state (x, y) or (x, y, s), N particles
+//! x[t] = x[t-1] + n,  n ~ N(0, diag(d)^2)              state (x, y), N particles
 //! d_k^2(x) = 1 - sum_u sqrt(p_ku(x) q_ku)              p_k, q_k: histograms of fragment k at x, at the start
 //! L_k(x) = exp(-d_k^2 / (2 sigma^2))                   in (0, 1], high is good
-//! L(x) = sum_k r_k L_k(x)      (votes)                 or prod_k L_k(x)^r_k (product)
+//! L(x) = sum_k r_k L_k(x)                              a hidden fragment only loses its own vote
 //! w = L(x) / sum L             m = sum w x             C = sum w (x - m)(x - m)'
 //! r_k <- (1 - tau) r_k + tau L_k(m) / sum_j L_j(m)     reliabilities, sum 1, from 1/K
 //! resampled in every frame, afterwards w = 1/N
 //! ```
 //!
-//! `x`, `y` is the center in pixels, 0-based as in [`crate::region`], `s` the logarithm of the scale
-//! against the first region, kept only with `sigma_scale` above 0. Fragments keep their places in the
+//! `x`, `y` is the center in pixels, 0-based as in [`crate::region`]. Fragments keep their places in the
 //! region and are rounded to whole pixels; pixels beyond the frame are not counted, and a fragment without
-//! a pixel has `d_k = 1`. Fragments with `r_k < drop_below / K` have no vote in `L` until they recover; the
-//! others' reliabilities are then scaled to sum 1. Histograms are never updated. Frames go in the order
-//! propagate, weigh, estimate, judge the fragments at the estimate, resample (systematically), so that
-//! mean, covariance and effective number are those before resampling. The posterior's likelihood is `L(m)`.
-//! The region is the first one's upright rectangle, moved and scaled. All particles start on the
+//! a pixel has `d_k = 1`. Histograms have 8 x 8 x 8 bins of red, green and blue and are never updated. Fragments
+//! with `r_k < 0.2 / K` have no vote in `L` until they recover; the reliabilities of the others are then scaled to a sum
+//! of 1. Frames go in the order propagate, weigh, estimate, judge the fragments at the estimate, resample
+//! (systematically), so that mean, covariance and effective number are those before resampling. The posterior's
+//! likelihood is `L(m)`. The region is the first one's upright rectangle, moved. All particles start on the
 //! annotation.
 //!
 //! Choices, since nothing is published: N, the noise and the state are those of the paper's own particle
 //! filter where it has them. Third-party code that cites the source has `sigma = 0.1`, with which thin
 //! strips of colored targets are soon lost; the default is the paper's deviation for its color filter, 0.2.
-//! `tau` is low, as the paper says of this tracker's adaptation. The size is fixed by default, as neither
-//! base has a scale; a random walk of it (`sigma_scale = 0.02`) tracked no better. `drop_below` is ours.
-//! When all likelihoods underflow, weights are left equal.
+//! `tau` is low, as the paper says of this tracker's adaptation. The size is fixed, as neither base has a
+//! scale; a random walk of it tracked no better. That the least reliable fragments have no vote is ours. When
+//! all likelihoods underflow, weights are left equal.
 
 mod evidence;
 mod layout;
@@ -47,92 +46,44 @@ use crate::num::seed;
 use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::{Rect, Region};
 use evidence::Evidence;
-pub use layout::FragmentLayout;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-/// Histogram of a fragment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Histogram {
-    /// Luma, 16 bins.
-    #[serde(rename = "grey")]
-    Gray,
-    /// Red, green and blue, 8 x 8 x 8 bins.
-    Rgb,
-}
+/// Fragments below this share of the mean reliability have no vote.
+const DROP_BELOW: f64 = 0.2;
 
-/// How the fragments are combined to one likelihood.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Fusion {
-    /// `sum_k r_k L_k`: a hidden fragment only loses its own vote.
-    Votes,
-    /// `prod_k L_k^r_k`: every fragment can veto.
-    Product,
-}
-
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number of particles N, from 2 to 10000.
     pub particles: usize,
-    /// Histograms of the fragments.
-    pub histogram: Histogram,
-    /// How the target is cut into fragments.
-    pub layout: FragmentLayout,
-    /// Cells a side of the layout `grid`, from 1 to 16.
-    pub cells: u8,
-    /// How the fragments are combined to one likelihood.
-    pub fusion: Fusion,
     /// Rate `tau` at which reliabilities follow the fragments' likelihoods, from 0 (fixed) to 1.
     pub reliability_rate: f64,
-    /// Fragments below this share of the mean reliability have no vote, from 0 (all vote) to 0.99.
-    pub drop_below: f64,
     /// Deviation `sigma` of a fragment's likelihood, from 0.01 to 10.
     pub sigma_likelihood: f64,
-    /// Deviation of the center's noise in x and in y, in pixels a frame, from 0 to 1000.
+    /// Standard deviation of the center's noise in x and in y, in pixels per frame, from 0 to 1000.
     pub sigma_position: f64,
-    /// Deviation of the noise of the logarithm of the scale a frame, from 0 (size fixed) to 1.
-    pub sigma_scale: f64,
-    /// Keeps all particles and their weights in the posterior.
-    pub keep_particles: bool,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            particles: 400,
-            histogram: Histogram::Rgb,
-            layout: FragmentLayout::Strips,
-            cells: 4,
-            fusion: Fusion::Votes,
-            reliability_rate: 0.02,
-            drop_below: 0.2,
-            sigma_likelihood: 0.2,
-            sigma_position: 5.0,
-            sigma_scale: 0.0,
-            keep_particles: false,
-        }
+        Self { particles: 400, reliability_rate: 0.02, sigma_likelihood: 0.2, sigma_position: 5.0 }
     }
 }
 
 impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("reliability_rate", 0.0, 1.0),
-        Range::within("drop_below", 0.0, 0.99),
         Range::within("sigma_likelihood", 0.01, 10.0),
         Range::within("sigma_position", 0.0, 1000.0),
-        Range::within("sigma_scale", 0.0, 1.0),
         Range::within("particles", 2.0, 10_000.0),
-        Range::within("cells", 1.0, 16.0),
     ];
 }
 
-/// The list's line.
+/// The fragments particle filter in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "fragments-particle-filter",
     1,
@@ -151,16 +102,15 @@ impl TrackerConfig for Params {
         }
         let p = self;
         let (x, y) = rect.center();
-        let place = [x, y, 0.0];
-        let fragments = p.layout.fragments(rect.w, rect.h, p.cells);
-        let mut evidence = Evidence::new(p.histogram == Histogram::Rgb, fragments, frame, &place);
+        let place = [x, y];
+        let mut evidence = Evidence::new(layout::fragments(rect.w, rect.h), frame, &place);
         let reliabilities = vec![1.0 / evidence.len() as f64; evidence.len()];
         let cloud = Cloud::new(place, p.particles);
         evidence.look(frame, &[place]);
         let mut rho = Vec::new();
         evidence.likeness(&place, &mut rho);
-        let likelihood = fuse(p, &rho, &votes(&reliabilities, p.drop_below), 1.0);
-        let posterior = moments(p, &cloud, &cloud.posterior(), likelihood);
+        let likelihood = fuse(&rho, &votes(&reliabilities), 1.0, p.sigma_likelihood);
+        let posterior = moments(&cloud, &cloud.posterior(), likelihood);
         let state = TrackerState { posterior: Some(posterior), ..TrackerState::initialized(region.clone()) };
         let tracker = Tracking {
             params: p.clone(),
@@ -178,22 +128,20 @@ impl TrackerConfig for Params {
 struct Tracking {
     params: Params,
     rng: ChaCha8Rng,
-    /// Sides of the target at scale 1, in pixels.
+    /// Sides of the target in pixels.
     size: (f64, f64),
-    cloud: Cloud<3>,
+    cloud: Cloud<2>,
     evidence: Evidence,
-    /// `r_k`, a share for each fragment.
+    /// Reliability `r_k` of each fragment, with sum 1.
     reliabilities: Vec<f64>,
 }
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         let Self { params: p, rng, size, cloud, evidence, reliabilities } = self;
-        let noise = [p.sigma_position, p.sigma_position, p.sigma_scale];
-        let (low, high) = scales(*size, frame);
-        cloud.diffuse(&noise, |[x, y, s]| [x, y, s.clamp(low, high)], || rng.sample(StandardNormal));
+        propagate(cloud, p.sigma_position, rng);
         evidence.look(frame, &cloud.states);
-        let votes = votes(reliabilities, p.drop_below);
+        let votes = votes(reliabilities);
         let k = votes.len();
         let (mut rho, mut all) = (Vec::with_capacity(k), Vec::with_capacity(k * cloud.states.len()));
         for state in &cloud.states {
@@ -204,19 +152,17 @@ impl Tracker for Tracking {
         let voting = |row: &[f64]| {
             row.iter().zip(&votes).filter(|(_, v)| **v > 0.0).fold(0.0, |a: f64, (r, _)| a.max(*r))
         };
-        let best = match p.fusion {
-            Fusion::Votes => all.chunks_exact(k).map(voting).fold(0.0, f64::max),
-            Fusion::Product => all.chunks_exact(k).map(|row| mean_likeness(row, &votes)).fold(0.0, f64::max),
-        };
-        cloud.weigh(all.chunks_exact(k).map(|row| fuse(p, row, &votes, best)));
+        let best = all.chunks_exact(k).map(voting).fold(0.0, f64::max);
+        let sigma = p.sigma_likelihood;
+        cloud.weigh(all.chunks_exact(k).map(|row| fuse(row, &votes, best, sigma)));
         let posterior = cloud.posterior();
-        let mean = posterior.mean;
-        evidence.likeness(&mean, &mut rho);
-        let posterior = moments(p, cloud, &posterior, fuse(p, &rho, &votes, 1.0));
-        follow(reliabilities, &rho, p.reliability_rate, p.sigma_likelihood);
+        let [x, y] = posterior.mean;
+        evidence.likeness(&posterior.mean, &mut rho);
+        let posterior = moments(cloud, &posterior, fuse(&rho, &votes, 1.0, sigma));
+        follow(reliabilities, &rho, p.reliability_rate, sigma);
         cloud.resample(Resampling::Systematic, rng);
-        let (w, h) = (size.0 * mean[2].exp(), size.1 * mean[2].exp());
-        let region = Region::Rect(Rect::new(mean[0] - w / 2.0, mean[1] - h / 2.0, w, h));
+        let (w, h) = *size;
+        let region = Region::Rect(Rect::new(x - w / 2.0, y - h / 2.0, w, h));
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }
 
@@ -225,38 +171,38 @@ impl Tracker for Tracking {
     }
 }
 
-/// Smallest and largest logarithm of the scale: sides from 4 pixels to the frame's longer side, and 0.
-fn scales((w, h): (f64, f64), frame: &Frame) -> (f64, f64) {
-    let longest = frame.width().max(frame.height()) as f64;
-    ((4.0 / w.min(h)).ln().clamp(-16.0, 0.0), (longest / w.max(h)).ln().clamp(0.0, 16.0))
+/// Moves the particles by noise of deviation `sigma` in x and in y.
+fn propagate(cloud: &mut Cloud<2>, sigma: f64, rng: &mut ChaCha8Rng) {
+    let mut draws = 0_usize;
+    let normal = || {
+        let draw: f64 = rng.sample(StandardNormal);
+        draws += 1;
+        if draws.is_multiple_of(2) {
+            // Each particle takes three draws. The third was for a size, and keeps tracks what they were with it.
+            let _: f64 = rng.sample(StandardNormal);
+        }
+        draw
+    };
+    cloud.diffuse(&[sigma; 2], |place| place, normal);
 }
 
 /// Shares of the fragments that vote, sum 1.
-fn votes(reliabilities: &[f64], drop_below: f64) -> Vec<f64> {
-    let limit = drop_below / reliabilities.len() as f64;
+fn votes(reliabilities: &[f64]) -> Vec<f64> {
+    let limit = DROP_BELOW / reliabilities.len() as f64;
     let sum: f64 = reliabilities.iter().filter(|r| **r >= limit).sum();
     reliabilities.iter().map(|r| if *r >= limit { r / sum } else { 0.0 }).collect()
 }
 
-/// `exp(-(1 - rho) / (2 sigma^2))`.
+/// Likelihood `exp(-(1 - rho) / (2 sigma^2))`.
 fn likelihood(rho: f64, sigma: f64) -> f64 {
     ((rho - 1.0) / (2.0 * sigma * sigma)).exp()
 }
 
-fn mean_likeness(rho: &[f64], votes: &[f64]) -> f64 {
-    rho.iter().zip(votes).map(|(r, v)| r * v).sum()
-}
-
 /// Likelihood of a place from its fragments' likenesses, divided by that of a likeness `best` in all of
 /// them.
-fn fuse(p: &Params, rho: &[f64], votes: &[f64], best: f64) -> f64 {
-    match p.fusion {
-        Fusion::Votes => {
-            let heard = rho.iter().zip(votes).filter(|(_, v)| **v > 0.0);
-            heard.map(|(r, v)| v * likelihood(1.0 + r - best, p.sigma_likelihood)).sum()
-        }
-        Fusion::Product => likelihood(1.0 + mean_likeness(rho, votes) - best, p.sigma_likelihood),
-    }
+fn fuse(rho: &[f64], votes: &[f64], best: f64, sigma: f64) -> f64 {
+    let heard = rho.iter().zip(votes).filter(|(_, v)| **v > 0.0);
+    heard.map(|(r, v)| v * likelihood(1.0 + r - best, sigma)).sum()
 }
 
 /// Moves reliabilities towards the shares of the fragments' likelihoods.
@@ -271,9 +217,6 @@ fn follow(reliabilities: &mut [f64], rho: &[f64], rate: f64, sigma: f64) {
     reliabilities.iter_mut().for_each(|r| *r /= sum);
 }
 
-/// The posterior over the components that vary.
-fn moments(p: &Params, cloud: &Cloud<3>, posterior: &Posterior<3>, likelihood: f64) -> Moments {
-    let kept: &[usize] = if p.sigma_scale > 0.0 { &[0, 1, 2] } else { &[0, 1] };
-    let particles = if p.keep_particles { cloud.rows(kept) } else { Vec::new() };
-    Moments { particles, ..Moments::of(posterior, &cloud.weights, kept, likelihood) }
+fn moments(cloud: &Cloud<2>, posterior: &Posterior<2>, likelihood: f64) -> Moments {
+    Moments::of(posterior, &cloud.weights, &[0, 1], likelihood)
 }

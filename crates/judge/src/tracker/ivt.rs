@@ -5,35 +5,35 @@
 //! L_i = exp(-|d - U U'd|^2 / c)         d = mu - y_i, high is good; the estimate has the highest
 //! ```
 //!
-//! Everything else, from candidates and posterior to the units, is as there, and every estimate is learned as it is. Choices:
-//! the defaults are those of SP, so that the two differ in the L1 term alone; Ross et al. recommend
-//! `forgetting = 0.95`. Their prior of the next state is the same Gaussian, from the last estimate instead of from
-//! weighted particles, as in their program's default, and the likelihood has no factor for the distance
-//! within the subspace.
+//! Everything else, from candidates and posterior to units, is as there; all estimates are learned unchanged.
+//! Choices: the defaults are those of SP, so that both trackers differ only in the L1 term; Ross et al.
+//! recommend `forgetting = 0.95`. Their prior of the next state is the same Gaussian, from the last estimate
+//! instead of from weighted particles, as in their program's default, and the likelihood has no factor for
+//! the distance within the subspace.
 
 use super::affine_candidates::{self, check_noise};
-use super::sparse_prototypes::{self, Model, Tracking};
+use super::sparse_prototypes::{self, Model, Tracking, Underflow};
 use super::{Facts, RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Candidates a frame, from 2 to 10000.
+    /// Number of candidates per frame, from 2 to 10000.
     pub samples: usize,
-    /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
+    /// Standard deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
     pub noise: [f64; 6],
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
     pub likelihood_scale: f64,
     /// Maximum number of basis vectors, from 1 to 256.
     pub max_basis: usize,
-    /// Windows that are taken in together, from 1 to 1000.
+    /// Number of windows that are learned together, from 1 to 1000.
     pub batch: usize,
-    /// Weight of old windows when new ones come, above 0 and at most 1.
+    /// Weight of old windows when new ones are learned, above 0 and at most 1.
     pub forgetting: f64,
 }
 
@@ -84,11 +84,12 @@ impl Params {
             occlusion: None,
             smallest_side: 1.0,
             upright: false,
+            underflow: Underflow::Best,
         }
     }
 }
 
-/// The list's line.
+/// IVT in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Ivt>("ivt", 1, "principal components of the target, learned as it goes");
 

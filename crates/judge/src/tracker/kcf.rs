@@ -1,9 +1,9 @@
 //! KCF (Henriques, Caseiro, Martins and Batista, "High-speed tracking with kernelized correlation filters",
 //! PAMI 37(3), 2015): a kernel ridge regression over all cyclic shifts of a window around the target.
 //!
-//! The filter and its equations are in `tracker/correlation.rs`. In every frame the filter responds to the window at
-//! the last place, the target moves by the shift of the highest response times the side of a cell, and the filter
-//! learns the window at the new place.
+//! The filter and its equations are in `tracker/correlation.rs`. In each frame the filter responds to the
+//! window at the last place. The target moves by the shift of the highest response, times the side of a cell.
+//! Then the filter learns the window at the new place.
 //!
 //! Two presets; every parameter can be set on its own as well:
 //!
@@ -25,9 +25,10 @@
 //! cells each way; targets larger than the frame are tracked as one of its size; a target stays in touch
 //! with the frame and, if scaled, between 4 pixels and the frame's size; a window without contrast leaves it where it was.
 //!
-//! The response map of the scale that won, without `scale_weight`, is answered in numbers and, as a density, as the
-//! posterior of the center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is
-//! the response to the window that the filter has just learned; that of a window without contrast is 0.
+//! The response map of the best scale, without `scale_weight`, is reported in numbers and, as a density, as
+//! the posterior of the center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first
+//! frame is the response to the window that the filter has just learned; that of a window without contrast is
+//! 0.
 
 mod sampling;
 
@@ -67,46 +68,46 @@ pub enum Features {
     Gray,
 }
 
-/// Parameters; the preset supplies those that are left out.
+/// Parameters. The preset supplies the omitted ones.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Source of the defaults.
     pub preset: Preset,
-    /// Features of the filter; `hog`.
+    /// Features of the filter; by default `hog`.
     pub features: Features,
-    /// Side of a cell of `hog` in pixels, from 1 to 16; 4.
+    /// Side of a cell of `hog` in pixels, from 1 to 16; by default 4.
     pub cell: Option<usize>,
-    /// Takes gradients of the strongest color instead of gray; `vot` does.
+    /// True to take gradients of the strongest color instead of gray; `tpami` false, `vot` true.
     pub color: Option<bool>,
-    /// Side of the window in multiples of the target's, from 1 to 6; 2.5.
+    /// Side of the window in multiples of the target's side, from 1 to 6; by default 2.5.
     pub window: Option<f64>,
-    /// Longer side of the window in pixels, from 16 to 512, to which it is resized; 0 leaves it as it is. `tpami` 0,
-    /// `vot` 96.
+    /// Longer side of the resized window in pixels, from 16 to 512; 0 for no resizing. `tpami` 0, `vot` 96.
     pub template: Option<usize>,
-    /// How a resized window is read from the frame; `whole-pixels`, or `exact` or `area`.
+    /// Rule for reading a resized window from the frame: `whole-pixels` (the default), `exact` or `area`.
     pub sampling: Option<Sampling>,
-    /// Deviation of the label in multiples of the target's mean side, from 0.01 to 1; `tpami` 0.1, `vot` 0.125.
+    /// Standard deviation of the label in multiples of the target's mean side, from 0.01 to 1; `tpami` 0.1,
+    /// `vot` 0.125.
     pub label_width: Option<f64>,
-    /// Deviation `sigma` of the kernel, from 0.01 to 10; `tpami` 0.5 (`grey` 0.2), `vot` 0.6.
+    /// Standard deviation `sigma` of the kernel, from 0.01 to 10; `tpami` 0.5 (`grey` 0.2), `vot` 0.6.
     pub kernel_width: Option<f64>,
-    /// Regularization, from 1e-6 to 1; 1e-4.
+    /// Regularization, from 1e-6 to 1; by default 1e-4.
     pub lambda: Option<f64>,
     /// Share of the newest look, 0 to 1; `tpami` 0.02 (`grey` 0.075), `vot` 0.012.
     pub rate: Option<f64>,
-    /// How the newest look is blended in; `tpami` `linear`, `vot` `fraction`.
+    /// Rule by which the newest look is blended in; `tpami` `linear`, `vot` `fraction`.
     pub update: Option<Update>,
-    /// Ratio of two of the three scales, from 1 (no other scales) to 1.5; `tpami` 1, `vot` 1.05.
+    /// Ratio between the three scales, from 1 (no other scales) to 1.5; `tpami` 1, `vot` 1.05.
     pub scale_step: Option<f64>,
-    /// Factor of the responses at the other two scales, from 0 to 1; 0.95.
+    /// Factor of the responses at the other two scales, from 0 to 1; by default 0.95.
     pub scale_weight: Option<f64>,
-    /// Finds the peak between the cells; `vot` does.
+    /// True to locate the peak between cells; `tpami` false, `vot` true.
     pub sub_cell: Option<bool>,
-    /// How the response map is read.
+    /// Options for reading the response map.
     pub response: MapOptions,
 }
 
-/// Checked parameters with all defaults filled in.
+/// Checked parameters, with all defaults filled in.
 #[derive(Debug, Clone, Serialize)]
 struct Checked {
     preset: Preset,
@@ -131,7 +132,7 @@ struct Checked {
 struct Kcf(Checked);
 
 impl Checked {
-    /// The parameters, with what the preset supplies.
+    /// Fills in the omitted parameters from the preset.
     fn of(p: &Params) -> Self {
         let vot = p.preset == Preset::Vot;
         let hog = p.features == Features::Hog;
@@ -191,7 +192,7 @@ impl Plugin for Kcf {
     }
 }
 
-/// The list's line.
+/// KCF in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Kcf>("kcf", 4, "kernelized correlation filter on oriented gradients or gray values");
 
@@ -224,10 +225,10 @@ impl TrackerConfig for Kcf {
     }
 }
 
-/// Memory of a tracker at work.
+/// Saved state of a running tracker.
 #[derive(Serialize, Deserialize)]
 struct Memory {
-    /// Sides of the first frame, and the region in it.
+    /// Size of the first frame, and the region in it.
     frame: (usize, usize),
     region: Region,
     moved: (f64, f64),
@@ -236,7 +237,7 @@ struct Memory {
 }
 
 impl Kcf {
-    /// A target in a first frame of these sides, and its filter, which is not trained.
+    /// Target in a first frame of this size, with an untrained filter.
     fn follower(&self, frame: (usize, usize), region: &Region) -> Follower<KcfLook> {
         let p = &self.0;
         let place = Place::new(region, frame, p.template == 0);
@@ -289,14 +290,15 @@ impl Kcf {
     }
 }
 
-/// The window of the tracker.
+/// Window of the tracker around the target.
 #[derive(Clone)]
 struct KcfLook {
     params: Checked,
-    /// Sides of the first frame, and the region in it.
+    /// Size of the first frame, and the region in it.
     frame: (usize, usize),
     region: Region,
-    /// Columns and rows of the window, and how many pixels of the halved frame one of them is at scale 1.
+    /// Columns and rows of the window. The side of one of them, in pixels of the halved frame at scale 1,
+    /// follows.
     size: (usize, usize),
     ratio: f64,
     hog: Hog,

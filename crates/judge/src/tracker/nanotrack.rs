@@ -1,5 +1,5 @@
-//! NanoTrack v2 and v3 (HonglinChu/SiamTrackers, after SiamRPN++ and LightTrack): a small Siamese network that compares a
-//! search region with the target's first look.
+//! NanoTrack v2 and v3 (HonglinChu/SiamTrackers, after SiamRPN++ and LightTrack): a small Siamese network
+//! that compares a search region with the target in the first frame.
 //!
 //! ```text
 //! s = sqrt((w + p)(h + p)), p = (w + h) / 2        side of the template in the frame; that of the search region is 255/127 s
@@ -37,13 +37,13 @@ use follower::Follower;
 use look::Look;
 use serde::{Deserialize, Serialize};
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Version of the network.
     pub version: Version,
-    /// How the response map is read.
+    /// Options for reading the response map.
     pub response: MapOptions,
 }
 
@@ -51,7 +51,7 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[MapOptions::NEIGHBORHOOD, MapOptions::THRESHOLD];
 }
 
-/// The list's line.
+/// NanoTrack in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Params>("nanotrack", 1, "small Siamese network (NanoTrack v2 or v3) with its weights");
 
@@ -82,7 +82,7 @@ struct Tracking {
 }
 
 impl Tracking {
-    /// An answer with confidence and response map.
+    /// State with the confidence and the response map of a look.
     fn state(&self, look: &Look, state: TrackerState) -> TrackerState {
         let scores = look.cells.iter().map(|cell| cell.score as f32).collect();
         let map = ResponseMap::with_borders(scores, look.side, look.cell);

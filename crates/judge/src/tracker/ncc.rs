@@ -7,7 +7,7 @@
 //!     sqrt((n S_ii - S_i^2) (n S_tt - S_t^2))
 //! ```
 //!
-//! The highest `g` is the tracker's confidence; the first frame has none.
+//! The highest `g` is the tracker's confidence; the first frame has no confidence.
 //!
 //! `t` is the target's window in the first frame, `i` the equally large window at a candidate place,
 //! both in gray (`(77 R + 150 G + 29 B + 128) >> 8`, BT.601 in 1/256). `g` is in `[-1, 1]`, high is
@@ -20,10 +20,8 @@
 //! and the transform's are rounded back to them (their error is below 1e-3), so that the answer does
 //! not depend on the processor.
 //!
-//! With `update_rate` above 0 the template follows: `t <- (1 - r) t + r i` after every frame, rounded to
-//! whole gray levels where it is used. Deviations from the source: none; search range and update are
-//! choices of this benchmark, after the NCC baseline of the VOT challenges, which has neither scale
-//! nor update.
+//! Deviations from the source: none. The search range is a choice of this benchmark; that there is neither scale nor
+//! update of the template is as in the NCC baseline of the VOT challenges.
 
 use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::{Frame, Window};
@@ -32,29 +30,26 @@ use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Side of the searched square, in multiples of the target's mean side (root of the area) and
-    /// beyond the target itself: 1 searches half a side in every direction. Above 0, at most 8.
+    /// Extent of the search beyond the target, in multiples of the target's mean side (root of the area): 1
+    /// searches half a side in each direction. Above 0, at most 8.
     pub search: f64,
-    /// Share of the newest window in the template, 0 (fixed template) to 1.
-    pub update_rate: f64,
 }
 
 impl Default for Params {
     fn default() -> Self {
-        Self { search: 1.0, update_rate: 0.0 }
+        Self { search: 1.0 }
     }
 }
 
 impl PlainParams for Params {
-    const RANGES: &'static [Range] =
-        &[Range::of("search").above(0.0).at_most(8.0), Range::within("update_rate", 0.0, 1.0)];
+    const RANGES: &'static [Range] = &[Range::of("search").above(0.0).at_most(8.0)];
 }
 
-/// The list's line.
+/// NCC in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Params>("ncc", 3, "normalized cross-correlation with a fixed gray template");
 
@@ -68,26 +63,18 @@ impl TrackerConfig for Params {
     }
 
     fn start(&self, _: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let tracker = Tracking { params: self.clone(), target: Target::new(self, frame, region) };
-        Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
+        Ok((Box::new(Target::new(self, frame, region)), TrackerState::initialized(region.clone())))
     }
-}
-
-struct Tracking {
-    params: Params,
-    target: Target,
 }
 
 /// The target and its model.
 struct Target {
     region: Region,
-    /// Window of the template in the first frame and its shift since, in pixels.
+    /// Window of the template in the first frame. Its shift since then, in pixels, follows.
     window: Window,
     moved: (i64, i64),
     /// Search radius in every direction, in pixels.
     radius: i64,
-    /// Template as a running mean.
-    template: Vec<f64>,
     correlator: Correlator,
 }
 
@@ -109,25 +96,19 @@ impl Target {
         let side = ((window.w * window.h) as f64).sqrt();
         let longest = frame.width().max(frame.height()) as f64;
         let radius = (0.5 * p.search * side).clamp(2.0, longest).round() as i64;
-        let template: Vec<f64> = gray(frame, &window).into_iter().map(f64::from).collect();
         let mut correlator = Correlator::new(window.w, window.h, radius as usize);
-        correlator.set_template(&template);
-        Self { region: region.clone(), window, moved: (0, 0), radius, template, correlator }
+        correlator.set_template(&gray(frame, &window));
+        Self { region: region.clone(), window, moved: (0, 0), radius, correlator }
     }
 }
 
-impl Tracker for Tracking {
+impl Tracker for Target {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let t = &mut self.target;
-        let r = t.radius;
-        let last = Window { x: t.window.x + t.moved.0, y: t.window.y + t.moved.1, ..t.window };
-        let around = Window {
-            x: last.x - r,
-            y: last.y - r,
-            w: t.window.w + 2 * r as usize,
-            h: t.window.h + 2 * r as usize,
-        };
-        let scores = t.correlator.scores(&gray(frame, &around));
+        let r = self.radius;
+        let last = Window { x: self.window.x + self.moved.0, y: self.window.y + self.moved.1, ..self.window };
+        let around =
+            Window { x: last.x - r, y: last.y - r, w: last.w + 2 * r as usize, h: last.h + 2 * r as usize };
+        let scores = self.correlator.scores(&gray(frame, &around));
         // Twice the center, to stay in whole numbers.
         let center = |d: i64, start: i64, len: usize| 2 * (start + d) + len as i64;
         let (width, height) = (frame.width() as i64, frame.height() as i64);
@@ -148,22 +129,14 @@ impl Tracker for Tracking {
         }
         // A target that starts outside the frame has no place to go: it stays.
         if let Some((_, _, (dx, dy))) = best {
-            t.moved = (t.moved.0 + dx, t.moved.1 + dy);
+            self.moved = (self.moved.0 + dx, self.moved.1 + dy);
         }
-        if self.params.update_rate > 0.0 {
-            let now = Window { x: t.window.x + t.moved.0, y: t.window.y + t.moved.1, ..t.window };
-            let rate = self.params.update_rate;
-            for (t, i) in t.template.iter_mut().zip(gray(frame, &now)) {
-                *t = (1.0 - rate) * *t + rate * f64::from(i);
-            }
-            t.correlator.set_template(&t.template);
-        }
-        let region = t.region.shifted(t.moved.0 as f64, t.moved.1 as f64);
+        let region = self.region.shifted(self.moved.0 as f64, self.moved.1 as f64);
         Ok(TrackerState { confidence: best.map(|(g, ..)| g), ..TrackerState::tracked(region) })
     }
 }
 
-/// Gray values of a window; beyond the frame its border is repeated.
+/// Gray values of a window. Beyond the frame its border is repeated.
 fn gray(frame: &Frame, w: &Window) -> Vec<u8> {
     let columns: Vec<usize> =
         (0..w.w as i64).map(|i| (w.x + i).clamp(0, frame.width() as i64 - 1) as usize).collect();
@@ -178,10 +151,10 @@ fn gray(frame: &Frame, w: &Window) -> Vec<u8> {
     out
 }
 
-/// Scores of templates of one size over search areas of one size.
+/// Scores of a template over search areas of one size.
 ///
-/// Both are stored row by row with the search area's width as stride, which turns the correlation of planes
-/// into that of two lines: the template at `(dx, dy)` is the template at lag `dy * width + dx`.
+/// Both are stored by row with the width of the search area as stride. The correlation of planes then becomes
+/// that of two lines: the template at `(dx, dy)` is the template at lag `dy * width + dx`.
 struct Correlator {
     w: usize,
     h: usize,
@@ -209,14 +182,14 @@ impl Correlator {
         self.w + 2 * self.radius
     }
 
-    fn set_template(&mut self, template: &[f64]) {
+    fn set_template(&mut self, template: &[u8]) {
         let width = self.width();
         let n = self.line.len() as f64;
         self.line.fill(0.0);
         (self.sum, self.energy) = (0, 0);
         for (row, line) in template.chunks_exact(self.w).zip(self.line.chunks_mut(width)) {
             for (&t, o) in row.iter().zip(line) {
-                *o = centered(t.round() as u8);
+                *o = centered(t);
                 let t = *o as i64;
                 self.sum += t;
                 self.energy += t * t;
@@ -228,8 +201,8 @@ impl Correlator {
         }
     }
 
-    /// NCC at every place, rows from the top, `2 radius + 1` each way. `area` is the search area's
-    /// gray values, row by row.
+    /// NCC at each place, rows from the top, `2 radius + 1` in each direction. `area` has the gray values of
+    /// the search area, by row.
     fn scores(&mut self, area: &[u8]) -> Vec<f64> {
         let width = self.width();
         self.line.fill(0.0);
@@ -268,13 +241,12 @@ impl Correlator {
     }
 }
 
-/// Gray levels around 0, which keeps the sums small; the score does not change.
+/// Gray value centered around 0, which keeps sums small without changing the score.
 fn centered(v: u8) -> f64 {
     f64::from(v) - 128.0
 }
 
-/// Integral images of the centered gray values and of their squares, with a row and a column of zeros
-/// before the first.
+/// Integral images of the centered gray values and of their squares, with a leading row and column of zeros.
 fn integrals(area: &[u8], width: usize) -> (Vec<i64>, Vec<i64>) {
     let height = area.len() / width;
     let mut sums = vec![0; (width + 1) * (height + 1)];
@@ -293,7 +265,7 @@ fn integrals(area: &[u8], width: usize) -> (Vec<i64>, Vec<i64>) {
     (sums, squares)
 }
 
-/// The smallest even number from `n` on without prime factors above 5, on which transforms are fast.
+/// Least even number from `n` on without prime factors above 5, for which transforms are fast.
 fn smooth(n: usize) -> usize {
     let is_smooth = |mut m: usize| {
         for p in [2, 3, 5] {

@@ -1,20 +1,21 @@
-//! Protocols under which a tracker is run: in which frames it starts, and whether it is started again after it has
-//! lost its target. Any tracker can be run under any of them; `protocol` of a `[[tracker]]` chooses one.
+//! Protocols under which a tracker is run: the frames in which it starts, and restarts after it has lost its
+//! target. Any tracker can be run under any protocol; `protocol` of a `[[tracker]]` chooses one.
 //!
 //! | protocol | runs | description |
 //! |---|---|---|
 //! | `one-pass` | any | started on the truth of the first frame, never again (OTB: OPE) |
-//! | `vot-reset` | any (15) | when the overlap with the truth is 0 the frame is a failure; 5 frames later it starts anew on the truth (VOT2013 to 2019, baseline) |
+//! | `vot-reset` | any (15) | if the overlap with the truth is 0, the frame is a failure; 5 frames later the tracker restarts on the truth (VOT2013 to 2019, baseline) |
 //! | `vot-reset-2014` | any (15) | the same, overlaps counted in pixels as the toolkit of 2014 did |
 //! | `vot-region-noise` | any (15) | as `vot-reset`, each start on a box that is moved, scaled and turned at random |
 //! | `otb-temporal` | 20 | run r starts at the r-th of 20 frames (OTB: TRE) |
 //! | `otb-spatial` | 12 | run r starts in the first frame on a shifted or scaled box (OTB: SRE) |
 //!
-//! **Resets.** After each frame but a start's, the overlap of answer and truth is computed, by exact areas on
-//! the frame or, for `vot-reset-2014`, by [`Areas::Raster2014`] also beyond it; 0 is a failure. The failing region
-//! is kept with [`Status::Failed`], the frames f + 1 ... f + 4 repeat it as [`Status::Skipped`], and in f + 5 the
-//! tracker is started again, with the same seed; it does not see the frames between. A start needs a truth: frames
-//! without one are skipped as well, and no failure is found in them. (Kristan et al., VOT2014.)
+//! **Resets.** After each frame except those of starts, the overlap of answer and truth is computed, by exact
+//! areas on the frame or, for `vot-reset-2014`, by [`Areas::Raster2014`] also beyond it; 0 is a failure. The
+//! failing region is kept with [`Status::Failed`], the frames f + 1 ... f + 4 repeat it as
+//! [`Status::Skipped`], and in f + 5 the tracker is started again, with the same seed; it does not see the
+//! frames between. A start needs a truth: frames without one are skipped as well, and no failure is found in
+//! them. (Kristan et al., VOT2014.)
 //!
 //! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its center moved by
 //! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
@@ -42,11 +43,11 @@ use std::sync::Arc;
 pub enum RunProtocol {
     /// Started once, in the first frame.
     OnePass,
-    /// Started again five frames after each failure.
+    /// Restarted five frames after each failure.
     VotReset,
-    /// [`Self::VotReset`] with overlaps by the raster rule of 2014.
+    /// Like [`Self::VotReset`], with overlaps by the raster rule of 2014.
     VotReset2014,
-    /// [`Self::VotReset`] on disturbed boxes.
+    /// Like [`Self::VotReset`], with disturbed start boxes.
     VotRegionNoise,
     /// Started in a different frame in each run.
     OtbTemporal,
@@ -66,7 +67,7 @@ pub const TEMPORAL_RUNS: u32 = 20;
 pub const SPATIAL_RUNS: u32 = 12;
 
 impl RunProtocol {
-    /// Every protocol.
+    /// All protocols.
     pub const ALL: [Self; 6] = [
         Self::OnePass,
         Self::VotReset,
@@ -76,7 +77,7 @@ impl RunProtocol {
         Self::OtbSpatial,
     ];
 
-    /// Its word in experiment files.
+    /// Name of the protocol in experiment files.
     pub fn name(self) -> &'static str {
         match self {
             Self::OnePass => "one-pass",
@@ -88,7 +89,7 @@ impl RunProtocol {
         }
     }
 
-    /// One line for `trackfail list`.
+    /// Summary in one line, for `trackfail list`.
     pub fn summary(self) -> &'static str {
         match self {
             Self::OnePass => "started on the truth of the first frame, never again (OTB: OPE)",
@@ -100,12 +101,12 @@ impl RunProtocol {
         }
     }
 
-    /// The protocol of this name.
+    /// Protocol of this name; `None` if it is unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name() == name)
     }
 
-    /// Number of runs, if the protocol fixes it.
+    /// Number of runs; `None` if the protocol does not fix it.
     pub fn runs(self) -> Option<u32> {
         match self {
             Self::OtbTemporal => Some(TEMPORAL_RUNS),
@@ -114,7 +115,7 @@ impl RunProtocol {
         }
     }
 
-    /// The tracker under this protocol.
+    /// Wraps the tracker so that it runs under this protocol.
     pub fn over(self, setup: Configured<dyn TrackerConfig>) -> Configured<dyn TrackerConfig> {
         if self == Self::OnePass {
             return setup;
@@ -179,13 +180,13 @@ impl TrackerConfig for Under {
     }
 }
 
-/// The frame in which a run of the temporal protocol starts.
+/// Index of the frame in which a run of the temporal protocol starts.
 fn start_frame(truth: &[Option<Region>], run: u32) -> usize {
     let at = run as usize * truth.len().saturating_sub(1) / TEMPORAL_RUNS as usize;
     (at..truth.len()).find(|t| truth[*t].is_some()).unwrap_or(0)
 }
 
-/// The box of a run of the spatial protocol.
+/// Start box of a run of the spatial protocol.
 fn spatial(rect: Rect, run: u32) -> Rect {
     let (dx, dy) = (0.1 * rect.w, 0.1 * rect.h);
     let scaled = |k: f64| {
@@ -208,7 +209,7 @@ fn spatial(rect: Rect, run: u32) -> Rect {
     }
 }
 
-/// A box moved, scaled and turned at random, see the module's documentation.
+/// A box moved, scaled and turned at random, as described at the head of this file.
 fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     let mut draw = |low: f64, high: f64| rng.random_range(low..high);
     let (w, h) = (rect.w * draw(0.9, 1.1), rect.h * draw(0.9, 1.1));
@@ -220,7 +221,7 @@ fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
 }
 
-/// A tracker that is started, and after failures started again.
+/// A tracker that is started, and restarted after failures.
 struct Supervised {
     protocol: RunProtocol,
     config: Arc<dyn TrackerConfig>,
@@ -228,34 +229,34 @@ struct Supervised {
     run: u32,
     seed: u64,
     data_roots: Vec<PathBuf>,
-    /// Index of the frame of the first start.
+    /// Index of the first start frame.
     first: usize,
-    /// Noise of the start boxes; it goes on over the starts.
+    /// Random stream for the noise of start boxes, which continues over all starts.
     rng: ChaCha8Rng,
-    /// Index of the frame that comes next.
+    /// Index of the next frame.
     frame: usize,
     phase: Phase,
-    /// The last answer.
+    /// Last answer of the tracker.
     last: Option<Region>,
 }
 
-/// Whether the tracker is running.
+/// Phase of the run: the tracker is running or stopped.
 enum Phase {
     Running(Box<dyn Tracker>),
-    /// It starts in frame `until`, or the next one with a truth.
+    /// The tracker starts in frame `until`, or the next one with a truth.
     Stopped {
         until: usize,
     },
 }
 
 impl Supervised {
-    /// Whether the protocol starts a tracker again after a failure.
+    /// True if the protocol restarts a tracker after a failure.
     fn restarts(&self) -> bool {
         use RunProtocol::{VotRegionNoise, VotReset, VotReset2014};
         matches!(self.protocol, VotReset | VotRegionNoise | VotReset2014)
     }
 
-    /// Whether an answer is a failure, under protocols with restarts.
+    /// True if an answer is a failure; only under protocols with restarts.
     fn is_failure(&self, region: &Region, frame: &Frame) -> bool {
         let (areas, frame) = match self.protocol {
             RunProtocol::VotReset | RunProtocol::VotRegionNoise => {
@@ -271,7 +272,7 @@ impl Supervised {
         self.sequence.truth().get(t).and_then(Option::as_ref)
     }
 
-    /// The region to start with in this frame: `given`, or else the ground truth if there is one.
+    /// Region to start with in this frame: `given`, or else the ground truth if there is one.
     fn start_region(&mut self, given: Option<&Region>) -> Option<Region> {
         let region = given.or(self.truth(self.frame)).cloned()?;
         Some(match self.protocol {
@@ -281,7 +282,7 @@ impl Supervised {
         })
     }
 
-    /// Processes one frame; `given` is the caller's region of the target in it.
+    /// Processes one frame. `given` is the caller's region of the target in it.
     fn step(&mut self, frame: &Frame, given: Option<&Region>) -> Result<TrackerState, TrackerError> {
         let t = self.frame;
         let start = match self.phase {

@@ -24,9 +24,9 @@
 //! in [`super::kcf`], with its other safety rules: at least 3 cells each way, targets not larger than the frame and in
 //! touch with it, no move without contrast. The region keeps its offset from the tracked pixel.
 //!
-//! The response map of the scale that won is answered in numbers and, as a density, as the posterior of the center
-//! `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is the response to the window
-//! that the filter has just learned; that of a window without contrast is 0.
+//! The response map of the best scale is reported in numbers and, as a density, as the posterior of the
+//! center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is the response
+//! to the window that the filter has just learned; that of a window without contrast is 0.
 //!
 //! Checked against a separate NumPy version of this description: on diving of VOT2014 both fail in frames 58, 98, 175 and
 //! 194, that one also with the learned table and bicubic cells and without color names; on Couple of OTB responses are so
@@ -49,24 +49,22 @@ const CELL: usize = 4;
 /// Maximum number of scales.
 const MAX_SCALES: usize = 99;
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Side of the window in multiples of the target's, from 1 to 6.
+    /// Side of the window in multiples of the target's side, from 1 to 6.
     pub window: f64,
     /// Regularization, from 1e-6 to 1.
     pub lambda: f64,
     /// Share of the newest look, 0 to 1.
     pub rate: f64,
-    /// Deviation of the label in multiples of the target's mean side, from 0.01 to 1.
+    /// Standard deviation of the label in multiples of the target's mean side, from 0.01 to 1.
     pub label_width: f64,
-    /// Deviation `sigma` of the kernel, from 0.01 to 10.
+    /// Standard deviation `sigma` of the kernel, from 0.01 to 10.
     pub kernel_width: f64,
     /// Scales to try, 1 to 99 numbers from 0.5 to 2; among equal responses the first one wins.
     pub scales: Vec<f64>,
-    /// Uses color names, unless the first frame is gray.
-    pub color_names: bool,
     /// How the response map is read.
     pub response: MapOptions,
 }
@@ -80,7 +78,6 @@ impl Default for Params {
             label_width: 0.1,
             kernel_width: 0.5,
             scales: vec![1.0, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015],
-            color_names: true,
             response: MapOptions::default(),
         }
     }
@@ -112,7 +109,7 @@ impl Plugin for Samf {
     }
 }
 
-/// The list's line.
+/// SAMF in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Samf>("samf", 3, "kernelized correlation filter on gradients and colors, at seven scales");
 
@@ -129,29 +126,13 @@ impl TrackerConfig for Samf {
     }
 }
 
-/// Channels of a cell besides gradients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Extra {
-    /// Gray value and color names.
-    Names,
-    /// Gray value.
-    Gray,
-    /// Gray value twice, for gray sequences.
-    GrayTwice,
-}
-
-impl Extra {
-    fn channels(self) -> usize {
-        match self {
-            Self::Names => 1 + NAMES,
-            Self::Gray => 1,
-            Self::GrayTwice => 2,
-        }
-    }
+/// Number of channels of a cell: gradients, and the gray value with color names or, of a gray sequence, twice.
+fn channels(is_gray: bool) -> usize {
+    CHANNELS + if is_gray { 2 } else { 1 + NAMES }
 }
 
 impl Samf {
-    /// A target in its first frame, and its filter, which is not trained.
+    /// Target in its first frame, with an untrained filter.
     fn follower(&self, frame: &Frame, region: &Region) -> Follower<SamfLook> {
         let p = &self.0;
         let place = Place::new(region, (frame.width(), frame.height()), true);
@@ -164,13 +145,8 @@ impl Samf {
             rate: p.rate,
             update: Update::Linear,
         };
-        let extra = match (is_gray(frame), p.color_names) {
-            (true, _) => Extra::GrayTwice,
-            (_, true) => Extra::Names,
-            _ => Extra::Gray,
-        };
-        let channels = CHANNELS + extra.channels();
-        let filter = KernelFilter::new(size.0 / CELL, size.1 / CELL, channels, settings);
+        let is_gray = is_gray(frame);
+        let filter = KernelFilter::new(size.0 / CELL, size.1 / CELL, channels(is_gray), settings);
         let search = Search {
             steps: p.scales.clone(),
             weight: 1.0,
@@ -179,19 +155,20 @@ impl Samf {
             tolerance: 0.0,
             response: p.response,
         };
-        let look = SamfLook { window: p.window, size, extra, hog: Hog::default() };
+        let look = SamfLook { window: p.window, size, is_gray, hog: Hog::default() };
         Follower::new(place, look, filter, search)
     }
 }
 
-/// The window of the tracker.
+/// Window of the tracker around the target.
 #[derive(Clone)]
 struct SamfLook {
-    /// Its side in multiples of the target's.
+    /// Side of the window in multiples of the target's side.
     window: f64,
-    /// Its columns and rows.
+    /// Number of columns and rows in cells.
     size: (usize, usize),
-    extra: Extra,
+    /// True if the first frame has no color.
+    is_gray: bool,
     hog: Hog,
 }
 
@@ -215,34 +192,26 @@ impl Look for SamfLook {
         let (cx, cy) = place.first.center();
         let across = axis(cx, place.moved.0, w, self.size.0, 1.5);
         let down = axis(cy, place.moved.1, h, self.size.1, 1.0);
-        let colors = if self.extra == Extra::GrayTwice { Colors::Gray } else { Colors::Rgb };
+        let colors = if self.is_gray { Colors::Gray } else { Colors::Rgb };
         let mut patch = Patch::sampled(frame, &across, &down, Outside::Zero, colors);
         patch.round();
         let means = cell_means(&patch);
         patch.scale(1.0 / 255.0);
         let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, features);
         let n = columns * rows;
-        features.resize((CHANNELS + self.extra.channels()) * n, 0.0);
+        features.resize(channels(self.is_gray) * n, 0.0);
         let (gray, others) = features[CHANNELS * n..].split_at_mut(n);
-        match means.len() / n {
-            1 => gray.iter_mut().zip(&means).for_each(|(o, v)| *o = v / 255.0 - 0.5),
-            _ => {
-                for (i, o) in gray.iter_mut().enumerate() {
-                    let mixed = 0.2989 * means[i] + 0.5870 * means[n + i] + 0.1140 * means[2 * n + i];
-                    *o = mixed / 255.0 - 0.5;
-                }
-            }
+        if self.is_gray {
+            gray.iter_mut().zip(&means).for_each(|(o, v)| *o = v / 255.0 - 0.5);
+            others.copy_from_slice(gray);
+            return;
         }
-        match self.extra {
-            Extra::Gray => {}
-            Extra::GrayTwice => others.copy_from_slice(gray),
-            Extra::Names => {
-                let table = ColorNames::table();
-                for i in 0..n {
-                    let names = table.of([means[i], means[n + i], means[2 * n + i]]);
-                    others[i..].iter_mut().step_by(n).zip(names).for_each(|(o, v)| *o = *v);
-                }
-            }
+        let table = ColorNames::table();
+        for (i, o) in gray.iter_mut().enumerate() {
+            let [r, g, b] = [means[i], means[n + i], means[2 * n + i]];
+            *o = (0.2989 * r + 0.5870 * g + 0.1140 * b) / 255.0 - 0.5;
+            let names = table.of([r, g, b]);
+            others[i..].iter_mut().step_by(n).zip(names).for_each(|(o, v)| *o = *v);
         }
     }
 
@@ -252,7 +221,7 @@ impl Look for SamfLook {
     }
 }
 
-/// Means of the cells, plane after plane. Values are whole numbers, so that sums are exact in any order.
+/// Means of the cells, plane by plane. Values are integers, so sums are exact in any order.
 fn cell_means(patch: &Patch) -> Vec<f32> {
     let (columns, rows) = (patch.width / CELL, patch.height / CELL);
     let mut means = Vec::with_capacity(patch.planes() * columns * rows);

@@ -1,4 +1,4 @@
-//! An oracle with faults: answers the ground truth, except where its script loses the target.
+//! An oracle with scripted faults: reports the ground truth, except where its script loses the target.
 //!
 //! The answer in frame `t` (0-based) is the ground truth of frame `t` moved to the right by `o(t) w`,
 //! where `w` is the truth's longest horizontal chord (a rectangle's width), plus jitter:
@@ -15,9 +15,9 @@
 //! quarter of the longest horizontal (vertical) chord, which leaves a rectangle an overlap of at least
 //! 9/16 of its area. The region of a start is never moved. In a frame without truth the last answer repeats.
 //!
-//! The frame of a start is the first one with exactly the given region as its truth, or else frame 0. Losses that begin after
-//! the sequence's end do nothing. This tracker is not from any paper; tests use it because its events are
-//! known beforehand.
+//! The start frame is the first one whose truth is exactly the given region, or else frame 0. Losses after
+//! the end of the sequence have no effect. This tracker is not from any paper; tests use it because its
+//! events are known.
 
 use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
@@ -27,7 +27,7 @@ use crate::region::Region;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// One time the target is lost.
+/// A scripted loss of the target.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Loss {
@@ -37,13 +37,13 @@ pub struct Loss {
     pub length: usize,
 }
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// The losses in order of time, with at least one frame between the end of one and the next.
+    /// Losses in order of time, with at least one frame between the end of one and the next.
     pub losses: Vec<Loss>,
-    /// Speed at which the box slides off before a loss, in widths a frame: above 0, at most 1.
+    /// Speed at which the box slides off before a loss, in widths per frame: above 0, at most 1.
     pub drift: f64,
     /// Largest deviation of a good answer in pixels, at least 0.
     pub jitter: f64,
@@ -82,7 +82,7 @@ impl Plugin for Scripted {
 }
 
 impl Scripted {
-    /// Offset of the box to the right of the target in frame `t`, in widths.
+    /// Offset of the box to the right of the target in frame `t`, in widths of the target.
     fn offset(&self, t: usize) -> f64 {
         let Some(loss) = self.0.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
             return 0.0;
@@ -97,7 +97,7 @@ impl Scripted {
 /// Offset of a lost box, in widths of the target.
 const AWAY: f64 = 1.25;
 
-/// The list's line.
+/// The scripted tracker in the list.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Scripted>("scripted", 1, "ground truth with losses at stated frames, for tests")
         .example("{ losses = [{ frame = 12, length = 6 }] }");
@@ -121,7 +121,7 @@ struct Tracking {
     script: Scripted,
     truth: Vec<Option<Region>>,
     seed: u64,
-    /// The frame that comes next.
+    /// Index of the next frame.
     next: usize,
     last: Region,
 }
@@ -154,8 +154,8 @@ impl Tracking {
     }
 }
 
-/// Length of a convex polygon's longest horizontal chord, which ends in a corner. A polygon that is moved sideways
-/// by more than this no longer meets itself.
+/// Length of the longest horizontal chord of a convex polygon, which ends in a corner. A polygon moved
+/// sideways by more than this does not overlap itself.
 fn longest_chord(corners: &[(f64, f64)]) -> f64 {
     let chord = |y: f64| {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

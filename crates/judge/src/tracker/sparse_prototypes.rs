@@ -26,7 +26,8 @@
 //! *before* that last iteration. The objective of the first iteration is not computed and counts as 0, so that the
 //! third iteration is the first to stop, but for a nearly perfect window. A state's six noise deviations are
 //! taken in the order above, as the program does; its comments say another one. Its default of `c` is 0.01, but
-//! nearly all of its settings for sequences are 0.25, which is the default here.
+//! nearly all of its settings for sequences are 0.25, which is the default here. With 0.01 the likelihoods of all candidates
+//! are 0 in double precision where the best E is above 7.45; the program then takes the first candidate (`underflow`).
 //!
 //! On MountainBike (OTB) about a third of the window counts as occluded once the basis is full, and the target is
 //! lost, where IVT is not. An independent NumPy version of this description, with the program's own first frame,
@@ -61,16 +62,18 @@ use likelihood::{Alternation, Comparisons, Subspace, error};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// A gray level.
+/// One gray level.
 const LEVEL: f32 = 1.0 / 256.0;
+/// Numbers below have an exponential that is 0 in double precision: half of the smallest number above 0 rounds to 0.
+const VANISHING: f64 = -1075.0 * std::f64::consts::LN_2;
 
-/// Noise of the candidates.
+/// Preset of the candidates' noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// 4, 4, .02, .02, .005, .001: the defaults of the authors' program, all six components move.
+    /// 4, 4, .02, .02, .005, .001: the defaults of the authors' program; all six components vary.
     Program,
-    /// 4, 4, .01, 0, .005, 0: neither rotation nor skew, and half of the change of size.
+    /// 4, 4, .01, 0, .005, 0: no rotation, no skew, and half of the change in size.
     Upright,
 }
 
@@ -83,48 +86,68 @@ impl Preset {
     }
 }
 
+/// The estimate where `exp(-E / c)` is 0 in double precision for all candidates.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Underflow {
+    /// The candidate of the smallest E as ever: likelihoods are compared by their logarithms.
+    #[default]
+    Best,
+    /// The first candidate, with equal weights: the authors' program divides 0 by 0, and the largest of its quotients is the
+    /// first.
+    First,
+}
+
 /// Form of the reported region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// The turned and skewed window, four corners.
+    /// The rotated and skewed window, as four corners.
     Turned,
-    /// The upright rectangle of the same center, width and height, as result files of the program hold it.
+    /// The upright rectangle with the same center, width and height, as in result files of the program.
     Upright,
 }
 
-/// Parameters.
+/// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// Source of the noise that is left out.
+    /// Preset for the noise, used if `noise` is left out.
     pub preset: Preset,
-    /// Candidates a frame, from 2 to 10000.
+    /// Number of candidates per frame, from 2 to 10000.
     pub samples: usize,
-    /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000; those of the preset if left out.
+    /// Standard deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000; by
+    /// default those of the preset.
     pub noise: Option<[f64; 6]>,
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
     pub likelihood_scale: f64,
     /// Maximum number K of basis vectors, from 1 to 256.
     pub max_basis: usize,
-    /// Windows that are taken in together, from 1 to 1000.
+    /// Number of windows that are learned together, from 1 to 1000.
     pub batch: usize,
-    /// Weight of old windows when new ones come, above 0 and at most 1.
+    /// Weight of old windows when new ones are learned, above 0 and at most 1.
     pub forgetting: f64,
-    /// Threshold and price `lambda` of an occluded pixel, in gray levels of 1, above 0 and at most 1.
+    /// Threshold and cost `lambda` of an occluded pixel, in gray levels scaled to 1, above 0 and at most 1.
     pub lambda: f64,
     /// Maximum number of iterations of the alternation, from 1 to 1000.
     pub iterations: usize,
     /// Change of the objective at which the alternation stops, from 0 to 1.
     pub tolerance: f64,
-    /// Occluded share below which a window is learned as it is, from 0 to 1.
+    /// Occluded share below which a window is learned unchanged, from 0 to 1.
     pub low: f64,
     /// Occluded share above which a window is not learned, from `low` to 1.
     pub high: f64,
-    /// Shortest side of the target, in pixels, from 1 to 1000.
+    /// Least side of the target, in pixels, from 1 to 1000.
     pub smallest_side: f64,
-    /// Form of the region.
+    /// Form of the reported region.
     pub region: Form,
+    /// The estimate where the likelihoods of all candidates are too small for a number.
+    #[serde(skip_serializing_if = "is_default")]
+    pub underflow: Underflow,
+}
+
+fn is_default(underflow: &Underflow) -> bool {
+    *underflow == Underflow::default()
 }
 
 impl Default for Params {
@@ -144,6 +167,7 @@ impl Default for Params {
             high: 0.6,
             smallest_side: 1.0,
             region: Form::Turned,
+            underflow: Underflow::Best,
         }
     }
 }
@@ -204,11 +228,12 @@ impl Params {
             }),
             smallest_side: self.smallest_side,
             upright: self.region == Form::Upright,
+            underflow: self.underflow,
         }
     }
 }
 
-/// The list's line.
+/// SP in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<SparsePrototypes>(
     "sparse-prototypes",
     2,
@@ -225,13 +250,13 @@ impl TrackerConfig for SparsePrototypes {
     }
 }
 
-/// Ranges of the parameters that both trackers share.
+/// Range of `likelihood_scale`; the ranges of other parameters of both trackers follow.
 pub(super) const LIKELIHOOD_SCALE: Range = Range::within("likelihood_scale", 1e-4, 1000.0);
 pub(super) const MAX_BASIS: Range = Range::within("max_basis", 1.0, 256.0);
 pub(super) const BATCH: Range = Range::within("batch", 1.0, 1000.0);
 pub(super) const FORGETTING: Range = Range::of("forgetting").above(0.0).at_most(1.0);
 
-/// Parameters of a subspace tracker; without `occlusion` it is the IVT tracker.
+/// Parameters of a subspace tracker. Without `occlusion` it is the IVT tracker.
 #[derive(Debug, Clone)]
 pub(super) struct Model {
     pub(super) name: &'static str,
@@ -242,13 +267,14 @@ pub(super) struct Model {
     pub(super) batch: usize,
     pub(super) forgetting: f64,
     pub(super) occlusion: Option<Occlusion>,
-    /// Shortest side of the target, in pixels.
+    /// Least side of the target, in pixels.
     pub(super) smallest_side: f64,
-    /// Whether the region is the upright rectangle of the estimate's width and height.
+    /// True if the region is the upright rectangle of the estimate's width and height.
     pub(super) upright: bool,
+    pub(super) underflow: Underflow,
 }
 
-/// The occlusion model, for a full basis.
+/// Parameters of the occlusion model, used once the basis is full.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Occlusion {
     alternation: Alternation,
@@ -256,7 +282,7 @@ pub(super) struct Occlusion {
     high: f64,
 }
 
-/// A subspace tracker at work.
+/// A running subspace tracker.
 #[derive(Clone)]
 pub(super) struct Tracking {
     model: Model,
@@ -266,7 +292,7 @@ pub(super) struct Tracking {
     estimate: Geometry,
     pca: IncrementalPca,
     subspace: Subspace,
-    /// Windows that the principal components have not taken in yet.
+    /// Windows that are not yet in the principal components.
     kept: Vec<Vec<f64>>,
 }
 
@@ -279,7 +305,7 @@ impl Tracking {
         Ok((Box::new(tracker), state))
     }
 
-    /// The window of the first region is the first one that is learned.
+    /// Creates the tracker. The window of the first region is learned first.
     fn new(model: Model, seed: u64, frame: &Frame, region: &Region) -> Result<Self, TrackerError> {
         let Some(geometry) = TEMPLATE.geometry(region) else {
             return Err(TrackerError::no_region(model.name));
@@ -302,12 +328,12 @@ impl Tracking {
         Ok(tracker)
     }
 
-    /// The occlusion model, once the basis is full.
+    /// Occlusion model; `None` until the basis is full.
     fn occlusion(&self) -> Option<Occlusion> {
         self.model.occlusion.filter(|_| self.subspace.dimension() == self.model.most)
     }
 
-    /// Replaces the occluded pixels by those of the mean; returns whether the rest is worth learning.
+    /// Replaces occluded pixels by those of the mean. Returns true if the window should be learned.
     fn clean(&mut self, window: &mut [f32]) -> bool {
         let Some(Occlusion { alternation, low, high }) = self.occlusion() else { return true };
         self.subspace.costs(1, Some(&alternation), |_, out| out.copy_from_slice(window), &mut self.work);
@@ -325,7 +351,7 @@ impl Tracking {
         share <= high
     }
 
-    /// Keeps a window; when the kept ones make a batch, the principal components take them in.
+    /// Keeps a window. When a batch is complete, the principal components are updated.
     fn learn(&mut self, window: &[f32]) {
         self.kept.push(window.iter().map(|v| f64::from(*v)).collect());
         if self.kept.len() >= self.model.batch {
@@ -346,7 +372,12 @@ impl Tracker for Tracking {
         let sample = |k: usize, window: &mut [f32]| TEMPLATE.sample(&gray, &states[k], LEVEL, window);
         let costs = self.subspace.costs(states.len(), occlusion.as_ref(), sample, &mut self.work);
         let logarithms: Vec<f64> = costs.iter().map(|cost| -f64::from(*cost) / self.model.scale).collect();
-        let (weights, best) = weigh(&logarithms);
+        let (mut weights, mut best) = weigh(&logarithms);
+        if self.model.underflow == Underflow::First && logarithms[best] < VANISHING {
+            best = 0;
+            let equal = 1.0 / weights.len() as f64;
+            weights.fill(equal);
+        }
         let posterior = self.candidates.moments(&weights, logarithms[best].exp());
         self.estimate = self.candidates.states[best];
         let mut window = vec![0.0; PIXELS];

@@ -1,4 +1,4 @@
-//! The null tracker: answers the first region in every frame.
+//! The null tracker: reports the first region in all frames.
 //!
 //! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
 //! own first place. It has no parameters and no randomness.
@@ -8,7 +8,7 @@ use crate::image::Frame;
 use crate::plugin::{Entry, NoParams, ParamError, Plugin};
 use crate::region::Region;
 
-/// The list's line.
+/// The still tracker in the list.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Still>("still", 1, "never moves: the first region in every frame");
 

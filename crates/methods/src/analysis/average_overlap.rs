@@ -1,6 +1,7 @@
 //! `average-overlap`: the average overlap of trackers and their success rates at 0.5 and 0.75, as GOT-10k's toolkit has them.
 //!
-//! The measures, and which frames count, are in [`crate::score::average_overlap`]. Those of all runs and sequences count alike.
+//! The measures, and which frames count, are in [`crate::score::average_overlap`]. The frames of all runs and
+//! sequences have equal weights.
 //!
 //! Numbers: `ao`, `sr_50`, `sr_75`. Tables: `overall`, `sequences`.
 

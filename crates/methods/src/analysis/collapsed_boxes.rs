@@ -1,13 +1,16 @@
-//! `collapsed-boxes`: frames in which a tracker's box has shrunk to a few pixels while the target has not. Signals that read
-//! the pixels of such a box read next to nothing, and their alarms there are alarms about the box.
+//! `collapsed-boxes`: frames in which a tracker's box has shrunk to a few pixels while the target has not.
+//! Signals that read the pixels of such a box see almost nothing of the target, so an alarm there is about
+//! the box and not about the target.
 //!
 //! ```text
 //! collapsed in t:  min(w_t, h_t) < side  and  min(w*_t, h*_t) >= 2 side
 //! ```
 //!
-//! `w`, `h` are the sides of the upright rectangle around the tracker's region in pixels, `w*`, `h*` those around the ground
-//! truth; frames without ground truth do not count. Few is good. The table `sequences` has a row for each sequence with
-//! such a frame, all of its runs together. Choices: twice the side, so that small targets are not called collapsed.
+//! `w`, `h` are the sides of the upright rectangle around the tracker's region in pixels, `w*`, `h*` those
+//! around the ground truth; frames without ground truth do not count. Few such frames are good. The table
+//! `sequences` has a row for each sequence with such a frame; the runs of a sequence are counted together.
+//! Our choice: the target must have at least twice the side, so that the box of a small target is not called
+//! collapsed.
 
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values};
 use crate::score::trajectory::Trajectory;
@@ -41,7 +44,7 @@ impl PlainParams for Params {
 }
 
 impl Params {
-    /// Number of collapsed frames, and of those with ground truth.
+    /// Number of collapsed frames, and number of frames with ground truth.
     fn count(&self, track: &Trajectory<'_>) -> [usize; 2] {
         let shorter = |region: &Region| {
             let rect = region.rect();

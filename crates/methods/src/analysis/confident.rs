@@ -1,22 +1,22 @@
-//! Shared by the analyses that read a tracker's confidence beside its regions.
+//! Helpers of the analyses that read a tracker's confidence and its regions.
 
 use super::{AnalysisError, Population};
 use crate::score::trajectory::{Missing, Trajectory};
 use crate::tracker::Status;
 use trackfail_core::region::Areas;
 
-/// A frame of a track.
+/// A frame of a track with the overlap and the confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConfidentFrame {
-    /// The event of the frame.
+    /// What happened in the frame.
     pub status: Status,
     /// Overlap with the target: 0 where the tracker has no box, `None` where the target is not annotated.
     pub overlap: Option<f64>,
-    /// The signal; 0 where it is the tracker's own confidence and the tracker gives none.
+    /// Value of the signal; 0 if the signal is the tracker's own confidence and the tracker gives none.
     pub confidence: f64,
 }
 
-/// The frames of a run, from its start on.
+/// The frames of a run, from the frame in which the tracker was started.
 fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bool) -> Vec<ConfidentFrame> {
     let frame = trajectory.frame.filter(|_| bounded);
     let regions = trajectory.counted(Missing::Miss);

@@ -9,7 +9,7 @@ use trackfail_core::num::hexadecimal;
 use trackfail_core::num::seed;
 use trackfail_core::region::{Rect, Region};
 
-/// c_t and errors of a few tracks: mostly small values, larger ones where the track is lost.
+/// c_t and tracking errors of a few tracks: c_t is mostly small, and larger where the track is lost.
 fn tracks(name: &str, scale: f64) -> Vec<(Vec<f64>, Vec<f64>)> {
     let mut rng = seed::rng(seed::seed(1, &[name]));
     let mut track = |_| {
@@ -33,7 +33,7 @@ fn tracks(name: &str, scale: f64) -> Vec<(Vec<f64>, Vec<f64>)> {
     (0..6).map(&mut track).collect()
 }
 
-/// Regions and ground truth of one track: it drifts off and is started again.
+/// Regions and ground truth of a track that drifts off and is started again.
 struct Drawn {
     regions: Vec<Region>,
     status: Vec<Status>,
@@ -179,7 +179,7 @@ fn suites_without_consistent_frames_are_an_error() {
     }
 }
 
-/// Two suites that are one: no distance, no difference.
+/// The same suite twice: the distance and the differences are 0.
 #[test]
 fn a_suite_has_no_distance_from_itself() {
     let one = tracks("one", 0.05);

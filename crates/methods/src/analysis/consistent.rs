@@ -1,4 +1,4 @@
-//! Shared by the analyses of c_t in consistent frames.
+//! Helpers of the analyses of c_t in consistent frames.
 
 use super::Population;
 use crate::detector::consistency::consistent_changes;
@@ -11,13 +11,13 @@ pub const TAU: Range = Range::of("tau").above(0.0).at_most(1.0);
 pub const LENGTHS: Range = Range::within("lengths", 1.0, 10_000.0);
 /// Range of `alpha`, the rate of false alarms of a cut value.
 pub const ALPHA: Range = Range::of("alpha").above(0.0).below(0.5);
-/// Range of `max_components`, the largest order of the mixture that is tried.
+/// Range of `max_components`, the largest number of components of the mixture that is tried.
 pub const MAX_COMPONENTS: Range = Range::within("max_components", 2.0, 20.0);
 
-/// Level of the two-sample test.
+/// Significance level of the two-sample test.
 const LEVEL: f64 = 0.05;
 
-/// Refuses lists that are empty, do not ascend or have more than 64 numbers.
+/// Refuses lists that are empty, not ascending, or longer than 64.
 pub fn check_ascending<T: PartialOrd + std::fmt::Debug>(
     key: &'static str,
     list: &[T],
@@ -40,10 +40,11 @@ pub fn changes(population: &Population<'_>, tau: f64) -> Vec<f64> {
     ascending(population.tracks.iter().flat_map(|t| consistent_changes(t, tau)))
 }
 
-/// Columns of the [`two_sample_test`], before those of the numbers of values.
+/// Names of the first columns of [`two_sample_test`]. The columns of the two sample sizes follow.
 pub const TEST: [&str; 3] = ["distance", "critical at 5 %", "p"];
 
-/// The two-sample test of ascending samples: distance, critical value, p, and their numbers.
+/// Two-sample Kolmogorov-Smirnov test of ascending samples: distance, critical value, p, and the sizes of
+/// both samples.
 pub fn two_sample_test(a: &[f64], b: &[f64]) -> [Option<f64>; 5] {
     if a.is_empty() || b.is_empty() {
         return [None; 5];

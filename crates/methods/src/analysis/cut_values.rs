@@ -1,5 +1,5 @@
-//! How well approximations give the cut value of the sum of L values of c_t (SanMiguel and Cavallaro, CVIU
-//! 131, 2015, section 5.2, Fig. 6 and 12).
+//! How well two approximations give the cut value of the sum of L values of c_t (SanMiguel and Cavallaro,
+//! CVIU 131, 2015, section 5.2, Fig. 6 and 12).
 //!
 //! The cut value beta(alpha, L) is where the distribution of s_t of a consistent filter reaches 1 - alpha.
 //! Empirically it is the quantile of s_t over all windows of consistent frames; it is approximated by the
@@ -35,11 +35,11 @@ pub struct Params {
     pub tau: f64,
     /// Lengths of the sums.
     pub lengths: Vec<usize>,
-    /// Lengths that charts show.
+    /// Lengths of the sums that the charts show.
     pub shown_lengths: [usize; 3],
     /// Rates of false alarms.
     pub alphas: Vec<f64>,
-    /// Largest order of the mixture that is tried, 2 to 20.
+    /// Largest number of components of the mixture that is tried, 2 to 20.
     pub max_components: usize,
 }
 
@@ -76,15 +76,15 @@ impl Plugin for CutValues {
     }
 }
 
-/// The three ways to compute a cut value, the empirical one first.
+/// The three ways to compute a cut value; `empirical` is the reference.
 const WAYS: [&str; 3] = ["empirical", "convolution", "CLT"];
-/// Points of a drawn distribution.
+/// Number of points of a distribution in a chart.
 const POINTS: usize = 200;
 
-/// The distribution of the sum of one length, in three ways.
+/// The distribution of the sum of c_t over windows of one length, in three ways.
 struct Sum {
     length: usize,
-    /// Ascending; empty where no track has so many consistent frames in a row.
+    /// Sums of all windows, ascending; empty if no track has so many consistent frames in a row.
     empirical: Vec<f64>,
     convolved: Accumulated,
     mean: f64,
@@ -148,7 +148,7 @@ impl Analysis for CutValues {
 }
 
 impl CutValues {
-    /// The cut values, and their deviations from the empirical ones.
+    /// Cut values, and sums of the absolute differences from the empirical cut values.
     fn deviations<'s>(&self, sums: impl Iterator<Item = &'s Sum>) -> Values {
         let alphas = &self.0.alphas;
         let mut rows = Vec::new();
@@ -175,7 +175,7 @@ impl CutValues {
         Values { numbers, tables: vec![rows, total], ..Values::default() }
     }
 
-    /// The curves of the two charts of a length.
+    /// Curves of the two charts of a length: the distributions and the cut values.
     fn curves(&self, sum: &Sum) -> [Vec<Curve>; 2] {
         let least = self.0.alphas.first().copied().unwrap_or(0.001);
         let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);

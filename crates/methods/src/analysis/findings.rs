@@ -1,5 +1,5 @@
-//! The findings of an analysis: numbers, tables and charts. A [`Layout`] names all of them once; [`Values`] fill it in
-//! the same order.
+//! Findings of an analysis: numbers, tables and charts. A [`Layout`] names all of them; [`Values`] has the
+//! values in the same order.
 
 use crate::score::TrackerMetric;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Result of an analysis.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Findings {
-    /// Numbers by name, finite.
+    /// Numbers by name; all are finite.
     pub numbers: Vec<(String, f64)>,
     /// Tables by name.
     pub tables: Vec<Grid>,
@@ -18,44 +18,45 @@ pub struct Findings {
 /// A table of numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// Name in the analysis.
+    /// Name of the table, unique in the analysis.
     pub name: String,
-    /// Heading of the first column, which holds the headings of the rows.
+    /// Heading of the first column, in which the headings of the rows stand.
     pub corner: String,
     /// Column headings.
     pub columns: Vec<String>,
-    /// Rows. The only row of a table may have no heading: such rows of several trackers are shown as the rows of one
-    /// table.
+    /// Rows. The only row of a table may have an empty heading: such rows of several trackers are shown as
+    /// one table.
     pub rows: Vec<Row>,
 }
 
-/// A row of a table: its heading, and one value for each column, empty where there is none.
+/// A row of a table: the heading, and one value per column (`None`: an empty cell).
 pub type Row = (String, Vec<Option<f64>>);
 
-/// Curves on common axes.
+/// A chart: curves on common axes.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Chart {
-    /// Name in the analysis.
+    /// Name of the chart, unique in the analysis.
     pub name: String,
-    /// Name of the horizontal axis.
+    /// Label of the horizontal axis.
     pub x: String,
-    /// Name of the vertical axis.
+    /// Label of the vertical axis.
     pub y: String,
-    /// Whether the vertical axis is logarithmic.
+    /// True if the vertical axis is logarithmic.
     pub y_log: bool,
-    /// Curves. A curve without a name gets its tracker's. One named [`INTERVAL`] has the corners of the interval of the
-    /// only point of the curve before it: left and lower, right and upper end.
+    /// Curves. A curve with an empty name is shown under the name of its tracker. A curve named [`INTERVAL`]
+    /// belongs to the curve before it, which is a single point: its two points are the lower left and the
+    /// upper right corner of the point's interval.
     pub curves: Vec<Curve>,
 }
 
-/// A curve: its name, and finite points from left to right.
+/// A curve: its name, and finite points in order of x.
 pub type Curve = (String, Vec<(f64, f64)>);
 
-/// Name of a curve that has the corners of an interval.
+/// Name of a curve that holds the corners of an interval; see [`Chart::curves`].
 pub const INTERVAL: &str = "95 % interval";
 
 impl Findings {
-    /// A number by name.
+    /// The number of this name.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.numbers.iter().find(|(known, _)| known == name).map(|(_, value)| *value)
     }
@@ -64,15 +65,15 @@ impl Findings {
 /// Names of the findings of an analysis.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Names {
-    /// Numbers.
+    /// Names of the numbers.
     pub numbers: Vec<String>,
-    /// Tables.
+    /// Names of the tables.
     pub tables: Vec<String>,
-    /// Charts.
+    /// Names of the charts.
     pub charts: Vec<String>,
 }
 
-/// Numbers, tables and charts without values: no table has a row, no chart a curve.
+/// Names, headings and axes of all findings of an analysis, without values.
 #[derive(Debug, Clone, Default)]
 pub struct Layout {
     /// Names of the numbers.
@@ -81,10 +82,10 @@ pub struct Layout {
     charts: Vec<Chart>,
 }
 
-/// Values of the findings, in the order of the [`Layout`].
+/// Values of all findings, in the order of the [`Layout`].
 #[derive(Debug, Clone, Default)]
 pub struct Values {
-    /// Numbers; those that are empty are left out.
+    /// Values of the numbers; `None` leaves a number out.
     pub numbers: Vec<Option<f64>>,
     /// Rows of each table.
     pub tables: Vec<Vec<Row>>,
@@ -93,17 +94,18 @@ pub struct Values {
 }
 
 impl Layout {
-    /// Numbers by name.
+    /// A layout with these numbers.
     pub fn of<'n>(numbers: impl IntoIterator<Item = &'n str>) -> Self {
         Self { numbers: numbers.into_iter().map(String::from).collect(), ..Self::default() }
     }
 
-    /// Numbers of trackers, and the table `overall` that holds them; [`Values::of_tracker`] fills both.
+    /// A layout with numbers of trackers and a table `overall` with the same numbers; [`Values::of_tracker`]
+    /// gives the values of both.
     pub fn of_trackers(metrics: &[TrackerMetric]) -> Self {
         Self::of(metrics.iter().map(|m| m.name)).measures("overall", "tracker", metrics)
     }
 
-    /// Adds a table.
+    /// Adds a table with these column headings.
     pub fn table(
         mut self,
         name: &str,
@@ -115,7 +117,7 @@ impl Layout {
         self
     }
 
-    /// Adds a table with a column for each metric.
+    /// Adds a table with one column per metric.
     pub fn measures(self, name: &str, corner: &str, metrics: &[TrackerMetric]) -> Self {
         self.table(name, corner, metrics.iter().map(|m| m.heading))
     }
@@ -134,7 +136,7 @@ impl Layout {
         self
     }
 
-    /// Names of all findings.
+    /// The names of all findings.
     pub fn names(self) -> Names {
         Names {
             numbers: self.numbers,
@@ -143,7 +145,7 @@ impl Layout {
         }
     }
 
-    /// The findings of these values.
+    /// The findings with these values.
     pub fn with(self, values: Values) -> Findings {
         let numbers = self.numbers.into_iter().zip(values.numbers);
         let tables = self.tables.into_iter().zip(values.tables);
@@ -157,7 +159,7 @@ impl Layout {
 }
 
 impl Values {
-    /// Numbers of a tracker, which are also the only row of the first table.
+    /// Values of a tracker: the numbers, which are also the only row of the first table.
     pub fn of_tracker(numbers: &[Option<f64>]) -> Self {
         let overall = vec![(String::new(), numbers.to_vec())];
         Self { numbers: numbers.to_vec(), tables: vec![overall], charts: Vec::new() }

@@ -1,10 +1,11 @@
 //! `longterm`: precision, recall and F of trackers over their own confidence, by the rules of an evaluation program.
 //!
-//! The measures, and what the programs differ in, are in [`crate::score::longterm`]. The signal is the confidence, high
-//! values are sure. A frame without annotation is one without target; the overlap there is 0, and so it is in frames in
-//! which the tracker has no box, such as those in which it says that the target is absent. Where the signal is the tracker's
-//! own confidence, a frame for which the tracker gives none, the first one included, has confidence 0, as in the programs.
-//! Frames before a tracker that starts later are left out.
+//! The measures, and what the programs differ in, are in [`crate::score::longterm`]. The signal is used as
+//! the confidence; a high value means that the tracker is sure. A frame without annotation counts as a frame
+//! without target. The overlap is 0 in such frames, and in frames in which the tracker has no box, for
+//! example because it says that the target is absent. Where the signal is the tracker's own confidence, a
+//! frame for which the tracker gives none, the first one included, has confidence 0, as in the programs. If a
+//! tracker starts after the first frame, the frames before its start are left out.
 //!
 //! Numbers: `lt_precision`, `lt_recall` and `lt_f` at the threshold with the largest F, and `lt_threshold`, the lowest
 //! confidence that reaches it. Tables: `overall`, and `sequences` with precision and recall of each at that threshold.
@@ -31,9 +32,9 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
 pub struct Params {
     /// `longterm/vot-toolkit/1`, `longterm/pysot/1` or `longterm/pytracking/1`.
     pub rules: String,
-    /// How areas are counted.
+    /// How areas are measured: `exact`, `raster-2014` or `vot-toolkit`.
     pub overlap: Areas,
-    /// Whether only the parts of regions that lie on the frame count, as both programs have it.
+    /// If true, only the part of a region on the frame counts, as in both programs.
     pub bounded: bool,
 }
 
@@ -124,7 +125,7 @@ mod tests {
         Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
     }
 
-    /// A track: its regions, status and truth, the signal, and the confidence that the signal is made of.
+    /// A random track: regions, status, ground truth, signal, and the confidence that the signal is made of.
     struct Drawn {
         regions: Vec<Region>,
         status: Vec<Status>,
@@ -156,8 +157,8 @@ mod tests {
         ENTRY.build_from_text(&text).unwrap().analyze(&[population]).unwrap()
     }
 
-    /// Forty frames of a tracker that is right but says absent in frames 21 to 25, with a confidence for these, and the
-    /// signal that repeats the last one where there is none.
+    /// 40 frames of a tracker that is always right, but says "absent" in frames 21 to 25 with this
+    /// confidence. The signal repeats the last confidence where there is none.
     fn said_absent(is_absent: bool, confidence: Option<f64>) -> Drawn {
         let gone = |t: &usize| (20..25).contains(t);
         let status = |t: usize| match t {

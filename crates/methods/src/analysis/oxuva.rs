@@ -1,10 +1,11 @@
 //! `oxuva`: whether a tracker finds its target, and whether it knows when there is none, by the rules of OxUvA.
 //!
-//! The measures are in [`crate::score::oxuva`]. The signal is the confidence, high values are sure. A tracker says that the
-//! target is absent by its status, or by a confidence below `threshold`, where one is given. A frame without annotation is
-//! one without target. Frames in which the tracker is told the target, which are not labeled in OxUvA, and those before
-//! its start are left out; those of all runs and sequences count alike. A frame without a box has overlap 0, and one for which
-//! the tracker gives no confidence has confidence 0, where the signal is that confidence.
+//! The measures are in [`crate::score::oxuva`]. The signal is used as the confidence; a high value means that
+//! the tracker is sure. A tracker says that the target is absent by its status, or by a confidence below
+//! `threshold`, where one is given. A frame without annotation counts as a frame without target. The frames
+//! before a start, and the frame of the start, which OxUvA does not label, are left out. The frames of all
+//! runs and sequences have equal weights. A frame without a box has overlap 0. If the signal is the tracker's
+//! confidence, a frame without a confidence has confidence 0.
 //!
 //! Numbers: `oxuva_tpr`, `oxuva_tnr`, `oxuva_gm`, `oxuva_max_gm`. Table: `overall`. Chart: `rates`, TPR over TNR for every
 //! threshold on the confidence.
@@ -26,18 +27,19 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Oxuva>(
 )
 .example("{ rules = \"oxuva/1\", threshold = 0.1 }");
 
-/// The only rules.
+/// Value of `rules`; there are no other rules.
 const RULES: &str = "oxuva/1";
 
-/// Largest number of points of the chart.
+/// Largest number of points in the chart.
 const POINTS: usize = 101;
 
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// `oxuva/1`.
+    /// Rules of the evaluation: `oxuva/1`.
     pub rules: String,
-    /// Confidence below which the target is taken as absent; without it the status alone decides.
+    /// If the confidence is below this, the target is taken as absent; without a threshold only the status
+    /// decides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
 }
@@ -71,7 +73,7 @@ const NUMBERS: [TrackerMetric; 4] = [
     TrackerMetric::OXUVA_MAX_GM,
 ];
 
-/// Counts of frames with a threshold on the confidence.
+/// Counts of frames by presence of the target and the tracker's answer, at this threshold on the confidence.
 fn count(frames: &[ConfidentFrame], threshold: f64) -> Presence {
     let mut presence = Presence::default();
     for frame in frames.iter().filter(|f| f.status != Status::Initialized) {

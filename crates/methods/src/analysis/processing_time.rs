@@ -9,10 +9,10 @@
 //! | `total` | the three together |
 //! | `tracking` | the tracker itself, the same for all methods; not in the total |
 //!
-//! Milliseconds a frame of the sequence, medians over `repeats`, each of which goes over all tracks, on one
-//! thread; frames are decoded before the clock starts. The cost of a run backwards is the cost for a program that
-//! detects while it tracks: bringing the tracker to the start of the run is not counted. `ratio` is the median over the
-//! repeats of the last method's total over the first one's.
+//! All times are milliseconds per frame of the sequence, on one thread: medians over `repeats` passes over
+//! all tracks. Frames are decoded before the clock starts. The time of a reverse run is what a program needs
+//! that detects while it tracks: the time to bring the tracker to the start of the reverse run is not
+//! counted. `ratio` is the median over the repeats of the last method's total over the first one's.
 //!
 //! These are the only results that depend on a clock: they differ from run to run and are never stored. `reverse
 //! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
@@ -23,16 +23,16 @@ use serde::{Deserialize, Serialize};
 use trackfail_core::num::summary;
 use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
-/// The list's entry.
+/// `processing-time` in the list of analyses.
 pub const ENTRY: Entry<dyn Analysis> =
     Entry::of::<ProcessingTime>("processing-time", 1, "milliseconds a frame that methods cost, by stage")
         .example("{ methods = [\"ARTE\", \"ARTE*\"] }");
 
-/// Parameters.
+/// Parameters of `processing-time`.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Methods of the experiment without a grid, each once.
+    /// Names of methods in the experiment, each at most once; methods with a grid are refused.
     pub methods: Vec<String>,
     /// Number of repeats, 1 to 1000.
     #[serde(default = "five")]
@@ -46,28 +46,28 @@ fn five() -> usize {
 /// Time of one method on one track, in seconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Spent {
-    /// Time of its signal.
+    /// Time of the signal.
     pub signal: f64,
-    /// Time of its detector, without the tracker's runs backwards.
+    /// Time of the detector without the reverse runs of the tracker.
     pub detection: f64,
-    /// Time of the runs backwards.
+    /// Time of the reverse runs.
     pub reverse: f64,
-    /// Number of runs backwards.
+    /// Number of reverse runs.
     pub runs: u64,
-    /// Frames of these runs.
+    /// Number of frames in all reverse runs.
     pub frames: u64,
 }
 
-/// One pass over one track.
+/// Times of one pass over one track.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Timing {
-    /// Which repeat it belongs to, from 0.
+    /// Index of the repeat, from 0.
     pub repeat: usize,
-    /// Frames of the track.
+    /// Number of frames of the track.
     pub frames: usize,
     /// Time of the tracker, in seconds.
     pub tracking: f64,
-    /// Times of each method, in the order of the parameters.
+    /// Times of the methods, in the order of the parameter `methods`.
     pub methods: Vec<Spent>,
 }
 
@@ -88,7 +88,7 @@ impl Plugin for ProcessingTime {
     }
 }
 
-/// Median of at least one number.
+/// Median; `values` must not be empty.
 fn median(mut values: Vec<f64>) -> f64 {
     summary::median(&mut values).unwrap_or_default()
 }

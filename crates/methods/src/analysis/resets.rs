@@ -1,14 +1,15 @@
 //! `resets`: accuracy, failures and expected average overlap of trackers that were run under the VOT reset
 //! protocol, or whose results come from it.
 //!
-//! The measures are in [`crate::score::resets`]. Tracks of another protocol have no failures, and are then
-//! scored as one long run.
+//! The measures are in [`crate::score::resets`]. A track of another protocol has no failures and is scored as
+//! one long run.
 //!
-//! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, `eao` where a run is long enough, and
-//! `accuracy_of_attributes` and `failures_of_attributes` where frames have labels. Tables: `overall`, `sequences`,
-//! `attributes` (with the attribute `empty`, and the row `overall`: the mean over the attributes). Charts:
-//! `accuracy-robustness`, a point a tracker, with `robustness = exp(-S failures / frames)`, the chance to get through S
-//! frames, and the 95 % intervals of both over sequences ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
+//! Numbers: `accuracy` (by frames), `accuracy_of_sequences`, `failures`, `eao` where a run is long enough,
+//! and `accuracy_of_attributes` and `failures_of_attributes` where frames have labels. Tables: `overall`,
+//! `sequences`, `attributes` (with the attribute `empty`, and the row `overall`: the mean over the
+//! attributes). Charts: `accuracy-robustness`, one point per tracker, with `robustness = exp(-S failures /
+//! frames)`, the chance to get through S frames, and the 95 % intervals of both over sequences
+//! ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
 
 use super::{Analysis, AnalysisError, INTERVAL, Layout, Population, Reads, Row, Values};
 use crate::score::TrackerMetric;
@@ -33,9 +34,9 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Resets>(
 pub struct Params {
     /// How areas are measured: `exact`, `raster-2014` or `vot-toolkit`.
     pub areas: Areas,
-    /// Whether only the part of a region on the frame counts.
+    /// If true, only the part of a region on the frame counts.
     pub bounded: bool,
-    /// Frames from a start on that do not count for the accuracy.
+    /// Number of frames after each start that do not count for the accuracy.
     pub burn_in: usize,
     /// Shortest run of the expected average overlap, in frames.
     pub low: usize,
@@ -43,8 +44,8 @@ pub struct Params {
     pub high: usize,
     /// Frames S of the robustness, above 0.
     pub sensitivity: f64,
-    /// Weights of the attributes in their mean: `frames`, by the numbers of frames that have them, as in published
-    /// results; or `equal`.
+    /// Weights of the attributes in the mean over attributes: `frames` (number of frames with the attribute,
+    /// as in published results) or `equal`.
     pub attribute_weights: Weights,
 }
 
@@ -98,8 +99,8 @@ struct OfSequence<'a> {
     frames: f64,
 }
 
-/// The 95 % intervals of robustness and accuracy over sequences, as [`INTERVAL`] has them. Trackers on as many sequences
-/// have the same draws.
+/// Corners of the 95 % intervals of robustness and accuracy over sequences, for a curve named [`INTERVAL`].
+/// Trackers with the same number of sequences get the same bootstrap draws.
 fn corners(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -> Option<[(f64, f64); 2]> {
     // Overlap, failures and frames, in billionths: both axes are ratios of their sums.
     let of =

@@ -1,8 +1,8 @@
 //! `success`: success and precision of trackers on a suite, by the rules of an evaluation program.
 //!
-//! The measures, and what the programs differ in, are in [`crate::score::success`]. Runs of a sequence are
-//! averaged first (over start frames and boxes for the temporal and spatial protocol of OTB), then the
-//! sequences with equal weights, all of them and those of each attribute. High is good.
+//! The measures, and the differences between the programs, are in [`crate::score::success`]. Runs of a
+//! sequence are averaged first (over start frames and boxes for the temporal and spatial protocol of OTB),
+//! then the sequences with equal weights, all of them and those of each attribute. High is good.
 //!
 //! Numbers: `success_auc`, `precision_20`. Tables: `overall`, `sequences`, `attributes`. Charts: `success`
 //! (share of frames over the overlap threshold), `precision` (over the error threshold in pixels); their legends
@@ -26,7 +26,7 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Success>(
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
-    /// `otb-matlab/1`, `pysot/1`, `got10k/1`, `pysot-toolkit/1` or `lasot/1`.
+    /// Rules of the evaluation: `otb-matlab/1`, `pysot/1`, `got10k/1`, `pysot-toolkit/1` or `lasot/1`.
     pub rules: String,
 }
 

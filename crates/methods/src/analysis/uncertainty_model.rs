@@ -1,9 +1,9 @@
-//! How c_t of a consistent filter is distributed (SanMiguel and Cavallaro, CVIU 131, 2015, sections 5.1 and
-//! 7, Fig. 4, 5 and 8 to 11).
+//! Distribution of c_t of a consistent filter (SanMiguel and Cavallaro, CVIU 131, 2015, sections 5.1 and 7,
+//! Fig. 4, 5 and 8 to 11).
 //!
-//! The first suite is the one that is modeled; with a second one the two are compared. A frame is
-//! consistent when its tracking error is below `tau` (Eq. 24); see
-//! [`consistency`] for which values are taken.
+//! The model is fitted to the first suite. If there is a second suite, the two are compared. A frame is
+//! consistent when its tracking error is below `tau` (Eq. 24); see [`consistency`] for which values are
+//! taken.
 //!
 //! | what | paper | from |
 //! |---|---|---|
@@ -16,9 +16,9 @@
 //! | chart `orders`, table `orders` | Fig. 11 | the order that dAIC and dBIC choose for each weight d |
 //! | chart `mixture`, table `components` | | the chosen mixture |
 //!
-//! Chosen where the source is silent: the distributions of sums that are compared are convolutions of the
-//! samples' own histograms, as the paper computes p_2; a suite without consistent frames at some `tau` has
-//! no value there. The Kolmogorov-Smirnov distance is that of the samples to the fitted distribution; the
+//! Our choices where the paper says nothing: the distributions of the sums are convolutions of the histogram
+//! of the samples, as the paper computes p_2. A suite without consistent frames at some `tau` has no value
+//! there. The Kolmogorov-Smirnov distance is between the samples and the fitted distribution, although the
 //! paper calls it two-sample.
 
 use super::consistent::{
@@ -48,13 +48,13 @@ pub struct Params {
     pub tau: f64,
     /// Errors below which a frame is consistent, for the densities and the comparison of two suites; ascending.
     pub taus: Vec<f64>,
-    /// Errors below which a frame is consistent, for the rival families: low, middle and high.
+    /// Errors below which a frame is consistent, for the fits of other families: low, middle and high.
     pub family_taus: [f64; 3],
     /// Lengths of the sums that are compared.
     pub lengths: Vec<usize>,
     /// Rate of false alarms of the cut values.
     pub alpha: f64,
-    /// Largest order of the mixture that is tried, 2 to 20.
+    /// Largest number of components of the mixture that is tried, 2 to 20.
     pub max_components: usize,
 }
 
@@ -93,11 +93,11 @@ impl Plugin for UncertaintyModel {
     }
 }
 
-/// Bins of histograms.
+/// Number of bins of a histogram.
 const BINS: usize = 100;
-/// Histograms and densities are drawn up to this quantile.
+/// Quantile at which the axis of histograms and densities ends.
 const SHOWN: f64 = 0.995;
-/// Weights of the penalty that the chart of the criteria shows.
+/// Weights of the penalty that the chart `criteria` shows.
 const WEIGHTS: [usize; 3] = [1, 50, 500];
 
 impl Analysis for UncertaintyModel {
@@ -149,7 +149,8 @@ impl Analysis for UncertaintyModel {
     }
 }
 
-/// Density of ascending samples in equal bins from 0 to `end`, at the bins' centers; empty bins are left out.
+/// Histogram of ascending samples as a density: equal bins from 0 to `end`, one point at the center of each
+/// bin that is not empty.
 fn histogram(sorted: &[f64], end: f64) -> Vec<(f64, f64)> {
     let width = end / BINS as f64;
     let below = |x: f64| sorted.partition_point(|v| *v < x);
@@ -160,8 +161,8 @@ fn histogram(sorted: &[f64], end: f64) -> Vec<(f64, f64)> {
     (0..BINS).map(bin).filter(|p| p.1 > 0.0).collect()
 }
 
-/// A density at the centers of a histogram's bins, as the share of each bin over its width: a pole at 0 has
-/// no value of its own. Values far below all of the histogram's are left out, as they would hide its shape.
+/// A density at the centers of the bins: the probability of each bin divided by its width, so that a pole at
+/// 0 does no harm. Values far below those of the histogram are left out, since they would flatten the chart.
 fn binned(cdf: impl Fn(f64) -> f64, end: f64, histogram: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let least = histogram.iter().map(|p| p.1).fold(f64::INFINITY, f64::min) / 10.0;
     let width = end / BINS as f64;
@@ -172,18 +173,18 @@ fn binned(cdf: impl Fn(f64) -> f64, end: f64, histogram: &[(f64, f64)]) -> Vec<(
     (0..BINS).map(bin).filter(|p| p.1.is_finite() && p.1 >= least).collect()
 }
 
-/// Right end of a drawn histogram.
+/// Right end of the axis of a histogram.
 fn end_of(sorted: &[f64]) -> f64 {
     accumulation::empirical_quantile(sorted, SHOWN).filter(|e| *e > 0.0).unwrap_or(1.0)
 }
 
-/// The values of a row.
+/// A row with all values present.
 fn row(heading: impl ToString, values: &[f64]) -> Row {
     (heading.to_string(), values.iter().copied().map(Some).collect())
 }
 
 impl UncertaintyModel {
-    /// Densities, the criteria, the order and the mixture.
+    /// Values of the densities, the criteria, the order and the mixture.
     fn model(&self, population: &Population<'_>, fitted: &Fitted) -> Values {
         let model = &fitted.model;
         let samples = changes(population, self.0.tau);
@@ -231,7 +232,7 @@ impl UncertaintyModel {
         }
     }
 
-    /// Rival families for three errors.
+    /// Values of the fits of other families, for three errors.
     fn families(&self, population: &Population<'_>, values: &mut Values) {
         let mut rows = Vec::new();
         let mut gamma_best = true;
@@ -262,7 +263,8 @@ impl UncertaintyModel {
         values.numbers.push(Some(f64::from(u8::from(gamma_best))));
     }
 
-    /// Two suites: distances of the distributions of sums, and of their cut values.
+    /// Values of the comparison of two suites: distances of the distributions of sums, and differences of cut
+    /// values.
     fn compare(
         &self,
         first: &Population<'_>,

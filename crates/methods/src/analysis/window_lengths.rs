@@ -1,6 +1,6 @@
-//! Effects of the window length L on AVU: how long changes last, how often s_t passes its cut value, how late, and
-//! whether c_t of the tested tracks is distributed as that of the tracks that its model was learned from (SanMiguel and
-//! Cavallaro, CVIU 131, 2015, Eq. 8, 11 and 20, the text to Fig. 13).
+//! Effects of the window length L on AVU: how long changes last, how often s_t passes the cut value, with
+//! which delay, and whether c_t has the same distribution on the tested tracks as on the tracks that the
+//! model is learned from (SanMiguel and Cavallaro, CVIU 131, 2015, Eq. 8, 11 and 20, the text to Fig. 13).
 //!
 //! ```text
 //! s[t] = c[t - L + 1] + ... + c[t]           alarm at t: s[t] > beta            Eq. 8, 11
@@ -10,10 +10,10 @@
 //! D = sup_x |F(x) - H(x)|,  F, H: empirical distributions of c of two kinds of frames
 //! ```
 //!
-//! `c` is c_t, without unit; `e` the tracking error; `t` a 0-based frame; `beta` the cut value that AVU learns from the
-//! first suite for a rate `alpha` of false alarms ([`consistency`], convolution). The first suite is the one that is
-//! learned from, the second the one that is tested, of which as many runs are taken as methods are tested on. Durations
-//! and shares count frames, alarms and changes are counted as `sanmiguel2015/1` does.
+//! `c` is c_t, without unit; `e` the tracking error; `t` a 0-based frame; `beta` the cut value that AVU
+//! learns from the first suite for a rate `alpha` of false alarms ([`consistency`], convolution). AVU learns
+//! from the first suite and is tested on the second; of the second only the runs are taken that methods are
+//! tested on. Durations are numbers of frames. Alarms and changes are counted as in `sanmiguel2015/1`.
 //!
 //! | table | rows | columns |
 //! |---|---|---|
@@ -24,7 +24,7 @@
 //! | `quantiles` | rates | quantiles of c_t: consistent frames of both suites, nearly lost and lost frames of the second |
 //! | `distances` | kinds of frames | D to the consistent frames of the first suite, with the test at 5 % |
 //!
-//! The test takes values of c_t as independent, which those of neighboring frames are not: its p is too small.
+//! The test assumes independent values of c_t. Neighboring frames are not independent, so its p is too small.
 
 use super::consistent::{
     self, ALPHA, LENGTHS, MAX_COMPONENTS, TAU, TEST, ascending, check_ascending, two_sample_test,
@@ -52,9 +52,9 @@ pub struct Params {
     pub tau: f64,
     /// Rate of false alarms of the cut values, above 0 and below 0.5.
     pub alpha: f64,
-    /// Lengths of the windows, L.
+    /// Window lengths L.
     pub lengths: Vec<usize>,
-    /// Largest order of the mixture that is tried, 2 to 20.
+    /// Largest number of components of the mixture that is tried, 2 to 20.
     pub max_components: usize,
 }
 
@@ -77,20 +77,20 @@ impl Plugin for WindowLengths {
     }
 }
 
-/// The quantiles of c_t that are shown.
+/// Quantiles of c_t in the table `quantiles`.
 const SHOWN: [f64; 7] = [0.5, 0.75, 0.9, 0.95, 0.99, 0.995, 0.999];
 
-/// Words for the two kinds of changes, with their signs.
+/// Names of the two kinds of changes, and their signs.
 const KINDS: [(&str, i32); 2] = [("loss", 1), ("recovery", -1)];
 
-/// A change of a track, and how long the state after it lasts.
+/// A change of a track (a loss or a recovery), and the time until the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Change {
     sign: i32,
     from: usize,
-    /// Frame of the next change, or one past the last frame.
+    /// Frame of the next change, or the number of frames if there is none.
     to: usize,
-    /// Whether there is no other change after it.
+    /// True if there is no later change.
     to_the_end: bool,
 }
 
@@ -100,7 +100,7 @@ impl Change {
     }
 }
 
-/// The changes of a track, in their order.
+/// The changes of a track in order of time.
 fn changes_of(error: &[f64]) -> Vec<Change> {
     let truth = events(error);
     let places: Vec<usize> = (0..truth.len()).filter(|t| truth[*t] != 0).collect();
@@ -114,14 +114,14 @@ fn changes_of(error: &[f64]) -> Vec<Change> {
     places.iter().zip(ends).map(change).collect()
 }
 
-/// How s_t meets a change, in the order of [`MEETINGS`].
+/// How s_t follows a change, in the order of [`MEETINGS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meeting {
     /// s_t crosses the cut value within the tolerance.
     InTime,
-    /// s_t crosses later, while the state lasts.
+    /// s_t crosses the cut value later, before the next change.
     Late,
-    /// s_t is on the side of the change all the time from before the tolerance.
+    /// s_t is already on the right side of the cut value before the tolerance begins, and stays there.
     Before,
     Never,
 }
@@ -147,19 +147,21 @@ fn meeting(change: &Change, alarm: &[bool], crossings: &[i32]) -> Meeting {
 const RATES: [&str; 8] =
     ["cut value β", "quantile", "spread", "learned", "tested", "lost", "lost, quantile", "silent"];
 
-/// Rows of one length.
+/// Values for one window length.
 struct OfLength {
     length: usize,
-    /// Values of [`RATES`]: the cut value; the quantile of s_t on consistent windows that it stands for; the spread; shares
-    /// beyond the cut value of consistent windows of both suites and of lost frames of the second; the share of its lost
-    /// frames beyond the quantile, which is what L gives at the rate that is meant; and the share of them before which, since
-    /// the loss, no s_t was beyond the cut value.
+    /// Values of [`RATES`], in this order: the cut value; the quantile of s_t on consistent windows that the
+    /// cut value approximates; the spread; the share of sums above the cut value on consistent windows of the
+    /// first suite, on consistent windows of the second, and on lost frames of the second; the share of those
+    /// lost frames above the quantile (what this L would give at the exact rate); and the share of those lost
+    /// frames for which s_t has not been above the cut value since the loss.
     rates: [Option<f64>; 8],
-    /// Times that s_t of the second suite passes the cut value from below, and its changes by kind and [`MEETINGS`].
+    /// Number of upward crossings of the cut value in the second suite, then the number of changes by kind
+    /// and [`MEETINGS`].
     delays: Vec<usize>,
 }
 
-/// A share; nothing of nothing.
+/// `part / all`; `None` if `all` is 0.
 fn share(part: usize, all: usize) -> Option<f64> {
     (all > 0).then(|| part as f64 / all as f64)
 }
@@ -225,7 +227,7 @@ impl WindowLengths {
     }
 }
 
-/// Rows of the table of how long changes last.
+/// Rows of the table `durations`.
 fn durations(all: &[Change]) -> Vec<Row> {
     let row = |(name, sign): (&str, i32)| {
         let of_kind = || all.iter().filter(move |c| c.sign == sign);
@@ -238,7 +240,7 @@ fn durations(all: &[Change]) -> Vec<Row> {
     KINDS.map(row).to_vec()
 }
 
-/// Share of the changes that last less than a length, of those of a sign or of all.
+/// Share of the changes of this sign (`None`: of both) that last less than `length` frames.
 fn share_shorter(all: &[Change], length: usize, sign: Option<i32>) -> Option<f64> {
     let mine = || all.iter().filter(|c| sign.is_none_or(|sign| c.sign == sign));
     share(mine().filter(|c| c.is_shorter(length)).count(), mine().count())
@@ -321,11 +323,12 @@ impl Analysis for WindowLengths {
     }
 }
 
-/// Kinds of frames: consistent ones of both suites, then of the second suite those that are neither, and the lost ones.
+/// Kinds of frames: the consistent frames of the first and of the second suite, then the nearly lost and the
+/// lost frames of the second.
 const KINDS_OF_FRAMES: [&str; 4] =
     ["consistent, learned from", "consistent, tested", "nearly lost, tested", "lost, tested"];
 
-/// Values of c_t in the [`KINDS_OF_FRAMES`], ascending.
+/// Values of c_t for each of [`KINDS_OF_FRAMES`], ascending.
 fn kinds_of_frames(trained: &Population<'_>, tested: &Population<'_>, tau: f64) -> [Vec<f64>; 4] {
     let between = |from: f64, to: f64| {
         let of_track = |track: &Example<'_>| {

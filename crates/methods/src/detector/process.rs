@@ -1,8 +1,8 @@
 //! `process`: a detector in an external program, in any language.
 //!
 //! The program is named in `plugins.toml`, under `[detector.my-detector]`, with the keys of a
-//! [signal](crate::signal::process) and `deterministic = true` for one whose answers do not depend on the seed (default
-//! false). The protocol is that of a signal, too, with other messages. Ground truth is never sent.
+//! [signal](crate::signal::process) and with `deterministic = true` if its answers do not depend on the seed
+//! (default false). The protocol is the one of signals, with other messages. Ground truth is never sent.
 //!
 //! ```text
 //! {"meta": {"protocol": 1, "program": "my-detector", "role": "detector", "frames": 87, "params": {}}}
@@ -10,13 +10,14 @@
 //! <- {"score": 0.3, "label": 0}
 //! ```
 //!
-//! `index` is a 0-based frame, `value` the signal there, and `more` a list of the further signals of a method with
-//! `signals = 2` and above. `score` is any finite number, and high ones speak for a failure; `label` is 1 in frames that the
-//! detector calls inconsistent (the tracker has failed), else 0. A message is sent when the one before it is answered, so
-//! that a label cannot use later frames. An answer may have the `index` of its message, which is checked. The environment has `TRACKFAIL_SEED`.
+//! `index` is a 0-based frame, `value` the signal there, and `more` the list of the values of the other
+//! signals if `signals` is 2 or more. `score` is any finite number, and a high score means a failure; `label`
+//! is 1 in frames that the detector calls inconsistent (the tracker has failed), else 0. A message is sent
+//! only after the answer to the message before it, so that a label cannot use later frames. An answer may
+//! have the `index` of its message, which is checked. The environment has `TRACKFAIL_SEED`.
 //!
-//! A program that crashes, hangs, sends something else or ends with another exit status than 0 has no labels: its cell fails, with the index of the frame and
-//! the last lines of its stderr.
+//! If a program crashes, hangs, sends something else or ends with an exit status other than 0, it has no
+//! labels: the cell fails, and the reason has the index of the frame and the last lines of its stderr.
 
 use super::{Detector, DetectorOutput, Input};
 use crate::tracker::process::{
@@ -28,21 +29,21 @@ use serde_json::Value;
 use trackfail_core::plugin::{Configured, Entry, ParamError, Range};
 use trackfail_dataset::file_digest;
 
-/// The list's entry.
+/// `process` in the list of detectors.
 pub const ENTRY: Entry<dyn Detector> =
     Entry::of::<Process<Params>>("process", 1, "a program that plugins.toml names, over lines of JSON")
         .example(r#"{ program = "my-detector", signals = 1, params = {} }"#);
 
-/// Parameters.
+/// Parameters of a detector in an external program.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// Name of the program in `plugins.toml`.
     pub program: String,
-    /// Number of signals that it reads, 1 to 64.
+    /// Number of signals that the program reads, 1 to 64.
     #[serde(default = "one")]
     pub signals: usize,
-    /// Parameters that are handed over to it.
+    /// Parameters that are handed over to the program.
     #[serde(default)]
     pub params: Handed,
 }
@@ -60,7 +61,7 @@ impl Named for Params {
         &self.program
     }
 
-    /// Names and digests of its files, if it has some.
+    /// Names and digests of the files of the program; empty if it has none.
     fn facts(program: &Program) -> Result<Vec<(&'static str, Value)>, ParamError> {
         let file = |path: &std::path::PathBuf| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -73,7 +74,7 @@ impl Named for Params {
 }
 
 impl Params {
-    /// The labels, or the frame and the fault.
+    /// The labels of all frames, or the frame and the reason of a fault.
     fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, ProgramFault)> {
         let frames = input.signal.len();
         let track = Track { frames, size: None, params: &self.params };
@@ -120,7 +121,7 @@ impl Detector for Process<Params> {
     }
 }
 
-/// Message of a frame.
+/// Message about a frame.
 #[derive(Serialize)]
 struct FrameLine {
     index: usize,
@@ -129,7 +130,7 @@ struct FrameLine {
     more: Vec<f64>,
 }
 
-/// Form of an answer, for messages.
+/// Form of the expected answer, for messages.
 const ANSWER: &str = "`{\"score\": 0.5, \"label\": 0}`, the label being 0 or 1";
 
 #[derive(Deserialize)]
@@ -140,7 +141,7 @@ struct Answer {
     index: Option<usize>,
 }
 
-/// Label of a frame.
+/// Label in an answer: 0 or 1.
 #[derive(PartialEq, Deserialize)]
 #[serde(try_from = "u8")]
 enum Label {

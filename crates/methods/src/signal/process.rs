@@ -1,21 +1,21 @@
 //! `process`: a signal that an external program computes, in any language.
 //!
-//! The program is named in `plugins.toml`, never in an experiment, see [trackers](crate::tracker::process) for what that
-//! file has and for what happens to programs that crash, hang or send something else.
+//! The command is in `plugins.toml`, never in an experiment. [Trackers](crate::tracker::process) describes
+//! that file, and what happens if a program crashes, hangs or sends something else.
 //!
 //! ```toml
 //! [signal.my-signal]
 //! command = ["python3", "my_signal.py"]    # no shell; started in the folder of this file, once for each track
 //! version = "1"                            # raise it when the answers change: it is part of every address
 //! start_timeout = 30.0                     # seconds until it is ready (default 30)
-//! answer_timeout = 30.0                    # seconds a frame (default 30)
+//! answer_timeout = 30.0                    # seconds per frame (default 30)
 //! environment = { OMP_NUM_THREADS = "1" }  # added to ours
 //! digest = ["my_signal.py"]                # files whose bytes are part of the address
 //! ```
 //!
-//! A message is a line of JSON. The first one is not answered; each further one is a frame, in order, and is answered by
-//! one line on stdout, which the program flushes. At the end of its stdin it ends, with exit status 0. Text for people belongs
-//! on stderr.
+//! A message is one line of JSON. The program does not answer the first one. Each further message is about
+//! one frame, in order, and the program answers it by one line on stdout, which it flushes. When its stdin
+//! ends, the program ends with exit status 0. Text for people belongs on stderr.
 //!
 //! ```text
 //! {"meta": {"protocol": 1, "program": "my-signal", "role": "signal", "frames": 87, "size": [320, 240], "params": {}}}
@@ -35,15 +35,17 @@
 //! | `confidence` | the tracker's own, or `null` |
 //! | `posterior`, `response` | the tracker's posterior or response map in numbers, if it reads that |
 //!
-//! An answer may have the `index` of its frame, `{"score": 0.3, "index": 0}`, and should: another index than that of the
-//! frame is a fault, so that a line too much cannot shift the scores. A line that waits when the next message is sent, or
-//! that comes after the last answer, is a fault in any case, and so is another exit status than 0.
+//! An answer should have the `index` of its frame, as in `{"score": 0.3, "index": 0}`: a wrong index is a
+//! fault, so that an extra line cannot shift the scores. With or without an index, these are faults: a line
+//! that is already there when the next message is sent, a line after the last answer, and an exit status
+//! other than 0.
 //!
-//! Ground truth is never sent, nor is what is made of it: names, failures, restarts. A score is any finite number. The same
-//! frames and boxes have to give the same scores: there is no seed. What the experiment says of it: `good` is whether high
-//! or low scores are good, `reads` is what it needs, so that frames are decoded, and trackers asked, only for that.
+//! Ground truth is never sent, nor anything that could tell it: names, failures, restarts. A score is any
+//! finite number. The same frames and boxes must give the same scores: there is no seed. The experiment says
+//! in `good` whether high or low scores are good, and in `reads` what the program needs; nothing else is
+//! decoded or asked from trackers.
 //!
-//! Images of frames without a file are written as PNG into a temporary folder, in which the last two are kept.
+//! A frame without a file is written as PNG into a temporary folder, which keeps the last two images.
 //!
 //! The address has all parameters, the version and the digests; command, environment and time limits are not part of it.
 
@@ -59,52 +61,52 @@ use trackfail_core::image::Frame;
 use trackfail_core::plugin::{Configured, Entry, ParamError};
 use trackfail_core::region::Region;
 
-/// The list's entry.
+/// `process` in the list of signals.
 pub const ENTRY: Entry<dyn Signal> =
     Entry::of::<Process<Params>>("process", 1, "a program that plugins.toml names, over lines of JSON")
         .example(r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#);
 
-/// Scores that are good.
+/// Which scores are good.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Good {
-    /// High ones.
+    /// High scores.
     #[default]
     High,
-    /// Low ones.
+    /// Low scores.
     Low,
 }
 
-/// Needs of the program.
+/// What a program reads besides the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Need {
-    /// The tracker's box alone.
+    /// Nothing else.
     #[default]
     Boxes,
-    /// The frames, too.
+    /// The frames.
     Pixels,
     /// The tracker's confidence.
     Confidence,
     /// The tracker's response map in numbers.
     Response,
-    /// The moments of the tracker's posterior.
+    /// Moments of the tracker's posterior.
     Posterior,
 }
 
-/// Parameters.
+/// Parameters of a signal in an external program.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// Name of the program in `plugins.toml`.
     pub program: String,
-    /// Scores that are good.
+    /// Which scores are good: `high` or `low`.
     #[serde(default)]
     pub good: Good,
-    /// Input of the program beside the box.
+    /// What the program reads besides the box.
     #[serde(default)]
     pub reads: Need,
-    /// Parameters that are handed over to it.
+    /// Parameters that are handed over to the program.
     #[serde(default)]
     pub params: Handed,
 }
@@ -166,7 +168,7 @@ impl Bind for dyn Signal {
     }
 }
 
-/// Message of a frame.
+/// Message about a frame.
 #[derive(Serialize)]
 struct FrameLine<'a> {
     index: usize,
@@ -189,19 +191,19 @@ struct Answer {
     index: Option<usize>,
 }
 
-/// Form of an answer, for messages.
+/// Form of the expected answer, for messages.
 const ANSWER: &str = "`{\"score\": 0.5}` with a finite number";
 
-/// A program at work on one track.
+/// A running program on one track.
 struct Asking {
     place: Place,
     reads: Need,
     files: Vec<PathBuf>,
     frames: usize,
-    /// Index of the frame that comes next.
+    /// Index of the next frame.
     next: usize,
-    /// `None` after the last frame and after a fault. Declared before its images, since it must end before they are
-    /// deleted.
+    /// `None` after the last frame and after a fault. Declared before the images, since fields are dropped in
+    /// order and the program must end before its images are deleted.
     peer: Option<JsonPeer>,
     images: Images,
     fault: Option<TrackerError>,
@@ -235,10 +237,10 @@ impl Asking {
     }
 
     fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, ProgramFault> {
-        let line = self.line(t, frame, state)?;
         let Some(mut peer) = self.peer.take() else {
             return Err(ProgramFault("it has ended".into()));
         };
+        let line = self.line(t, frame, state)?;
         let answer: Answer = peer.ask(t, &line, ANSWER, |answer: &Answer| answer.index)?;
         if t + 1 == self.frames {
             peer.finish()?;

@@ -1,9 +1,8 @@
 //! An external program, in any language, as a tracker. Programs may also be [signals](crate::signal::process) and
 //! [detectors](crate::detector::process).
 //!
-//! The program is named in a local file, `plugins.toml`, never in an experiment, which only has
-//! `name = "process"` and `program = "my-tracker"`: running somebody else's experiment runs no program that is not
-//! in one's own file.
+//! The command is in a local file, `plugins.toml`. An experiment has only `name = "process"` and `program =
+//! "my-tracker"`, so that somebody else's experiment can only run programs that are in your own file.
 //!
 //! ```toml
 //! [tracker.my-tracker]
@@ -13,19 +12,19 @@
 //! regions = "rectangle"                    # lines only: what it reads, "rectangle" (default) or "polygon"
 //! confidence = "confidence"                # it gives a confidence: the property of TraX that has it (default: none)
 //! start_timeout = 30.0                     # seconds until it is ready (default 30)
-//! answer_timeout = 30.0                    # seconds a frame (default 30)
+//! answer_timeout = 30.0                    # seconds per frame (default 30)
 //! deterministic = true                     # its answers depend neither on seed nor on run (default false)
 //! environment = { OMP_NUM_THREADS = "1" }  # added to ours
 //! digest = ["my_tracker.py"]               # files whose bytes are part of the address
 //! ```
 //!
-//! The address of a track has name, version, protocol, `regions`, `confidence`, the digests, and the seed unless the
-//! program is deterministic; command, environment and time limits are not part of it.
+//! The address of a track is made of name, version, protocol, `regions`, `confidence`, the digests, and the
+//! seed unless the program is deterministic. Command, environment and time limits are not part of it.
 //!
 //! # Lines
 //!
-//! A message is one line of UTF-8 text, its words separated by one tab; the program answers each by one line
-//! on stdout and flushes it.
+//! A message is one line of UTF-8 text with one tab between words. The program answers each message by one
+//! line on stdout and flushes it.
 //!
 //! | we write | it answers |
 //! |---|---|
@@ -33,46 +32,52 @@
 //! | `frame<TAB>IMAGE` | the same |
 //! | `quit` | nothing; it ends |
 //!
-//! `REGION` is `x,y,w,h` (left, top, width, height) or the corners of a convex polygon, `x1,y1,x2,y2,...`,
-//! in pixels; coordinates are continuous and 0-based: pixel column `j` covers `[j, j + 1)`. A confidence is
-//! any finite number, high where it is sure; it is always checked, and used if `confidence` is set, to any name. `IMAGE` is the absolute path of a JPEG or PNG file, without
-//! tabs and line ends. `init` comes first and once: a restart runs the program anew. Everything on stdout is an answer; text for people
-//! belongs on stderr.
+//! `REGION` is `x,y,w,h` (left, top, width, height) or the corners of a convex polygon, `x1,y1,x2,y2,...`, in
+//! pixels; coordinates are continuous and 0-based: pixel column `j` covers `[j, j + 1)`. A confidence is any
+//! finite number; a high one means that the tracker is sure. It is always checked, but used only if
+//! `confidence` is set (the name does not matter here). `IMAGE` is the absolute path of a JPEG or PNG file,
+//! without tabs and line ends. `init` is the first message and comes once: for a restart the program is
+//! started again. Everything on stdout is an answer; text for people belongs on stderr.
 //!
-//! One line too much would shift all answers by a frame. So a line that waits when the next message is sent, or that
-//! comes after the answer to the last frame, is a fault. `#N` tells a shift at once, whenever the line comes: N is the
-//! number of the message that is answered, 0 for `init`, then 1, 2, ...; a program that counts the messages it reads should
-//! give it. Another number than expected is a fault.
+//! An extra line would shift all answers by one frame. So it is a fault if a line is already there when the
+//! next message is sent, or if one comes after the answer to the last frame. `#N` reveals a shift at once: N
+//! is the number of the answered message, 0 for `init`, then 1, 2, ... A program that counts its messages
+//! should give it. A wrong number is a fault.
 //!
 //! The environment has `TRACKFAIL_SEED`, a number below 2^64 from the names of experiment, sequence,
 //! tracker and run, and `TRACKFAIL_RUN`, the repetition from 0.
 //!
 //! # TraX
 //!
-//! Versions 1 to 4, see [`trax`](super::trax); the environment has the same two variables and `TRAX=1`. The program
-//! must read images by path. It gets a polygon if the target is one and it reads polygons, or if it reads nothing else;
-//! otherwise a rectangle. Coordinates are passed on as they are. An answer that is only a code repeats the last region.
-//! The property that `confidence` names is its confidence, in the frames whose answer has it; others are not used.
+//! Versions 1 to 4, see [`trax`](super::trax); the environment has the same two variables and `TRAX=1`. The
+//! program must read images by path. It gets a polygon if the target is a polygon and the program reads
+//! polygons, or if it reads nothing else; otherwise a rectangle. Coordinates are passed on unchanged. An
+//! answer that is only a code repeats the last region. The property that `confidence` names is the
+//! confidence, in the frames whose answer has it; other properties are not used.
 //!
 //! # Common to both
 //!
-//! The answer to the first frame must be a region and is then replaced by the one given, as the OTB and VOT
-//! protocols do. Images are the dataset's files. Frames without a file, and files whose path has control characters
-//! or is not UTF-8, are written as PNG files into a temporary folder, in which the last two are kept.
+//! The answer to the first frame must be a region. It is then replaced by the given region, as in the OTB and
+//! VOT protocols. Images are the dataset's files. Frames without a file, and files whose path has control
+//! characters or is not UTF-8, are written as PNG files into a temporary folder, which keeps the last two
+//! images.
 //!
-//! If a program cannot be started, ends, does not answer in time or sends something else, its cell fails:
-//! the reason names the frame and the expected answer and quotes the last lines of its stderr. So does one that ends with
-//! another exit status than 0 after its last answer: its answers may be wrong, too. The first answer
-//! in the lines protocol, which has no greeting, may take both time limits together. At the end the
-//! program is asked to quit, has two seconds for it, and is killed with all processes that it started. No program
-//! outlives this one, however it ends: on Linux whatever it does, since a [guard](trackfail_dataset::guarded) is the parent of all processes that it
-//! leaves behind, on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
+//! If a program cannot be started, ends, does not answer in time or sends something else, its cell fails: the
+//! reason names the frame and the expected answer and quotes the last lines of its stderr. The cell also
+//! fails if the program ends with an exit status other than 0 after its last answer, since its answers may be
+//! wrong, too. The first answer in the lines protocol, which has no greeting, may take both time limits
+//! together. At the end the program is asked to quit, has two seconds for it, and is killed with all
+//! processes that it started. No program outlives this process, however this process ends: on Linux in all
+//! cases, since a [guard](trackfail_dataset::guarded) is the parent of all processes that it leaves behind,
+//! on other Unix systems unless it leaves its process group. What a program has started ends with it, too.
 
 mod child;
 mod images;
 mod json_lines;
 mod peer;
 mod programs;
+#[cfg(all(test, unix))]
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
@@ -93,7 +98,7 @@ use trackfail_core::plugin::{Configured, Entry, ParamError, show_params};
 use trackfail_core::region::Region;
 use trackfail_core::sequence::SequenceInfo;
 
-/// Parameters.
+/// Parameters of a tracker in an external program.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
@@ -101,7 +106,7 @@ pub struct Params {
     pub program: String,
 }
 
-/// The line in the list of trackers.
+/// `process` in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Process<Params>>(
     "process",
     1,
@@ -169,7 +174,7 @@ impl Bind for dyn TrackerConfig {
     }
 }
 
-/// Program, sequence and number of its first frame, for messages.
+/// Program, sequence, and number of the first frame, for messages.
 pub(crate) struct Place {
     program: String,
     sequence: String,
@@ -177,13 +182,13 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// A program on a sequence.
+    /// The place of a program that runs on a sequence.
     pub(crate) fn new(program: &Program, sequence: &dyn SequenceInfo) -> Self {
         let (name, first) = (sequence.name().to_string(), sequence.numbering().first);
         Self { program: program.name.clone(), sequence: name, first }
     }
 
-    /// The error for a fault in the frame of this index.
+    /// Error for a fault in the frame with this index.
     pub(crate) fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
         let (program, sequence) = (self.program.clone(), self.sequence.clone());
         let frame = u64::from(self.first) + index as u64;
@@ -191,17 +196,18 @@ impl Place {
     }
 }
 
-/// A program at work.
+/// A running program on a sequence.
 struct Tracking {
     place: Place,
     files: Vec<PathBuf>,
-    /// Index of the frame that comes next.
+    /// Index of the next frame.
     next: usize,
     /// Index of the last frame.
     last: usize,
-    /// Whether its confidence is used.
+    /// True if the confidence of the program is used.
     confident: bool,
-    /// Declared before its images, since it must end before they are deleted.
+    /// Declared before the images, since fields are dropped in order and the program must end before its
+    /// images are deleted.
     peer: Box<dyn Peer>,
     images: Images,
 }

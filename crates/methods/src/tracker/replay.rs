@@ -15,34 +15,39 @@
 //! | `<Seq>.csv` | [`oxuva`]: OxUvA; relative coordinates, frames that were asked for | run 0 only | |
 //! | `<results>_00{r}/<Seq>.txt`, beside `results` | [`otb_text`]: pytracking with run numbers | its own folder | 1 |
 //!
-//! It is an error if two of them exist. `*_time.txt` and other files of these toolkits are ignored.
+//! It is an error if two of these files exist. `*_time.txt` and other files of these toolkits are ignored.
 //!
-//! A result counts pixels from the same number as the annotation that the tracker was started with: no
-//! toolkit shifts boxes. OTB, UAV123, LaSOT and GOT-10k count from 1, VOT from 0. For other results, such as
-//! those of a tracker whose authors subtract 1, `base = 0` or `base = 1` sets it for all files of the folder.
+//! The first pixel of a result has the same number as in the annotation with which the tracker was started:
+//! no toolkit shifts boxes. OTB, UAV123, LaSOT and GOT-10k count from 1, VOT from 0. If a result differs, for
+//! example because the authors of the tracker subtract 1, `base = 0` or `base = 1` sets the number for all
+//! files of the folder.
 //!
 //! A sequence `Jogging-1` may be spelled `Jogging_1` (pytracking) or `Jogging.1` (got10k) in all of these
-//! names: what stands before a target's number, of one or two digits, differs between toolkits. Where there is no file of
-//! these names, one that differs in capital letters alone is read, such as `BasketBall.json` in OTB's results of Struck.
+//! names: toolkits differ in the character before the number of a target (one or two digits). If there is no
+//! file of these names, a file is read whose name differs only in capital letters, such as `BasketBall.json`
+//! in OTB's results of Struck.
 //!
-//! The frames of the lines: VOT files have exactly the sequence's frames. Text and GOT-10k files have
-//! either as many lines as the official range or as many as the range used. JSON states its frames, see
-//! [`align`](super::results::align). The range used must be covered; a run that starts later than the
-//! sequence (TRE segments after the first) is refused, because a track is a region for every frame.
+//! **Frames of the lines.** A VOT file has exactly the frames of the sequence. A text or GOT-10k file has as
+//! many lines as the official range or as the used range. A JSON file states its frames, see
+//! [`align`](super::results::align). The file must cover the used range. A run that starts later than the
+//! sequence (TRE segments after the first) is refused, because a track has a region for every frame.
 //!
-//! **Confidence.** OxUvA and MOT have it in their rows. For the others it is read from a [file](confidence) beside
-//! the boxes, if there is one; it is an error if there are two, unless `confidence` says which: `confidence = "motion"`
-//! reads `<name>_motion.value` or `<name>_motion.txt`, and a track without that file is missing.
+//! **Confidence.** OxUvA and MOT have it in their rows. For the other formats it is read from a
+//! [file](confidence) beside the boxes, if there is one. It is an error if there are two, unless `confidence`
+//! chooses one: `confidence = "motion"` reads `<name>_motion.value` or `<name>_motion.txt`, and a track
+//! without that file is missing.
 //!
-//! **Frames without a box.** No area, NaN, an empty line, a row that says `false` (OxUvA), no row (MOT): these are errors
-//! that name the line, unless `without_area` says otherwise. With `"absent"` the tracker says by them that the target is
-//! absent: the frame has [`Status::Absent`], and rules of scoring say what it counts as. With `"repeat"` it is a fault that
-//! is passed over: the last region stands as the answer, under [`Status::Repeated`], so that it can be counted. (IVT's affine
-//! box collapses to a point in `Girl` from frame 402 on; no range used here has one.) Infinity is always an error, and so is a first frame
-//! without a box; where the format leaves out the first frame (OxUvA, MOT), it has the ground truth. Frames that OxUvA's
-//! tracker was not asked for are skipped.
+//! **Frames without a box.** No area, NaN, an empty line, a row that says `false` (OxUvA), no row (MOT):
+//! these are errors that name the line, unless `without_area` says otherwise. With `"absent"` such a frame
+//! means that the tracker says that the target is absent: the frame has [`Status::Absent`], and the rules of
+//! scoring decide what it counts as. With `"repeat"` the last region is taken as the answer, with
+//! [`Status::Repeated`], so that such frames can be counted. (IVT's affine box collapses to a point in `Girl`
+//! from frame 402 on; no range used here has one.) Infinity is always an error, and so is a first frame
+//! without a box; where the format leaves out the first frame (OxUvA, MOT), it has the ground truth. Frames
+//! that OxUvA's tracker was not asked for are skipped.
 //!
-//! All files are read at the start, whose answer is the file's first state, whatever region it is given.
+//! All files are read at the start. The answer to the start is the first state in the file, whatever region
+//! the tracker is given.
 
 mod files;
 
@@ -56,7 +61,7 @@ use trackfail_core::plugin::{Entry, ParamError, Plugin, show_params};
 use trackfail_core::region::Region;
 use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
-/// Treatment of a frame without a box.
+/// What to do with a frame without a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WithoutArea {
@@ -65,7 +70,7 @@ pub enum WithoutArea {
     Error,
     /// Repeat the last region, which counts as the tracker's answer.
     Repeat,
-    /// Take it as the tracker's word that the target is absent.
+    /// The tracker says that the target is absent.
     Absent,
 }
 
@@ -80,21 +85,22 @@ impl WithoutArea {
     }
 }
 
-/// Parameters.
+/// Parameters of `replay`.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    /// Folder under `<data root>/results/`, parts separated by `/`: `otb/OPE/STRUCK`.
+    /// Folder under `<data root>/results/`, with `/` between parts, such as `otb/OPE/STRUCK`.
     pub results: String,
-    /// Treatment of a frame without a box (no area, NaN, an empty line): `error` refuses the file, `repeat` repeats the last
-    /// region, and with `absent` the tracker says by it that the target is absent.
+    /// What to do with a frame without a box (no area, NaN, an empty line): `error` refuses the file,
+    /// `repeat` repeats the last region, `absent` means that the tracker says that the target is absent.
     #[serde(default)]
     pub without_area: WithoutArea,
-    /// Index of the left top pixel in the files, 0 or 1; by default that of their format, see the table.
+    /// Number of the top left pixel in the files, 0 or 1; by default the number of their format, see the
+    /// table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Base>,
-    /// Name of the confidence in the file beside the boxes, `<name>_<confidence>.value` or `.txt`; by default the one file
-    /// of a known name.
+    /// Name of the confidence in the file beside the boxes, which is `<name>_<confidence>.value` or `.txt`;
+    /// by default the only file with a known name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<String>,
     /// Number of the target in files of several targets (MOT).
@@ -102,11 +108,11 @@ pub struct Params {
     pub id: Option<i64>,
 }
 
-/// Checked parameters.
+/// A `replay` tracker after checks.
 #[derive(Debug, Clone)]
 pub struct Replay(Params);
 
-/// The line in the list of trackers.
+/// `replay` in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Replay>(
     "replay",
     1,
@@ -117,8 +123,8 @@ pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Replay>(
 impl Plugin for Replay {
     type Params = Params;
 
-    /// Refuses a place outside the data root (absolute paths, `.` and `..`, empty parts and backslashes), and a confidence
-    /// that is no part of a file's name.
+    /// Refuses a folder outside the data root (absolute paths, `.` and `..`, empty parts, backslashes), and a
+    /// `confidence` that cannot be part of a file name.
     fn make(params: Params) -> Result<Self, ParamError> {
         let path = Path::new(&params.results);
         let stays = path.components().all(|c| matches!(c, Component::Normal(_)));
@@ -148,7 +154,7 @@ impl Plugin for Replay {
 }
 
 impl Replay {
-    /// The states of every frame of a sequence in one run.
+    /// The states of all frames of a sequence in one run.
     ///
     /// # Errors
     /// [`TrackerError::Missing`] without a file or a data root, [`TrackerError::Broken`] if there are two files,
@@ -247,7 +253,7 @@ impl Replay {
         Ok(states)
     }
 
-    /// The state of a frame without a box, after a frame with region `last`; the first frame has none.
+    /// State of a frame without a box after a frame with region `last`; `last` is `None` in the first frame.
     fn without_box(
         &self,
         reason: BoxError,
@@ -271,12 +277,12 @@ impl Replay {
     }
 }
 
-/// Said of a file in a folder named after the sequence that is of neither format: VOT's first line is always the mark `1`,
-/// GOT-10k's always a box.
+/// Message about a file in a folder named after the sequence that has neither format. The first line of VOT
+/// is always the mark `1`, that of GOT-10k always a box.
 const NEITHER: &str = "neither VOT's mark `1`, with which a run begins (an initialization), nor the four numbers \
                        x,y,w,h of a GOT-10k result";
 
-/// The confidence of each frame, from the file beside the boxes if there is one.
+/// The confidence of each frame, from the file beside the boxes; `None` without such a file.
 fn values(source: &Source, frames: usize) -> Result<Option<Vec<Option<f64>>>, DatasetError> {
     let read = |path: &PathBuf| confidence::parse(path, &text::read_capped(path)?, frames);
     source.confidence.as_ref().map(read).transpose()

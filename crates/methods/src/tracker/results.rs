@@ -1,8 +1,8 @@
 //! Result files of trackers: their formats, and the frame that each line belongs to.
 //!
-//! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with numbers that are not a
-//! box, is an error that names the file and the line or entry. A frame [without a box](NoBox) is an error of its own,
-//! which the reader of a track may take as the target's absence.
+//! Nothing is padded, trimmed or guessed: a file with too few or too many lines, or with numbers that are not
+//! a box, is an error that names the file and the line or entry. A frame [without a box](NoBox) has its own
+//! error, which the reader of a track may take as "the target is absent".
 
 pub mod confidence;
 pub mod mot;
@@ -24,26 +24,27 @@ use std::collections::BTreeMap;
 use trackfail_core::region::{Region, RegionError};
 use trackfail_dataset::{Numbering, SequenceInfo};
 
-/// What is said of a trajectory that the VOT toolkit wrote as bytes.
+/// Message about a trajectory in the VOT toolkit's binary format.
 pub(super) const BINARY: &str = "a trajectory of the VOT toolkit in bytes, which are not read; write it as text in Python: `from \
      vot.region.io import read_trajectory, write_trajectory`, then `write_trajectory(\"new.txt\", read_trajectory(\"old.bin\"))`";
 
 /// A tracker's regions from some frame on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boxes {
-    /// The dataset's number of the first frame.
+    /// Number of the first frame in the dataset.
     pub first: u32,
     /// One region per frame, in 0-based pixels, or the reason why there is none.
     pub regions: Vec<Result<Region, BoxError>>,
-    /// The tracker's confidence in each frame; empty for formats without one.
+    /// The tracker's confidence in each frame; empty if the format has none.
     pub confidence: Vec<Option<f64>>,
 }
 
-/// A row about a frame: its line, the region or why there is none, and the confidence.
+/// The answer for a frame: number of its line, region or the reason for none, and confidence.
 type Answer = (usize, Result<Region, NoBox>, Option<f64>);
 
 impl Boxes {
-    /// The frames that a sequence uses, from the answers by number of the frame; those without one are `missing`.
+    /// Boxes of the frames that a sequence uses, from answers by frame number; a frame without an answer gets
+    /// the reason `missing`.
     fn of_rows(sequence: &dyn SequenceInfo, mut answers: BTreeMap<u64, Answer>, missing: &NoBox) -> Self {
         let first = sequence.numbering().first;
         let of_frame = |number: u64| match answers.remove(&number) {
@@ -61,34 +62,34 @@ impl Boxes {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{at}: {source}")]
 pub struct BoxError {
-    /// Place in the file.
+    /// Line or entry of the file, for messages.
     pub at: String,
     /// The reason.
     pub source: NoBox,
 }
 
-/// Why a frame of a result file has no region.
+/// Reason why a frame of a result file has no region.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoBox {
-    /// Its numbers are no region.
+    /// The numbers are not a region.
     #[error(transparent)]
     Numbers(#[from] RegionError),
-    /// Its line is empty.
+    /// The line is empty.
     #[error("an empty line; lines are frames, so none may be empty")]
     EmptyLine,
-    /// The file says so.
+    /// The file says that the target is absent.
     #[error("the tracker says that the target is absent")]
     SaidAbsent,
-    /// The file has no row for it, which in its format means that the target was not found.
+    /// The file has no row for the frame, which in its format means that the target was not found.
     #[error("no row, so the tracker has not found the target")]
     NoRow,
-    /// The tracker was not asked for it.
+    /// The tracker was not asked for the frame.
     #[error("the tracker was not asked for this frame")]
     NotAsked,
 }
 
 impl NoBox {
-    /// Whether it can be taken as the target's absence: no row, no numbers, NaN, or no area.
+    /// True if it can mean that the target is absent: no row, no numbers, NaN, or no area.
     pub fn may_be_absence(&self) -> bool {
         match self {
             Self::Numbers(e) => matches!(e, RegionError::NotFinite | RegionError::Empty),
@@ -98,7 +99,8 @@ impl NoBox {
     }
 }
 
-/// The region of a row in the pixels of a file; an empty row is an empty line.
+/// The region of a row, converted from the pixels of the file; a row without numbers gives
+/// [`NoBox::EmptyLine`].
 fn region(row: &[f64], base: Base) -> Result<Region, NoBox> {
     match row {
         [] => Err(NoBox::EmptyLine),
@@ -106,14 +108,14 @@ fn region(row: &[f64], base: Base) -> Result<Region, NoBox> {
     }
 }
 
-/// The dataset's number of a result's first frame, from the numbers the result states.
+/// The dataset's number of the first frame of a result, from the frame numbers that the result states.
 ///
 /// OTB results count either in the dataset's own numbers or from 1 at the first official frame (Struck's
-/// count David 1..471, MEEM's count it 300..770). The last official frame tells which; results of a part of
-/// the official range are taken where only one of the two readings lies inside it.
+/// count David 1..471, MEEM's count it 300..770). The last official frame tells which. A result for a part of
+/// the official range is taken if only one of the two ways to count lies inside of the range.
 ///
 /// # Errors
-/// A message when neither reading fits or both do.
+/// A message if neither way to count fits, or both do.
 pub fn align((start, end): (u32, u32), numbering: Numbering) -> Result<u32, String> {
     let (first, last) = numbering.official;
     let span = official_span(numbering);

@@ -1,5 +1,5 @@
-//! Messages of the TraX protocol, versions 1 to 4, between an evaluator (client) and a tracker (server)
-//! over a pair of streams. Processes and time limits are elsewhere.
+//! Messages of the TraX protocol, versions 1 to 4, between an evaluator (client) and a tracker (server) over
+//! a pair of streams. Processes and time limits are in [`process`](super::process).
 //!
 //! ```text
 //! @@TRAX:hello "trax.version=1" "trax.name=NCC" "trax.region=rectangle;" "trax.image=path;"
@@ -9,17 +9,17 @@
 //! @@TRAX:quit "trax.reason=done"
 //! ```
 //!
-//! A message is a line that starts with `@@TRAX:`; other lines are skipped. Arguments are
-//! separated by blanks and may be quoted; a backslash makes `"`, `\` and blanks ordinary and `\n` a line
-//! end. An argument that begins with a key (1 to 64 letters, digits, `.`, `_`) and `=` is a property; the
-//! others count by their position. Types are read in either case, `status` is `state`.
+//! A message is a line that starts with `@@TRAX:`; other lines are skipped. Arguments are separated by blanks
+//! and may be quoted; a backslash makes `"`, `\` and blanks ordinary and `\n` a line end. An argument that
+//! begins with a key (1 to 64 letters, digits, `.`, `_`) and `=` is a property; the others count by their
+//! position. Types may be in capital or small letters; `status` is the same as `state`.
 //!
 //! Regions: `x,y,w,h`; corners `x1,y1,...` of a convex polygon; a single integer is a code of the VOT
-//! protocol; masks are refused. Coordinates are taken as they are. Images: `file://` and a path as it is
-//! (nothing in it is escaped), or the path alone; one image a frame (version 2 can send depth beside it).
-//! Version 4 separates image and region: `initialize` has only a region and is not answered, the `frame`
-//! after it has the image and is; of several objects only one is supported here. [`server`] is the side of a
-//! tracker, [`process`](super::process) that of the client.
+//! protocol; masks are refused. Coordinates are not converted. Images: `file://` and a path without escapes,
+//! or the path alone; one image per frame (version 2 can also send depth). Version 4 separates image and
+//! region: `initialize` has only a region and is not answered; the `frame` after it has the image and is
+//! answered. Only one object is supported here. [`server`] is the side of a tracker,
+//! [`process`](super::process) that of the client.
 //!
 //! The other side can be any program, so the length of lines is limited and anything unexpected is an error that
 //! ends the session, as the specification asks. Specification: <https://trax.readthedocs.io/en/latest/protocol.html>;
@@ -36,7 +36,7 @@ use trackfail_dataset::text::shorten_to;
 
 /// Longest message, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 64 << 10;
-/// The latest version that is supported.
+/// Latest version that is supported.
 pub const LATEST_VERSION: u32 = 4;
 
 const PREFIX: &str = "@@TRAX:";
@@ -45,37 +45,37 @@ const SCHEME: &str = "file://";
 /// Named arguments, sorted by name.
 pub type Properties = BTreeMap<String, String>;
 
-/// A message.
+/// A message of the protocol.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
-    /// Server: its name and abilities.
+    /// From the server: its name and abilities.
     Hello(Hello),
-    /// Client: start (again) on this image with the target in this region.
+    /// From the client: start (again) on this image with the target in this region.
     Initialize {
-        /// Image file; none in version 4, where a frame with it follows.
+        /// Image file; `None` in version 4, where it comes with the next `frame`.
         image: Option<PathBuf>,
         /// Region of the target.
         region: Region,
-        /// Anything else.
+        /// All named arguments.
         properties: Properties,
     },
-    /// Client: the next image.
+    /// From the client: the next image.
     Frame {
         /// Image file.
         image: PathBuf,
-        /// Anything else.
+        /// All named arguments.
         properties: Properties,
     },
-    /// Server: the answer to either.
+    /// From the server: the answer to `initialize` or `frame`.
     TrackerState {
         /// Region of the target, or a code.
         answer: Answer,
-        /// Anything else, such as a confidence.
+        /// All named arguments, such as a confidence.
         properties: Properties,
     },
-    /// Either side: the end.
+    /// From either side: the end of the session.
     Quit {
-        /// Such as `trax.reason`.
+        /// All named arguments, such as `trax.reason`.
         properties: Properties,
     },
 }
@@ -83,7 +83,7 @@ pub enum Message {
 /// Name and abilities of a server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hello {
-    /// 1 to [`LATEST_VERSION`].
+    /// Version of the protocol, 1 to [`LATEST_VERSION`].
     pub version: u32,
     /// Kinds of images that it reads: `path`, `memory`, `data`, `url` ...; `path` by default.
     pub images: Vec<String>,
@@ -96,38 +96,38 @@ pub struct Hello {
 /// Answer of a tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
-    /// A region.
+    /// Place of the target in the frame.
     Region(Region),
-    /// A code without a place; its meaning is the tracker's.
+    /// A code without a place; its meaning depends on the tracker.
     Code(i64),
 }
 
-/// A message that could not be read or written.
+/// Reason why a message could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum TraxError {
-    /// The stream broke.
+    /// The stream failed.
     #[error("the stream of messages broke: {0}")]
     Io(#[from] std::io::Error),
-    /// A message without end.
+    /// A message is longer than [`MAX_MESSAGE_BYTES`].
     #[error("a message of more than {MAX_MESSAGE_BYTES} bytes; none is that long")]
     TooLong,
-    /// A message that the protocol does not allow here.
+    /// A message is not allowed here by the protocol.
     #[error("received `{received}`; expected {expected}")]
     Unexpected {
         /// The message, shortened.
         received: String,
-        /// The expected message.
+        /// What was expected.
         expected: String,
     },
-    /// Numbers that do not make a region.
+    /// Numbers are not a region.
     #[error("received the region `{received}`: {source}")]
     Region {
         /// The region, shortened.
         received: String,
-        /// The error in the numbers.
+        /// What is wrong with the numbers.
         source: RegionError,
     },
-    /// A message that the protocol cannot express.
+    /// The protocol cannot express the message.
     #[error("cannot be said in TraX: {0}")]
     Unwritable(String),
 }
@@ -138,19 +138,20 @@ impl TraxError {
     }
 }
 
-/// Messages from a stream.
+/// Reads messages from a stream.
 #[derive(Debug)]
 pub struct Reader<R> {
     stream: R,
 }
 
 impl<R: BufRead> Reader<R> {
-    /// Messages from `stream`.
+    /// A reader of `stream`.
     pub fn new(stream: R) -> Self {
         Self { stream }
     }
 
-    /// The next message, `None` at the end of the stream. Other lines are skipped, however long.
+    /// The next message; `None` at the end of the stream. Lines that are not messages are skipped, whatever
+    /// their length.
     ///
     /// # Errors
     /// See [`TraxError`]; the stream should not be read on after one.
@@ -163,7 +164,8 @@ impl<R: BufRead> Reader<R> {
         Ok(None)
     }
 
-    /// The next line without its end; of one that is no message, at most the longest message's bytes.
+    /// The next line without its end; of one that is no message, at most the longest message's bytes. A message that the
+    /// stream ends in is none.
     fn line(&mut self) -> Result<Option<Vec<u8>>, TraxError> {
         let mut line = Vec::new();
         let mut any = false;
@@ -173,7 +175,7 @@ impl<R: BufRead> Reader<R> {
                 bytes => bytes?,
             };
             if bytes.is_empty() {
-                return Ok(any.then_some(line));
+                return Ok((any && !line.starts_with(PREFIX.as_bytes())).then_some(line));
             }
             any = true;
             let end = bytes.iter().position(|&b| b == b'\n');
@@ -232,7 +234,7 @@ pub fn parse(line: &[u8]) -> Result<Option<Message>, TraxError> {
     Ok(Some(message))
 }
 
-/// Arguments by position and by name, or what was expected instead.
+/// Arguments by position and by name; the error is what was expected instead.
 fn arguments(text: &str) -> Result<(Vec<String>, Properties), &'static str> {
     let (mut positional, mut properties) = (Vec::new(), Properties::new());
     let mut rest = text.chars();
@@ -316,11 +318,11 @@ fn answer(text: &str) -> Result<Answer, TraxError> {
     }
 }
 
-/// A message as a line with its end.
+/// A message as a line, with the line end.
 ///
 /// # Errors
-/// [`TraxError::Unwritable`]: a path that is empty, not UTF-8 or holds a NUL, a key that is none, a version
-/// that is not spoken, a message above [`MAX_MESSAGE_BYTES`].
+/// [`TraxError::Unwritable`] if a path is empty, not UTF-8 or has a NUL, a key is not valid, the version is
+/// not supported, or the message is longer than [`MAX_MESSAGE_BYTES`].
 pub fn write(message: &Message) -> Result<String, TraxError> {
     let mut line = String::from(PREFIX);
     let properties = match message {
@@ -373,7 +375,7 @@ pub fn write(message: &Message) -> Result<String, TraxError> {
     Ok(line)
 }
 
-/// A region as numbers separated by commas.
+/// The numbers of a region, between commas.
 pub(super) fn numbers(region: &Region) -> String {
     let values: Vec<f64> = match region {
         Region::Rect(r) => vec![r.x, r.y, r.w, r.h],

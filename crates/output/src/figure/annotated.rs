@@ -8,29 +8,29 @@ use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
-/// A box on a frame.
+/// A box to be drawn on a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnnotatedBox {
-    /// Its place, in the frame's pixels; what lies outside is cut off.
+    /// Place of the box in pixels of the frame. Parts outside the frame are cut off.
     pub region: Region,
-    /// Its color.
+    /// Color of line and label.
     pub color: Color,
-    /// Its line.
+    /// Line style of the box.
     pub dash: Dash,
-    /// Text above it; may be empty.
+    /// Text above the box; may be empty.
     pub label: String,
 }
 
-/// Height of the line of text, as a share of the frame's.
+/// Height of a line of text, as a share of the frame's height.
 const TEXT: f64 = 1.0 / 24.0;
-/// Height of the smallest text, in pixels.
+/// Least height of the text, in pixels.
 const SMALLEST_TEXT: f64 = 11.0;
-/// Width of the thinnest line, in pixels.
+/// Least width of a line, in pixels.
 const THINNEST_LINE: f64 = 3.0;
 /// Pixels of a frame per unit of a page.
 const PIXELS: f64 = 2.0;
 
-/// The frame with boxes, and with text in its upper left corner, in as many lines as it needs.
+/// Draws boxes on a copy of the frame, and text in the upper left corner, in as many lines as needed.
 pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color) -> Frame {
     let (w, h) = (frame.width() as f64 / PIXELS, frame.height() as f64 / PIXELS);
     let area = Area { x: 0.0, y: 0.0, w, h };
@@ -53,7 +53,7 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
     Frame::new(frame.width(), frame.height(), image.into_raw())
 }
 
-/// Text on a dark ground whose upper left corner is at a point.
+/// Draws text on a dark ground, with the upper left corner at a point.
 fn plate(page: &mut Page, text: &str, (x, y): Point, size: f64, color: Color) {
     if text.is_empty() {
         return;

@@ -8,50 +8,50 @@ use plotters::style::text_anchor::HPos;
 
 /// Length of a tick mark, in units.
 const TICK: f64 = 3.5;
-/// Maximum absolute value that is drawn; larger ones would overflow the arithmetic of ranges.
+/// Largest absolute value that is drawn. Larger values would overflow the arithmetic of ranges.
 const MAX_VALUE: f64 = 1e100;
-/// Between the ends of a range and the frame, in units.
+/// Distance between the ends of a range and the frame, in units.
 const ROOM: f64 = 5.0;
-/// Between two lines of the name of a row, in units.
+/// Distance between two lines of a row's name, in units.
 pub const NAME_LINE: f64 = 12.0;
 
 /// Lower and upper end of an axis.
 pub type Ends = (f64, f64);
 
-/// Which values an axis shows.
+/// Values that an axis shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Range {
-    /// All finite values; the ends are ticks.
+    /// All finite values; both ends are ticks.
     #[default]
     Auto,
-    /// From 0, and all finite values; the ends are ticks.
+    /// All finite values and 0 as the lower end; both ends are ticks.
     FromZero,
-    /// Between these two; lines are cut off outside.
+    /// Values between these two; lines are clipped there.
     Fixed(f64, f64),
 }
 
 /// An axis of a panel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Axis {
-    /// Its name; may be empty.
+    /// Name of the axis; may be empty.
     pub label: String,
-    /// What it shows.
+    /// Range of values.
     pub range: Range,
-    /// Whether it is logarithmic; points at 0 and below are then gaps.
+    /// True for a logarithmic axis, on which points at 0 and below are gaps.
     pub log: bool,
-    /// Whether ticks are at whole numbers only.
+    /// True if ticks are at whole numbers only.
     pub whole: bool,
-    /// Names of values in place of numbers; numbers where it is empty.
+    /// Names shown instead of some numbers; empty to show the numbers.
     pub names: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// A linear axis.
+    /// Creates a linear axis.
     pub fn new(label: &str, range: Range) -> Self {
         Self { label: label.to_string(), range, ..Self::default() }
     }
 
-    /// The frames of a sequence: number of the first one, and how many.
+    /// Axis of a sequence's frames: number of the first frame, and number of frames.
     pub fn frames(first: u32, count: usize) -> Self {
         let first = f64::from(first);
         let range = match count {
@@ -61,12 +61,12 @@ impl Axis {
         Self { whole: true, ..Self::new("frame", range) }
     }
 
-    /// Whether a value has a place on it.
+    /// True if a value has a place on the axis.
     pub(super) fn shows(&self, value: f64) -> bool {
         value.abs() <= MAX_VALUE && (!self.log || value > 0.0)
     }
 
-    /// Lower and upper end for the values on an axis of about `max` ticks.
+    /// Lower and upper end of the axis for these values, with about `max` ticks.
     ///
     /// # Errors
     /// [`FigureError::Range`] for a fixed range whose ends are not finite, not in order, or not above 0 where `log`.
@@ -93,8 +93,8 @@ impl Axis {
         Ok(self.enclosed((lo, hi), max))
     }
 
-    /// The nearest ticks that enclose a range, so that what is highest can be read off; a logarithmic axis of a decade and
-    /// more ends at powers of ten.
+    /// Nearest ticks that enclose a range, so that the highest value can be read off. A logarithmic axis of
+    /// at least a decade ends at powers of ten.
     fn enclosed(&self, (lo, hi): Ends, max: usize) -> Ends {
         if self.log && (hi / lo).log10() >= 1.0 {
             let power = |v: f64| 10.0_f64.powf(v);
@@ -118,7 +118,7 @@ impl Axis {
         (from.min(lo), to.max(hi))
     }
 
-    /// Ticks with their labels, about `max` at most.
+    /// Ticks with their labels, about `max` or fewer.
     pub(super) fn ticks(&self, (lo, hi): Ends, max: usize) -> Vec<(f64, String)> {
         if !self.names.is_empty() {
             return self.names.clone();
@@ -134,7 +134,7 @@ impl Axis {
     }
 }
 
-/// A map from values to places on the page.
+/// Map from values of an axis to places on the page.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
     ends: Ends,
@@ -144,18 +144,18 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Maps the ends of an axis to places a little inside of two.
+    /// Maps the ends of an axis to places slightly inside `from` and `to`.
     pub fn new(axis: &Axis, ends: Ends, (from, to): (f64, f64)) -> Self {
         let room = if to < from { -ROOM } else { ROOM };
         Self { ends, from: from + room, to: to - room, log: axis.log }
     }
 
-    /// Lower and upper end.
+    /// Lower and upper end of the axis.
     pub fn ends(&self) -> Ends {
         self.ends
     }
 
-    /// The place of a value. Values far outside stay near the page, so that clipping is exact.
+    /// Place of a value. Values far outside stay near the page, so that clipping is exact.
     pub fn place(&self, v: f64) -> f64 {
         let (lo, hi) = self.ends;
         let share = if self.log {
@@ -167,7 +167,7 @@ impl Scale {
     }
 }
 
-/// A panel's place on the page.
+/// Area of a panel on the page, with the scales of its axes.
 pub struct Place {
     pub area: Area,
     pub x: Scale,
@@ -180,7 +180,7 @@ impl Place {
     }
 }
 
-/// The distance of ticks for `lo..=hi`: 1, 2 or 5 times a power of ten.
+/// Distance of ticks for `lo..=hi`: 1, 2 or 5 times a power of ten.
 fn linear_step(lo: f64, hi: f64, max: usize) -> f64 {
     let raw = (hi - lo) / max.max(1) as f64;
     let power = 10.0_f64.powf(raw.log10().floor());
@@ -207,7 +207,7 @@ pub fn linear_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Powers of ten inside `lo..=hi`, with 2 and 5 times them where there is room.
+/// Powers of ten inside `lo..=hi`, and 2 and 5 times these if there is room.
 fn log_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
     let decades = (hi / lo).log10();
     if decades < 1.0 {
@@ -224,7 +224,7 @@ fn log_ticks(lo: f64, hi: f64, max: usize) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// A tick's label with just the digits that distinguish it from its neighbors `step` away.
+/// Label of a tick, with just the digits that distinguish it from neighbors `step` away.
 fn number(v: f64, step: f64) -> String {
     let v = if v.abs() < step.abs() * 1e-6 { 0.0 } else { v };
     let size = v.abs().max(step.abs());
@@ -240,14 +240,14 @@ fn number(v: f64, step: f64) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// The ticks of a panel, and whether their labels are shown.
+/// Ticks of a panel's axes, each with a flag that is true if its labels are shown.
 pub struct Ticks {
     pub x: Vec<(f64, String)>,
     pub y: Vec<(f64, Vec<String>)>,
     pub labels: (bool, bool),
 }
 
-/// Draws the frame of a panel with ticks; labels stand left and below.
+/// Draws the frame of a panel with ticks. Labels are on the left and below.
 pub fn frame(page: &mut Page, Place { area, x, y }: &Place, ticks: &Ticks) {
     let stroke = Stroke::solid(SOFT, 0.8);
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
@@ -277,13 +277,13 @@ pub fn frame(page: &mut Page, Place { area, x, y }: &Place, ticks: &Ticks) {
     }
 }
 
-/// Numbers of ticks that the axes of a panel of a size take.
+/// Most ticks of the horizontal and the vertical axis in a panel of this size.
 pub fn max_ticks((w, h): (f64, f64)) -> (usize, usize) {
     (((w / 44.0) as usize).clamp(3, 12), ((h / 26.0) as usize).clamp(2, 8))
 }
 
-/// A polyline without the points that cannot be seen: of those within a quarter unit across, the first, lowest, highest
-/// and last are kept.
+/// Polyline without points that make no visible difference: of the points within a quarter unit across, only
+/// the first, lowest, highest and last are kept.
 pub fn thinned(points: &[Point]) -> Vec<Point> {
     let column = |p: &Point| (p.0 * 4.0).floor();
     let kept = |chunk: &[Point]| -> Vec<Point> {

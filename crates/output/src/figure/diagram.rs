@@ -5,19 +5,19 @@ use super::page::{Area, LINE, Page, Point, Stroke};
 use super::style::{Color, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 use plotters::style::text_anchor::HPos;
 
-/// Half the height of a box, in units.
+/// Half of a box's height, in units.
 const HALF: f64 = 16.0;
-/// Room beside a name in its box, in units.
+/// Total horizontal room around the name in a box, in units.
 const ROOM: f64 = 14.0;
-/// Most room for a label in a column, in units.
+/// Most horizontal room for a label within a column, in units.
 const NARROW: f64 = 96.0;
-/// Distance of an arrow from the line between the middles of its boxes, and length of a loop, in units.
+/// Distance of an arrow from the line between the centers of its boxes, and length of a loop, in units.
 const APART: f64 = 7.0;
 const LOOP: f64 = 18.0;
 
 const ARROW: Stroke = Stroke::solid(INK, 1.2);
 
-/// The box of a name.
+/// Outline of the box around a name.
 fn outline(at: Point, name: &str) -> Area {
     Area::around(at, font::width(name, MEDIUM) / 2.0 + ROOM, HALF)
 }
@@ -30,8 +30,9 @@ pub fn node(page: &mut Page, at: Point, name: &str) {
     page.text(name, at, MEDIUM, HPos::Center, INK);
 }
 
-/// Draws an arrow between two boxes, given by their middles and names, with its label; one of a pair lies on its side of
-/// the way, any other one on the outer side of the area. An arrow from a box to itself is a loop.
+/// Draws an arrow with its label between two boxes, which are given by their centers and names. An arrow of a
+/// pair is drawn on its own side of the connecting line; a single one on the outer side of the area. An arrow
+/// from a box to itself is a loop.
 pub fn arrow(page: &mut Page, area: &Area, ends: [(Point, &str); 2], label: &[String], is_pair: bool) {
     let [a, b] = ends.map(|end| end.0);
     let [from, to] = ends.map(|(at, name)| outline(at, name));
@@ -65,13 +66,13 @@ pub fn arrow(page: &mut Page, area: &Area, ends: [(Point, &str); 2], label: &[St
     write(page, label, ((start.0 + end.0) / 2.0, (start.1 + end.1) / 2.0), normal);
 }
 
-/// The direction from a point to another one, of length 1.
+/// Unit vector from `a` to `b`.
 fn direction(a: Point, b: Point) -> Point {
     let length = (b.0 - a.0).hypot(b.1 - a.1);
     ((b.0 - a.0) / length, (b.1 - a.1) / length)
 }
 
-/// A line that ends in the head of an arrow.
+/// Draws a line that ends in an arrowhead.
 fn head(page: &mut Page, start: Point, end: Point) {
     let along = direction(start, end);
     let wing = |k: f64| (end.0 - 9.0 * along.0 + k * along.1, end.1 - 9.0 * along.1 - k * along.0);
@@ -79,7 +80,7 @@ fn head(page: &mut Page, start: Point, end: Point) {
     page.fill(vec![end, wing(3.6), wing(-3.6)], INK);
 }
 
-/// Writes the lines of a label beside `at`, on the side that `normal` points to.
+/// Writes the lines of a label beside `at`, on the side to which `normal` points.
 fn write(page: &mut Page, label: &[String], at: Point, normal: Point) {
     let left = at.0 + 8.0 * normal.0;
     let right = page.width - left;

@@ -1,5 +1,5 @@
-//! Dot plots: a row for each method, tracker or reading, a panel for each tracker or statistic, a dot with its interval. A
-//! published value is an upright line for all rows, or a diamond in its row.
+//! Dot plots: rows for methods, trackers or readings, a panel for each tracker or statistic, and a dot with
+//! its interval in each. A published value is an upright line through all rows, or a diamond in its row.
 
 use super::axis::{Axis, Range};
 use super::layout::{Figure, Form};
@@ -10,9 +10,9 @@ use super::style::{Color, Dash, Style};
 /// A value with its bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dot {
-    /// The value.
+    /// Value of the dot.
     pub value: f64,
-    /// Lower and upper bound, where they are known.
+    /// Lower and upper bound; `None` if unknown.
     pub bounds: Option<(f64, f64)>,
 }
 
@@ -21,20 +21,20 @@ pub struct Dot {
 pub struct DotPanel {
     /// Name of the statistic.
     pub label: String,
-    /// The published value of all rows, an upright line.
+    /// Published value that holds for all rows, drawn as an upright line.
     pub mark: Option<f64>,
-    /// Values of methods that know nothing, or all: lines through all rows.
+    /// Values of anchors, drawn as lines through all rows.
     pub levels: Vec<(f64, Dash)>,
-    /// The value that a paper prints for each row; may be empty.
+    /// Published value of each row; may be empty.
     pub published: Vec<Option<f64>>,
-    /// The dot of each row.
+    /// Dot of each row.
     pub values: Vec<Option<Dot>>,
 }
 
-/// Panels beside each other with common rows.
+/// Panels side by side with common rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dots {
-    /// Title; may be empty.
+    /// Title of the figure; may be empty.
     pub title: String,
     /// Note under the title; may be empty.
     pub note: String,
@@ -42,20 +42,20 @@ pub struct Dots {
     pub rows: Vec<String>,
     /// The panels, from the left.
     pub panels: Vec<DotPanel>,
-    /// Whether all panels have one axis, because they show one statistic.
+    /// True if all panels show the same statistic and therefore have the same axis.
     pub shared_axis: bool,
-    /// The color of each row; blue where there is none.
+    /// Color of each row; blue for rows without one.
     pub colors: Vec<Color>,
-    /// The value that chance gives: a dashed line in every panel.
+    /// Value that chance gives, drawn as a dashed line in all panels.
     pub chance: Option<f64>,
 }
 
 const GRID: Style = Style { color: Color::Mapped([0xDD; 3]), dash: Dash::Solid, width: 0.7 };
-/// Black, because a method has each of the other colors.
+/// Style of published values: black, since methods use the other colors.
 const MARKED: Style = Style { color: Color::Black, dash: Dash::Solid, width: 1.4 };
 
 impl Dots {
-    /// The figure.
+    /// Converts the dot plot to a figure.
     pub fn figure(&self) -> Figure {
         let rows = if self.rows.is_empty() {
             Vec::new()

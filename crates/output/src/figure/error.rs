@@ -24,12 +24,12 @@ pub enum FigureError {
         /// Limit in units.
         limit: u32,
     },
-    /// plotters, the PNG encoder or the cutting of the font failed.
+    /// plotters, the PNG encoder or the subsetting of the font failed.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }
 
-/// An error of a writer as that of a figure.
+/// Wraps an error of a writer.
 pub fn failed(e: impl std::fmt::Display) -> FigureError {
     FigureError::Draw(e.to_string())
 }

@@ -3,48 +3,48 @@
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use std::sync::LazyLock;
 
-/// Font families for SVG viewers. Widths are measured in DejaVu Sans; Verdana is as wide and the others are narrower, so
-/// text that fits here fits there.
+/// Font families for SVG viewers. Widths are measured in DejaVu Sans; Verdana is as wide and the others are
+/// narrower, so measured text fits in each of them.
 pub const FAMILY: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 
-/// Distance from the middle of the small letters to the base line, in em (half of DejaVu's x height).
+/// Distance from the middle of the lower-case letters to the base line, in em (half of DejaVu's x height).
 pub const HALF_EX: f64 = 0.2735;
 
-/// The file of the font.
+/// Contents of the font file.
 pub const BYTES: &[u8] = include_bytes!("../../../../assets/fonts/DejaVuSans.ttf");
 
 static FACE: LazyLock<FontRef<'static>> =
     LazyLock::new(|| FontRef::try_from_slice(BYTES).expect("the font in assets/ is a font"));
 
-/// Number of a character's glyph in the font; 0, an empty box, where it has none.
+/// Index of a character's glyph in the font; 0, an empty box, if the font lacks it.
 pub fn glyph(c: char) -> u16 {
     FACE.glyph_id(c).0
 }
 
-/// Width of a glyph where an em is `size`.
+/// Width of a glyph at an em of `size`.
 pub fn glyph_width(glyph: u16, size: f64) -> f64 {
     f64::from(FACE.as_scaled(scale(size)).h_advance(ab_glyph::GlyphId(glyph)))
 }
 
-/// The scale that makes one em `size` units.
+/// Scale at which one em is `size` units.
 fn scale(size: f64) -> PxScale {
     let height = FACE.height_unscaled();
     let em = FACE.units_per_em().unwrap_or(height);
     PxScale::from(size as f32 * height / em)
 }
 
-/// Width of one line of text whose em is `size`, in the unit of `size`.
+/// Width of one line of text at an em of `size`, in the unit of `size`.
 pub fn width(text: &str, size: f64) -> f64 {
     text.chars().map(|c| glyph_width(glyph(c), size)).sum()
 }
 
-/// Width of the widest line.
+/// Width of the widest line at an em of `size`.
 pub fn widest(lines: &[String], size: f64) -> f64 {
     lines.iter().map(|line| width(line, size)).fold(0.0, f64::max)
 }
 
-/// The text as one printable line: control characters and line ends become spaces; characters that XML cannot hold, or
-/// that change the direction of the text after them, become the replacement character.
+/// Converts the text to one printable line. Control characters and line ends become spaces. Characters that
+/// XML forbids, or that change the reading direction, become the replacement character.
 pub fn clean(text: &str) -> String {
     text.chars()
         .map(|c| match c {
@@ -55,7 +55,7 @@ pub fn clean(text: &str) -> String {
         .collect()
 }
 
-/// The cleaned text in lines, broken at spaces, and in words that are wider than a line.
+/// Cleans the text and breaks it into lines at spaces, and within words that are wider than a line.
 pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
@@ -79,8 +79,8 @@ pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
     lines
 }
 
-/// Draws the text with the middle of its small letters on the line `y = 0` and its left end at
-/// `x = 0`; `dot` receives pixel offsets and coverages in (0, 1].
+/// Draws the text with its left end at `x = 0` and the middle of its lower-case letters on the line `y = 0`.
+/// `dot` receives pixel offsets and coverages in (0, 1].
 pub fn rasterize(text: &str, size: f64, mut dot: impl FnMut(i32, i32, f32)) {
     let face = FACE.as_scaled(scale(size));
     let base = (HALF_EX * size) as f32;

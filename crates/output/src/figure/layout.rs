@@ -10,86 +10,85 @@ use super::still::{Still, draw_stills};
 use super::style::{INK, LARGE, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
 use plotters::style::text_anchor::HPos;
 
-/// Shape of the panels of a figure, and which axes they have in common.
+/// Shape of a figure's panels, and the axes that they share.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Form {
-    /// Wider than high; all panels have both axes in common.
+    /// Panels wider than high, which share both axes.
     #[default]
     Chart,
-    /// As high as wide, with the legend beside a single one; all panels have both axes in common.
+    /// Square panels, which share both axes. The legend is beside a single one.
     Square,
     /// Values over frames; each panel has its own axes.
     Strip,
-    /// Named rows, which are the same for panels beside each other; where `shared`, all panels have the horizontal axis in
-    /// common.
+    /// Panels with named rows, which neighbors share. With `shared`, all panels share the horizontal axis.
     Rows {
-        /// Whether the horizontal axis is common.
+        /// True if all panels share the horizontal axis.
         shared: bool,
     },
     /// A diagram without axes.
     Diagram,
-    /// A radar chart, with the legend beside a single one.
+    /// A radar chart. The legend is beside a single one.
     Radar,
 }
 
-/// A figure: panels below stills.
+/// A figure: video frames (stills) above, panels below.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figure {
-    /// Title; may be empty.
+    /// Title of the figure; may be empty.
     pub title: String,
     /// Note under the title; may be empty.
     pub note: String,
-    /// Frames above the panels.
+    /// Video frames above the panels.
     pub stills: Vec<Still>,
     /// Shape of the panels.
     pub form: Form,
-    /// Panels, row by row; columns that have no room beside the others stand below them.
+    /// Panels by row. Columns that do not fit side by side are placed below each other.
     pub rows: Vec<Vec<Panel>>,
-    /// The legend, below the panels or beside a single square one, so that it moves none.
+    /// Legend, placed below the panels or beside a single square one, so that panels keep their place.
     pub legend: Vec<Entry>,
 }
 
-/// Least width of a column with its labels, and of one of named rows, in units.
+/// Least width of a column with its labels, and of a column with named rows, in units.
 const LEAST: f64 = 165.0;
 const LEAST_OF_ROWS: f64 = 98.0;
-/// Width of a square panel and of a radar chart with the legend beside it, in units.
+/// Width of a square panel, and of a radar chart with the legend beside it, in units.
 const SIDE: f64 = 390.0;
 const RADAR: f64 = 470.0;
-/// Height of a single panel, and the least and largest of several, in units.
+/// Height of a single panel, then least and largest height of several, in units.
 const HEIGHT: (f64, f64, f64) = (300.0, 110.0, 200.0);
-/// Least room between panels, and between the labels of two, in units.
+/// Least distance between panels, and between their labels, in units.
 const GAP: f64 = 14.0;
 const APART: f64 = 8.0;
-/// Most room for the names of rows, and of values of a strip, in units.
+/// Most room for names of rows, and for names of values in a strip, in units.
 const ROW_NAMES: f64 = 210.0;
 const VALUE_NAMES: f64 = 90.0;
-/// Between the labels of the vertical axis and its name, in units.
+/// Distance between the labels and the name of the vertical axis, in units.
 const BESIDE: f64 = 7.0;
-/// Room for the labels of the horizontal axis, in units.
+/// Height of the horizontal axis's labels, in units.
 const LABELS: f64 = 22.0;
 
-/// A panel with what its layout depends on.
+/// A panel with the ranges, ticks and texts that its layout depends on.
 struct Cell<'f> {
     panel: &'f Panel,
     ends: (Ends, Ends),
     ticks: Ticks,
-    /// Name of the vertical axis.
+    /// Lines of the name of the vertical axis.
     name: Vec<String>,
-    /// Whether the panel on the left has the same legend.
+    /// True if the panel on the left has the same legend.
     is_repeated: bool,
     title: Vec<String>,
     legend: Legend,
 }
 
 impl Cell<'_> {
-    /// Breaks title and legend into lines of a width.
+    /// Breaks title and legend into lines of a width, in units.
     fn set_head(&mut self, width: f64) {
         self.title = font::wrap(&self.panel.title, MEDIUM, width);
         let entries: &[Entry] = if self.is_repeated { &[] } else { &self.panel.legend };
         self.legend = Legend::new(entries, width, 0.0);
     }
 
-    /// Room on the left of the panel.
+    /// Room on the left of the panel, in units.
     fn left(&self) -> f64 {
         let labels = self.ticks.y.iter().map(|t| font::widest(&t.1, SMALL)).fold(0.0, f64::max);
         let labels = if self.ticks.labels.1 { labels + BESIDE } else { 0.0 };
@@ -97,7 +96,7 @@ impl Cell<'_> {
         labels + name
     }
 
-    /// Where the legend begins, from the upper left corner of the head: beside the title or below it.
+    /// Upper left corner of the legend, relative to that of the head: beside the title or below it.
     fn legend_at(&self, width: f64) -> Point {
         let beside = font::widest(&self.title, MEDIUM) + 12.0;
         let is_line = self.title.len() == 1 && self.legend.rows() == 1;
@@ -107,7 +106,7 @@ impl Cell<'_> {
         }
     }
 
-    /// Room above the panel.
+    /// Height of title and legend above the panel, in units.
     fn head(&self, width: f64) -> f64 {
         let below = self.legend_at(width).1.max(0.0) + self.legend.height();
         let height = below.max(LINE * self.title.len() as f64);
@@ -116,7 +115,7 @@ impl Cell<'_> {
 }
 
 impl Figure {
-    /// Lays the figure out in a width, in units.
+    /// Lays out the figure at a width, in units.
     ///
     /// # Errors
     /// See [`FigureError`].
@@ -145,7 +144,7 @@ impl Figure {
         Ok(page)
     }
 
-    /// The rows of panels in a width.
+    /// Rows of panels at a width, in units.
     fn lines(&self, width: f64) -> Vec<&[Panel]> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let most = match self.form {
@@ -160,7 +159,7 @@ impl Figure {
         (0..columns).step_by(each).flat_map(part).filter(|line| !line.is_empty()).collect()
     }
 
-    /// Room for the names of values on the vertical axis.
+    /// Room for names of values on the vertical axis, in units.
     fn row_names(&self, width: f64) -> f64 {
         let names = self.rows.iter().flatten().flat_map(|p| &p.y.names);
         let longest = names.map(|(_, name)| font::width(name, SMALL)).fold(0.0, f64::max);
@@ -170,7 +169,7 @@ impl Figure {
         }
     }
 
-    /// Height of a panel of a width in a line of `columns`.
+    /// Height of a panel of width `w`, one of `columns` in its row.
     fn height(&self, w: f64, columns: usize, panel: &Panel, page_width: f64) -> f64 {
         let is_wide = page_width >= WIDTH;
         match self.form {
@@ -193,7 +192,8 @@ impl Figure {
         }
     }
 
-    /// Draws the panels below `y`; returns the place of the legend, and the first free line below the panels.
+    /// Draws the panels below `y`. Returns the place of the legend, and the height at which the page is free
+    /// below the panels.
     fn draw_panels(&self, page: &mut Page, mut y: f64) -> Result<((f64, f64), f64), FigureError> {
         let width = page.width;
         let lines = self.lines(width);
@@ -236,7 +236,7 @@ impl Figure {
         Ok((if is_beside { place } else { (MARGIN, y) }, y))
     }
 
-    /// Whether all panels have the horizontal and the vertical axis in common.
+    /// True, for the horizontal and the vertical axis, if all panels share it.
     fn common(&self) -> (bool, bool) {
         match self.form {
             Form::Chart | Form::Square => (true, true),
@@ -249,7 +249,7 @@ impl Figure {
         !matches!(self.form, Form::Diagram | Form::Radar)
     }
 
-    /// The panels of each line with their ranges, ticks and words, for the size of a panel and a width of the page.
+    /// Panels of each row with their ranges, ticks and texts, for a size of panels and a width of the page.
     fn cells<'f>(
         &self,
         lines: &[&'f [Panel]],
@@ -317,8 +317,8 @@ impl Figure {
     }
 }
 
-/// Draws the names of the horizontal axes of a line below `y`, once where neighbors have the same; returns the first free
-/// line below them.
+/// Draws the names of the horizontal axes of a row below `y`, only once for neighbors with the same name.
+/// Returns the height at which the page is free below them.
 fn draw_names(page: &mut Page, cells: &[Cell<'_>], (x_of, w): (&dyn Fn(usize) -> f64, f64), y: f64) -> f64 {
     let mut bottom = y;
     let shown: Vec<usize> = (0..cells.len()).filter(|c| cells[*c].ticks.labels.0).collect();

@@ -1,43 +1,43 @@
-//! Marks at points, and legends: symbols with names, laid out in rows.
+//! Markers at points, and legends: symbols with names, laid out in rows.
 
 use super::font;
 use super::page::{Area, LINE, Page, Point, Stroke};
 use super::style::{Color, Dash, INK, SHADE, SMALL, Style};
 use plotters::style::text_anchor::HPos;
 
-/// Between two rows, in units.
+/// Distance between two rows, in units.
 const APART: f64 = 2.0;
 /// Width of a symbol, in units.
 const SYMBOL: f64 = 22.0;
-/// Widths of the line around a box on a still, and of the dark one under it, in units.
+/// Width of a box's line on a still, and of the dark line under it, in units.
 pub const BOX: f64 = 1.7;
 pub const AROUND_BOX: f64 = 3.2;
-/// Between symbol and name, and between entries, in units.
+/// Distance between symbol and name, and between entries, in units.
 const GAPS: (f64, f64) = (5.0, 14.0);
 
-/// The mark of a point.
+/// Shape that marks a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Marker {
     /// A disk.
     Circle,
-    /// A square on its side.
+    /// An upright square.
     Square,
-    /// A triangle, its tip up.
+    /// A triangle that points up.
     Triangle,
-    /// A square on its corner.
+    /// A square standing on a corner.
     Diamond,
-    /// A ring: the point at which a method is operated.
+    /// A ring: the operating point of a method.
     Operating,
-    /// A hollow diamond: what a paper prints.
+    /// A hollow diamond: a value that a paper prints.
     Published,
-    /// A triangle, its tip down on the point: an alarm begins.
+    /// A triangle that points down to the point: an alarm begins.
     AlarmBegins,
-    /// The same, hollow: an alarm ends.
+    /// A hollow triangle that points down: an alarm ends.
     AlarmEnds,
 }
 
 impl Marker {
-    /// The marker of the `i`-th of several series; they repeat after four.
+    /// Marker of the `i`-th of several series. Markers repeat after four.
     pub fn nth(i: usize) -> Self {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
     }
@@ -72,12 +72,12 @@ impl Marker {
     }
 }
 
-/// The symbol before a name.
+/// Symbol before a name in a legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Symbol {
-    /// A line, perhaps with a mark.
+    /// A line, with or without a marker.
     Line(Style, Option<Marker>),
-    /// A mark alone.
+    /// A marker alone.
     Mark(Color, Marker),
     /// A shaded area.
     Shade,
@@ -85,21 +85,21 @@ pub enum Symbol {
     Band(Color),
     /// An upright line.
     Upright(Style),
-    /// The line around a box on a still.
+    /// Outline of a box on a still.
     Outline([u8; 3], Dash),
 }
 
-/// A symbol and its name.
+/// An entry of a legend: symbol and name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
-    /// The symbol.
+    /// Symbol shown before the name.
     pub symbol: Symbol,
-    /// Name of the series that has the symbol.
+    /// Text shown beside the symbol.
     pub name: String,
 }
 
 impl Entry {
-    /// A symbol with its name.
+    /// Creates an entry.
     pub fn new(symbol: Symbol, name: impl Into<String>) -> Self {
         Self { symbol, name: name.into() }
     }
@@ -108,12 +108,13 @@ impl Entry {
 /// A legend broken into rows for a given width.
 #[derive(Default)]
 pub struct Legend {
-    /// Entries with the lines of their names, and their width.
+    /// Rows of entries: symbol, lines of the name, and width.
     rows: Vec<Vec<(Symbol, Vec<String>, f64)>>,
 }
 
 impl Legend {
-    /// Entries in rows of at most `room`: a row for each, where no more than `height` is needed for that.
+    /// Arranges entries in rows of at most `room`. Each entry has a row of its own if that needs at most
+    /// `height`.
     pub fn new(entries: &[Entry], room: f64, height: f64) -> Self {
         let most = if entries.len() as f64 * (LINE + APART) <= height { 1 } else { entries.len() };
         let mut legend = Self::default();
@@ -134,7 +135,7 @@ impl Legend {
         legend
     }
 
-    /// Number of rows.
+    /// Number of rows in the legend.
     pub fn rows(&self) -> usize {
         self.rows.len()
     }
@@ -169,7 +170,7 @@ impl Legend {
 }
 
 impl Symbol {
-    /// Draws the symbol to the right of a point, its middle at the point's height.
+    /// Draws the symbol to the right of a point, centered at the point's height.
     fn draw(self, page: &mut Page, (x, y): Point) {
         let at = (x + SYMBOL / 2.0, y);
         let area = |in_by: f64, half: f64| Area::around(at, SYMBOL / 2.0 - in_by, half);

@@ -1,4 +1,4 @@
-//! Figures as files.
+//! Figures as files in several formats.
 
 use super::error::{FigureError, failed};
 use super::font;
@@ -18,9 +18,10 @@ use std::fmt::Write;
 pub struct Files {
     /// SVG text.
     pub svg: String,
-    /// SVG text of the figure as wide as a column, for papers of two columns and narrow screens; empty where it does not fit one.
+    /// SVG text of the figure at the width of a column, for two-column papers and narrow screens; empty if it
+    /// does not fit.
     pub narrow: String,
-    /// PDF bytes of the same; empty where it does not fit.
+    /// PDF bytes of the figure at the width of a column; empty if it does not fit.
     pub narrow_pdf: Vec<u8>,
     /// PNG bytes.
     pub png: Vec<u8>,
@@ -28,11 +29,11 @@ pub struct Files {
     pub pdf: Vec<u8>,
 }
 
-/// Maximum length of a side in units.
+/// Longest side of a figure, in units.
 const MAX_SIDE: f64 = 8000.0;
 
 impl Figure {
-    /// The figure in all its formats, as wide as it is asked for, in units; [`WIDTH`] is that of a page's text.
+    /// Draws the figure in all its formats at a width in units; [`WIDTH`] is the text width of a page.
     ///
     /// # Errors
     /// See [`FigureError`].
@@ -47,7 +48,7 @@ impl Figure {
         Ok(Files { svg: svg(&page)?, narrow, narrow_pdf, png: png(&page)?, pdf: pdf(&page)? })
     }
 
-    /// The figure as SVG, as wide as a page's text.
+    /// Draws the figure as SVG at the text width of a page.
     ///
     /// # Errors
     /// See [`FigureError`].
@@ -55,7 +56,7 @@ impl Figure {
         svg(&self.checked(WIDTH)?)
     }
 
-    /// The figure as a PNG file of 206 pixels an inch, as wide as a page's text.
+    /// Draws the figure as PNG with 206 pixels per inch, at the text width of a page.
     ///
     /// # Errors
     /// See [`FigureError`].
@@ -63,7 +64,7 @@ impl Figure {
         png(&self.checked(WIDTH)?)
     }
 
-    /// The figure as a PDF file of one page, as wide as a page's text.
+    /// Draws the figure as a PDF of one page, at the text width of a page.
     ///
     /// # Errors
     /// See [`FigureError`].
@@ -81,10 +82,10 @@ impl Figure {
     }
 }
 
-/// The page as one SVG element without any id, so that several can share a page.
+/// Draws the page as one SVG element. It has no ids, so that several can share an HTML page.
 ///
-/// plotters' coordinates are whole, so the box of the view has [`FINE`] of them a unit. Frames are not drawn with plotters,
-/// which makes a rectangle of every pixel, but embedded as PNG.
+/// Coordinates of plotters are integers, so the view box has [`FINE`] of them per unit. Video frames are
+/// embedded as PNG, since plotters would draw a rectangle for each pixel.
 fn svg(page: &Page) -> Result<String, FigureError> {
     let (w, h) = ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32);
     let mut body = String::new();
@@ -117,7 +118,7 @@ fn svg(page: &Page) -> Result<String, FigureError> {
     Ok(out)
 }
 
-/// The em of a text is its size in plotters, divided by this.
+/// Ratio of a text's size in plotters to its em.
 const EM: f64 = 1.24;
 
 /// Draws shapes with plotters.
@@ -148,13 +149,13 @@ fn draw(mut backend: SVGBackend<'_>, shapes: &[Shape]) -> Result<(), FigureError
     backend.present().map_err(failed)
 }
 
-/// A length in inches, as SVG has it.
+/// A length in inches, as text for SVG.
 fn inches(units: f64) -> String {
     let text = format!("{:.3}", units / PER_INCH);
     format!("{}in", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Text as XML character data.
+/// Escapes text for XML character data.
 fn escape(text: &str) -> String {
     font::clean(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

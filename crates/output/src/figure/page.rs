@@ -1,4 +1,4 @@
-//! A figure as it is laid out: lines, filled shapes and texts, in units of 0.7 pt from the top left corner.
+//! A figure after layout: lines, filled shapes and texts, in units of 0.7 pt from the top left corner.
 
 use super::font;
 use super::style::{CASING, Dash, Style};
@@ -19,17 +19,17 @@ impl Stroke {
         Self { rgb, width, dash: Dash::Solid }
     }
 
-    /// The stroke of a style; a width that could not be seen, or is absurd, is brought into a range.
+    /// Stroke of a style. Widths that are invisible or absurdly large are clamped.
     pub fn of(style: &Style) -> Self {
         let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
         Self { rgb: style.color.rgb(), width, dash: style.dash }
     }
 }
 
-/// What a page is made of.
+/// An element of a page.
 #[derive(Clone)]
 pub enum Shape {
-    /// Its ends are round, so that a line from a point to the same one is a disk.
+    /// A line with round ends, so that a line from a point to itself is a disk.
     Line {
         points: Vec<Point>,
         stroke: Stroke,
@@ -39,7 +39,7 @@ pub enum Shape {
         rgb: [u8; 3],
         opacity: f64,
     },
-    /// The middle of the small letters is at the height of the point.
+    /// A text; the middle of its lower-case letters is at the height of the point.
     Text {
         text: String,
         at: Point,
@@ -50,12 +50,12 @@ pub enum Shape {
     },
 }
 
-/// Opacity of a band.
+/// Opacity of bands.
 pub const BAND: f64 = 0.18;
-/// Between two lines of text, in units.
+/// Distance between two lines of text, in units.
 pub const LINE: f64 = 14.0;
 
-/// A rectangle of the page.
+/// An upright rectangle on the page, in units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Area {
     pub x: f64,
@@ -65,7 +65,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// The rectangle around a point that reaches so far to each side, and up and down.
+    /// Rectangle around a center, which extends by `w` to both sides, and by `h` up and down.
     pub fn around((x, y): Point, w: f64, h: f64) -> Self {
         Self { x: x - w, y: y - h, w: 2.0 * w, h: 2.0 * h }
     }
@@ -91,7 +91,7 @@ impl Area {
         (self.x..=self.right()).contains(&p.0) && (self.y..=self.bottom()).contains(&p.1)
     }
 
-    /// Whether it has no point in common with another one, but for edges.
+    /// True if the two areas have at most edges in common.
     pub fn is_apart(&self, other: &Self) -> bool {
         let beside = self.right() <= other.x || other.right() <= self.x;
         beside || self.bottom() <= other.y || other.bottom() <= self.y
@@ -119,7 +119,7 @@ impl Area {
     }
 }
 
-/// A figure that is laid out. Its frames lie under its shapes.
+/// A figure after layout. Its video frames lie under its shapes.
 pub struct Page {
     pub title: String,
     pub width: f64,
@@ -156,8 +156,8 @@ impl Page {
         }
     }
 
-    /// Adds lines of text below each other, the first one in the middle of a line that begins at the height of `at`;
-    /// returns where the next one would begin.
+    /// Adds lines of text below each other. The first line begins at the height of `at`. Returns the height
+    /// at which a further line would begin.
     pub fn lines(&mut self, lines: &[String], at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) -> f64 {
         for (k, line) in lines.iter().enumerate() {
             self.text(line, (at.0, at.1 + LINE * (k as f64 + 0.5)), size, anchor, rgb);
@@ -165,7 +165,7 @@ impl Page {
         at.1 + LINE * lines.len() as f64
     }
 
-    /// Adds lines of text that read from the bottom to the top, centered on their point.
+    /// Adds lines of text that read from bottom to top, centered on a point.
     pub fn lines_upwards(&mut self, lines: Vec<String>, at: Point, size: f64, rgb: [u8; 3]) {
         for (k, text) in lines.into_iter().enumerate() {
             let at = (at.0 + LINE * k as f64, at.1);
@@ -173,7 +173,7 @@ impl Page {
         }
     }
 
-    /// Adds a line through the points as far as it lies inside `area`.
+    /// Adds the part of a polyline that lies inside `area`.
     pub fn clipped(&mut self, points: &[Point], area: &Area, stroke: Stroke) {
         let mut run: Vec<Point> = Vec::new();
         for pair in points.windows(2) {
@@ -190,7 +190,8 @@ impl Page {
         self.flush(&mut run, stroke);
     }
 
-    /// Adds the outline of a box on a frame that lies in `area`, on a dark one; returns whether all corners have a place.
+    /// Adds the outline of a box on a frame that lies in `area`, over a dark outline. Returns true if all
+    /// corners could be placed.
     pub fn outline(&mut self, mut corners: Vec<Point>, area: &Area, stroke: Stroke, casing: f64) -> bool {
         let has_place = corners.iter().all(|c| c.0.is_finite() && c.1.is_finite());
         if has_place {
@@ -209,12 +210,12 @@ impl Page {
     }
 }
 
-/// Points in whole coordinates, of which a unit has `scale`.
+/// Points in integer coordinates, `scale` per unit.
 pub fn whole(points: &[Point], scale: f64) -> Vec<(i32, i32)> {
     points.iter().map(|p| ((p.0 * scale).round() as i32, (p.1 * scale).round() as i32)).collect()
 }
 
-/// The strokes of a line in whole coordinates, each from a first point to a last one, perhaps the same.
+/// Strokes of a dashed or solid line in integer coordinates. First and last point of a stroke may be equal.
 pub fn strokes(points: &[Point], dash: Dash, scale: f64) -> Vec<Vec<(i32, i32)>> {
     let stroke = |run: Vec<Point>| {
         let mut run = whole(&run, scale);
@@ -227,12 +228,12 @@ pub fn strokes(points: &[Point], dash: Dash, scale: f64) -> Vec<Vec<(i32, i32)>>
     dashes(points, dash.pattern()).into_iter().map(stroke).collect()
 }
 
-/// The width of a line in whole coordinates.
+/// Width of a line in integer coordinates.
 pub fn whole_width(stroke: &Stroke, scale: f64) -> u32 {
     (stroke.width * scale).round().max(1.0) as u32
 }
 
-/// The share of a text that stands before its point.
+/// Share of a text that stands before its anchor point.
 pub fn share_before(anchor: HPos) -> f64 {
     match anchor {
         HPos::Left => 0.0,
@@ -241,7 +242,7 @@ pub fn share_before(anchor: HPos) -> f64 {
     }
 }
 
-/// The strokes of a dashed line, each a line of its own.
+/// Splits a polyline into the strokes of a dash pattern.
 fn dashes(points: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     if pattern.is_empty() {
         return vec![points.to_vec()];

@@ -1,4 +1,4 @@
-//! Panels and what is in them.
+//! Panels of a figure, and the marks in them.
 
 use super::axis::{Axis, Ends, Place, Scale, linear_ticks, thinned};
 use super::diagram;
@@ -10,67 +10,67 @@ use super::style::{Color, Dash, INK, SHADE, SMALL, SOFT, Style};
 use plotters::style::text_anchor::HPos;
 use std::ops::Range;
 
-/// What a panel shows, in its axes' values.
+/// An element of a panel, in values of its axes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Mark {
-    /// A line; a point with a NaN leaves a gap, and one between two gaps is a dot.
+    /// A polyline. A NaN leaves a gap; a point between two gaps is drawn as a dot.
     Line {
         /// Points in drawing order.
         points: Vec<(f64, f64)>,
-        /// How it is drawn.
+        /// Color and line style.
         style: Style,
-        /// The mark of its points.
+        /// Marker at each point.
         marker: Option<Marker>,
     },
-    /// The area between a lower and an upper bound, each point a place with both; one with a NaN leaves a gap.
+    /// Area between two bounds: place, lower and upper bound of each point. A NaN leaves a gap.
     Band(Vec<(f64, f64, f64)>, Color),
     /// A shaded range of the horizontal axis.
     Shade(Range<f64>),
-    /// An upright line.
+    /// An upright line at a place of the horizontal axis.
     Upright(f64, Style),
-    /// A level line.
+    /// A level line at a place of the vertical axis.
     Level(f64, Style),
-    /// A point.
+    /// A single point.
     Point((f64, f64), Marker, Color),
-    /// A mark at the upper edge.
+    /// A marker at the upper edge of the panel.
     Top(f64, Marker, Color),
-    /// A name beside a point.
+    /// A text beside a point.
     Name((f64, f64), String),
-    /// Lines of equal F, where precision is over recall.
+    /// Lines of equal F, in panels of precision over recall.
     IsoF,
-    /// A named box.
+    /// A named box of a diagram.
     Node((f64, f64), String),
     /// An arrow between two named boxes, or a loop from a box to itself.
     Arrow {
-        /// Middle and name of the box it leaves.
+        /// Center and name of the box at which the arrow starts.
         from: ((f64, f64), String),
-        /// Middle and name of the box it leads to.
+        /// Center and name of the box at which the arrow ends.
         to: ((f64, f64), String),
-        /// Its label.
+        /// Lines of the label.
         label: Vec<String>,
-        /// Whether there is an arrow back.
+        /// True if there is an arrow in the other direction, too.
         is_pair: bool,
     },
-    /// A radar chart, which takes the whole panel.
+    /// A radar chart, which fills the panel.
     Radar(Radar),
 }
 
-/// A panel.
+/// A panel: axes, and marks in their values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
-    /// Heading; may be empty.
+    /// Heading of the panel; may be empty.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// Its content, from the back to the front.
+    /// Marks in drawing order, from the back to the front.
     pub marks: Vec<Mark>,
-    /// Legend above the panel, where it needs one of its own.
+    /// Legend above the panel; empty if the panel needs none of its own.
     pub legend: Vec<Entry>,
 }
 
-/// The runs of `true`, for [`Mark::Shade`].
+/// Ranges in which the flags are true, for [`Mark::Shade`].
 pub fn spans_where(flags: &[bool]) -> Vec<Range<usize>> {
     let mut out: Vec<Range<usize>> = Vec::new();
     for (i, _) in flags.iter().enumerate().filter(|(_, f)| **f) {
@@ -83,12 +83,12 @@ pub fn spans_where(flags: &[bool]) -> Vec<Range<usize>> {
 }
 
 impl Mark {
-    /// A line without marks at its points.
+    /// A line without markers.
     pub fn line(points: Vec<(f64, f64)>, style: Style) -> Self {
         Self::Line { points, style, marker: None }
     }
 
-    /// Points that have to be in the range of the axes, NaN where a coordinate says nothing.
+    /// Points that the axes must include. A coordinate is NaN if only the other one matters.
     fn places(&self) -> Vec<(f64, f64)> {
         let none = f64::NAN;
         match self {
@@ -103,9 +103,9 @@ impl Mark {
     }
 }
 
-/// Height of the band of marks at the upper edge, in units.
+/// Height of the band of markers at the upper edge, in units.
 const TOP: f64 = 8.0;
-/// Lines of equal F, and most of them.
+/// Style of the lines of equal F; `MAX_ISO` is the most of them.
 const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::Dashed };
 const MAX_ISO: usize = 5;
 
@@ -114,7 +114,7 @@ impl Panel {
         self.x.shows(p.0) && self.y.shows(p.1)
     }
 
-    /// Whether a line or a point can be seen.
+    /// True if the panel has a visible line or point.
     pub(super) fn has_point(&self) -> bool {
         self.marks.iter().any(|mark| match mark {
             Mark::Line { points, .. } => points.iter().any(|p| self.shows(p)),
@@ -123,14 +123,14 @@ impl Panel {
         })
     }
 
-    /// Values that have to be in the ranges of both axes, NaN where there is none of one.
+    /// Values that both axes must include. A coordinate is NaN if only the other one matters.
     pub(super) fn values(&self) -> Vec<(f64, f64)> {
         // Half a point is drawn nowhere, but bounds and levels are.
         let said = |p: &(f64, f64)| self.shows(p) || p.0.is_nan() != p.1.is_nan();
         self.marks.iter().flat_map(Mark::places).filter(said).collect()
     }
 
-    /// The axes in an area.
+    /// Scales of the axes in an area.
     pub(super) fn place(&self, area: Area, ends: &(Ends, Ends)) -> Place {
         let has_top = self.marks.iter().any(|m| matches!(m, Mark::Top(..)));
         let top = area.y + if has_top { TOP } else { 0.0 };
@@ -138,7 +138,7 @@ impl Panel {
         Place { area, x, y: Scale::new(&self.y, ends.1, (area.bottom(), top)) }
     }
 
-    /// Draws everything but the frame.
+    /// Draws the marks. The frame is drawn elsewhere.
     pub(super) fn draw(&self, page: &mut Page, place: &Place) {
         let area = &place.area;
         let sign = |page: &mut Page, at: Point, marker: Marker, color: Color| {
@@ -208,7 +208,7 @@ impl Panel {
         }
     }
 
-    /// The band between two bounds, cut off at the panel's upper and lower end.
+    /// Draws the band between two bounds, clipped at the panel's upper and lower edge.
     fn band(&self, page: &mut Page, place: &Place, points: &[(f64, f64, f64)], color: Color) {
         // From left to right, although a curve in the order of what is along y may turn back.
         let mut points = points.to_vec();
@@ -224,7 +224,8 @@ impl Panel {
         }
     }
 
-    /// Names beside points, each at the first of four sides where nothing else stands, and in any case inside the page.
+    /// Draws names beside points. Each is placed at the first of several sides that is free, and always
+    /// inside the page.
     fn names(&self, page: &mut Page, place: &Place) {
         let name = |mark: &Mark| match mark {
             Mark::Name(at, name) if self.shows(at) => Some((place.of(*at), font::clean(name))),
@@ -266,7 +267,8 @@ impl Panel {
     }
 }
 
-/// Lines of equal F = 2 P R / (P + R): P = F R / (2 R - F), each named at its end.
+/// Draws lines of equal F = 2 P R / (P + R), P precision, R recall: P = F R / (2 R - F). Each line is labeled
+/// at its end.
 fn iso_f(page: &mut Page, place: &Place) {
     let (recall, precision) = (place.x.ends().1.min(1.0), place.y.ends().1.min(1.0));
     if recall <= 0.0 || precision <= 0.0 {

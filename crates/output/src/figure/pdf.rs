@@ -1,5 +1,5 @@
-//! Draws a page as a PDF, as wide as the figure is in print, with the letters that it uses of the embedded font. Texts can be
-//! searched and copied. The bytes depend on the page alone: no date, no random name.
+//! Draws a page as PDF at the width of the figure in print. Only the glyphs that are used are embedded; texts
+//! can be searched and copied. The bytes depend on the page alone, without dates or random names.
 
 use super::error::{FigureError, failed};
 use super::font;
@@ -14,9 +14,9 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use subsetter::GlyphRemapper;
 
-/// Points of a unit.
+/// PDF points per unit.
 const POINT: f64 = 72.0 / PER_INCH;
-/// Level of compression.
+/// Level of compression, 0 to 10.
 const LEVEL: u8 = 6;
 
 const CATALOG: Ref = Ref::new(1);
@@ -30,13 +30,13 @@ const DESCRIPTOR: Ref = Ref::new(8);
 const TO_UNICODE: Ref = Ref::new(9);
 const FONT_FILE: Ref = Ref::new(10);
 const SEE_THROUGH: Ref = Ref::new(11);
-/// Frames have the numbers from here on.
+/// Object number of the first video frame.
 const FIRST_FRAME: i32 = 12;
 
 const IDENTITY: SystemInfo<'static> =
     SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
-/// The letters of a page: glyphs of the font, numbered anew as they come, with the characters that they stand for.
+/// Glyphs used on a page: renumbered in order of first use, each with its character.
 #[derive(Default)]
 struct Letters {
     numbers: GlyphRemapper,
@@ -59,7 +59,7 @@ fn shares(rgb: [u8; 3]) -> [f32; 3] {
     rgb.map(|c| f32::from(c) / 255.0)
 }
 
-/// Begins a path through points.
+/// Starts a path through points.
 fn path(content: &mut Content, points: &[(i32, i32)]) {
     for (k, (x, y)) in points.iter().enumerate() {
         let (x, y) = (*x as f32, *y as f32);
@@ -71,7 +71,7 @@ fn path(content: &mut Content, points: &[(i32, i32)]) {
     }
 }
 
-/// Draws a shape in coordinates of which a unit has [`FINE`].
+/// Draws a shape in coordinates of [`FINE`] per unit.
 fn write_shape(content: &mut Content, letters: &mut Letters, shape: &Shape) {
     match shape {
         Shape::Line { points, stroke } => {
@@ -115,7 +115,7 @@ fn write_shape(content: &mut Content, letters: &mut Letters, shape: &Shape) {
 /// Draws the page.
 ///
 /// # Errors
-/// [`FigureError::Draw`] when the font cannot be cut down to its letters.
+/// [`FigureError::Draw`] if the font cannot be reduced to the used glyphs.
 pub fn pdf(page: &Page) -> Result<Vec<u8>, FigureError> {
     // As wide and high as in inches to three places, without the noise of narrow numbers.
     let points = |units: f64| ((units * POINT * 1000.0).round() / 1000.0) as f32;
@@ -173,7 +173,7 @@ fn write_image(pdf: &mut Pdf, id: Ref, image: &RgbImage) {
     object.bits_per_component(8).interpolate(true);
 }
 
-/// Six capital letters that name these letters of the font.
+/// Tag of six capital letters that identifies this subset of the font.
 fn tag(letters: &Letters) -> String {
     let mut digest = Sha256::new();
     for glyph in letters.numbers.remapped_gids() {

@@ -1,4 +1,4 @@
-//! Radar charts: a spoke for each quantity, and for each series a polygon with a corner on every spoke.
+//! Radar charts: a spoke for each quantity, and a polygon with a corner on each spoke for each series.
 
 use super::font;
 use super::legend::Marker;
@@ -10,28 +10,30 @@ use std::f64::consts::TAU;
 /// A radar chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radar {
-    /// Name of each spoke, and the line below it. The first spoke points up, the others follow clockwise.
+    /// Name of each spoke, and the second line of its label. The first spoke points up, the others follow
+    /// clockwise.
     pub spokes: Vec<[String; 2]>,
-    /// The polygons, the first one in front.
+    /// Polygons, the first one in front.
     pub polygons: Vec<Polygon>,
 }
 
 /// A polygon of a radar chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
-    /// Corners, one per spoke: 0 in the middle, 1 at the end. `None` leaves out both sides that meet there.
+    /// Corners, one per spoke: 0 is the center, 1 the end of the spoke. `None` omits both sides that meet
+    /// there.
     pub corners: Vec<Option<f64>>,
-    /// Its line.
+    /// Line of the polygon.
     pub style: Style,
-    /// The mark of its corners.
+    /// Marker at the corners.
     pub marker: Marker,
 }
 
 /// Room for labels on each side, in units.
 const ROOM: f64 = 82.0;
-/// Distance from a spoke's end to its label, and least distance between two labels, in units.
+/// Distance from the end of a spoke to its label, and least distance between two labels, in units.
 const APART: (f64, f64) = (10.0, 0.01);
-/// Rings, as shares of a spoke, and the line of spokes and rings.
+/// Rings, as shares of a spoke; `WEB` is the line of spokes and rings.
 const RINGS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const WEB: Stroke = Stroke::solid([0xDD; 3], 0.7);
 
@@ -41,7 +43,7 @@ struct Label {
     area: Area,
 }
 
-/// Places from the upper left corner of the chart.
+/// Center, radius and labels, relative to the upper left corner of the chart.
 struct Layout {
     center: Point,
     radius: f64,
@@ -50,12 +52,12 @@ struct Layout {
 }
 
 impl Radar {
-    /// Height of the chart in a width.
+    /// Height of the chart at a width, in units.
     pub(super) fn height(&self, width: f64) -> f64 {
         self.layout(width).height
     }
 
-    /// Draws the chart from the upper left corner of an area on.
+    /// Draws the chart in an area, from the upper left corner on.
     pub(super) fn draw(&self, page: &mut Page, area: &Area) {
         let Layout { center, radius, labels, .. } = self.layout(area.w);
         let count = self.spokes.len();
@@ -120,7 +122,7 @@ impl Radar {
         Layout { center, radius, height: bottom - top, labels }
     }
 
-    /// The label at the end of a spoke, its area from the middle of the chart.
+    /// Label at the end of a spoke; its area is relative to the center of the chart.
     fn label(&self, spoke: usize, radius: f64, width: f64) -> Label {
         let (x, y) = self.direction(spoke);
         let (left, height) = ((radius + APART.0) * x, (radius + APART.0) * y);
@@ -142,6 +144,7 @@ mod tests {
     use super::*;
     use crate::figure::page::Shape;
     use crate::figure::{Color, Dash};
+    use trackfail_testing::assert_near;
 
     fn radar(spokes: &[&str], corners: Vec<Option<f64>>) -> Radar {
         let style = Style::new(Color::Vermilion, Dash::Solid);
@@ -149,7 +152,7 @@ mod tests {
         Radar { spokes, polygons: vec![Polygon { corners, style, marker: Marker::Square }] }
     }
 
-    /// The lines of the polygon, and the number of its marks.
+    /// Lines of the polygon, and the number of its markers.
     fn drawn(corners: Vec<Option<f64>>) -> (Vec<Vec<Point>>, usize) {
         let mut page = Page::new("", 320.0);
         let radar = radar(&["a", "b", "c", "d"], corners);
@@ -166,29 +169,28 @@ mod tests {
         (page.shapes.iter().filter_map(line).collect(), page.shapes.iter().filter(is_mark).count())
     }
 
-    fn assert_near(line: &[Point], expected: &[Point]) {
-        let near = |(a, b): (&Point, &Point)| (a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9;
-        assert!(line.len() == expected.len() && line.iter().zip(expected).all(near), "{line:?}");
-    }
-
     // By hand: of half the width, 150, the labels take 92, so that a spoke has 58; the middle is at (10 + 150, 20 + 96).
     #[test]
-    fn corners_by_hand() {
-        let (lines, marks) = drawn(vec![Some(1.0), Some(0.5), Some(0.25), Some(0.0)]);
-        let corners = [(160.0, 58.0), (189.0, 116.0), (160.0, 130.5), (160.0, 116.0), (160.0, 58.0)];
-        assert_eq!((lines.len(), marks), (1, 4));
-        assert_near(&lines[0], &corners);
-    }
-
-    #[test]
-    fn a_spoke_without_a_value_breaks_the_polygon() {
-        let (lines, marks) = drawn(vec![Some(1.0), Some(0.5), None, Some(0.5)]);
-        assert_eq!((lines.len(), marks), (2, 3));
-        assert_near(&lines[0], &[(160.0, 58.0), (189.0, 116.0)]);
-        assert_near(&lines[1], &[(131.0, 116.0), (160.0, 58.0)]);
-        // The only corner between two without one has no side, and is a mark.
-        let (lines, marks) = drawn(vec![None, Some(0.5), None, Some(0.5)]);
-        assert_eq!((lines.len(), marks), (0, 2));
+    fn polygons_by_hand() {
+        let [top, right, left] = [(160.0, 58.0), (189.0, 116.0), (131.0, 116.0)];
+        let closed = vec![top, right, (160.0, 130.5), (160.0, 116.0), top];
+        for (corners, lines, marks) in [
+            ([Some(1.0), Some(0.5), Some(0.25), Some(0.0)], vec![closed], 4),
+            // A spoke without a value breaks the polygon.
+            ([Some(1.0), Some(0.5), None, Some(0.5)], vec![vec![top, right], vec![left, top]], 3),
+            // The only corner between two without one has no side, and is a mark.
+            ([None, Some(0.5), None, Some(0.5)], vec![], 2),
+        ] {
+            let (found, count) = drawn(corners.into());
+            let flat = |lines: &[Vec<Point>]| {
+                lines.concat().into_iter().flat_map(|p| [p.0, p.1]).collect::<Vec<_>>()
+            };
+            assert_eq!(
+                (found.iter().map(Vec::len).collect::<Vec<_>>(), count),
+                (lines.iter().map(Vec::len).collect(), marks)
+            );
+            assert_near(flat(&found), flat(&lines), 1e-9, "corners");
+        }
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Bitmaps with smooth lines and letters. (Lines of plotters' own bitmap backend are polygons with hard corners at the
-//! joins, and its letters stand a little beside their places.)
+//! Bitmaps with smooth lines and letters. (The bitmap backend of plotters draws lines as polygons with hard
+//! corners, and misplaces letters slightly.)
 
 use super::error::{FigureError, failed};
 use super::font;
@@ -9,7 +9,7 @@ use ::image::imageops::{self, FilterType};
 use ::image::{DynamicImage, Rgb, RgbImage};
 use trackfail_core::image::Frame;
 
-/// Draws shapes on pixels, of which a unit has `scale`.
+/// Draws shapes on an image with `scale` pixels per unit.
 pub fn paint(image: &mut RgbImage, shapes: &[Shape], scale: f64) {
     for shape in shapes {
         match shape {
@@ -41,12 +41,12 @@ fn dot(image: &mut RgbImage, (x, y): (i32, i32), rgb: [u8; 3], coverage: f64) {
     }
 }
 
-/// The part of a range that lies on a side of an image.
+/// Part of the range `from..=to` that lies in an image with this side.
 fn seen(from: i32, to: i32, side: u32) -> std::ops::Range<i32> {
     from.max(0)..to.min(i32::try_from(side).unwrap_or(i32::MAX))
 }
 
-/// Draws all that is at most `radius` from the segment between two points: a line with round ends.
+/// Draws all points within `radius` of the segment from `a` to `b`: a line with round ends.
 fn segment(image: &mut RgbImage, a: (i32, i32), b: (i32, i32), radius: f64, rgb: [u8; 3]) {
     let reach = radius.ceil() as i32 + 1;
     let range = |a: i32, b: i32, side: u32| {
@@ -69,7 +69,7 @@ fn segment(image: &mut RgbImage, a: (i32, i32), b: (i32, i32), radius: f64, rgb:
     }
 }
 
-/// Fills the pixels whose middles lie inside a polygon, by the even-odd rule.
+/// Fills the pixels whose centers lie inside a polygon, by the even-odd rule.
 fn fill(image: &mut RgbImage, corners: &[(i32, i32)], rgb: [u8; 3], opacity: f64) {
     let heights = || corners.iter().map(|c| c.1);
     for row in seen(heights().min().unwrap_or(0), heights().max().unwrap_or(0), image.height()) {
@@ -89,7 +89,7 @@ fn fill(image: &mut RgbImage, corners: &[(i32, i32)], rgb: [u8; 3], opacity: f64
     }
 }
 
-/// The page as a PNG file of two pixels a unit, 206 an inch: drawn twice as large, and reduced.
+/// The page as a PNG file with two pixels per unit (206 per inch): drawn at twice the size, then reduced.
 pub fn png(page: &Page) -> Result<Vec<u8>, FigureError> {
     let side = |units: f64| (units.ceil() * FINE) as u32;
     let (width, height) = (side(page.width), side(page.height));
@@ -104,7 +104,7 @@ pub fn png(page: &Page) -> Result<Vec<u8>, FigureError> {
     encode(&DynamicImage::ImageRgb8(image).thumbnail_exact(width / 2, height / 2).into_rgb8())
 }
 
-/// An image as a PNG file that says how many of its pixels a meter has, so that programs show a figure in its width in print.
+/// Encodes an image as PNG with its pixels per meter, so that programs show a figure at its print size.
 pub fn encode(image: &RgbImage) -> Result<Vec<u8>, FigureError> {
     let mut out = Vec::new();
     let mut encoder = ::png::Encoder::new(&mut out, image.width(), image.height());
@@ -123,13 +123,13 @@ fn resized(image: RgbImage, (width, height): (u32, u32)) -> RgbImage {
     DynamicImage::ImageRgb8(image).resize_exact(width, height, FilterType::Triangle).into_rgb8()
 }
 
-/// A frame as an image; one pixel where its size does not fit its bytes.
+/// Converts a frame to an image; to a single pixel if its size does not match its bytes.
 pub fn pixels(frame: &Frame) -> RgbImage {
     let (width, height) = (frame.width() as u32, frame.height() as u32);
     RgbImage::from_raw(width, height, frame.bytes().to_vec()).unwrap_or_else(|| RgbImage::new(1, 1))
 }
 
-/// A frame as it is embedded in an area: at most three of its pixels a unit; more would only cost bytes.
+/// A frame reduced for embedding in an area: at most three of its pixels per unit. More would not be visible.
 pub fn reduced(area: &Area, frame: &Frame) -> RgbImage {
     let image = pixels(frame);
     let (w, h) = ((area.w * 3.0).ceil() as u32, (area.h * 3.0).ceil() as u32);
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// How dark a black shape makes a page of 40 units, in square units.
+    /// Total darkness, in square units, that a black shape adds to a page of 40 units.
     fn darkness(add: impl Fn(&mut Page)) -> f64 {
         let mut page = Page::new("", 40.0);
         add(&mut page);

@@ -8,7 +8,7 @@ use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
-/// The kind of a box on a still.
+/// Kind of a box on a still, which decides its color.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoxStyle {
     /// The background region B_t, red.
@@ -29,16 +29,16 @@ impl BoxStyle {
     }
 }
 
-/// A video frame above the panels.
+/// A video frame shown above the panels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Still {
-    /// Its number in the dataset.
+    /// Number of the frame in the dataset.
     pub number: u32,
-    /// Its pixels.
+    /// Pixels of the frame.
     pub pixels: Frame,
-    /// Boxes in the frame's pixels; they are cut off at the frame's border.
+    /// Boxes in pixels of the frame, clipped at its border.
     pub boxes: Vec<(Region, BoxStyle)>,
-    /// Text after the number; may be empty.
+    /// Text after the frame number; may be empty.
     pub caption: String,
 }
 
@@ -46,7 +46,7 @@ pub struct Still {
 const LEAST: f64 = 140.0;
 const GAP: f64 = 6.0;
 
-/// The legend of the boxes on stills.
+/// Legend of the boxes on stills.
 pub fn box_legend(stills: &[Still]) -> Vec<Entry> {
     let has = |style: &BoxStyle| stills.iter().flat_map(|s| &s.boxes).any(|b| b.1 == *style);
     let entry = |style: BoxStyle| {
@@ -56,7 +56,8 @@ pub fn box_legend(stills: &[Still]) -> Vec<Entry> {
     [BoxStyle::Background, BoxStyle::State, BoxStyle::Truth].into_iter().filter(has).map(entry).collect()
 }
 
-/// Draws stills below `y`, five a row or, in a column, two; returns the first free line below them.
+/// Draws stills below `y`, five per row, or two in a narrow figure. Returns the height at which the page is
+/// free below them.
 pub fn draw_stills(page: &mut Page, stills: &[Still], mut y: f64) -> f64 {
     let most = ((page.width / LEAST) as usize).max(1);
     let a_row = stills.len().max(3).min(most);

@@ -3,13 +3,13 @@
 use plotters::style::RGBColor;
 use plotters::style::colors::colormaps::ViridisRGB;
 
-/// Width of a figure as wide as the text of a page, 7 inches, in units.
+/// Width of a figure at the text width of a page (7 inches), in units.
 pub const WIDTH: f64 = 720.0;
-/// Units of an inch; a unit is 0.7 pt.
+/// Units per inch; a unit is 0.7 pt.
 pub const PER_INCH: f64 = WIDTH / 7.0;
-/// Width of a figure in one of two columns, 3.3 inches, in units.
+/// Width of a figure in one of two columns (3.3 inches), in units.
 pub const COLUMN: f64 = 3.3 * PER_INCH;
-/// Whole coordinates that a unit has in drawings.
+/// Integer coordinates per unit in drawings.
 pub const FINE: f64 = 4.0;
 /// Margin around the page, in units.
 pub const MARGIN: f64 = 8.0;
@@ -25,10 +25,10 @@ pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
 pub const SOFT: [u8; 3] = [0x59, 0x59, 0x59];
 /// Shade of the frames where the target is lost.
 pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
-/// Dark line under the boxes on stills, so that they show on bright pixels too.
+/// Dark color of the lines under boxes on stills, which keeps the boxes visible on bright pixels.
 pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 
-/// The palette of Okabe and Ito (2008), without its yellow for lines on white.
+/// Palette of Okabe and Ito (2008). Its yellow is not used for lines on white.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Color {
     /// `#0072B2`
@@ -49,12 +49,12 @@ pub enum Color {
     Black,
     /// `#6E6E6E`, for marks in the background.
     Gray,
-    /// Red, green and blue, of a map for ordered values.
+    /// Red, green and blue from a map of ordered values.
     Mapped([u8; 3]),
 }
 
 impl Color {
-    /// Red, green and blue.
+    /// Red, green and blue, 0 to 255.
     pub(super) fn rgb(self) -> [u8; 3] {
         match self {
             Self::Blue => [0x00, 0x72, 0xB2],
@@ -70,15 +70,15 @@ impl Color {
         }
     }
 
-    /// The `i`-th of `n` colors for values in order: those of viridis (van der Walt, Smith, 2015), from dark to light,
-    /// without its end, which is too light for lines on white.
+    /// The `i`-th of `n` colors for ordered values: those of viridis (van der Walt, Smith, 2015), from dark
+    /// to light, without the end that is too light for lines on white.
     pub fn ordered(i: usize, n: usize) -> Self {
         let share = if n > 1 { i as f64 / (n - 1) as f64 } else { 0.0 };
         let RGBColor(r, g, b) = ViridisRGB::get_color(0.85 * share);
         Self::Mapped([r, g, b])
     }
 
-    /// The color, or a lighter one where it would be hard to read on a dark ground.
+    /// A color that is readable on dark ground: the color itself, or a lighter one.
     pub(super) fn bright(self) -> [u8; 3] {
         match self {
             Self::Vermilion => [0xFF, 0x9D, 0x66],
@@ -99,18 +99,18 @@ pub enum Dash {
     Dashed,
     /// Dots.
     Dotted,
-    /// A dash, a dot.
+    /// Dashes and dots in turn.
     DashDot,
 }
 
 impl Dash {
-    /// The `i`-th of the line styles; they repeat after four.
+    /// The `i`-th line style. Styles repeat after four.
     pub fn nth(i: usize) -> Self {
         [Self::Solid, Self::Dashed, Self::DashDot, Self::Dotted][i % 4]
     }
 
-    /// Alternating lengths of strokes and gaps in units; empty for an unbroken line. Round caps add the line's width to
-    /// every stroke.
+    /// Alternating lengths of strokes and gaps in units; empty for a solid line. Round caps add the line's
+    /// width to each stroke.
     pub(super) fn pattern(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],
@@ -121,7 +121,7 @@ impl Dash {
     }
 }
 
-/// How a series is drawn.
+/// Color and line style of a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     /// Color of line and markers.
@@ -133,12 +133,13 @@ pub struct Style {
 }
 
 impl Style {
-    /// A line of usual width.
+    /// A line of the usual width.
     pub fn new(color: Color, dash: Dash) -> Self {
         Self { color, dash, width: 1.4 }
     }
 
-    /// Style of the `i`-th of several equal series: another color each, and dashes from the eighth on; the first 28 differ.
+    /// Style of the `i`-th of several equal series: a new color each, with dashes from the eighth on. The
+    /// first 28 styles differ.
     pub fn nth(i: usize) -> Self {
         const COLORS: [Color; 7] = [
             Color::Blue,
@@ -152,7 +153,7 @@ impl Style {
         Self::new(COLORS[i % COLORS.len()], Dash::nth(i / COLORS.len()))
     }
 
-    /// Style of the `i`-th of several series that may coincide: the dashes differ from the first on.
+    /// Style of the `i`-th of several series that may coincide: a new color and new dashes each.
     pub fn dashed(i: usize) -> Self {
         Self { dash: Dash::nth(i), ..Self::nth(i) }
     }

@@ -1,7 +1,7 @@
 //! Tests the claims of an experiment on our numbers.
 //!
-//! Each claim has two outcomes for each tracker: that of the numbers as they are, which decides whether a required one is
-//! met, and that with their uncertainty (`judge`), which reports show.
+//! Each claim has two outcomes for each tracker. The outcome of the plain numbers decides if a required claim
+//! is met. The outcome with their uncertainty (`judge`) is shown in reports.
 
 mod judge;
 mod sampled;
@@ -17,52 +17,52 @@ use serde::{Deserialize, Serialize};
 use trackfail_engine::spec::Tracker;
 use trackfail_engine::spec::claim::{Claim, Quantity};
 
-/// A claim, tested on our numbers, as the page shows it.
+/// A claim with the outcome of its test, as the page shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// The conclusion in words.
     pub text: String,
     /// The predicate over our numbers; may be empty.
     pub predicate: String,
-    /// Whether the run fails where it does not hold.
+    /// True if the run fails when the claim does not hold.
     pub required: bool,
-    /// Whether it is about anchors alone, a check of the arithmetic and no claim of a paper.
+    /// True for claims about anchors alone, which check the arithmetic rather than a paper.
     pub is_check: bool,
-    /// Whether our numbers as they are meet it for every tracker.
+    /// True if the plain numbers meet the claim for all trackers.
     pub is_met: bool,
     /// The outcome over all trackers.
     pub outcome: ClaimOutcome,
-    /// How many trackers have each outcome: `holds for 2, undecided for 1`; empty for a single one.
+    /// Number of trackers by outcome: `holds for 2, undecided for 1`; empty for a single tracker.
     pub counts: String,
-    /// The outcome for each tracker, of several.
+    /// Outcome for each tracker; empty for a single one.
     pub chips: Vec<Chip>,
-    /// One line for each tracker: the outcome and the numbers behind it, or why it cannot be tested.
+    /// One line for each tracker: the outcome with its numbers, or why the claim cannot be tested.
     pub details: Vec<String>,
 }
 
-/// The outcome of a claim for a tracker.
+/// Outcome of a claim for one tracker.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chip {
     /// Label of the tracker; empty for a claim that names its trackers.
     pub tracker: String,
-    /// The outcome of our numbers with their uncertainty.
+    /// Outcome with the uncertainty of the numbers.
     pub outcome: ClaimOutcome,
 }
 
-/// A claim tested for one tracker.
+/// Result of testing a claim for one tracker.
 struct Tested {
     chip: Chip,
-    /// Whether our numbers as they are meet it.
+    /// True if the plain numbers meet the claim.
     is_met: bool,
-    /// Whether it does not hold at the level, either, that allows for the number of trackers (Bonferroni's).
+    /// True if the claim also fails at the level that is corrected for the number of trackers (Bonferroni).
     fails_beyond_chance: bool,
-    /// The numbers behind it, one line for each comparison, or why it cannot be tested.
+    /// Numbers behind the outcome, one line for each comparison, or why the claim cannot be tested.
     lines: Vec<String>,
 }
 
-/// The outcome over all trackers: a claim holds where it holds for each of them; it does not hold where it holds for none
-/// and fails for one by more than chance does among so many; what can be tested for some trackers is judged by
-/// these; all else is undecided.
+/// Outcome over all trackers. A claim holds if it holds for each of them. It does not hold if it holds for
+/// none and fails for one even after correction for the number of trackers. Otherwise it is undecided.
+/// Trackers for which it cannot be tested are left out.
 fn overall(tested: &[Tested]) -> ClaimOutcome {
     let testable = || tested.iter().filter(|t| t.chip.outcome != ClaimOutcome::CannotBeTested);
     let holds = |t: &Tested| t.chip.outcome == ClaimOutcome::Holds;
@@ -77,7 +77,7 @@ fn overall(tested: &[Tested]) -> ClaimOutcome {
     }
 }
 
-/// Tests every claim, for each tracker where it names none.
+/// Tests all claims; a claim that names no tracker is tested for each.
 pub fn test(results: &Results, units: &Units) -> Vec<Finding> {
     let samples = Samples::new(results, units);
     results.experiment.claims.iter().map(|claim| test_one(results, &samples, claim)).collect()
@@ -86,16 +86,18 @@ pub fn test(results: &Results, units: &Units) -> Vec<Finding> {
 fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding {
     let experiment = &results.experiment;
     let references = claim.expression.references();
-    // Only trackers on which every method and analysis of the claim is run.
+    // Only trackers of this run, on which every method and analysis of the claim is run.
     let concerns = |t: &&Tracker| {
-        references.iter().all(|r| match &r.quantity {
-            Quantity::Metric(_, method) => {
-                experiment.methods.iter().any(|m| m.name == *method && m.runs_on(&t.label))
-            }
-            Quantity::Finding(made) => {
-                experiment.analyses.iter().any(|a| a.name == made.analysis && a.runs_on(&t.label))
-            }
-        })
+        let is_own = results.manifest.trackers.iter().any(|own| own.label == t.label);
+        is_own
+            && references.iter().all(|r| match &r.quantity {
+                Quantity::Metric(_, method) => {
+                    experiment.methods.iter().any(|m| m.name == *method && m.runs_on(&t.label))
+                }
+                Quantity::Finding(made) => {
+                    experiment.analyses.iter().any(|a| a.name == made.analysis && a.runs_on(&t.label))
+                }
+            })
     };
     let each: Vec<&str> = match references.iter().any(|r| r.tracker.is_none()) {
         true => experiment.trackers.iter().filter(concerns).map(|t| t.label.as_str()).collect(),
@@ -132,7 +134,7 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     }
 }
 
-/// Tests a claim for one of so many trackers.
+/// Tests a claim for one of `trackers` trackers.
 fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize) -> Tested {
     let judged = |level| judge(claim, tracker, level, &|r| samples.measured(r));
     let fails = |outcome| outcome == ClaimOutcome::DoesNotHold;
@@ -149,7 +151,8 @@ fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize
     Tested { chip, is_met, fails_beyond_chance, lines }
 }
 
-/// A comparison in one line: `recall[DTEF] > recall[RAW]: 0.714 and 0.667, +0.047 (-0.020 to +0.110), undecided`.
+/// Describes a comparison in one line: `recall[DTEF] > recall[RAW]: 0.714 and 0.667, +0.047 (-0.020 to
+/// +0.110), undecided`.
 fn line(claim: &Claim, c: &Compared) -> String {
     // Whole numbers where all are counts; else three decimals, or four digits of what is small or large.
     let is_count = |q: &Quantity| matches!(q, Quantity::Metric(metric, _) if metric.is_count());
@@ -175,7 +178,8 @@ fn line(claim: &Claim, c: &Compared) -> String {
     format!("{left} {right}: {} and {}, {}{interval}, {outcome}", shown(a), shown(b), signed(a - b))
 }
 
-/// The outcome of a page's claims in a sentence, with the first claim; `None` without claims of a paper.
+/// Outcome of a page's claims in one sentence, which quotes the first claim; `None` without claims of a
+/// paper.
 pub fn verdict(claims: &[Finding]) -> Option<String> {
     let of_paper: Vec<&Finding> = claims.iter().filter(|c| !c.is_check).collect();
     let first = of_paper.first()?;
@@ -195,17 +199,17 @@ pub fn verdict(claims: &[Finding]) -> Option<String> {
 pub struct ClaimCounts {
     /// Claims that hold.
     pub hold: u64,
-    /// Claims that the sequences cannot decide; none in summaries before format 2.
+    /// Claims that the sequences cannot decide; 0 in summaries before format 2.
     #[serde(default)]
     pub undecided: u64,
     /// Claims that do not hold.
     pub do_not_hold: u64,
-    /// Claims of which data or numbers are missing.
+    /// Claims whose data or numbers are missing.
     pub cannot_be_tested: u64,
 }
 
 impl ClaimCounts {
-    /// Counts outcomes.
+    /// Counts the outcomes.
     pub fn of(outcomes: impl IntoIterator<Item = ClaimOutcome>) -> Self {
         let all: Vec<ClaimOutcome> = outcomes.into_iter().collect();
         let [hold, undecided, do_not_hold, cannot_be_tested] =
@@ -213,7 +217,8 @@ impl ClaimCounts {
         Self { hold, undecided, do_not_hold, cannot_be_tested }
     }
 
-    /// `2 hold, 1 undecided, 3 do not hold`, with those that cannot be tested where there are any; empty without claims.
+    /// Text like `2 hold, 1 undecided, 3 do not hold`, with untestable claims if there are any; empty without
+    /// claims.
     pub fn words(self) -> String {
         if self == Self::default() { String::new() } else { say("claims", self) }
     }
@@ -223,11 +228,11 @@ impl ClaimCounts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClaimOutcome {
-    /// It holds in our numbers.
+    /// The claim holds in our numbers.
     Holds,
-    /// The sequences cannot decide it.
+    /// The sequences cannot decide the claim.
     Undecided,
-    /// It does not.
+    /// The claim does not hold in our numbers.
     DoesNotHold,
     /// Data or numbers are missing.
     CannotBeTested,

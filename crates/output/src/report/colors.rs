@@ -1,33 +1,33 @@
-//! The color of a method: that of its name, the same on all pages.
+//! Color of a method, chosen by its name and equal on all pages.
 
 use crate::figure::{Color, Dash, Marker, Style};
 use crate::table::layout::is_anchor;
 use trackfail_engine::spec::Experiment;
 use trackfail_judge::method::names;
 
-/// Number of colors, from which on [`Style::nth`] has dashes too.
+/// Number of colors. From this index on, [`Style::nth`] adds dashes.
 const COLORS: usize = 7;
 
-/// The place of a method's color: that of its name in the list of named methods; other names are spread over the colors
-/// by their letters (Fowler, Noll and Vo's hash).
+/// Index of a method's color: that of its name in the list of named methods. Other names get an index from a
+/// hash (Fowler, Noll and Vo).
 fn place(method: &str) -> usize {
     let hash = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
     let known = names().iter().position(|name| *name == method);
     known.unwrap_or_else(|| (method.bytes().fold(0xcbf2_9ce4_8422_2325, hash) >> 32) as usize) % COLORS
 }
 
-/// The color of a method that is no anchor.
+/// Color of a method that is not an anchor.
 pub fn of_name(method: &str) -> Color {
     Style::nth(place(method)).color
 }
 
-/// The color of a method; gray for an anchor.
+/// Color of a method; gray for an anchor.
 pub fn color(experiment: &Experiment, method: &str) -> Color {
     if is_anchor(experiment, method) { Color::Gray } else { of_name(method) }
 }
 
-/// The line and the mark of a method. Methods of an experiment that have the same color differ in them; the line of an anchor
-/// is never whole.
+/// Line and marker of a method. Methods of an experiment with the same color differ in them; the line of an
+/// anchor is always dashed or dotted.
 pub fn style(experiment: &Experiment, method: &str) -> (Style, Marker) {
     let own = color(experiment, method);
     let before = experiment.methods.iter().map(|m| m.name.as_str()).take_while(|name| *name != method);

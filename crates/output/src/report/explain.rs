@@ -1,8 +1,7 @@
-//! Takes a number of a table apart into the sequences it comes from, from results alone.
+//! Traces a number of a table to the sequences that it comes from, from results alone.
 //!
-//! Measures are computed from counts that are summed over sequences, so a sequence has no share of its own in a ratio.
-//! Its contribution is the change of the measure without it: `m - m(without it)`, which for a count is the sequence's
-//! count.
+//! Measures are computed from counts summed over sequences, so a single sequence has no share in a ratio. Its
+//! contribution is defined as `m - m(without the sequence)`; for a count this is the sequence's count.
 
 mod links;
 pub mod listing;
@@ -21,54 +20,54 @@ use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
 use trackfail_methods::score::{Counts, Metric, Pooled, Protocol, TrackScore};
 
-/// How a metric comes about, with the counts filled in, in a line.
+/// Formula of a metric with the counts filled in, in one line.
 fn formula(metric: Metric, counts: Counts, protocol: Option<&Protocol>) -> String {
     metric.filled(&Pooled { counts, chance: protocol.map(|p| p.chance), ..Pooled::default() })
 }
 
-/// A number of a table and its parts.
+/// A number of a table with the contributions of sequences.
 pub struct Explained {
-    /// Which it is.
+    /// Place of the number: table, tracker, method and metric.
     pub of: Origin,
-    /// The number as the table has it.
+    /// The number as in the table.
     pub value: Option<f64>,
     /// Counts over all sequences and runs.
     pub counts: Counts,
-    /// How the number comes about, with the counts filled in.
+    /// Formula of the number with the counts filled in.
     pub formula: String,
-    /// The protocol that counts.
+    /// Protocol by which the number is counted.
     pub protocol: Option<&'static Protocol>,
-    /// The sequences, those that move the number most first.
+    /// Contributions of the sequences, the largest first.
     pub parts: Vec<Part>,
-    /// Cells behind the number without a result: sequence, run and reason.
+    /// Cells without a result that the number lacks: sequence, run and reason.
     pub failed: Vec<(String, u32, String)>,
 }
 
-/// The part of a sequence in a number.
+/// Contribution of one sequence to a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// The sequence.
+    /// Name of the sequence.
     pub sequence: String,
-    /// Number of runs on it.
+    /// Number of runs on the sequence.
     pub runs: usize,
-    /// Counts on it.
+    /// Counts on the sequence.
     pub counts: Counts,
     /// The measure on this sequence alone.
     pub alone: Option<f64>,
-    /// The measure on all the others.
+    /// The measure on all other sequences.
     pub without: Option<f64>,
-    /// The measure on all sequences minus that on the others.
+    /// Contribution: the measure on all sequences minus that on the others.
     pub moves: Option<f64>,
 }
 
-/// The share of one sequence in a pooled number.
+/// Data of one sequence behind a pooled number.
 #[derive(Default)]
 struct SequenceShare {
     runs: usize,
     counts: Counts,
-    /// Tracks, with the errors of frames that do not count unknown.
+    /// Tracks; errors of frames that do not count are NaN.
     tracks: Vec<Trace>,
-    /// Scores of the frames that count, of each track.
+    /// Scores of the frames that count, for each track.
     scores: Vec<Vec<f64>>,
     delays: Vec<i64>,
 }
@@ -83,7 +82,7 @@ impl SequenceShare {
     }
 }
 
-/// Explains one number; `scores` are those of [`Results::scores`].
+/// Traces a number to sequences; `scores` come from [`Results::scores`].
 ///
 /// # Errors
 /// When the frames are needed and cannot be read.
@@ -138,7 +137,7 @@ pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<E
     let counted = |p: &Part| p.counts.tp + p.counts.fp + p.counts.fn_;
     parts.sort_by(|a, b| moves(b).total_cmp(&moves(a)).then(counted(b).cmp(&counted(a))));
     let label = of.label();
-    let failed = results.manifest.cells_failed.iter();
+    let failed = results.cells_failed();
     let failed = failed.filter(|c| c.tracker == of.tracker && c.method == label && concerns(&c.sequence));
     let counts = all.iter().map(|g| g.counts).sum();
     Ok(Explained {
@@ -152,7 +151,7 @@ pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<E
     })
 }
 
-/// A metric of some sequences together.
+/// A metric pooled over some sequences.
 fn pooled<'a>(
     shares: &[&'a SequenceShare],
     protocol: Option<&Protocol>,

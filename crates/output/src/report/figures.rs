@@ -1,7 +1,8 @@
-//! The figures an experiment asks for, drawn from its results.
+//! Figures of an experiment, drawn from its results.
 //!
-//! Every kind is a line in `DRAWERS`; what its word is and which keys it reads is a line in
-//! [`FIGURE_KINDS`](trackfail_engine::spec::figure::FIGURE_KINDS), because experiment files are checked without results.
+//! Each kind is a line in `DRAWERS`. Its word and keys are declared in
+//! [`FIGURE_KINDS`](trackfail_engine::spec::figure::FIGURE_KINDS), because experiment files are checked
+//! without results.
 
 mod analysis;
 mod lines;
@@ -20,10 +21,11 @@ use trackfail_engine::spec::figure as spec;
 use trackfail_methods::score::Metric;
 use trackfail_methods::score::metric::Source;
 
-/// Makes a figure of one kind, with sentences for the end of its caption, each behind a blank; may be empty.
+/// Draws a figure of one kind. The text is appended to its caption: sentences with a blank before each, or
+/// nothing.
 type Draw = fn(&Scope<'_>) -> Result<(Figure, String), DrawError>;
 
-/// A drawer for every kind of figure, by its word in experiment files.
+/// Drawers of all kinds of figures, by their words in experiment files.
 const DRAWERS: &[(&str, Draw)] = &[
     ("strips", strips::draw),
     ("sweep", metrics::sweep),
@@ -41,36 +43,36 @@ const OF_TRACKS: [&str; 2] = ["strips", "delay"];
 struct Scope<'r> {
     /// The experiment's results.
     results: &'r Results,
-    /// Its tracks, from [`Results::all_tracks`], for drawers that show some.
+    /// Tracks of [`Results::all_tracks`]; empty unless the drawer needs them.
     tracks: &'r [TrackSeries],
     /// Counts by sequence, from [`Results::scores`].
     units: &'r Units,
-    /// The figure that is asked for.
+    /// Figure as the experiment defines it.
     figure: &'r spec::Figure,
-    /// Which data there is: `suite d1: 12 of 21 targets`.
+    /// Data behind the figure: `suite d1: 12 of 21 targets`.
     note: String,
 }
 
 impl<'r> Scope<'r> {
-    /// The figure's checked keys.
+    /// Checked keys of the figure.
     fn params(&self) -> &'r spec::FigureParams {
         &self.figure.params
     }
 
-    /// The place of a tracker in the experiment, which gives its color on all pages of it.
+    /// Index of a tracker in the experiment, which decides its color on all pages.
     fn place(&self, tracker: &str) -> Option<usize> {
         self.results.experiment.trackers.iter().position(|t| t.label == tracker)
     }
 
-    /// The value of a key that the figure's kind requires.
+    /// Value of a key that the kind of figure requires.
     ///
     /// # Errors
-    /// When it is left out, which the check of the experiment rules out.
+    /// When the key is left out, which the check of the experiment excludes.
     fn given<'p, T>(&self, key: &str, value: Option<&'p T>) -> Result<&'p T, DrawError> {
         value.ok_or_else(|| DrawError::Unchecked(format!("{} has no `{key}`", self.figure.name)))
     }
 
-    /// Bounds of a metric's value by bootstrap over sequences; NaN where there are none: for metrics that are not of counts,
+    /// Bounds of a metric's value by bootstrap over sequences; NaN for metrics that are not made of counts,
     /// and with few sequences.
     fn bounds(&self, measure: &Measure, metric: Metric) -> (f64, f64) {
         let counts = self.units.of_measure(measure).filter(|_| metric.source() == Source::Counts);
@@ -81,7 +83,7 @@ impl<'r> Scope<'r> {
     }
 }
 
-/// The curves with the remark; no data, for the reason given, where none of them has a value.
+/// The figure with its remark; an error with this reason if none of its curves has a value.
 fn of_curves(figure: Figure, remark: &str, reason: String) -> Result<(Figure, String), DrawError> {
     let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
     let has_point = |mark: &Mark| match mark {
@@ -100,7 +102,7 @@ fn of_curves(figure: Figure, remark: &str, reason: String) -> Result<(Figure, St
 /// A figure that could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum DrawError {
-    /// There is no data for it, for the reason given.
+    /// There are no data for the figure, for the reason given.
     #[error("{0}")]
     NoData(String),
     /// The results cannot be read.
@@ -109,36 +111,36 @@ pub enum DrawError {
     /// The drawing failed.
     #[error("figure {name}: {error}")]
     Figure {
-        /// Name of the figure.
+        /// Name of the figure in the experiment.
         name: String,
-        /// Error of the drawing.
+        /// Reason why the figure cannot be drawn.
         error: FigureError,
     },
-    /// A key or kind that the check of the experiment rules out.
+    /// A key or kind that the check of the experiment excludes.
     #[error("figure {0}")]
     Unchecked(String),
 }
 
-/// A figure of a report.
+/// A figure of a report with its caption.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Captioned {
-    /// Name, also of its files.
+    /// Name of the figure and of its files.
     pub name: String,
     /// The figure.
     pub figure: Figure,
-    /// Caption, with the data it rests on.
+    /// Caption, including the data behind the figure.
     pub caption: String,
-    /// Its width in units.
+    /// Width in units.
     pub width: f64,
 }
 
 impl Captioned {
-    /// A figure as wide as a page's text.
+    /// A figure at the text width of a page.
     pub fn new(name: String, figure: Figure, caption: String) -> Self {
         Self { name, figure, caption, width: WIDTH }
     }
 
-    /// The figure in all formats.
+    /// Draws the figure in all formats.
     ///
     /// # Errors
     /// When the drawing fails.
@@ -148,16 +150,16 @@ impl Captioned {
     }
 }
 
-/// Whether any of the figures is drawn from tracks.
+/// True if one of the figures is drawn from tracks.
 pub fn show_tracks(figures: &[spec::Figure]) -> bool {
     figures.iter().any(|figure| OF_TRACKS.contains(&figure.kind.word))
 }
 
-/// Makes a figure that an experiment asks for; `tracks` are those of [`Results::all_tracks`], `units` the counts of
+/// Draws a figure of an experiment; `tracks` come from [`Results::all_tracks`], `units` has the counts of
 /// [`Results::scores`].
 ///
 /// # Errors
-/// When there is no data for it, or results cannot be read.
+/// When there are no data for the figure, or results cannot be read.
 pub fn make(
     results: &Results,
     tracks: &[TrackSeries],

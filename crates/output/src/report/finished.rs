@@ -1,4 +1,4 @@
-//! Experiments whose run is finished, as the results folder has them.
+//! Experiments in a results folder whose run is finished.
 
 use crate::results::manifest::FILE as MANIFEST;
 use crate::results::{Results, ResultsError};
@@ -6,23 +6,23 @@ use std::path::{Path, PathBuf};
 use trackfail_core::plugin;
 use trackfail_engine::spec::check_experiment_name;
 
-/// Results of an experiment that are not there or cannot be read.
+/// Reason why results of an experiment cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum FinishedError {
-    /// The folder holds no finished experiment at all.
+    /// The folder has no finished experiment at all.
     #[error(
         "no finished experiment in {}: nothing has been run there yet (run `trackfail run` first, or name the folder \
          with --results)",
         results.display()
     )]
     NothingRun {
-        /// The results folder.
+        /// Path of the results folder.
         results: PathBuf,
     },
-    /// The folder holds other experiments.
+    /// The folder has only other experiments.
     #[error("{}: {message}", results.display())]
     Unknown {
-        /// The results folder.
+        /// Path of the results folder.
         results: PathBuf,
         /// The nearest known name, or all of them.
         message: String,
@@ -32,12 +32,12 @@ pub enum FinishedError {
     Results {
         /// Name of the experiment.
         name: String,
-        /// First error of reading them.
+        /// First error while reading the results.
         source: ResultsError,
     },
 }
 
-/// Names of the experiments below a results folder whose run is finished, in order.
+/// Names of the finished experiments below a results folder, sorted.
 pub fn names(results: &Path) -> Vec<String> {
     // The store and results that are not complete yet are hidden.
     let is_shown =
@@ -50,7 +50,7 @@ pub fn names(results: &Path) -> Vec<String> {
     entries.filter_map(Result::ok).filter(|entry| entry.file_name() == MANIFEST).filter_map(name).collect()
 }
 
-/// The folder of a finished experiment.
+/// Folder of a finished experiment.
 ///
 /// # Errors
 /// When there is no such experiment.

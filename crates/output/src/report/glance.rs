@@ -1,4 +1,4 @@
-//! The head of a page: the figure and the table that show what its verdict says.
+//! Head of a page: the figure and the table that support the verdict.
 
 use super::page::{FigureView, Page};
 use crate::table::layout::{TableLayout, is_anchor};
@@ -7,10 +7,10 @@ use trackfail_engine::spec::figure::Figure;
 use trackfail_engine::spec::table::{Side, Table};
 use trackfail_methods::score::Metric;
 
-/// Name of the figure of all methods with their intervals.
+/// Name of the figure that shows all methods with their intervals.
 pub const HEADLINE: &str = "headline";
 
-/// Whether a figure shows a metric: along its curves or, for F, by lines of equal F.
+/// True if a figure shows a metric: along its curves or, for F, by lines of equal F.
 fn shows(figure: &Figure, metric: Metric) -> bool {
     let [y, x] = [figure.params.metric, figure.params.x_metric];
     let is_curve = ["sweep", "curve"].contains(&figure.kind.word);
@@ -18,14 +18,14 @@ fn shows(figure: &Figure, metric: Metric) -> bool {
     is_curve && (y == Some(metric) || has_iso_f)
 }
 
-/// Whether methods have at least half of the best ones, one for each tracker.
+/// True if `methods` contains at least half of the best methods, of which each tracker has one.
 fn has_most(methods: &[String], best: &[String]) -> bool {
     2 * best.iter().filter(|method| methods.contains(method)).count() >= best.len()
 }
 
-/// Puts the figure that answers the page's question at the head. For methods it is the curve of the verdict's metric with the
-/// best of them, or else the figure of all of them with their intervals; for readings it is the first of theirs; otherwise the first
-/// figure stays.
+/// Moves the figure that answers the page's question to the head. For methods, that is the curve of the
+/// verdict's metric with the best methods, or else the figure of all methods with intervals. For readings, it
+/// is the first of their figures. Otherwise the first figure stays.
 pub fn figure_first(
     figures: &mut [FigureView],
     experiment: &Experiment,
@@ -50,8 +50,8 @@ pub fn figure_first(
     }
 }
 
-/// The table of an experiment that shows its metric for most of its methods without anchors, with its place among its
-/// tables; the first of equal ones.
+/// Index and table that shows the metric for most of the experiment's methods (without anchors); the first of
+/// equal ones.
 fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)> {
     let has = |table: &Table| {
         let of_rows = matches!(&table.rows, Side::Metrics(metrics) if metrics.contains(&metric));
@@ -62,9 +62,9 @@ fn main_table(experiment: &Experiment, metric: Metric) -> Option<(usize, &Table)
     with.rev().max_by_key(|(_, t)| competing(t))
 }
 
-/// Puts the table with the verdict's metric at the head: the experiment's own one or, where that lacks most of the methods in
-/// `best` (one for each tracker), that of the ranked methods with their intervals. The experiment's own tables are the
-/// first of the page.
+/// Moves the table with the verdict's metric to the head: the experiment's own one, or that of the ranked
+/// methods with intervals if the own one lacks most methods of `best` (one per tracker). The experiment's own
+/// tables come first on the page.
 pub fn table_first(
     page: &mut Page,
     experiment: &Experiment,

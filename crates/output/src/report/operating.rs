@@ -1,14 +1,15 @@
-//! The point of a method's grid at which its paper operates it: figures mark it, and the method is ranked with it.
+//! Operating point: the point of a method's grid that its paper uses. Figures mark it, and the method is
+//! ranked by it.
 
 use serde_json::Value;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::builtin;
 use trackfail_engine::spec::method::{Method, Variant};
 
-/// The papers, by their names in experiments, with the methods that they propose.
+/// Papers, by their names in experiments, with the methods that they propose.
 const OWN: [(&str, &[&str]); 2] = [("khalid2016", &["DTEF"]), ("sanmiguel2015", &["AVU", "ARTE*"])];
 
-/// Published values of the parameters that a method's grid varies: axis and value, `None` where one is not published.
+/// Published values of the parameters in a method's grid, by axis; `None` if one of them is not published.
 pub fn published(method: &Method) -> Option<Vec<(String, f64)>> {
     let name = method.like.as_deref().unwrap_or(&method.name);
     let known = builtin::published_method(name)?.ok()?;
@@ -22,13 +23,14 @@ pub fn published(method: &Method) -> Option<Vec<(String, f64)>> {
     method.variants.first()?.point.iter().map(|(axis, _)| value(axis)).collect()
 }
 
-/// The variant of a method with a grid at the published parameters.
+/// Variant of a method with a grid at the published parameters.
 pub fn variant(method: &Method) -> Option<&Variant> {
     nearest(method).filter(|(_, distance)| *distance == 0.0).map(|(variant, _)| variant)
 }
 
-/// The variant with which a method is ranked: its only one; of a grid the published one or, of a method that the
-/// experiment's paper proposes, the one nearest to it. (The best one would be chosen by what ranks it.)
+/// Variant with which a method is ranked: the only one, or that with the published parameters. For a method
+/// that the experiment's paper proposes, the nearest variant will do. (Choosing the best variant would bias
+/// the ranking.)
 pub fn ranked<'m>(experiment: &Experiment, method: &'m Method) -> Option<&'m Variant> {
     if let [only] = method.variants.as_slice() {
         return Some(only);
@@ -38,7 +40,7 @@ pub fn ranked<'m>(experiment: &Experiment, method: &'m Method) -> Option<&'m Var
     nearest(method).filter(|(_, distance)| is_own || *distance == 0.0).map(|(variant, _)| variant)
 }
 
-/// The variant with the smallest sum of differences to the published values, each as a share of the value, and that sum.
+/// Variant with the smallest sum of relative differences to the published values, and that sum.
 fn nearest(method: &Method) -> Option<(&Variant, f64)> {
     let published = published(method)?;
     let distance = |v: &Variant| -> f64 {

@@ -1,8 +1,8 @@
-//! The page of a report as plain data, and as one HTML file and as Markdown for GitHub.
+//! Page of a report as plain data, rendered as one HTML file or as Markdown for GitHub.
 //!
-//! minijinja escapes every text of the HTML; the only markup that passes unescaped are figures that [`Page::check`] has
-//! checked, and series from [`super::sequences::json`]. The content security policy of the page lets it load only files
-//! beside it and run only its own script.
+//! minijinja escapes all texts in the HTML. Only figures that [`Page::check`] has checked, and series from
+//! [`super::sequences::json`], pass unescaped. The content security policy of the page lets it load only
+//! files beside it and run only its own script.
 
 use super::claims::Finding;
 use super::sequences::Tallies;
@@ -17,12 +17,12 @@ use sha2::{Digest, Sha256};
 use trackfail_dataset::text::visible;
 use trackfail_methods::score::tracker_metric::TRACKER_METRICS;
 
-/// The data of a report, in the order of the page.
+/// Data of a report, in the order of the page.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Page {
     /// Title of the page.
     pub title: String,
-    /// Relative URL of the page over all experiments; empty where there is none.
+    /// Relative URL of the page over all experiments; empty without one.
     pub home: String,
     /// Name of the experiment.
     pub experiment: String,
@@ -30,65 +30,66 @@ pub struct Page {
     pub paper: String,
     /// The table or figure of the paper: `Table 1`; may be empty.
     pub object: String,
-    /// The data that were present: `12 of 21 targets present; missing: ...`; may be empty.
+    /// Data that were present: `12 of 21 targets present; missing: ...`; may be empty.
     pub data_note: String,
-    /// The answer of the page, in a sentence or two below the title.
+    /// Answer of the page in one or two sentences, below the title.
     pub verdict: Vec<String>,
-    /// What the answer rests on, as a small table: headings, then rows; may be empty.
+    /// Stretches of frames behind the answer, as a small table: headings, then rows; may be empty.
     pub stretches: Vec<Vec<String>>,
-    /// Warnings, at the head of the page.
+    /// Warnings at the head of the page.
     pub warnings: Vec<String>,
-    /// Notes on how to read the numbers, in paragraphs behind the main table.
+    /// Paragraphs on how to read the numbers, after the main table.
     pub summary: Vec<String>,
-    /// The conclusions of the paper, and whether they hold here.
+    /// Claims of the paper, with their outcomes here.
     pub claims: Vec<Finding>,
     /// Tables, the main one first.
     pub tables: Vec<TableLayout>,
-    /// Whether their numbers lead to the sequences that they come from, where these are shown.
+    /// True if numbers in the tables link to the sequences behind them, provided that these are shown.
     pub links: bool,
-    /// Figures, the one that stands at the head first.
+    /// Figures, the one at the head first.
     pub figures: Vec<FigureView>,
-    /// Whether the page shows figures from their files instead of embedding them.
+    /// True if the page loads figures from their files instead of embedding them.
     pub figures_beside: bool,
-    /// Counts of every method on every track.
+    /// Counts of all methods on all tracks.
     pub sequences: Tallies,
-    /// The series of strips and viewer, as JSON that is safe in a script element; empty without tracks.
+    /// Series for strips and viewer, as JSON that is safe in a script element; empty without tracks.
     pub series: String,
-    /// Whether the page needs files beside it: series, stills, figures.
+    /// True if the page needs files beside it: series, stills or figures.
     pub beside: bool,
-    /// Whether the files of its tables are in the folder `tables` beside it.
+    /// True if the folder `tables` beside the page has the files of its tables.
     pub downloads: bool,
     /// Cells without a result (sequence, tracker, run and method), each with the reason.
     pub failed: Vec<(String, String)>,
-    /// Where the numbers come from: names and values.
+    /// Origin of the numbers: names and values.
     pub provenance: Vec<(String, String)>,
-    /// Number of these that the page always shows; it folds the others.
+    /// Number of origins that are always shown. The page folds the others.
     pub provenance_head: usize,
 }
 
-/// A figure.
+/// A figure as the page shows it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct FigureView {
-    /// Name: `Figure 3`.
+    /// Number of the figure: `Figure 3`.
     pub name: String,
-    /// Caption.
+    /// Text below the figure.
     pub caption: String,
-    /// The picture as made by [`crate::figure`]; it becomes part of the page.
+    /// SVG element made by [`crate::figure`], embedded in the page.
     pub svg: String,
-    /// The same picture for narrow screens, where the page has one; else empty.
+    /// SVG element for narrow screens; empty if there is none.
     pub narrow: String,
-    /// Its file beside the report: `figures/fig3.svg`.
+    /// File beside the report: `figures/fig3.svg`.
     pub file: String,
-    /// Endings of its files: `svg`, `pdf`, `png`, and where it is wider than a column `column.svg` and `column.pdf`.
+    /// Endings of the figure's files: `svg`, `pdf`, `png`, and `column.svg` and `column.pdf` if it is wider
+    /// than a column.
     pub endings: Vec<&'static str>,
-    /// True if it is wider than a column.
+    /// True if the figure is wider than a column.
     pub is_wide: bool,
 }
 
-/// A report that cannot be rendered.
+/// Reason why a report cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// Parts of the page do not fit together, or are not safe to embed.
+    /// Parts of the page contradict each other or are not safe to embed.
     #[error("{0}")]
     Unfit(String),
     /// The template does not fit the data.
@@ -97,11 +98,11 @@ pub enum ReportError {
 }
 
 impl Page {
-    /// Checks that all parts fit together and are safe to embed.
+    /// Checks that all parts of the page are consistent and safe to embed.
     ///
     /// # Errors
-    /// When a row has more or fewer cells than its table has columns, series could end their element in the page, or the SVG
-    /// of a figure has scripts, foreign content, ids or links.
+    /// When a row has more or fewer cells than its table has columns, the series could close their script
+    /// element, or the SVG of a figure has scripts, foreign content, ids or links.
     pub fn check(&self) -> Result<(), ReportError> {
         for table in &self.tables {
             let expected = table.columns.len();
@@ -122,7 +123,7 @@ impl Page {
     }
 }
 
-/// Whether a text is one SVG element as [`crate::figure`] makes them, safe to embed.
+/// True if a text is one SVG element as [`crate::figure`] makes them, and is safe to embed.
 fn is_picture(svg: &str) -> bool {
     let svg = svg.trim();
     // Figures escape quotes and angle brackets in texts, so these words can only be markup.
@@ -145,10 +146,10 @@ pub fn render(page: &Page) -> Result<String, ReportError> {
     fill(include_str!("templates/page.html"), include_str!("templates/page.css"), script, page)
 }
 
-/// Renders `report.md`; figures are referred to by their files.
+/// Renders `report.md`. Figures are linked by their files.
 ///
 /// # Errors
-/// As [`render()`].
+/// The errors of [`render()`].
 pub fn markdown(page: &Page) -> Result<String, ReportError> {
     page.check()?;
     let environment = environment("report.md", include_str!("templates/report.md"))?;
@@ -159,7 +160,7 @@ pub fn markdown(page: &Page) -> Result<String, ReportError> {
     Ok(lines.join("\n") + "\n")
 }
 
-/// Fills the template of an HTML file, whose content security policy allows only its script.
+/// Fills the template of an HTML file. Its content security policy allows only the given script.
 ///
 /// # Errors
 /// When the template does not fit the data, which would be a bug.
@@ -178,7 +179,7 @@ pub(super) fn fill(
     Ok(environment.get_template("page.html")?.render(Serde(about))?)
 }
 
-/// An environment with one template.
+/// Template environment with a single template.
 pub(super) fn environment(
     name: &'static str,
     template: &'static str,
@@ -202,8 +203,8 @@ pub(super) fn environment(
     Ok(environment)
 }
 
-/// A name of a table or a figure as a heading: a metric of trackers that it ends with is in words, as in
-/// `uncertainty, success AUC` of `uncertainty-success_auc`.
+/// Name of a table or figure as a heading. A metric of trackers at its end is spelled out:
+/// `uncertainty-success_auc` becomes `uncertainty, success AUC`.
 fn in_words(name: &str) -> String {
     let metric = |(what, metric): (&str, &str)| {
         let known = TRACKER_METRICS.iter().find(|m| m.name == metric)?;
@@ -212,14 +213,13 @@ fn in_words(name: &str) -> String {
     name.split_once('-').and_then(metric).unwrap_or_else(|| name.to_string())
 }
 
-/// A path below the page's folder as a URL, with all other characters percent-encoded.
+/// Path below the page's folder as a URL, with special characters percent-encoded.
 fn address(path: &str) -> String {
     let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_./".contains(&b);
     path.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
 }
 
-/// The paragraph of Markdown with its first characters escaped where they would make it a list, a rule or an underlined
-/// heading.
+/// Escapes the start of a Markdown paragraph if it would be read as a list, a rule or an underlined heading.
 fn begin(escaped: &str) -> String {
     let rest = escaped.trim_start_matches(|c: char| c.is_ascii_digit());
     let digits = &escaped[..escaped.len() - rest.len()];
@@ -230,7 +230,7 @@ fn begin(escaped: &str) -> String {
     }
 }
 
-/// A link target of Markdown in angle brackets.
+/// Target of a Markdown link, in angle brackets.
 fn target(path: &str) -> String {
     let encoded = |c: char| match c {
         '<' | '>' | '\\' | '|' => format!("%{:02X}", u32::from(c)),

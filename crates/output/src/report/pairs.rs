@@ -1,4 +1,4 @@
-//! Measures of a method or tracker, sequence by sequence, from a results folder: the numbers that are compared.
+//! Measures of a method or tracker by sequence, read from a results folder for comparisons.
 
 use super::standings::{of_every_tracker, pair_of};
 use crate::results::{Results, ResultsError, grouped, method_label};
@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::{Metric, TrackerMetric};
 
-/// Measure -> sequence -> value; sequences without a value are left out.
+/// Measures by name, each with its values by sequence. Sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;
 
-/// Measures that cannot be compared.
+/// Reason why measures cannot be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum PairsError {
     /// The results cannot be read.
@@ -21,7 +21,7 @@ pub enum PairsError {
     Unknown(String),
 }
 
-/// Measures of methods that are compared.
+/// Metrics by which methods are compared.
 const METRICS: [Metric; 4] = [Metric::F_SCORE, Metric::PRECISION, Metric::RECALL, Metric::FPR];
 
 /// Names that can be compared: methods with their grid points, then trackers that an analysis scored.
@@ -31,16 +31,16 @@ pub fn names(results: &Results) -> Vec<String> {
     grouped(&all, |name| name).into_iter().map(|(name, _)| name.clone()).collect()
 }
 
-/// A method, or a tracker that an analysis scored, sequence by sequence.
+/// Measures by sequence of a method, or of a tracker that an analysis scored.
 pub struct Side {
-    /// Its measures.
+    /// Measures with their values by sequence.
     pub values: Values,
-    /// Counts of a method; none of a tracker.
+    /// Counts of a method; empty for a tracker.
     counts: BySequence,
 }
 
-/// The measures of a method, or of a tracker that an analysis scored. The counts of a method are pooled within each
-/// sequence, over its runs and, unless one is given, over all trackers.
+/// Measures of a method, or of a tracker that an analysis scored. Counts of a method are pooled within each
+/// sequence, over its runs and over all trackers, or only over `tracker`.
 ///
 /// # Errors
 /// See [`PairsError`].
@@ -68,21 +68,21 @@ pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side
     Ok(Side { values: METRICS.map(of_metric).into(), counts })
 }
 
-/// Measures of two methods of an experiment over all sequences together, as tables have them, and how far they are apart.
+/// A measure of two methods over all sequences together, with their difference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// The measure: `pooled f_score`, `auroc`.
+    /// Name of the measure: `pooled f_score`, `auroc`.
     pub measure: String,
-    /// Number of sequences that both rest on, where it is known.
+    /// Number of common sequences; `None` if unknown.
     pub sequences: Option<usize>,
-    /// The measure of each method.
+    /// Value of each method.
     pub values: [Option<f64>; 2],
-    /// Bounds of the difference, 95 %.
+    /// Bounds of the difference, at 95 %.
     pub bounds: Option<(f64, f64)>,
 }
 
-/// Metrics of the pooled counts of two methods on the sequences that both have and, over all trackers, the differences of
-/// `frame_pairs.csv`; nothing for what are no methods.
+/// Metrics of the pooled counts of two methods on their common sequences. Over all trackers, the differences
+/// of `frame_pairs.csv` are added. Empty for sides that are not methods.
 ///
 /// # Errors
 /// When the differences cannot be read.
@@ -114,7 +114,7 @@ pub fn apart(
     Ok(all)
 }
 
-/// For each measure that both sides have, the pairs of values on the sequences that both have.
+/// For each common measure, the pairs of values on the common sequences.
 pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)> {
     let of_measure = |(measure, a): &(String, BTreeMap<String, f64>)| {
         let (_, b) = second.iter().find(|(other, _)| other == measure)?;
@@ -123,7 +123,7 @@ pub fn common(first: &Values, second: &Values) -> Vec<(String, Vec<(f64, f64)>)>
     first.iter().filter_map(of_measure).collect()
 }
 
-/// The columns of the tables of sequences that analyses made for a tracker.
+/// Columns of the tables by sequence that analyses made for a tracker.
 fn of_tracker(results: &Results, name: &str) -> Values {
     let mut values = Values::new();
     for table in results.analyses.iter().filter(|a| a.tracker == name).filter_map(by_sequence) {
@@ -140,7 +140,7 @@ fn of_tracker(results: &Results, name: &str) -> Values {
     values
 }
 
-/// A column's heading as one word: `success AUC` becomes `success_auc`.
+/// Heading of a column as one word: `success AUC` becomes `success_auc`.
 pub(super) fn measure_name(column: &str) -> String {
     if let Some(metric) = TrackerMetric::of_heading(column) {
         return metric.name.to_string();

@@ -1,4 +1,5 @@
-//! Chosen tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document that shows them.
+//! Selected tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document
+//! that shows them.
 
 use super::page::Page;
 use super::sentences::say;
@@ -9,23 +10,23 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_engine::store::{self, StoreError};
 
-/// The document.
+/// Name of the document.
 pub const DOCUMENT: &str = "paper.tex";
 
 /// A table or a figure of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
-    /// Its name in the experiment: `table1`.
+    /// Name in the experiment: `table1`.
     pub name: String,
-    /// Its file, relative to the report.
+    /// Path of the file, relative to the report.
     pub file: String,
-    /// Text below a figure; a table's file has its own.
+    /// Text below a figure; `None` for a table, whose file has its own.
     pub caption: Option<String>,
     /// True if a figure is as wide as the text of a page.
     pub is_wide: bool,
 }
 
-/// The tables and figures that a page shows, in its order.
+/// Tables and figures of a page, in its order.
 pub(super) fn items(page: &Page) -> Vec<Item> {
     let tables = page.tables.iter().map(|table| {
         let (name, file) = (table.name.clone(), format!("tables/{}.tex", table.name));
@@ -38,18 +39,18 @@ pub(super) fn items(page: &Page) -> Vec<Item> {
     tables.chain(figures).collect()
 }
 
-/// Items of an experiment, with the folder of its report.
+/// Selected items of an experiment, with the folder of its report.
 pub struct Chosen<'a> {
     /// Name of the experiment.
     pub experiment: &'a str,
-    /// Folder of its report.
+    /// Folder of the report.
     pub report: &'a Path,
-    /// Its items that are wanted.
+    /// Selected tables and figures.
     pub items: Vec<&'a Item>,
 }
 
-/// Copies items into a folder, each as `EXPERIMENT-NAME.tex` or `.pdf`, with the numbers of their experiments as macros and
-/// [`DOCUMENT`], which shows them all.
+/// Copies items into a folder as `EXPERIMENT-NAME.tex` or `.pdf`, with the numbers of their experiments as
+/// macros, and [`DOCUMENT`], which shows all items.
 ///
 /// # Errors
 /// When a file cannot be read or written.

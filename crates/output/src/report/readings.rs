@@ -1,4 +1,5 @@
-//! The tables and figures of readings: which choice the published numbers speak for, where a text leaves it open.
+//! Tables and figures of readings: the choices that fit published numbers best, where a paper's text is
+//! ambiguous.
 //!
 //! The numbers are those of `readings.csv`; see [`crate::results::readings`] for the discrepancy.
 
@@ -13,13 +14,13 @@ use serde_json::json;
 use trackfail_engine::spec::Experiment;
 use trackfail_methods::score::Metric;
 
-/// A tracker and a method on it.
+/// Labels of a tracker and a method.
 type Names<'a> = (&'a str, &'a str);
 
-/// The readings of one method on one tracker, those with the smallest discrepancy first.
+/// Readings of one method on one tracker, the smallest discrepancy first.
 struct Group<'a> {
     of: Names<'a>,
-    /// Names of the statistics, in their order.
+    /// Names of the statistics, in order.
     statistics: Vec<&'a str>,
     readings: Vec<Reading<'a>>,
 }
@@ -36,21 +37,21 @@ impl<'a> Group<'a> {
         Self { of, statistics: statistics.collect(), readings }
     }
 
-    /// Whether there are published numbers that readings are compared with.
+    /// True if there are published numbers to compare the readings with.
     fn is_judged(&self) -> bool {
         self.readings.iter().any(|r| r.discrepancy().is_some())
     }
 
-    /// The published number of a statistic.
+    /// Published number of a statistic.
     fn published(&self, statistic: &str) -> Option<f64> {
         self.readings.iter().find_map(|r| r.row(statistic)?.published)
     }
 }
 
-/// One reading, with a row for each statistic.
+/// One reading, with one row per statistic.
 struct Reading<'a> {
     name: String,
-    /// Whether it is the method on the tracker as they are.
+    /// True for the method on the tracker without changes.
     is_plain: bool,
     rows: Vec<&'a Row>,
 }
@@ -65,7 +66,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Name of a reading among those of a method on a tracker.
+/// Name of a reading, as a difference from the method and tracker that it is a reading of.
 fn name((tracker, method): Names<'_>, of: Names<'_>) -> String {
     match (tracker == of.0, method == of.1) {
         (true, true) => format!("{method} (as it is)"),
@@ -80,13 +81,13 @@ fn groups(rows: &[Row]) -> Vec<Group<'_>> {
     groups.iter().map(|(of, mine)| Group::new(*of, mine)).collect()
 }
 
-/// Whether an experiment is about readings: most of its methods are.
+/// True if an experiment is about readings, that is, if most of its methods are readings.
 pub fn are_the_answer(experiment: &Experiment) -> bool {
     2 * experiment.methods.iter().filter(|m| m.like.is_some()).count() > experiment.methods.len()
 }
 
-/// How many of the methods have a reading nearer to the published numbers than they are themselves, and the one that gains
-/// most by it, in a sentence; `None` where most methods are no readings, or nothing that they are judged by is published.
+/// One sentence: how many methods have a reading that is nearer to the published numbers, and which method
+/// gains most. `None` if most methods are not readings, or without published numbers.
 pub fn verdict(results: &Results, rows: &[Row]) -> Option<String> {
     if are_the_answer(&results.experiment) { sentence(&groups(rows)) } else { None }
 }
@@ -118,12 +119,12 @@ fn heading(statistic: &str) -> String {
 
 const D: Style = Style { decimals: 2, bare: false };
 
-/// Three significant digits for what is given per 1000 frames, three decimals for shares.
+/// Print style: three significant digits for numbers per 1000 frames, three decimals for shares.
 fn style(statistic: &str) -> Style {
     if statistic.ends_with("_per_1000") { Style { decimals: 1, bare: false } } else { Style::DEFAULT }
 }
 
-/// The tables; none for results without readings.
+/// Tables of readings; empty for results without readings.
 pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     let groups = groups(rows);
     if groups.is_empty() {
@@ -152,7 +153,7 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     vec![of_suite(table, results, &suite(results))]
 }
 
-/// The figures: name, figure and caption, one for each method on a tracker, in the color of the method.
+/// Figures with name and caption, one for each method on a tracker, in the color of the method.
 pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots, String)> {
     let figure = |g: &Group<'_>| {
         let (tracker, method) = g.of;
@@ -187,7 +188,7 @@ pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots
     groups(rows).iter().map(figure).collect()
 }
 
-/// Name of a group's figure: letters, digits and hyphens.
+/// Name of a group's figure, of letters, digits and hyphens.
 fn file_name(of: Names<'_>) -> String {
     let text = format!("readings {} {}", of.1, of.0).to_lowercase();
     let words = text.split(|c: char| !c.is_ascii_lowercase() && !c.is_ascii_digit());

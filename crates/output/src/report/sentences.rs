@@ -1,4 +1,4 @@
-//! Sentences and captions: the templates of `templates/sentences.txt`, each below its name.
+//! Sentences and captions: the templates of `templates/sentences.txt`, each under its name.
 
 use super::page::environment;
 use minijinja::Environment;
@@ -15,7 +15,7 @@ static TEMPLATES: LazyLock<Environment<'static>> = LazyLock::new(|| {
     templates
 });
 
-/// A sentence about some values.
+/// Renders the template `name` with the values `about`.
 pub fn say(name: &str, about: impl Serialize) -> String {
     let template = TEMPLATES.get_template(name).expect("a template of that name");
     template.render(Serde(about)).expect("a template that fits its values")

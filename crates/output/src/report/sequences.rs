@@ -1,8 +1,8 @@
-//! Results sequence by sequence: the series and counts of every method on every tracker's first run, for the table of
-//! counts, the strips and the frame viewer of the page.
+//! Results by sequence: series and counts of all methods on each tracker's first run, for the page's table of
+//! counts, strips and frame viewer.
 //!
-//! Counts are computed again by the method's protocol from the errors and labels in the results.
-//! [`json`] packs the series for the page.
+//! Counts are recomputed by the method's protocol from the errors and labels in the results. [`json`] packs
+//! the series for the page.
 
 pub mod json;
 
@@ -16,28 +16,29 @@ use trackfail_core::region::{Rect, Region};
 use trackfail_methods::score::{Counts, Protocol};
 use trackfail_methods::signal::distribution_field::{self, background_region};
 
-/// Maximum number of methods with their grid points that a page shows; of more, it shows the first point of each method.
+/// Most methods (with their grid points) on a page. If there are more, only the first point of each method is
+/// shown.
 const MAX_METHODS: usize = 24;
 
-/// Everything that is shown sequence by sequence.
+/// All data that are shown by sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sequences {
-    /// Labels of the trackers, in order of the experiment.
+    /// Labels of the trackers, in the experiment's order.
     pub trackers: Vec<String>,
-    /// Methods with their grid points, in order of the experiment.
+    /// Methods with their grid points, in the experiment's order.
     pub methods: Vec<Method>,
-    /// Sequences, in order of the suite.
+    /// Sequences in the suite's order.
     pub sequences: Vec<Sequence>,
-    /// Tracks by sequence, then tracker.
+    /// Tracks, sorted by sequence, then tracker.
     pub tracks: Vec<Track>,
-    /// Sentences about tracks that are left out; may be empty.
+    /// Sentences about tracks that were left out; may be empty.
     pub note: String,
-    /// Whether there is no ground truth, so that states are shown instead of errors.
+    /// True if there is no ground truth, so that states are shown instead of errors.
     pub unannotated: bool,
 }
 
-/// A tracker's first run over a sequence: what is counted on it, and its series as text, which is less than half as long as
-/// they.
+/// First run of a tracker on a sequence: its counts, and its series as text. The text takes less than half
+/// the memory.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Track {
     /// Index of the sequence.
@@ -46,53 +47,54 @@ pub struct Track {
     pub tracker: usize,
     /// Number of frames.
     pub frames: usize,
-    /// Index, counts and number of events of each method; without ground truth, the number of losses that it finds.
+    /// Index of each method with its counts and its number of events. Without ground truth, the number is
+    /// that of the losses that the method finds.
     pub counts: Vec<(usize, Counts, usize)>,
-    /// The series, see [`json`].
+    /// Series in the format of [`json`].
     pub series: String,
 }
 
-/// A method.
+/// A method as the page shows it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Method {
-    /// Name with its grid point.
+    /// Name of the method with its grid point.
     pub name: String,
-    /// Threshold on the score for each tracker, where there is one.
+    /// Threshold on the score for each tracker; `None` if there is none.
     pub thresholds: Vec<Option<f64>>,
-    /// How its protocol counts, in a line; may be empty.
+    /// Rule of counting by the method's protocol, in one line; may be empty.
     pub counted: String,
 }
 
-/// A sequence.
+/// A sequence as the page shows it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sequence {
-    /// Name.
+    /// Name of the sequence.
     pub name: String,
-    /// Number of its first frame.
+    /// Number of the first frame.
     pub first: i64,
-    /// Width and height of its frames, where known.
+    /// Width and height of the frames in pixels; `None` if unknown.
     pub size: Option<(usize, usize)>,
-    /// Attributes.
+    /// Names of the attributes of the sequence.
     pub attributes: Vec<String>,
     /// Ground truth, one entry per frame.
     pub truth: Vec<Option<Region>>,
-    /// Frames, 0-based, that have a picture `stills/<sequence>-<frame>.png` beside the page.
+    /// Frames (0-based) with a picture `stills/<sequence>-<frame>.png` beside the page.
     pub stills: BTreeSet<usize>,
-    /// Pictures in the page itself, by frame: addresses `data:...`.
+    /// Pictures embedded in the page, by frame, as `data:...` URLs.
     pub pictures: BTreeMap<usize, String>,
 }
 
-/// How a protocol counts, in a line.
+/// Rule of counting of a protocol, in one line.
 pub fn counted_by(protocol: &Protocol) -> String {
     format!("counted by {}: {}", protocol.name, protocol.summary)
 }
 
-/// File of a still beside the page.
+/// Path of a still beside the page.
 pub fn still_file(sequence: usize, frame: usize) -> String {
     format!("stills/{sequence:03}-{frame:06}.png")
 }
 
-/// Collects everything but the stills from tracks, as they come.
+/// Collects the data of tracks as they are read, without the stills.
 pub struct Collector<'r> {
     results: &'r Results,
     records: Vec<&'r MethodRecord>,
@@ -100,12 +102,12 @@ pub struct Collector<'r> {
     all: Sequences,
     /// Tracks with the names of their sequences.
     tracks: Vec<(String, Track)>,
-    /// Frame numbers of each sequence.
+    /// Frame numbers by sequence.
     numbers: BTreeMap<String, Vec<i64>>,
 }
 
 impl<'r> Collector<'r> {
-    /// A collector without a track.
+    /// Creates a collector without tracks.
     pub fn new(results: &'r Results) -> Self {
         let manifest = &results.manifest;
         let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
@@ -133,7 +135,7 @@ impl<'r> Collector<'r> {
         Self { results, records, regions, all, tracks: Vec::new(), numbers: BTreeMap::new() }
     }
 
-    /// Adds tracks of [`Results::each_track`].
+    /// Adds tracks, as [`Results::each_track`] gives them.
     pub fn add(&mut self, tracks: Vec<TrackSeries>) {
         for track in &tracks {
             self.numbers.entry(track.sequence.clone()).or_insert_with(|| track.numbers.clone());
@@ -166,7 +168,7 @@ impl<'r> Collector<'r> {
         Some((track.sequence.clone(), Track::new([0, tracker], track, &background, said)))
     }
 
-    /// All that was added, in the order of the suite.
+    /// Everything that was added, in the order of the suite.
     ///
     /// # Errors
     /// When the results cannot be read.
@@ -200,7 +202,7 @@ impl<'r> Collector<'r> {
     }
 }
 
-/// How the background region moves, for each tracker on which a method reads distribution fields.
+/// Rule of the background region's motion, for each tracker with a method that reads distribution fields.
 fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Params> {
     let mut rules = BTreeMap::new();
     let methods = results.experiment.methods.iter();
@@ -217,18 +219,18 @@ fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Par
     rules
 }
 
-/// The table of counts.
+/// Table of counts by sequence.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Tallies {
-    /// Sentences about tracks that are left out; may be empty.
+    /// Sentences about tracks that were left out; may be empty.
     pub note: String,
-    /// Whether there is no ground truth, so that cells are numbers of losses.
+    /// True if there is no ground truth, so that cells are numbers of losses.
     pub unannotated: bool,
-    /// Column headings.
+    /// Headings of the columns.
     pub methods: Vec<String>,
-    /// All attributes.
+    /// All attributes that some sequence has.
     pub attributes: Vec<String>,
-    /// Rows.
+    /// One row per track.
     pub rows: Vec<TallyRow>,
     /// Sums over all rows.
     pub totals: Vec<String>,
@@ -249,14 +251,15 @@ pub struct TallyRow {
     pub frames: usize,
     /// Attributes in one line.
     pub attributes: String,
-    /// Indices of these attributes among all, separated by blanks.
+    /// Indices of the sequence's attributes among all, separated by blanks.
     pub marks: String,
-    /// `hits / misses / false alarms`, or the number of losses without ground truth, empty for a method that is not run on the tracker.
+    /// Cells: `hits / misses / false alarms`, or the number of losses without ground truth. Empty for a
+    /// method that is not run on the tracker.
     pub cells: Vec<String>,
 }
 
 impl Sequences {
-    /// The table of counts: hits, misses and false alarms of every method on every track.
+    /// Table of counts: hits, misses and false alarms of each method on each track.
     pub fn tallies(&self) -> Tallies {
         let attributes: BTreeSet<&String> = self.sequences.iter().flat_map(|s| &s.attributes).collect();
         let mut totals: Vec<Option<Counts>> = vec![None; self.methods.len()];
@@ -289,8 +292,8 @@ impl Sequences {
         }
     }
 
-    /// Sequence, tracker and method that are shown first: the track and method with most events, the earliest among
-    /// equals. Without ground truth it is the first method, which the verdict is of.
+    /// Sequence, tracker and method to show first: the track and method with most events, the first of equal
+    /// ones. Without ground truth, the first method, since the verdict is about it.
     fn start(&self) -> Option<[usize; 3]> {
         let of_tracks = self.tracks.iter().flat_map(|t| t.counts.iter().map(move |of| (t, of)));
         let all = of_tracks.filter(|(_, (method, ..))| *method == 0 || !self.unannotated);

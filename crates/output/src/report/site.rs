@@ -1,9 +1,9 @@
 //! `reports/index.html`: one offline page over all experiments that have a report.
 //!
-//! Every report has a `summary.json` beside its page, made from results alone. The site is made from all summaries, which
-//! are collected by a walk over the folder in order of names: it does not depend on the order in which reports were
-//! written, and a report that is removed by hand is missing from the next site. Reports without a readable summary are
-//! listed as such.
+//! Each report has a `summary.json` beside its page, made from results alone. The site is made from all
+//! summaries, collected by a walk over the folder in order of names. So the order in which reports were
+//! written has no effect, and a report that was removed by hand is missing from the next site. Reports
+//! without a readable summary are listed as such.
 //!
 //! The page has no script.
 
@@ -24,12 +24,12 @@ use trackfail_engine::spec::check_experiment_name;
 use trackfail_engine::store::staging::Staging;
 use trackfail_engine::store::{self, StoreError};
 
-/// A line in the head of our pages; a page without it is not replaced.
+/// Line in the head of pages that this program writes. Other pages are never replaced.
 const OURS: &str = "<meta name=\"generator\" content=\"trackfail\">";
 
-/// Writes `index.html` over all reports below a folder; returns warnings about reports that it cannot list. The site has
-/// every report that is in its place when this is called, even when several processes call it: they take turns, and each
-/// walks the folder anew.
+/// Writes `index.html` over all reports below a folder; returns warnings about reports that it cannot list.
+/// All reports in place at the time of the call are listed, even if several processes call it: they take
+/// turns, and each walks the folder anew.
 ///
 /// # Errors
 /// When the page cannot be written.
@@ -63,7 +63,7 @@ pub fn write_index(reports: &Path) -> Result<Vec<String>, WriteError> {
     Ok(warnings)
 }
 
-/// Whether there is a file that this program has not written.
+/// True if there is a file that this program has not written.
 fn is_foreign(path: &Path) -> bool {
     if path.is_symlink() || !path.is_file() {
         // Replacing a link does not touch what it leads to, and a folder cannot be replaced.
@@ -78,13 +78,13 @@ fn is_foreign(path: &Path) -> bool {
 /// All reports below a folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Site {
-    /// Folder, such as `sanmiguel2015/table4`, and summary of each report, in order of folders.
+    /// Folder, such as `sanmiguel2015/table4`, and summary of each report, sorted by folder.
     pub reports: Vec<(String, Summary)>,
-    /// Folders with a page whose summary cannot be read, with the reason.
+    /// Folders with a page whose summary cannot be read, each with the reason.
     pub unreadable: Vec<(String, String)>,
 }
 
-/// All reports below a folder, in order of names; hidden folders and links are skipped.
+/// Finds all reports below a folder, sorted by name. Hidden folders and links are skipped.
 pub fn collect(reports: &Path) -> Site {
     let mut site = Site::default();
     let hidden = |e: &walkdir::DirEntry| e.file_name().as_encoded_bytes().starts_with(b".");
@@ -116,7 +116,7 @@ pub fn collect(reports: &Path) -> Site {
     site
 }
 
-/// What `index.html` shows.
+/// Data of `index.html` for its template.
 #[derive(Serialize)]
 struct View<'s> {
     #[serde(flatten)]

@@ -1,4 +1,4 @@
-//! Where the numbers of a report come from, what to know before one is believed, and those for the text of a paper.
+//! Origin of a report's numbers, warnings about them, and numbers for the text of a paper.
 
 use super::claims::{ClaimCounts, Finding};
 use super::sentences::say;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use trackfail_dataset::synthetic;
 use trackfail_methods::detector::fused;
 
-/// Names and values: first those that are short and concern everyone, last the digests of all sequences.
+/// Names and values of the origins: short and general ones first, digests of all sequences last.
 pub fn provenance(results: &Results) -> Vec<(String, String)> {
     let manifest = &results.manifest;
     let mut protocols = manifest.protocol.clone();
@@ -25,6 +25,7 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
         ("trackfail", manifest.version.clone()),
     ];
     let mut all: Vec<(String, String)> = head.map(|(what, value)| (what.to_string(), value)).into();
+    all.extend(results.beside.iter().map(|beside| ("beside".to_string(), beside.source.clone())));
     for (suite, sequences) in &manifest.digests {
         let (present, wanted) = match *suite == manifest.suite.name {
             true => (manifest.suite.present.len(), manifest.suite.wanted),
@@ -48,7 +49,7 @@ pub fn provenance(results: &Results) -> Vec<(String, String)> {
     all
 }
 
-/// A method with its parameters and what was trained.
+/// A method with its parameters, and what was trained.
 fn method(m: &MethodRecord) -> String {
     let part = |(kind, version, params): &(String, u32, Value)| format!("{kind} version {version} {params}");
     let thresholds = m.thresholds.iter().map(|(tracker, v)| format!("{v} for {tracker}"));
@@ -62,9 +63,9 @@ fn method(m: &MethodRecord) -> String {
     say("method", about)
 }
 
-/// A sentence for all methods whose model comes with the program and was learned from the same sequences that are tested.
-/// Sequences are compared by their names, which is all that a model says of them; rendered ones, which share names with real
-/// ones, are no real video.
+/// Warnings about methods whose built-in model was learned from sequences that are tested here. Sequences are
+/// compared by name, as models contain only names. Rendered sequences are excluded, since they share names
+/// with real ones.
 pub fn learned_on_test(manifest: &Manifest) -> Vec<String> {
     let present = &manifest.suite.present;
     let tested = |method: &MethodRecord| -> Option<Vec<String>> {
@@ -86,8 +87,8 @@ pub fn learned_on_test(manifest: &Manifest) -> Vec<String> {
     methods.chunk_by(|a, b| a.0 == b.0).map(sentence).collect()
 }
 
-/// Numbers for the running text of a paper: of targets, of frames, of claims by outcome without the checks of the arithmetic,
-/// and those that analyses found for each tracker.
+/// Numbers for the text of a paper: of targets, of frames, of claims by outcome (without checks of the
+/// arithmetic), and numbers of analyses for each tracker.
 pub fn facts(results: &Results, claims: &[Finding]) -> Vec<Fact> {
     let fact =
         |parts: &[&str], shown: String| Fact { parts: parts.iter().map(|p| (*p).into()).collect(), shown };

@@ -1,5 +1,6 @@
-//! Which method or tracker is the best, and how sure that is: the one list that the tables `uncertainty`, `pairs` and
-//! `differences` (and, beside it, `breakdown`), the figure and the sentence at the head of a page, and the leaderboard of all reports read.
+//! Standings: the best method or tracker, and the certainty of that. The tables `uncertainty`, `pairs`,
+//! `differences` (with `breakdown`), the figure and sentence at the head of a page, and the leaderboard are
+//! all made from this list.
 //!
 //! Units are sequences, with the counts of all runs summed; the number of a tracker is the mean over sequences of a
 //! column in the table `sequences` of the first analysis that has one. Methods are compared on the same tracker and by
@@ -38,13 +39,13 @@ use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{FrameMeasures, Metric, TrackerMetric};
 
 impl Estimate {
-    /// A measure of frames.
+    /// Estimate of a measure of frames.
     pub fn of_frames(measures: &FrameMeasures, name: &str) -> Self {
         let bound = |end: &str| measures.get(&format!("{name}_{end}"));
         Self { value: measures.get(name), bounds: bound("low").zip(bound("high")) }
     }
 
-    /// A statistic of summed counts, with its interval over sequences.
+    /// Statistic of summed counts, with its interval over sequences.
     pub fn of_counts(
         counts: &BySequence,
         of: impl Fn(&[i64; 4]) -> Option<f64>,
@@ -54,44 +55,45 @@ impl Estimate {
         Self { value: of(&sum_of(&units)), bounds: sampling.interval(&units, of) }
     }
 
-    /// The number and its bounds, as a table has them.
+    /// Cells of a table with the number and its bounds.
     pub fn cells(self, shown: impl Fn(f64) -> String) -> [Cell; 3] {
         [self.value, self.bounds.map(|b| b.0), self.bounds.map(|b| b.1)].map(|v| cell(v, &shown))
     }
 
-    /// The number in a figure.
+    /// Dot of the number in a figure; `None` without a value.
     fn dot(self) -> Option<Dot> {
         Some(Dot { value: self.value?, bounds: self.bounds })
     }
 }
 
-/// What methods or trackers are compared by.
+/// Measure by which methods or trackers are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Its name for people.
+    /// Name for people.
     pub title: String,
-    /// Whether larger or smaller is better.
+    /// Direction: larger or smaller is better.
     pub direction: Direction,
-    /// How its numbers are printed.
+    /// Print style of the numbers.
     pub style: Style,
-    /// The metric of methods; `None` for a column of an analysis, of which a tracker has the mean over sequences.
+    /// Metric of methods; `None` for a column of an analysis, whose mean over sequences is the number of a
+    /// tracker.
     pub metric: Option<Metric>,
 }
 
 impl Measured {
-    /// A metric of methods.
+    /// Measure of methods by a metric.
     pub fn metric(metric: Metric) -> Self {
         let style = Style::of_metric(metric);
         Self { title: metric.title(), direction: metric.direction(), style, metric: Some(metric) }
     }
 
-    /// A column of an analysis.
+    /// Measure of trackers by a column of an analysis.
     pub fn column(heading: &str) -> Self {
         let direction = TrackerMetric::of_heading(heading).map_or(Direction::HigherIsBetter, |m| m.direction);
         Self { title: heading.to_string(), direction, style: Style::DEFAULT, metric: None }
     }
 
-    /// Itself in the templates of sentences.
+    /// Values for the templates of sentences.
     fn told(&self) -> Value {
         let is = |direction| self.direction == direction;
         json!({
@@ -103,25 +105,25 @@ impl Measured {
     }
 }
 
-/// A method at a point of its grid on a tracker, or a tracker: its number, and how sure its place is.
+/// A method at a point of its grid on a tracker, or a tracker: its number, and the certainty of its place.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Standing {
-    /// Method with its grid point, or tracker.
+    /// Name of the method with its grid point, or of the tracker.
     pub label: String,
-    /// The same without the grid point.
+    /// Name without the grid point.
     pub name: String,
-    /// Whether it is ranked and tested.
+    /// True if the standing is ranked and tested.
     pub competes: bool,
-    /// What its number is made of; nothing for measures of frames.
+    /// Counts behind the number; empty for measures of frames.
     pub counts: BySequence,
-    /// Its number.
+    /// The number with its bounds.
     pub estimate: Estimate,
-    /// Mean of its ranks on sequences, 1 the best.
+    /// Mean of the ranks on the sequences; 1 is best.
     pub mean_rank: Option<f64>,
 }
 
 impl Standing {
-    /// Its name as sentences and figures have it: `AVU (length 20)` of `AVU[length=20]`.
+    /// Name in sentences and figures: `AVU (length 20)` for `AVU[length=20]`.
     pub fn spoken(&self) -> String {
         let point = self.label.strip_prefix(&self.name);
         match point.and_then(|rest| rest.strip_prefix('[')?.strip_suffix(']')) {
@@ -131,48 +133,50 @@ impl Standing {
     }
 }
 
-/// How far two of a field are apart.
+/// Difference between two standings of a field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// Labels of the two.
+    /// Labels of the two standings.
     pub labels: [String; 2],
-    /// The first less the second.
+    /// First number minus the second.
     pub difference: Estimate,
-    /// The p of the permutation test.
+    /// p-value of the permutation test.
     pub p: Option<f64>,
-    /// The same after Holm's correction for all pairs of the field.
+    /// p-value after Holm's correction for all pairs of the field.
     pub corrected: Option<f64>,
-    /// Sequences that both have a result on.
+    /// Number of sequences on which both standings have a result.
     pub sequences: usize,
 }
 
-/// Methods on one tracker, or trackers, that can be compared.
+/// Standings that can be compared with each other: methods on one tracker, or trackers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    /// Tracker, and protocol where the tracker's methods have several; empty where trackers compete.
+    /// Label of the tracker, with the protocol if the tracker's methods have several; empty if trackers
+    /// compete.
     pub label: String,
-    /// The tracker; empty where trackers compete.
+    /// Label of the tracker; empty if trackers compete.
     pub tracker: String,
-    /// All of them, in the order of the experiment.
+    /// Standings in the order of the experiment.
     pub standings: Vec<Standing>,
-    /// The test of the ranks of all that compete, on the sequences where all of them have a value.
+    /// Friedman test of the ranks of all competitors, on the sequences where all have a value.
     pub friedman: Option<Friedman>,
-    /// The pairs that were tested.
+    /// Pairs that were tested.
     pub pairs: Vec<Pair>,
 }
 
-/// Standings by one measure.
+/// Standings of methods or trackers by one measure, grouped into fields that are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standings {
-    /// The measure.
+    /// Measure of the standings.
     pub measured: Measured,
-    /// Those that can be compared with each other.
+    /// Fields; only standings of the same field are compared.
     pub fields: Vec<Field>,
 }
 
 impl Standings {
-    /// Those of a field that can be the best, the best first: they compete with a value, and with a result on every
-    /// sequence that any of the field has one on. Equal ones stay in the order of the experiment.
+    /// Standings of a field that can be the best, the best first. These compete, have a value, and have a
+    /// result on each sequence on which any of the field has one. Equal ones stay in the order of the
+    /// experiment.
     pub fn best_first<'f>(&self, field: &'f Field) -> Vec<(&'f Standing, f64)> {
         let most = field.standings.iter().map(|s| s.counts.len()).max();
         let whole = field.standings.iter().filter(|s| s.competes && Some(s.counts.len()) == most);
@@ -183,7 +187,7 @@ impl Standings {
 }
 
 impl Field {
-    /// How far one is above another, where the two were compared.
+    /// Difference of two standings, if they were compared.
     fn difference(&self, one: &Standing, other: &Standing) -> Option<Estimate> {
         let wanted = [&one.label, &other.label];
         self.pairs.iter().find_map(|Pair { labels: [a, b], difference, .. }| {
@@ -195,10 +199,11 @@ impl Field {
     }
 }
 
-/// Most competitors of which all pairs are tested: with more, the correction for their number leaves no test any power.
+/// Most competitors for tests of all pairs. With more, the correction for their number would leave the tests
+/// without power.
 const MAX_COMPETITORS: usize = 12;
 
-/// A field with the numbers of its standings by a statistic of summed counts, their tests and ranks.
+/// Field of the standings, with numbers by a statistic of summed counts, tests and ranks.
 fn field(
     (label, tracker): (String, String),
     mut standings: Vec<Standing>,
@@ -226,7 +231,7 @@ fn field(
     Field { label, tracker, standings, friedman, pairs }
 }
 
-/// The pairs that are tested: all of them or, of many competitors, the best one with each of the others.
+/// Pairs to test: all of them or, with many competitors, the best one with each of the others.
 fn tested<'s>(competing: &[&'s Standing], direction: Direction) -> Vec<(&'s Standing, &'s Standing)> {
     if competing.len() <= MAX_COMPETITORS {
         let with_later = |k: usize| competing[k + 1..].iter().map(move |other| (competing[k], *other));
@@ -255,9 +260,9 @@ fn pair(
     Pair { labels, difference, p: tested.map(|test| test.p), corrected: None, sequences: both.len() }
 }
 
-/// The metric that a report is ordered by. Of the metrics in its tables of methods it is F, or else informedness, or else
-/// the first that has a direction and comes from counts; F where there is none. (A ratio such as recall, which is 1 for
-/// a method that always raises the alarm, orders nothing by itself.)
+/// Metric by which a report orders methods. Among the metrics in its tables of methods it is F, else
+/// informedness, else the first that has a direction and comes from counts; F if there is none. (A ratio such
+/// as recall does not order methods, since it is 1 for a method that always alarms.)
 pub fn ordering_metric(experiment: &Experiment) -> Metric {
     let of_methods = experiment.tables.iter().filter(|t| t.shows.is_none());
     let metrics: Vec<Metric> = of_methods
@@ -273,22 +278,22 @@ pub fn ordering_metric(experiment: &Experiment) -> Metric {
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::F_SCORE)
 }
 
-/// What a report makes of the standings from counts of sequences.
+/// Tables, figures and sentences of a report that come from the standings.
 #[derive(Debug, Default)]
 pub struct Uncertainty {
-    /// The tables `uncertainty` and `pairs` of each measure.
+    /// Tables `uncertainty` and `pairs` of each measure.
     pub tables: Vec<TableLayout>,
-    /// The figure `ranks` of each measure.
+    /// Figure `ranks` of each measure.
     pub ranks: Vec<Captioned>,
-    /// Why tables or figures are missing.
+    /// Reason why tables or figures are missing.
     pub note: Option<String>,
-    /// The best method or tracker in a sentence, with how sure that is.
+    /// Sentence that names the best method or tracker, with the certainty.
     pub verdict: Option<String>,
-    /// All of them with their intervals, as a figure with its caption.
+    /// Figure of all standings with their intervals, and its caption.
     pub dots: Option<(Dots, String)>,
-    /// The rows of the first table that are ranked.
+    /// Ranked rows of the first table.
     pub ranked: Option<TableLayout>,
-    /// The best method of each tracker by the verdict.
+    /// Best method of each tracker, according to the verdict.
     pub best: Vec<String>,
 }
 

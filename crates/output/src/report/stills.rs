@@ -1,4 +1,4 @@
-//! Video frames of figures: which frames a figure shows. Their pictures are kept beside the results.
+//! Video frames that figures show. Their pictures are kept beside the results.
 
 use crate::results::{Results, ResultsError, TrackSeries};
 use trackfail_engine::spec::figure::Figure;
@@ -9,22 +9,22 @@ use trackfail_methods::score::PROTOCOLS;
 pub struct StillRequest {
     /// Name of the figure.
     pub figure: String,
-    /// Sequence.
+    /// Name of the sequence.
     pub sequence: String,
-    /// Frames, 0-based, ascending.
+    /// Frame indices, 0-based, ascending.
     pub frames: Vec<usize>,
 }
 
-/// Number of frames on either side of the first tracking error that stills are picked from.
+/// Frames before and after the first tracking error from which stills are picked.
 const AROUND: usize = 30;
 
-/// The tracker of a strip figure: the one asked for, or the experiment's first.
+/// Tracker of a strip figure: the requested one, or the experiment's first.
 pub fn tracker<'a>(results: &'a Results, wanted: Option<&'a str>) -> &'a str {
     wanted.or(results.experiment.trackers.first().map(|t| t.label.as_str())).unwrap_or_default()
 }
 
-/// The tracks of a strip figure: those asked for that exist, or the one with most events (the first by name among
-/// equals).
+/// Tracks of a strip figure: those of the requested sequences, or the one with most events (the first by name
+/// among equals).
 pub fn chosen<'a>(results: &Results, wanted: &[String], tracks: &[&'a TrackSeries]) -> Vec<&'a TrackSeries> {
     if wanted.is_empty() {
         // `max_by_key` takes the last of equal ones.
@@ -59,7 +59,7 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
     frames
 }
 
-/// The stills of one figure; none where it shows none or has no track.
+/// Stills of one figure; `None` if it shows none or has no track.
 pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<StillRequest> {
     let stills = Some(figure.params.stills).filter(|stills| *stills > 0)?;
     let track = *chosen(results, &figure.params.sequences, tracks).first()?;
@@ -67,7 +67,7 @@ pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> O
     Some(StillRequest { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
-/// The stills of all figures of an experiment, from the tracks of [`Results::all_tracks`].
+/// Stills of all figures of an experiment, from the tracks of [`Results::all_tracks`].
 pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<StillRequest> {
     let of_figure = |figure: &Figure| {
         let label = tracker(results, figure.params.tracker.as_deref());
@@ -77,7 +77,7 @@ pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<StillRequest>
     results.experiment.figures.iter().filter_map(of_figure).collect()
 }
 
-/// The stills of all figures of an experiment.
+/// Stills of all figures of an experiment.
 ///
 /// # Errors
 /// When the results cannot be read.

@@ -1,23 +1,24 @@
-//! A method on a track, frame by frame, with its events and detections as the protocol matches them; from results alone.
+//! A method on a track, frame by frame, with events and detections matched by the protocol; from results
+//! alone.
 
 use crate::results::{MethodSeries, Results, ResultsError, TrackFilter, TrackSeries};
 use std::ops::Range;
 use trackfail_methods::score::counts::Place;
 use trackfail_methods::score::{Protocol, TrackScore};
 
-/// The series of a method on one run of a tracker over one sequence.
+/// Series of a method on one run of a tracker over one sequence.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// The track; its other methods are left out.
+    /// The track, without its other methods.
     pub track: TrackSeries,
-    /// The method.
+    /// Series of the method.
     pub method: MethodSeries,
 }
 
-/// The outcome of an event or a detection.
+/// Outcome of an event or a detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventOutcome {
-    /// A matched pair of both.
+    /// An event with its matching detection.
     Hit,
     /// An event without a detection.
     Missed,
@@ -26,10 +27,10 @@ pub enum EventOutcome {
 }
 
 impl EventOutcome {
-    /// All of them.
+    /// All outcomes.
     pub const ALL: [Self; 3] = [Self::Hit, Self::Missed, Self::FalseAlarm];
 
-    /// In words.
+    /// The outcome in words.
     pub fn words(self) -> &'static str {
         match self {
             Self::Hit => "hit",
@@ -39,26 +40,28 @@ impl EventOutcome {
     }
 }
 
-/// An event with its detection, or one of them without the other; frames count from 0.
+/// An event with its detection, or one of the two without the other. Frames count from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// Frame of the event.
+    /// Frame of the event, if there is one.
     pub event: Option<usize>,
-    /// Frame of the detection.
+    /// Frame of the detection, if there is one.
     pub detection: Option<usize>,
-    /// The outcome.
+    /// Outcome of the event or detection.
     pub outcome: EventOutcome,
-    /// Without a partner: the frame of the nearest one of the other kind, and the frame of that one's partner.
+    /// Only for moments without a partner: the frame of the nearest moment of the other kind, and the frame
+    /// of that one's partner.
     pub nearest: Option<(usize, Option<usize>)>,
 }
 
 impl Moment {
-    /// The frame it is about.
+    /// Frame of the event or, without an event, of the detection.
     pub fn frame(&self) -> usize {
         self.event.or(self.detection).unwrap_or_default()
     }
 
-    /// Frames from the event to the detection, to the nearest one of the other kind where there is no partner.
+    /// Number of frames from the event to the detection. Without a partner, to the nearest moment of the
+    /// other kind.
     pub fn distance(&self) -> Option<i64> {
         let near = self.nearest.map(|(t, _)| t);
         let (event, detection) = (self.event.or(near)?, self.detection.or(near)?);
@@ -66,26 +69,27 @@ impl Moment {
     }
 }
 
-/// Common properties of frames that count alike, where every frame counts: whether the target is lost (none where there
-/// is no annotation), whether the detector raises an alarm, and how they count (none where they do not).
+/// Properties that frames of a stretch share, in protocols that count all frames: true if the target is lost
+/// (`None` without annotation), true if the detector alarms, and how the frames count (`None` if they do
+/// not).
 pub type Alike = (Option<bool>, bool, Option<Place>);
 
-/// Words of events: the target is lost, or is found again.
+/// Words for events: the target is lost, or found again.
 pub const EVENT_WORDS: [&str; 2] = ["lost", "found"];
-/// Words of detections.
+/// Words for detections: an alarm begins or ends.
 pub const DETECTION_WORDS: [&str; 2] = ["alarm", "all clear"];
 
-/// Whether the target is lost in a frame, whose error may be unknown.
+/// True if the target is lost in frame `t`; `None` if the error is unknown.
 fn lost(error: &[f64], t: usize) -> Option<bool> {
     error.get(t).filter(|e| !e.is_nan()).map(|e| *e >= 1.0)
 }
 
-/// Whether an event is that the target is found again.
+/// True if the event is a recovery, that is, the target is found again.
 pub fn is_recovery(error: &[f64], t: usize) -> bool {
     lost(error, t) == Some(false)
 }
 
-/// Whether a detection says that all is well again.
+/// True if the detection is the end of an alarm.
 pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
     changes.get(t).is_some_and(|c| *c < 0)
 }
@@ -96,28 +100,28 @@ impl Trace {
         Some(Self { method: methods.into_iter().next()?, track })
     }
 
-    /// The number that is compared with the threshold.
+    /// Values that are compared with the threshold.
     pub fn compared(&self) -> &[f64] {
         let MethodSeries { score, alarm_score, .. } = &self.method;
         if alarm_score.is_empty() { score } else { alarm_score }
     }
 
-    /// Events, detections and matches, computed again by the protocol.
+    /// Events, detections and matches, computed by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         self.track.judge(protocol, &self.method.alarm, &self.method.changes)
     }
 
-    /// Word of an event: `lost` or `found`.
+    /// Word for an event: `lost` or `found`.
     pub fn event_word(&self, t: usize) -> &'static str {
         EVENT_WORDS[usize::from(is_recovery(&self.track.error, t))]
     }
 
-    /// Word of a detection: `alarm` or `all clear`.
+    /// Word for a detection: `alarm` or `all clear`.
     pub fn detection_word(&self, t: usize) -> &'static str {
         DETECTION_WORDS[usize::from(is_all_clear(&self.method.changes, t))]
     }
 
-    /// Runs of frames, from 0, that count alike, for protocols that say how a frame counts.
+    /// Stretches of frames (0-based) that count the same, for protocols that count single frames.
     pub fn stretches(&self, frame: fn(f64, bool) -> Option<Place>) -> Vec<(Range<usize>, Alike)> {
         let alike = |t: usize| {
             let (error, alarm) = (&self.track.error, self.method.alarm[t]);
@@ -153,7 +157,7 @@ pub fn moments(judged: &TrackScore) -> Vec<Moment> {
     moments
 }
 
-/// Reads the tracks of a tracker as a method (with its grid point) saw them, of one sequence or of all.
+/// Reads the tracks of a tracker with the series of a method (with its grid point), for one sequence or all.
 ///
 /// # Errors
 /// When a file is absent or damaged.
@@ -168,15 +172,15 @@ pub fn read(
     Ok(tracks.into_iter().filter_map(Trace::of_first_method).collect())
 }
 
-/// Text that does not name frames.
+/// Error for a text that does not name frames.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` names no frames; write `40-60`, or `40` for one")]
 pub struct FrameRangeError(String);
 
-/// The frames that `40-60` or `40` names: first and last, in the sequence's own numbers.
+/// Parses `40-60` or `40` as first and last frame, in the sequence's own numbers.
 ///
 /// # Errors
-/// For anything but one number, or two in order.
+/// When the text is not one number, or two in ascending order.
 pub fn frame_range(text: &str) -> Result<(i64, i64), FrameRangeError> {
     let number = |part: &str| part.trim().parse::<i64>().ok().filter(|n| *n >= 0);
     let (from, to) = text.split_once('-').unwrap_or((text, text));

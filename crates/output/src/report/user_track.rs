@@ -1,4 +1,5 @@
-//! A user's own track as a page, a figure, or drawn on its frames: what `trackfail detect` shows beside its verdict.
+//! A user's own track as a page, as a figure, or drawn on its frames: output of `trackfail detect` beside its
+//! verdict.
 //!
 //! | module | makes |
 //! |---|---|
@@ -15,53 +16,54 @@ use std::collections::BTreeSet;
 use trackfail_core::region::Region;
 use trackfail_dataset::Sequence;
 
-/// A user's tracks on a video, with what the methods say of them.
+/// A user's tracks on a video, with the results of the methods.
 #[derive(Debug)]
 pub struct UserVideo<'a> {
-    /// The frames; without pixels where the user has none.
+    /// Frames of the video; without pixels if the user has none.
     pub sequence: &'a Sequence,
-    /// The targets.
+    /// Tracks of the targets.
     pub tracks: Vec<UserTrack>,
-    /// Program, inputs and methods that the results rest on: names and values.
+    /// Names and values of the program, inputs and methods behind the results.
     pub facts: Vec<(String, String)>,
 }
 
 impl UserVideo<'_> {
-    /// The target of a video that has only one.
+    /// The only target of a video; `None` if there are several.
     fn lone(&self) -> Option<&UserTrack> {
         self.tracks.first().filter(|_| self.tracks.len() == 1)
     }
 }
 
-/// A target.
+/// Track of one target.
 #[derive(Debug)]
 pub struct UserTrack {
-    /// Judgements of the methods.
+    /// Results of the methods.
     pub judged: JudgedTrack,
-    /// The region in each frame, the last one again where the target is absent; `None` before the first and after the last.
+    /// Region in each frame; the last one again where the target is absent. `None` before the first and after
+    /// the last region.
     pub regions: Vec<Option<Region>>,
 }
 
 impl UserTrack {
-    /// The method that the user is told of first.
+    /// First method, whose verdict is shown to the user.
     fn first_method(&self) -> Option<&JudgedMethod> {
         self.judged.methods.first()
     }
 
-    /// State of the target in a frame, by the first method.
+    /// State of the target in frame `t`, by the first method.
     fn state(&self, t: usize) -> TargetState {
         let state = self.first_method().and_then(|method| method.states.get(t));
         state.copied().unwrap_or(TargetState::Absent)
     }
 
-    /// `tracker`, or `target 3` in a file of several.
+    /// Name of the target: `tracker`, or `target 3` in a file of several.
     fn name(&self) -> String {
         self.judged.target.map_or_else(|| "tracker".to_string(), |id| format!("target {id}"))
     }
 }
 
-/// Frames that say most about the tracks, the most important ones first: where losses begin and end, the first and the last
-/// frame, then frames that divide the video evenly, at most `most` in all.
+/// At most `most` frames that show the tracks best, the most important first: both ends of losses, first and
+/// last frame, then frames that divide the video evenly.
 fn telling_frames(tracks: &[UserTrack], frames: usize, most: usize) -> Vec<usize> {
     let losses: Vec<_> =
         tracks.iter().filter_map(UserTrack::first_method).flat_map(JudgedMethod::losses).collect();

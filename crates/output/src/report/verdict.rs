@@ -1,4 +1,5 @@
-//! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches that it rests on.
+//! Verdict of a method on a user's track: an answer in at most two sentences, and the stretches of frames
+//! behind it.
 
 use super::sentences::say;
 use crate::results::detections::{JudgedMethod, JudgedTrack, TargetState};
@@ -8,44 +9,44 @@ use std::ops::Range;
 use trackfail_core::num::fixed;
 use trackfail_methods::detector::RECOVERY_FRAMES;
 
-/// Share of its threshold from which a probability without an alarm makes a loss possible.
+/// Share of the threshold from which on a probability makes a loss possible, though there is no alarm.
 const NEAR: f64 = 0.75;
 
-/// Below this probability a frame is as on a track that was never lost.
+/// Probability below which a frame counts as surely tracked.
 const SURE: f64 = 0.1;
 
-/// Frames in a row that are in one state, or in which a loss is possible.
+/// Consecutive frames in one state, or in which a loss is possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
-    /// The frames, from 0.
+    /// Frames of the stretch, 0-based.
     pub frames: Range<usize>,
-    /// Their state.
+    /// State of the target in these frames.
     pub state: TargetState,
-    /// Highest probability of a loss in them, from methods that give one.
+    /// Highest probability of a loss in these frames; `None` for methods without probabilities.
     pub probability: Option<f64>,
-    /// The reason for saying so.
+    /// Reason for the state, in words.
     pub why: String,
 }
 
-/// A loss, with the frames without a box in it and after it.
+/// A loss, including frames without a box within it and after it.
 struct Loss {
     frames: Range<usize>,
-    /// How it ends.
+    /// How the loss ends.
     end: End,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// The track ends with it.
+    /// The track ends during the loss.
     None,
-    /// The method has a reason to say that the tracker is on its target again.
+    /// The method has evidence that the tracker is on its target again.
     Found,
-    /// No alarm has come for some frames.
+    /// No alarm has come for some frames, without further evidence.
     Unsure,
 }
 
-/// The answer, and since when, then what to do: `Lost since frame 181; not surely found again. Start the tracker again at
-/// frame 181, or do not use its boxes from there on.`
+/// Answer with its time and what to do: `Lost since frame 181; not surely found again. Start the tracker
+/// again at frame 181, or do not use its boxes from there on.`
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let (losses, possible) = (losses(method), possibly_lost(method));
     let ends = |run: &Range<usize>| [run.start, run.end - 1].map(|t| track.number(t));
@@ -64,7 +65,7 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     say("user verdict", about).trim().to_string()
 }
 
-/// The losses; one that an absence interrupts is one.
+/// All losses. A loss that is interrupted by an absence counts as one.
 fn losses(method: &JudgedMethod) -> Vec<Loss> {
     let mut found: Vec<Loss> = Vec::new();
     for (state, frames) in method.stretches() {
@@ -79,11 +80,12 @@ fn losses(method: &JudgedMethod) -> Vec<Loss> {
     found
 }
 
-/// How a loss ends whose last frame is before `t`.
+/// Kind of the end of a loss whose last frame is `t - 1`.
 ///
-/// The target is found again where ten frames in a row have a probability below a tenth before anything else happens, or where
-/// a method without a probability has alarmed up to the frame before. Otherwise no alarm has come for some frames, which need not
-/// mean that the tracker is on its target.
+/// With probabilities, the target is found again if ten tracked frames in a row have a probability below a
+/// tenth before the state changes. Without probabilities, it is found again if the method's alarm lasted
+/// until frame `t - 1`. Otherwise the alarms have merely stopped, which does not prove that the tracker is on
+/// its target.
 fn ending(method: &JudgedMethod, t: usize) -> End {
     let is_found = if method.is_probability {
         let after = method.states.iter().zip(&method.score).skip(t);
@@ -96,7 +98,7 @@ fn ending(method: &JudgedMethod, t: usize) -> End {
     if is_found { End::Found } else { End::Unsure }
 }
 
-/// The stretches that are not plainly on the target: lost, absent, or tracking with a loss that is possible, in order.
+/// Stretches in which the target is lost, absent or possibly lost, in order.
 pub fn stretches(method: &JudgedMethod) -> Vec<Stretch> {
     let stretch = |(state, frames): (TargetState, Range<usize>)| {
         let scores = frames.clone().filter_map(|t| method.score.get(t).copied().flatten());
@@ -117,11 +119,11 @@ pub fn stretches(method: &JudgedMethod) -> Vec<Stretch> {
     found
 }
 
-/// Rows of [`table`] at most.
+/// Most rows of [`table`].
 const MAX_ROWS: usize = 20;
 
-/// The stretches behind the verdicts on the first method of each track: headings, then a row for each of the first few, and
-/// the number of the others. Nothing but headings where all is well.
+/// Stretches behind the verdicts of the first method on each track: headings, then a row for each of the
+/// first stretches, and the number of the others. Only headings if there are no stretches.
 pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
     let mut rows = vec![["target", "from", "to", "state", "probability", "why"].map(str::to_string)];
     for track in tracks {
@@ -145,7 +147,7 @@ pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
     rows.into_iter().map(|row| row.into_iter().skip(without).collect()).collect()
 }
 
-/// `alarm: .97 > .80`, and how the loss ends.
+/// Reason for a loss, like `alarm: .97 > .80`, and how the loss ends.
 fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
     let state = |t: Option<usize>| method.states.get(t?);
     let is_after_absence = state(frames.start.checked_sub(1)) == Some(&TargetState::Absent);
@@ -166,12 +168,12 @@ fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
     format!("{begins}{ends}")
 }
 
-/// A sentence about a target, with its number if it has one: `Target 3: Lost since ...`.
+/// Sentence about a target, with its number if it has one: `Target 3: Lost since ...`.
 pub fn of_target(track: &JudgedTrack, sentence: &str) -> String {
     track.target.map_or_else(|| sentence.to_string(), |id| format!("Target {id}: {sentence}"))
 }
 
-/// The score of a frame beside the threshold: `.97 > .80`; `None` where there is no score or no threshold.
+/// Score of a frame beside the threshold: `.97 > .80`; `None` without a score or a threshold.
 pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
     let score = method.score.get(t).copied().flatten().filter(|score| score.is_finite())?;
     let threshold = method.threshold?;
@@ -196,8 +198,8 @@ pub fn comparison(method: &JudgedMethod, t: usize) -> Option<String> {
 
 /// Stretches without an alarm in which the probability of a loss is at least three quarters of the threshold.
 ///
-/// Frames with fewer than ten others between them are one stretch. The rise before a loss and the fall after it are none, nor
-/// are frames in which the target is absent.
+/// Frames with fewer than ten others between them form one stretch. The rise before a loss and the fall after
+/// it are left out, as are frames without a box.
 pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
     let Some(threshold) = method.threshold.filter(|_| method.is_probability) else { return Vec::new() };
     let is_near = |t: usize| method.score.get(t).copied().flatten().is_some_and(|p| p >= NEAR * threshold);
@@ -230,7 +232,7 @@ mod tests {
     use crate::testing::judged_method;
     use trackfail_core::direction::Direction;
 
-    /// A method over frames from 1 on: `.` tracking, `L` lost, `A` absent, with a score for each.
+    /// Method on frames 1, 2, ...: `.` tracking, `L` lost, `A` absent, with a score for each.
     fn judged(states: &str, score: &[f64], threshold: Option<f64>) -> JudgedTrack {
         let state = |c| match c {
             'L' => TargetState::Lost,

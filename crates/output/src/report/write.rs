@@ -26,30 +26,31 @@ use trackfail_core::image;
 use trackfail_engine::store::staging::{self, Staging};
 use trackfail_engine::store::{self, StoreError};
 
-/// The page, whose presence says that a report folder is complete.
+/// Name of the page. A report folder with this file is complete.
 pub const INDEX: &str = "index.html";
-/// The folders in a report folder that hold nothing but parts of the report.
+/// Folders in a report folder that contain only parts of the report.
 pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
-/// The report as Markdown, beside its page.
+/// Name of the report as Markdown.
 pub const MARKDOWN: &str = "report.md";
-/// The report in short, beside its page.
+/// Name of the report's summary.
 pub const SUMMARY: &str = "summary.json";
 
-/// Content of a written report.
+/// Contents of a report that was written.
 pub struct WrittenReport {
-    /// The claims, tested on our numbers.
+    /// Claims with their outcomes.
     pub findings: Vec<Finding>,
-    /// The table that answers its question: that of the ranked methods, of differences or readings, or else the first one.
+    /// Table that answers the report's question: that of ranked methods, of differences or of readings, or
+    /// else the first one.
     pub answer: Option<TableLayout>,
     /// Counts by sequence.
     pub units: Units,
-    /// The answer of the page in a sentence; may be empty.
+    /// Answer of the page in one sentence; may be empty.
     pub verdict: String,
-    /// Its tables and figures.
+    /// Tables and figures of the report.
     pub items: Vec<Item>,
 }
 
-/// A report, or the page over all of them, that could not be written.
+/// Reason why a report, or the page over all reports, could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The results cannot be read.
@@ -68,10 +69,10 @@ pub enum WriteError {
 
 /// Most missing sequences that a page names.
 const MAX_MISSING: usize = 12;
-/// Size of a page above which its series go into files beside it, in bytes.
+/// Largest page with embedded series, in bytes. Larger ones have their series in files beside them.
 const MAX_PAGE: usize = 5 << 20;
 
-/// A report in a temporary folder beside its place, which it then takes as a whole.
+/// A report in a temporary folder beside its final place.
 pub struct StagedReport {
     name: String,
     aside: Staging,
@@ -79,7 +80,7 @@ pub struct StagedReport {
 }
 
 impl StagedReport {
-    /// Renders a report aside, and its tables beside the results.
+    /// Renders a report into a temporary folder, and its tables beside the results.
     ///
     /// # Errors
     /// See [`WriteError`].
@@ -91,7 +92,7 @@ impl StagedReport {
         Ok(Self { name: results.experiment.name.clone(), aside, written })
     }
 
-    /// Puts the report in its place below `reports`; returns the path of its page, and what it says.
+    /// Moves the report to its final place below `reports`. Returns the path of its page, and its contents.
     ///
     /// # Errors
     /// When the folder cannot be replaced.
@@ -212,7 +213,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     Ok(WrittenReport { answer, units, items, verdict: page.verdict.join(" "), findings: page.claims })
 }
 
-/// Writes a figure as SVG, PNG and PDF, and as wide as a column where it is wider; returns how the page shows it.
+/// Writes a figure as SVG, PNG and PDF, also at the width of a column if it is wider. Returns the figure for
+/// the page.
 fn keep_figure(folder: &Path, figure: &Captioned) -> Result<FigureView, WriteError> {
     let Files { svg, narrow, narrow_pdf, png, pdf } = figure.draw()?;
     let (name, caption) = (figure.name.clone(), figure.caption.clone());
@@ -252,8 +254,9 @@ fn keep_stills(
     Ok(())
 }
 
-/// Renders the page in at most about `most` bytes. Its series are in the page; where that makes it too large they are
-/// written beside it; next, figures are shown from their files; last, the origins of the numbers are left out.
+/// Renders the page with at most about `most` bytes. If the page is too large, three things are tried in
+/// turn: series go into files beside it, figures are loaded from their files, and the origins of the numbers
+/// are left out.
 pub(super) fn small_enough(
     page: &mut Page,
     folder: &Path,
@@ -290,8 +293,8 @@ pub(super) fn small_enough(
     Ok(html)
 }
 
-/// Refuses to write into a folder that is a link: a results folder from elsewhere may have links, which are followed for
-/// reading only. (Files are replaced by renaming, which replaces a link itself.)
+/// Refuses to write into a folder that is a link. A foreign results folder may contain links, which are
+/// followed only for reading. (Files are replaced by renaming, which replaces the link itself.)
 fn refuse_link(folder: &Path) -> Result<(), StoreError> {
     if folder.is_symlink() {
         let message = "a link, through which no table is written; put a folder in its place";
@@ -300,7 +303,7 @@ fn refuse_link(folder: &Path) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// The page without tables, figures and claims.
+/// Page without tables, figures and claims.
 fn page_frame(results: &Results) -> Page {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
@@ -323,16 +326,16 @@ fn page_frame(results: &Results) -> Page {
         object: experiment.object.clone().unwrap_or_default(),
         data_note: format!("suite {}, {data} ({frames} frames){missing}", suite.name),
         warnings: warnings(manifest),
-        summary: experiment.note.iter().cloned().collect(),
+        summary: experiment.note.iter().chain(results.beside.iter().map(|b| &b.note)).cloned().collect(),
         failed: unfinished::groups(&manifest.cells_failed).into_iter().map(failed).collect(),
         provenance: sources::provenance(results),
-        // The experiment's file, protocol, seed and version, and the suites.
-        provenance_head: 4 + manifest.digests.len(),
+        // The experiment's file, protocol, seed and version, what stands beside it, and the suites.
+        provenance_head: 4 + usize::from(results.beside.is_some()) + manifest.digests.len(),
         ..Page::default()
     }
 }
 
-/// What is to be known before a number is believed.
+/// Warnings that readers need before they trust a number.
 fn warnings(manifest: &Manifest) -> Vec<String> {
     let suite = &manifest.suite;
     let mut warnings = Vec::new();

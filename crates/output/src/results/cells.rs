@@ -1,4 +1,4 @@
-//! Cells of a run as rows: their names, their order, their results, and what is written at once.
+//! Cells of a run as rows: names, order, results, and how many are written at once.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -9,12 +9,12 @@ use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::detector::DetectorOutput;
 
-/// A method's name in `frames.parquet`: with its grid point, where it has one.
+/// Name of a method in `frames.parquet`, with its grid point if it has one.
 pub fn method_label(method: &str, params: &str) -> String {
     if params.is_empty() { method.to_string() } else { format!("{method}[{params}]") }
 }
 
-/// Reads a grid point, `horizon=5;window=20`: axis and value.
+/// Parses a grid point like `horizon=5;window=20` into axes and values.
 pub fn parse_point(params: &str) -> Vec<(String, f64)> {
     params
         .split(';')
@@ -25,7 +25,7 @@ pub fn parse_point(params: &str) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// The cells by their names, whatever the order in which they were done.
+/// Cells sorted by name, independent of the order in which they were computed.
 pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
     let mut cells: Vec<&Cell> = outcome.cells.iter().collect();
     cells.sort_by_key(|&cell| (track_name(outcome, cell), &cell.method, &cell.params));
@@ -35,17 +35,17 @@ pub(super) fn sorted_cells<'a>(outcome: &'a Outcome<'_>) -> Vec<&'a Cell> {
 /// Sequence, tracker and run of a track.
 pub(super) type TrackName<'a> = (&'a str, &'a str, i64);
 
-/// The name of a cell's track.
+/// Name of a cell's track.
 pub(super) fn track_name<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> TrackName<'a> {
     (&outcome.sequence(cell.sequence).name, &cell.tracker, i64::from(cell.run))
 }
 
-/// The track of a cell, where there is one.
+/// Track of a cell; `None` if it failed.
 pub(super) fn track<'a>(outcome: &'a Outcome<'_>, cell: &Cell) -> Option<&'a Track> {
     outcome.tracks.get(cell.sequence)?.get(cell.job)?.as_ref().ok().map(|track| &**track)
 }
 
-/// A cell that has a result, with what its detector says of its track.
+/// A cell with a result, and the output of its detector.
 pub(super) struct Done<'a> {
     pub cell: &'a Cell,
     pub judged: &'a Judged,
@@ -53,7 +53,8 @@ pub(super) struct Done<'a> {
     pub output: Arc<DetectorOutput>,
 }
 
-/// Those of the cells that have a result. A detection that cannot be read from the store any more is an error.
+/// Cells that have a result, with their outputs. An output that can no longer be read from the store is an
+/// error.
 pub(super) fn done<'a>(
     outcome: &'a Outcome<'_>,
     cells: impl IntoIterator<Item = &'a Cell>,
@@ -67,8 +68,8 @@ pub(super) fn done<'a>(
     Ok(all)
 }
 
-/// Parts of a list, each of what fits: `size` is that of an item behind those before it in its part. There is at least one
-/// part, and an item that is too large is one.
+/// Splits a list into parts of total size at most `most`. `size` is that of an item after those before it in
+/// its part. There is at least one part, and an item that is too large forms its own part.
 pub(crate) fn in_parts<T>(all: &[T], most: usize, size: impl Fn(&[T], &T) -> usize) -> Vec<&[T]> {
     let mut parts = Vec::new();
     let mut rest = all;
@@ -86,7 +87,7 @@ pub(crate) fn in_parts<T>(all: &[T], most: usize, size: impl Fn(&[T], &T) -> usi
     parts
 }
 
-/// What has the same key together, behind the key; groups and their members in the order in which they come.
+/// Groups items by key. Groups and their members stay in order of first occurrence.
 pub(crate) fn grouped<T: Copy, K: Clone + Eq + Hash>(
     all: impl IntoIterator<Item = T>,
     key: impl Fn(T) -> K,

@@ -1,4 +1,4 @@
-//! The output of `trackfail detect`: what every method says of every frame of a user's track.
+//! Output of `trackfail detect`: the result of each method in each frame of a user's track.
 
 pub use trackfail_judge::judged::{JudgedMethod, badness};
 pub use trackfail_methods::detector::labels::TargetState;
@@ -6,7 +6,7 @@ pub use trackfail_methods::detector::labels::TargetState;
 use super::files::Judgement;
 use super::rows::{File, Rows, TableError, to_csv};
 
-/// The CSV on stdout; that of a file of several targets has one column more.
+/// CSV on stdout. For a file of several targets it has one column more.
 pub(super) fn file() -> File {
     let mut columns = Judgement::columns();
     columns.truncate(columns.len() - 1);
@@ -14,25 +14,25 @@ pub(super) fn file() -> File {
     File { name: "stdout of `trackfail detect`", about, columns }
 }
 
-/// One target, as the methods judge it.
+/// Results of the methods on one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedTrack {
-    /// Its number, in a file of several targets.
+    /// Number of the target; `None` if the file has only one.
     pub target: Option<i64>,
     /// Number of the first frame.
     pub first: u32,
-    /// The methods, the one that the user is told of first.
+    /// Methods; the first one gives the verdict shown to the user.
     pub methods: Vec<JudgedMethod>,
 }
 
 impl JudgedTrack {
-    /// Number of frame `t`, which counts from 0.
+    /// Number of frame `t` (0-based).
     pub fn number(&self, t: usize) -> u64 {
         u64::from(self.first) + t as u64
     }
 }
 
-/// The CSV of all frames of all tracks.
+/// CSV of all frames of all tracks.
 ///
 /// # Errors
 /// When polars refuses.
@@ -62,7 +62,7 @@ mod tests {
     use trackfail_methods::detector::DetectorOutput;
     use trackfail_methods::detector::level::ENTRY;
 
-    /// Frames 1 to 6 of a track that begins in the second, with alarms in the third and sixth.
+    /// Frames 1 to 6 of a track that begins in frame 2, with alarms in frames 3 and 6.
     fn track(target: Option<i64>) -> JudgedTrack {
         let detector = ENTRY.build_from_text("{ below = 0.5 }").unwrap();
         let output = DetectorOutput {

@@ -1,6 +1,6 @@
 //! The files with columns of a results folder, each declared once, and what `trackfail detect` prints.
 //!
-//! A new column is a field here, and its value where the rows are filled.
+//! To add a column, add a field here, and its value where the rows are filled.
 
 use super::cells::TrackName;
 use super::frame_measures::MEASURES;
@@ -48,7 +48,7 @@ const NO_DIFFERENCE: &str = "one of the two has no value";
 pub(super) const NO_INTERVAL: &str = "there is no value, or there are fewer than three sequences";
 const NONE: &str = "there is none";
 
-/// The counts, and the ratios of them.
+/// Columns of the counts, and of ratios of these.
 const COUNTS: [Column; 10] = [
     integer("tp", "True positives: detections that match an event").empty(NO_RESULT),
     integer("fp", "False positives: detections that match no event").empty(NO_RESULT),
@@ -81,7 +81,7 @@ const CORNERS: [Column; 8] = [
 ];
 
 rows! {
-    /// The counts of a cell, or of all cells of a run of a tracker.
+    /// Counts of a cell, or of all cells of a run of a tracker.
     pub(super) struct Score<'a> in "scores.csv",
     "One row for each cell (a method on one run of a tracker over a sequence), sorted by its names, and one with sequence `*` \
      for each run of a tracker with a method, pooled over its sequences.", [SUITE] {
@@ -96,7 +96,7 @@ rows! {
         )],
     } []
 
-    /// The numbers of a tracker and a method with its grid point.
+    /// Pooled numbers of a tracker and a method with its grid point.
     pub(super) struct MeasureRow<'a> in "measures.csv",
     "One row for each tracker and method (with its grid point), pooled over sequences and runs: ratios are those of the \
      summed counts.", [SUITE] {
@@ -124,7 +124,7 @@ rows! {
         ],
     } []
 
-    /// The measures frame by frame of a tracker, or of several together, and a method with its grid point.
+    /// Measures by frame of a tracker (or of several together) and a method with its grid point.
     pub(super) struct Measured<'a> in "frame_measures.csv",
     "One row for each tracker and method (with its grid point), as in measures.csv: how well the method's score and its \
      alarms tell lost frames from good ones, frame by frame, all frames together. Bounds are those of a 95 % bootstrap \
@@ -133,18 +133,18 @@ rows! {
         measures: FrameMeasures = MEASURES,
     } []
 
-    /// A pair of methods, and how far they are apart.
+    /// Difference between two methods.
     pub struct Pair in "frame_pairs.csv",
     "One row for each two methods with results on the same tracks, all trackers together, in experiments of the leaderboard: \
      differences of measures of frame_measures.csv, the first method less the other. Bounds are those of a 95 % bootstrap \
      interval over sequences, with the same sequences for both. Runs of earlier versions have no such file.", [SUITE] {
-        /// The method.
+        /// Name of the method.
         method: String = [METHOD],
-        /// The other one.
+        /// Name of the method that it is compared with.
         other: String = [text("other", "Name of the method that it is compared with")],
-        /// Number of the tracks of both.
+        /// Number of tracks that both methods were run on.
         tracks: i64 = [integer("tracks", "Number of the tracks that both were run on")],
-        /// Difference of the AUROC.
+        /// Difference of AUROC.
         auroc: Difference = [
             real("auroc_difference", "Difference of `auroc`").empty(NO_DIFFERENCE),
             real("auroc_difference_low", "Lower bound of `auroc_difference`").empty(NO_INTERVAL),
@@ -205,7 +205,7 @@ rows! {
         corners: Option<[f64; 8]> = CORNERS,
     } []
 
-    /// The condition of the tracker in a frame, as a method sees it.
+    /// Condition of the tracker in a frame, according to a method.
     pub(super) struct ConditionRow<'a> in "conditions.parquet",
     "One row for each frame of every cell of a method that follows the tracker's condition. Only experiments with such a \
      method have the file.", [SUITE] {
@@ -217,7 +217,7 @@ rows! {
             [real("condition", "Condition of the tracker: 1 locked on, 0.5 locking in, 0 scanning")],
     } []
 
-    /// A check of a track by running the tracker backwards.
+    /// A check of a track by a reverse run.
     pub(super) struct CheckRow<'a> in "checks.csv",
     "One row for each time a method checked a track by running the tracker backwards, cells sorted by their names. Only \
      experiments with a method that follows the tracker's condition have the file.", [SUITE] {
@@ -233,7 +233,7 @@ rows! {
         accepted: i32 = [small("accepted", "1 where the track counts as successful again, 0 elsewhere")],
     } []
 
-    /// A part of a track that was scored by itself.
+    /// A part of a track that was scored separately.
     pub(super) struct Piece<'a> in "pieces.csv",
     "One row for each piece of a track under a protocol in which a restart of the tracker begins a new track, such as \
      khalid2016/2. Frames between two pieces were skipped and count for nothing. Tracks without restarts have no row.",
@@ -243,18 +243,18 @@ rows! {
         last: i64 = [integer("last", "Number of the piece's last frame")],
     } []
 
-    /// A published statistic beside that of a reading, or the discrepancy of a reading.
+    /// A published number beside that of a reading, or the discrepancy of a reading.
     pub struct Row in "readings.csv",
     "One row for each reading of a method on a reading of a tracker and each published statistic, and one with the statistic \
      `discrepancy`. Bounds are those of a bootstrap interval over sequences. Only experiments in which a method or a tracker \
      is `like` another have the file.", [SUITE] {
         /// Label of the tracker.
         tracker: String = [TRACKER],
-        /// Method.
+        /// Name of the method.
         method: String = [METHOD],
-        /// The tracker that it is a reading of.
+        /// Label of the tracker of which this one is a reading.
         of_tracker: String = [text("of_tracker", "Tracker that this one is a reading of, or itself")],
-        /// The method that it is a reading of.
+        /// Name of the method of which this one is a reading.
         of_method: String = [text("of_method", "Method that this one is a reading of, or itself")],
         /// Name of the metric, or `discrepancy`.
         statistic: String = [text("statistic", "Name of the metric, or `discrepancy`")],
@@ -262,7 +262,7 @@ rows! {
         published: Option<f64> = [real("published", "The published number").empty(NONE)],
         /// Our number.
         ours: Option<f64> = [real("ours", "Our number").empty(NONE)],
-        /// Our number less the published one.
+        /// Our number minus the published one.
         difference: Option<f64> = [real("difference", "Ours less published").empty(NONE)],
         /// Bounds of our number.
         bounds: Option<(f64, f64)> = [
@@ -271,7 +271,7 @@ rows! {
         ],
         /// Unit of the difference.
         scale: Option<f64> = [real("scale", "The unit e_s of the difference in the discrepancy").empty(NONE)],
-        /// Share of samples in which it is the first.
+        /// Share of bootstrap samples in which the reading has the smallest discrepancy.
         first: Option<f64> = [
             real("first", "Share of bootstrap samples in which the discrepancy is the smallest")
                 .empty("the row is not about the discrepancy, or there are fewer than three sequences")
@@ -281,7 +281,7 @@ rows! {
     /// One cell of a table.
     pub struct TableRow<'a> in "tables/<table>.csv, tables/<table>.parquet",
     "One row for each cell of a table of the experiment, as CSV and as Parquet.", [] {
-        /// Name of its group; may be empty.
+        /// Name of the group; may be empty.
         group: &'a str = [
             text("group", "Name of the rows' group: a tracker, an attribute, or what the rows are of")
                 .empty("the table has one group only")
@@ -291,21 +291,21 @@ rows! {
             text("published_tracker", "Tracker whose published numbers stand beside ours")
                 .empty("nothing is published")
         ],
-        /// Label of its row; may be empty.
+        /// Label of the row; may be empty.
         row: &'a str = [text("row", "Label of the row: a metric, method or grid value").empty("it has none")],
-        /// Heading of its column; may be empty.
+        /// Heading of the column; may be empty.
         column: &'a str = [text("column", "Heading of the column").empty("it has none")],
         /// Our number.
         ours: Option<f64> = [real("ours", "Our number with all its digits").empty(NONE)],
         /// The published number as printed.
         published: Option<&'a str> = [text("published", "The published number as printed").empty(NONE)],
-        /// Ours minus published as printed.
+        /// Our number minus the published one, as printed.
         difference: Option<&'a str> = [
             text("difference", "Ours minus published, both rounded as printed").empty("one of them is missing")
         ],
     } [text("data", "What all numbers rest on: `12 of 21 targets`")]
 
-    /// Score, label, change and state that a method gives a frame of a user's track.
+    /// Score, label, change and state of a frame of a user's track, by one method.
     pub(super) struct Judgement<'a> in "stdout of `trackfail detect` for boxes with numbers of targets",
     "One row for each frame, method and target, target by target.", [] {
         frame: i64 = [FRAME.means("Number of the frame, as its file has it")],
@@ -324,7 +324,7 @@ rows! {
     } []
 }
 
-/// The files that runs write, in the order of the documentation.
+/// Files that runs write, in the order of the documentation.
 pub(super) fn of_folder() -> [File; 11] {
     [
         Score::file(),

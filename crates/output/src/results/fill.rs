@@ -1,4 +1,4 @@
-//! Rows of the files that tell of single frames, from the cells of a run.
+//! Rows of the files with data of single frames, from the cells of a run.
 
 use super::ResultsError;
 use super::cells::{Done, done, in_parts, method_label, sorted_cells, track, track_name};
@@ -13,10 +13,11 @@ use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::score::{Restarts, restarts};
 
-/// About how many rows of a file with a row for each frame are in memory at once; a row group has as many.
+/// Approximate number of rows in memory at once, for files with a row per frame. A row group has the same
+/// size.
 const ROWS_AT_ONCE: usize = 1 << 17;
 
-/// A file's name and its bytes.
+/// Name and bytes of a file.
 type NamedFile = (&'static str, Vec<u8>);
 
 fn number(outcome: &Outcome<'_>, cell: &Cell, t: usize) -> i64 {
@@ -72,7 +73,7 @@ fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, Result
     Ok(Frame::frame(outcome.suite(), rows)?)
 }
 
-/// Writes `signals.parquet`: signal and forecast of a method once where all points of its grid share them.
+/// Writes `signals.parquet`. Signal and forecast are written once if all points of a grid share them.
 pub(super) fn signals(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), ResultsError> {
     let mut cells = sorted_cells(outcome);
     cells.retain(|cell| cell.result.is_ok() && cell.signal.is_some());
@@ -89,7 +90,7 @@ pub(super) fn signals(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(),
     parts_to_parquet(file, parts.into_iter().map(|shown| signals_of(outcome, shown)))
 }
 
-/// Whether all points of a method's grid on a track read the same signal and make no forecast.
+/// True if all grid points of a method on a track read the same signal and make no forecast.
 fn is_shared(outcome: &Outcome<'_>, points: &[&Cell]) -> Result<bool, StoreError> {
     let [first, _, ..] = points else { return Ok(false) };
     let same_signal = points.iter().all(|point| point.signal == first.signal);
@@ -97,7 +98,7 @@ fn is_shared(outcome: &Outcome<'_>, points: &[&Cell]) -> Result<bool, StoreError
     Ok(same_signal && done(outcome, [*first])?.iter().all(|one| one.output.forecast.is_none()))
 }
 
-/// The rows of cells with what these say of their grid point.
+/// Rows of cells, each with a label of its grid point.
 fn signals_of(outcome: &Outcome<'_>, cells: &[(&Cell, &str)]) -> Result<DataFrame, ResultsError> {
     let mut shown = Vec::new();
     for (cell, params) in cells {
@@ -117,7 +118,7 @@ fn signals_of(outcome: &Outcome<'_>, cells: &[(&Cell, &str)]) -> Result<DataFram
     Ok(Signal::frame(outcome.suite(), rows)?)
 }
 
-/// The bytes of `truth.parquet`.
+/// Bytes of `truth.parquet`.
 pub(super) fn truth(outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
     let mut sequences: Vec<_> = outcome.sequences().collect();
     sequences.sort_by(|a, b| a.name.cmp(&b.name));
@@ -138,7 +139,7 @@ pub(super) fn truth(outcome: &Outcome<'_>) -> Result<Vec<u8>, TableError> {
     Target::parquet(outcome.suite(), rows)
 }
 
-/// `pieces.csv`; `None` where no method has a protocol that scores parts of tracks by themselves.
+/// `pieces.csv`; `None` if no method has a protocol that scores parts of tracks separately.
 pub(super) fn pieces(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
@@ -160,7 +161,7 @@ pub(super) fn pieces(
     Ok(Some((Piece::NAME, Piece::csv(outcome.suite(), rows)?)))
 }
 
-/// `conditions.parquet` and `checks.csv`; nothing where no method follows the tracker's condition.
+/// `conditions.parquet` and `checks.csv`; empty if no method estimates the tracker's condition.
 pub(super) fn followed(outcome: &Outcome<'_>) -> Result<Vec<NamedFile>, ResultsError> {
     let mut cells = sorted_cells(outcome);
     cells.retain(|cell| cell.result.as_ref().is_ok_and(|judged| judged.follows));

@@ -1,18 +1,19 @@
 //! A results folder, written and read.
 //!
-//! A folder that is read may come from somebody else. So every file is read through a cap on its size, must be a file,
-//! and must have the digest that the manifest states; names in the manifest are compared and never opened.
-//! Links are followed for reading.
+//! A results folder may come from somebody else. Each file must therefore be a regular file of limited size
+//! with the digest given in the manifest. Names in the manifest are compared, never opened. Links are
+//! followed when reading.
 
 use super::files::{Frame, MeasureRow, Measured, Pair, Row, Score, Signal, Target, of_folder};
 use super::json::{from_json, to_dense_json, write_json};
-use super::manifest::{self, Hashed, Manifest, sha256};
+use super::manifest::{self, FailedCell, Hashed, Manifest, sha256};
 use super::measures::{self, Measure};
 use super::rows::{Rows, TableError, packed, to_csv, to_parquet};
 use super::run::{self, RunRecord};
 use super::scores::{self, CellScore};
 use super::{
-    ResultsError, SPEC, STILLS, USER_SUITES, analyses, fill, frame_measures, frame_pairs, models, readings,
+    ResultsError, SPEC, STILLS, USER_SUITES, analyses, beside, fill, frame_measures, frame_pairs, models,
+    readings,
 };
 use polars::prelude::DataFrame;
 use rayon::prelude::*;
@@ -30,21 +31,21 @@ use trackfail_engine::spec::{self, Experiment};
 use trackfail_engine::store::{self, StoreError};
 
 /// Size of the largest manifest that is read, in bytes.
-const MAX_MANIFEST: u64 = 64 << 20;
+pub(super) const MAX_MANIFEST: u64 = 64 << 20;
 /// Size of the largest other file that is read, in bytes.
-const MAX_FILE: u64 = 1 << 30;
+pub(super) const MAX_FILE: u64 = 1 << 30;
 
-/// How much results say.
+/// Amount of data in a results folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detail {
-    /// Everything.
+    /// All data, including those of single frames.
     Frames,
-    /// Nothing of single frames, no models, no rows of sequences that are not there, and scores as Parquet: small enough to
-    /// be kept.
+    /// Small results for keeping: no data of single frames, no models, no rows of missing sequences, and
+    /// scores as Parquet.
     Sequences,
 }
 
-/// A folder with the digests of what was written into it.
+/// A folder being written, with the digests of the files so far.
 struct Written<'f> {
     folder: &'f Path,
     files: BTreeMap<String, String>,
@@ -56,7 +57,7 @@ impl Written<'_> {
         Ok(store::write(&self.folder.join(name), bytes)?)
     }
 
-    /// A file that is Parquet in compact results, and CSV in others.
+    /// Writes a table as Parquet in compact results, otherwise as CSV.
     fn put_rows(&mut self, name: &str, rows: DataFrame, detail: Detail) -> Result<(), ResultsError> {
         match detail {
             Detail::Frames => self.put(name, &to_csv(rows)?),
@@ -65,7 +66,7 @@ impl Written<'_> {
     }
 }
 
-/// Writes everything that a run found out into an empty folder; the tables are made from it by the report.
+/// Writes all results of a run into an empty folder, except the tables, which the report makes.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -107,7 +108,7 @@ pub fn write(
     write_json(&folder.join(manifest::FILE), &manifest)
 }
 
-/// Writes the files that tell of single frames.
+/// Writes the files with data of single frames.
 fn write_frames(
     written: &mut Written<'_>,
     experiment: &Experiment,
@@ -136,15 +137,21 @@ fn write_frames(
     Ok(())
 }
 
-/// Removes what an earlier run left in the folder of results that have no such file.
+/// Names of the files that runs write by themselves, those of compact results too.
+pub(super) fn names() -> Vec<String> {
+    let plain = of_folder().map(|file| file.name.to_string());
+    plain
+        .into_iter()
+        .chain([packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()])
+        .collect()
+}
+
+/// Removes files of earlier runs that these results do not have.
 ///
 /// # Errors
 /// When a file cannot be removed.
 pub fn remove_others(results: &Results) -> Result<(), ResultsError> {
-    let plain = of_folder().map(|file| file.name.to_string());
-    let all =
-        plain.into_iter().chain([packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()]);
-    for name in all.filter(|name| !results.has(name)) {
+    for name in names().into_iter().filter(|name| !results.has(name)) {
         let path = results.folder.join(&name);
         match std::fs::remove_file(&path) {
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(StoreError::new(&path, e).into()),
@@ -154,33 +161,61 @@ pub fn remove_others(results: &Results) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// A results folder. Files with a row for each cell or frame are read when they are asked for.
+/// A results folder that was read. Files with a row for each cell or frame are read on request.
 pub struct Results {
-    /// Where it is.
+    /// Path of the folder.
     pub folder: PathBuf,
     /// The experiment as it was run.
     pub experiment: Experiment,
-    /// Data, versions and parameters that the results rest on.
+    /// Data, versions and parameters behind the results.
     pub manifest: Manifest,
     /// Pooled numbers.
     pub measures: Vec<Measure>,
-    /// Measures frame by frame; of the runs of earlier versions there are none.
+    /// Measures by frame; empty for runs of earlier versions.
     pub frame_measures: frame_measures::ByMethod,
     /// Findings of the analyses.
     pub analyses: Vec<Analysed>,
+    /// Kept results whose rows stand beside the own ones, where the experiment asks for them.
+    pub beside: Option<beside::Beside>,
 }
 
 impl Results {
-    /// Reads a folder.
+    /// Reads a folder, with the kept results beside its own.
     ///
     /// # Errors
     /// See [`ResultsError`].
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
+        let mut results = Self::read_alone(folder)?;
+        if let Some(kept) = results.kept()? {
+            beside::join(&mut results, kept)?;
+        }
+        Ok(results)
+    }
+
+    /// Reads a folder without kept results beside its own.
+    ///
+    /// # Errors
+    /// See [`ResultsError`].
+    pub fn read_alone(folder: &Path) -> Result<Self, ResultsError> {
         let path = folder.join(manifest::FILE);
         if !path.exists() {
             return Err(ResultsError::Unfinished(folder.to_path_buf()));
         }
         let manifest = manifest::parse(&path, &read_file(&path, MAX_MANIFEST)?)?;
+        Self::of_manifest(folder, manifest)
+    }
+
+    /// Reads the copy of the kept results that the experiment asks for.
+    pub(super) fn kept(&self) -> Result<Option<Self>, ResultsError> {
+        if self.experiment.beside.is_none() {
+            return Ok(None);
+        }
+        let bytes = read_whole(&self.folder, &self.manifest, beside::FILE, MAX_MANIFEST)?;
+        let manifest = manifest::parse(&self.folder.join(beside::FILE), &bytes)?;
+        Self::of_manifest(&self.folder.join(beside::FOLDER), manifest).map(Some)
+    }
+
+    fn of_manifest(folder: &Path, manifest: Manifest) -> Result<Self, ResultsError> {
         let spec = folder.join(SPEC);
         let text = String::from_utf8(read_whole(folder, &manifest, SPEC, MAX_BYTES as u64)?)
             .map_err(|_| StoreError::new(&spec, "is not UTF-8 text"))?;
@@ -197,6 +232,7 @@ impl Results {
             measures: Vec::new(),
             frame_measures: BTreeMap::new(),
             analyses: Vec::new(),
+            beside: None,
         };
         results.measures = results.table(MeasureRow::NAME, measures::read)?;
         measures::count_not_there(&mut results.measures, &results.manifest.cells_failed);
@@ -214,15 +250,17 @@ impl Results {
         Ok(results)
     }
 
-    /// Reads the counts of every cell that has any.
+    /// Reads the counts of all cells that have any.
     ///
     /// # Errors
     /// When the file is absent or damaged.
     pub fn scores(&self) -> Result<Vec<CellScore>, ResultsError> {
-        self.table(&self.name_of(Score::NAME), scores::read)
+        let mut scores = self.table(&self.name_of(Score::NAME), scores::read)?;
+        scores.extend(self.beside.iter().flat_map(|beside| beside.scores.iter().cloned()));
+        Ok(scores)
     }
 
-    /// Reads how far readings are from the published numbers; nothing where the experiment has no readings.
+    /// Reads the differences between readings and published numbers; empty if the experiment has no readings.
     ///
     /// # Errors
     /// When the file is damaged.
@@ -230,26 +268,34 @@ impl Results {
         self.table_if_any(Row::NAME, |bytes| Row::rows(&Row::read(bytes)?))
     }
 
-    /// Reads the differences between methods frame by frame; nothing where the run wrote none.
+    /// Reads the differences between methods in measures by frame; empty if the run wrote none.
     ///
     /// # Errors
     /// When the file is damaged.
     pub fn frame_pairs(&self) -> Result<Vec<Pair>, ResultsError> {
-        self.table_if_any(Pair::NAME, |bytes| Pair::rows(&Pair::read(bytes)?))
+        let mut pairs = self.table_if_any(Pair::NAME, |bytes| Pair::rows(&Pair::read(bytes)?))?;
+        pairs.extend(self.beside.iter().flat_map(|beside| beside.pairs.iter().cloned()));
+        Ok(pairs)
     }
 
-    /// Whether the run wrote a file.
+    /// The cells without a result, with those of kept rows.
+    pub fn cells_failed(&self) -> impl Iterator<Item = &FailedCell> {
+        let kept = self.beside.iter().flat_map(|beside| &beside.failed);
+        self.manifest.cells_failed.iter().chain(kept)
+    }
+
+    /// True if the run wrote the file.
     fn has(&self, name: &str) -> bool {
         self.manifest.files.contains_key(name)
     }
 
-    /// Name of a file that compact results have packed.
+    /// Name of a file, which is packed in compact results.
     fn name_of(&self, name: &str) -> String {
         let packed = packed(name);
         if self.has(&packed) { packed } else { name.to_string() }
     }
 
-    /// Reads a file with columns, which must be the one that the run wrote.
+    /// Reads a file with columns. Its digest must be that of the manifest.
     fn table<T>(
         &self,
         name: &str,
@@ -264,7 +310,7 @@ impl Results {
         }
     }
 
-    /// Reads a file with columns that only some results have; nothing where the run wrote none.
+    /// Reads a file with columns that only some results have. Returns the default if the run wrote none.
     pub(super) fn table_if_any<T: Default>(
         &self,
         name: &str,
@@ -277,20 +323,20 @@ impl Results {
         self.folder.join(STILLS).join(figure).join(format!("{frame:06}.png"))
     }
 
-    /// Writes a video frame that a figure shows beside the results; `frame` counts from 0.
+    /// Writes a video frame for a figure beside the results; `frame` is 0-based.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn write_still(&self, figure: &str, frame: usize, pixels: &Picture) -> Result<(), StoreError> {
         let path = self.still_path(figure, frame);
         let png = image::encode_png(pixels).map_err(|e| StoreError::new(&path, e))?;
         store::write(&path, &png)
     }
 
-    /// Reads a video frame that a figure shows; `frame` counts from 0.
+    /// Reads a video frame of a figure; `frame` is 0-based.
     ///
     /// # Errors
-    /// When it is absent or not a picture.
+    /// When the file is absent or not a picture.
     pub fn still(&self, figure: &str, frame: usize) -> Result<Picture, ResultsError> {
         let path = self.still_path(figure, frame);
         let bytes = read_file(&path, image::MAX_FILE_BYTES)?;
@@ -299,7 +345,7 @@ impl Results {
 }
 
 /// The bytes of a file of at most `limit` bytes.
-fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ResultsError> {
+pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ResultsError> {
     let about = std::fs::metadata(path).map_err(|e| StoreError::new(path, e))?;
     if !about.is_file() {
         return Err(StoreError::new(path, "not a file").into());
@@ -308,7 +354,12 @@ fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ResultsError> {
 }
 
 /// A file of the folder, which must be the one that the run wrote.
-fn read_whole(folder: &Path, manifest: &Manifest, name: &str, limit: u64) -> Result<Vec<u8>, ResultsError> {
+pub(super) fn read_whole(
+    folder: &Path,
+    manifest: &Manifest,
+    name: &str,
+    limit: u64,
+) -> Result<Vec<u8>, ResultsError> {
     let path = folder.join(name);
     let bytes = read_file(&path, limit)?;
     if manifest.files.get(name) != Some(&sha256(&bytes)) {
@@ -344,15 +395,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn damaged_results_are_read_or_refused(manifest in damaged(MANIFEST), measures in damaged(MEASURES)) {
-            let _ = parse(Path::new("manifest.json"), &manifest);
-            let _ = measures::read(measures);
-        }
-
-        #[test]
-        fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = parse(Path::new("manifest.json"), &bytes);
-            let _ = measures::read(bytes);
+        fn any_results_are_read_or_refused(
+            manifest in damaged(MANIFEST),
+            measures in damaged(MEASURES),
+            bytes in prop::collection::vec(any::<u8>(), 0..200),
+        ) {
+            for (manifest, measures) in [(&manifest, &measures), (&bytes, &bytes)] {
+                let _ = parse(Path::new("manifest.json"), manifest);
+                let _ = measures::read(measures.clone());
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `frame_measures.csv`: measures of scores and alarms frame by frame, pooled over sequences and runs.
+//! `frame_measures.csv`: measures of scores and alarms by frame, pooled over sequences and runs.
 
 use super::cells::{Done, done, grouped};
 use super::files::{Measured, NO_INTERVAL, integer, real};
@@ -21,7 +21,7 @@ use trackfail_methods::score::restarts;
 
 const NOT_KNOWN: &str = "it has no value, such as that of a suite without a loss";
 
-/// The columns of the counts and of the list of measures, each with its bounds behind it.
+/// Columns of the counts and measures, each measure with its bounds after it.
 pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
     let mut columns = vec![
         integer("good_frames", "Annotated frames that are not lost").unit("frames").empty(NOT_KNOWN),
@@ -42,7 +42,7 @@ pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
     columns
 });
 
-/// `frame_measures.csv` with its columns.
+/// Declaration of `frame_measures.csv`.
 pub static FILE: LazyLock<File> = LazyLock::new(Measured::file);
 
 impl<'a> Field<'a> for FrameMeasures {
@@ -59,43 +59,35 @@ impl<'a> Field<'a> for FrameMeasures {
     }
 }
 
-/// The label that stands for all trackers together.
+/// Label that stands for all trackers together.
 pub const EVERY_TRACKER: &str = "*";
 
-/// How the scores of a method at a grid point are to be read.
+/// Meaning of a method's scores at a grid point.
 pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let mine = experiment.methods.iter().filter(|m| m.name == method).flat_map(|m| &m.variants);
     let Some(variant) = mine.into_iter().find(|v| v.params() == params) else {
         return Method { direction: Direction::LowerIsBetter, is_probability: false };
     };
     let detector = &variant.detector.example().detector;
-    let signal = variant.signal.as_ref().filter(|_| detector.scores_signal());
-    let agrees = |s: &dyn trackfail_methods::signal::Signal| {
-        let facts = s.facts();
-        facts.is_probability && facts.direction == detector.score_direction()
-    };
-    Method {
-        direction: detector.score_direction(),
-        is_probability: detector.gives_probability() || signal.is_some_and(|s| agrees(&*s.signal)),
-    }
+    Method { direction: detector.score_direction(), is_probability: detector.gives_probability() }
 }
 
-/// A tracker with a grid point of a method, and its measures.
+/// Measures of a tracker and a method at a grid point.
 pub(super) struct Row<'a> {
-    /// Label of the tracker or of a pool, see [`pools`].
+    /// Label of the tracker, or of a pool of trackers (see [`pools`]).
     pub tracker: String,
-    /// One of its cells.
+    /// One of the cells of the row.
     pub first: &'a Cell,
-    /// The measures.
+    /// Measures over all cells of the row.
     pub measures: FrameMeasures,
-    /// The measures in bootstrap samples, of all trackers together.
+    /// Measures in bootstrap samples; only for all trackers together.
     pub sampled: Sampled,
-    /// Sequence and job of the tracks.
+    /// Indices of sequence and job of each track.
     pub tracks: Vec<(usize, usize)>,
 }
 
-/// The measures of all grid points of a tracker and method. Points whose scores are the same share what scores alone
-/// determine.
+/// Measures of all grid points of a method on a tracker. Points with the same scores share the measures that
+/// depend on scores alone.
 fn of_method<'a>(
     experiment: &Experiment,
     outcome: &'a Outcome<'_>,
@@ -143,8 +135,8 @@ fn of_method<'a>(
     Ok(rows)
 }
 
-/// Cells of a method by pool: those of all trackers, of each family of trackers, on each source of videos where there
-/// are several, and of both.
+/// Cells of a method by pool: all trackers, each family of trackers, each source of videos if there are
+/// several, and combinations.
 fn pools<'a>(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
@@ -179,10 +171,10 @@ fn pools<'a>(
     pools.into_iter().collect()
 }
 
-/// The measures of every tracker and method with each of its grid points.
+/// Measures of all trackers and methods with each grid point.
 ///
 /// # Errors
-/// When a detection cannot be read from the store any more.
+/// When a detector output can no longer be read from the store.
 pub(super) fn measure<'a>(
     experiment: &Experiment,
     outcome: &'a Outcome<'_>,
@@ -202,7 +194,7 @@ pub(super) fn measure<'a>(
 }
 
 impl Row<'_> {
-    /// The row of the file.
+    /// Row for the file.
     pub fn measured(&self) -> Measured<'_> {
         Measured { of: (&self.tracker, &self.first.method, &self.first.params), measures: self.measures }
     }
@@ -221,7 +213,7 @@ pub fn read(bytes: Vec<u8>) -> Result<ByMethod, TableError> {
     Ok(Measured::rows(&frame)?.into_iter().map(|row| (names(&row), row.measures)).collect())
 }
 
-/// Puts measures to the pooled numbers of the same tracker, method and grid point.
+/// Adds measures to the pooled numbers of the same tracker, method and grid point.
 pub fn attach(by_method: &ByMethod, measures: &mut [Measure]) {
     for m in measures {
         let key = [&m.tracker, &m.method, &m.params].map(String::clone);

@@ -1,12 +1,12 @@
-//! `frame_pairs.csv`: how far two methods are apart frame by frame, all trackers together.
+//! `frame_pairs.csv`: differences between two methods in measures by frame, all trackers together.
 //!
 //! ```text
 //! d      = measure of one method - measure of the other
 //! bounds = quantiles of d over bootstrap samples of sequences, in each of which both have the same sequences
 //! ```
 //!
-//! Only methods without a grid are compared, and only those with results on the same tracks: a difference between
-//! methods on different tracks would be one between the tracks. Measures are those of `frame_measures.csv`.
+//! Only methods without a grid are compared, and only if they have results on the same tracks; otherwise the
+//! difference could come from the tracks. Measures are those of `frame_measures.csv`.
 
 pub use super::files::Pair;
 
@@ -18,9 +18,9 @@ use trackfail_methods::score::frames::bootstrap::interval;
 /// A difference with its bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Difference {
-    /// The difference.
+    /// Difference of the measure; `None` if a method has no value.
     pub value: Option<f64>,
-    /// Its bounds.
+    /// Bounds of the difference.
     pub bounds: Option<(f64, f64)>,
 }
 
@@ -32,7 +32,7 @@ impl Difference {
         Self { value, bounds: value.and(interval(differences)) }
     }
 
-    /// The difference the other way round.
+    /// Difference with both methods swapped.
     pub fn turned(self) -> Self {
         Self { value: self.value.map(|v| -v), bounds: self.bounds.map(|(low, high)| (-high, -low)) }
     }
@@ -48,7 +48,7 @@ impl<'a> Field<'a> for Difference {
     }
 }
 
-/// The rows of the file, from those of `frame_measures.csv`.
+/// Rows of the file, from those of `frame_measures.csv`.
 pub(super) fn rows(rows: &[Row<'_>]) -> Vec<Pair> {
     let all: Vec<&Row<'_>> = rows.iter().filter(|row| row.tracker == EVERY_TRACKER).collect();
     let points = |row: &&&Row<'_>| all.iter().filter(|r| r.first.method == row.first.method).count();
@@ -72,7 +72,7 @@ pub(super) fn rows(rows: &[Row<'_>]) -> Vec<Pair> {
 }
 
 impl Pair {
-    /// The pair the other way round.
+    /// Pair with both methods swapped.
     pub fn turned(&self) -> Self {
         Self {
             method: self.other.clone(),

@@ -6,23 +6,23 @@ use serde::de::DeserializeOwned;
 use std::path::Path;
 use trackfail_engine::store;
 
-/// Pretty JSON with a final newline; `path` names the file in messages.
+/// Serializes a value as indented JSON with a final newline; `path` is for messages.
 ///
 /// # Errors
-/// When the value cannot be JSON.
+/// When the value cannot be serialized.
 pub fn to_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
     ended(path, serde_json::to_vec_pretty(value))
 }
 
-/// JSON in one line with a final newline; `path` names the file in messages.
+/// Serializes a value as JSON in one line with a final newline; `path` is for messages.
 ///
 /// # Errors
-/// When the value cannot be JSON.
+/// When the value cannot be serialized.
 pub(super) fn to_dense_json<T: Serialize>(path: &Path, value: &T) -> Result<Vec<u8>, ResultsError> {
     ended(path, serde_json::to_vec(value))
 }
 
-/// Writes pretty JSON.
+/// Writes a value as indented JSON.
 pub(super) fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), ResultsError> {
     Ok(store::write(path, &to_json(path, value)?)?)
 }
@@ -33,10 +33,10 @@ fn ended(path: &Path, bytes: serde_json::Result<Vec<u8>>) -> Result<Vec<u8>, Res
     Ok(bytes)
 }
 
-/// A value from JSON; `path` names the file in messages.
+/// Parses a value from JSON; `path` is for messages.
 ///
 /// # Errors
-/// When the bytes are not JSON of such a value.
+/// When the bytes are not JSON of this type.
 pub(super) fn from_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, ResultsError> {
     serde_json::from_slice(bytes).map_err(|source| ResultsError::Json { path: path.to_path_buf(), source })
 }

@@ -1,5 +1,5 @@
-//! `manifest.json`: what a results folder rests on. It has the same bytes for the same input; what differs from run
-//! to run is in `run.json`.
+//! `manifest.json`: the data, versions and parameters behind a results folder. The same input gives the same
+//! bytes; facts that vary from run to run are in `run.json`.
 
 use super::ResultsError;
 use super::cells::{grouped, method_label};
@@ -20,19 +20,19 @@ use trackfail_engine::spec::{Experiment, Tracker};
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, CellName, Outcome};
 
-/// The file; it is written last and says that the folder is whole.
+/// Name of the file. It is written last, so that a folder with it is complete.
 pub const FILE: &str = "manifest.json";
 
 /// Version of the results folder's format.
 /// - 1: first version.
 /// - 2: host, revision and time of the run are in `run.json`.
-/// - 3: cells without a result that differ in their method alone are one entry.
+/// - 3: cells without a result that differ only in their method share one entry.
 pub const FORMAT: u32 = 3;
 
-/// Facts that a reader of results must know beside the numbers.
+/// Facts about results that readers need beside the numbers.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Manifest {
-    /// [`FORMAT`] of the writer.
+    /// [`FORMAT`] of the program that wrote the folder.
     pub format: u32,
     /// Name of the experiment.
     pub experiment: String,
@@ -40,13 +40,13 @@ pub struct Manifest {
     pub spec_digest: String,
     /// Version of the program.
     pub version: String,
-    /// Protocol.
+    /// Name of the experiment's protocol.
     pub protocol: String,
-    /// Seed.
+    /// Seed of the experiment.
     pub seed: u64,
-    /// The test suite, which the results are about.
+    /// Test suite of the results.
     pub suite: SuiteRecord,
-    /// Name and digest of every sequence used, by suite; training suites included.
+    /// Names and digests of all sequences used, by suite, including training suites.
     pub digests: BTreeMap<String, Vec<(String, String)>>,
     /// Trackers with all parameters.
     pub trackers: Vec<TrackerRecord>,
@@ -57,38 +57,37 @@ pub struct Manifest {
     pub models: Vec<(String, String)>,
     /// Number of cells with a result.
     pub cells_done: usize,
-    /// Cells without a result, with the reason; tracks of which no cell says that they failed, and analyses that could not
-    /// be made, are among them.
+    /// Cells without a result, with the reason. Also tracks whose failure no cell reports, and failed
+    /// analyses.
     #[serde(serialize_with = "write_failed", deserialize_with = "read_failed")]
     pub cells_failed: Vec<FailedCell>,
-    /// Methods and analyses that were not run on a tracker, because they need what is not given, and tracks that the
-    /// experiment declares not to be there.
+    /// Methods and analyses that were not run on a tracker because an input is lacking, and tracks that the
+    /// experiment declares absent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_run: Vec<NotRun>,
-    /// Rules that stood in for missing values, and how often each did.
+    /// Rules that replaced missing values, with the number of their uses.
     pub rules: BTreeMap<String, u64>,
-    /// Sequences whose digest is not the one that datasets.lock pins, as `suite/name`.
+    /// Sequences whose digest differs from that in datasets.lock, as `suite/name`.
     pub differing: Vec<String>,
-    /// SHA-256 of the files beside this one, by name; readers refuse files with another.
+    /// SHA-256 of the files in the folder, by name. Readers refuse files with another digest.
     pub files: BTreeMap<String, String>,
 }
 
-/// The test suite and how much of it was present.
+/// Test suite, and which part of it was present.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SuiteRecord {
-    /// Name.
+    /// Name of the suite.
     pub name: String,
     /// Number of targets of the whole suite.
     pub wanted: usize,
-    /// Name and number of frames of the sequences that were present.
+    /// Names and numbers of frames of the present sequences.
     pub present: Vec<(String, usize)>,
-    /// Names of the sequences that were missing.
+    /// Names of the missing sequences.
     pub missing: Vec<String>,
-    /// Attributes of the sequences that have any, by name of the sequence.
+    /// Attributes by sequence, for those that have any.
     #[serde(default)]
     pub attributes: BTreeMap<String, Vec<String>>,
-    /// Width and height of the frames in pixels, by name of the sequence; sequences that are videos or cannot be read
-    /// are left out.
+    /// Width and height of the frames in pixels, by sequence. Videos and unreadable sequences are left out.
     #[serde(default)]
     pub sizes: BTreeMap<String, (usize, usize)>,
 }
@@ -102,17 +101,18 @@ pub struct TrackerRecord {
     pub kind: String,
     /// Plugin version.
     pub version: u32,
-    /// Repetitions.
+    /// Number of repetitions.
     pub runs: u32,
-    /// Repetitions on suites that models are learned from.
+    /// Number of repetitions on suites that models are learned from.
     #[serde(default)]
     pub training_runs: u32,
-    /// Parameters, defaults filled in.
+    /// Parameters, including defaults.
     pub params: Value,
 }
 
 impl TrackerRecord {
-    fn of(tracker: &Tracker) -> Self {
+    /// The record of a tracker.
+    pub(super) fn of(tracker: &Tracker) -> Self {
         let Tracker { label, kind, version, runs, training_runs, setup, .. } = tracker;
         Self {
             label: label.clone(),
@@ -125,39 +125,39 @@ impl TrackerRecord {
     }
 }
 
-/// A method's variant with its parameters.
+/// A variant of a method with its parameters.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MethodRecord {
     /// Name in tables.
     pub name: String,
-    /// Grid point, empty without a grid.
+    /// Grid point; empty without a grid.
     pub params: String,
     /// Kind, version and parameters of the signal.
     pub signal: Option<(String, u32, Value)>,
-    /// Kind, version and parameters of the detector; those of the first candidate where one is trained.
+    /// Kind, version and parameters of the detector; for a trained one, those of the first candidate.
     pub detector: (String, u32, Value),
-    /// The trained parameter, and the suite it was trained on.
+    /// Name of the trained parameter, and the suite it was trained on.
     pub trained: Option<(String, String)>,
-    /// Threshold on the score, by tracker, where the detector has one.
+    /// Threshold on the score, by tracker; only if the detector has one.
     pub thresholds: BTreeMap<String, f64>,
 }
 
-/// A method or an analysis that was not run on a tracker, or a track that is declared not to be there.
+/// A method or an analysis that was not run on a tracker, or a track that is declared absent.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotRun {
-    /// Tracker.
+    /// Label of the tracker.
     pub tracker: String,
     /// Method with its grid point, or `analysis` with a name; empty for a track.
     pub method: String,
-    /// Its need that is not met; of a track, which one is not there and why.
+    /// Unmet need; for a track, its sequence and the reason of its absence.
     pub reason: String,
-    /// Number of its cells; an analysis has none.
+    /// Number of cells; 0 for an analysis.
     pub cells: usize,
 }
 
 impl NotRun {
-    /// The tracks of the test suite that are declared not to be there, the methods that were not run, in the order of their
-    /// first cells, and then the analyses.
+    /// Tracks of the test suite that are declared absent, then methods that were not run, in the order of
+    /// their first cells, then analyses.
     fn of(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<Self> {
         let entry = |tracker: &str, method: String, reason: &str, cells: usize| Self {
             tracker: tracker.to_string(),
@@ -212,22 +212,22 @@ impl std::fmt::Display for NotRun {
 /// A cell without a result.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FailedCell {
-    /// Sequence.
+    /// Name of the sequence.
     pub sequence: String,
-    /// Tracker.
+    /// Label of the tracker.
     pub tracker: String,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: u32,
     /// Method with its grid point; empty for the track itself.
     pub method: String,
-    /// Whether its data is missing; otherwise the cell failed.
+    /// True if data are missing; false if the computation failed.
     pub missing: bool,
-    /// The reason.
+    /// Reason why there is no result.
     pub reason: String,
 }
 
 impl FailedCell {
-    /// The record of a cell or a track.
+    /// Record of a cell or a track without a result.
     pub fn new(CellName { sequence, tracker, run, method, params }: &CellName, error: &CellError) -> Self {
         Self::of((sequence, tracker, *run), method_label(method, params), error)
     }
@@ -238,13 +238,14 @@ impl FailedCell {
     }
 }
 
-/// Cells without a result, as the file has them: those in a row that differ in their method alone are together.
+/// Cells without a result as stored in the file: consecutive ones that differ only in their method are
+/// grouped.
 #[derive(Serialize, Deserialize)]
 struct FailedGroup {
     sequence: String,
     tracker: String,
     run: u32,
-    /// Only in files of format 2: one of them.
+    /// Name of the method, in files of format 2 only.
     #[serde(default, skip_serializing)]
     method: Option<String>,
     #[serde(default)]
@@ -276,12 +277,12 @@ fn read_failed<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<FailedCe
     Ok(cells.collect())
 }
 
-/// SHA-256 in hexadecimal.
+/// SHA-256 of the bytes in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-/// Passes on what is written, and makes its SHA-256 meanwhile.
+/// Writer that computes the SHA-256 of what passes through.
 pub(super) struct Hashed<'w> {
     to: &'w mut dyn Write,
     hash: Sha256,
@@ -293,8 +294,8 @@ impl<'w> Hashed<'w> {
         Self { to, hash: Sha256::new(), failure: None }
     }
 
-    /// SHA-256 of everything written, in hexadecimal, if all was. The error of the file comes first: polars says of it only
-    /// that there was one.
+    /// SHA-256 of everything written, in hexadecimal. Errors of the file are reported before `filled`, since
+    /// polars hides them.
     pub fn finish(self, path: &Path, filled: Result<(), ResultsError>) -> Result<String, ResultsError> {
         if let Some(error) = self.failure {
             return Err(StoreError::new(path, error).into());
@@ -320,7 +321,7 @@ impl Write for Hashed<'_> {
 }
 
 impl Manifest {
-    /// The manifest of an outcome.
+    /// Creates the manifest of an outcome.
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
             let error = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
@@ -367,13 +368,13 @@ impl Manifest {
         }
     }
 
-    /// The record of a method, if it has no grid.
+    /// Record of a method; `None` if it has a grid.
     pub fn method(&self, name: &str) -> Option<&MethodRecord> {
         self.methods.iter().find(|m| m.name == name && m.params.is_empty())
     }
 }
 
-/// Describes trained thresholds and learned models; a model that several variants share is written out once.
+/// Describes trained thresholds and learned models. A model that several variants share is described once.
 fn model_records<'m>(models: &'m [Model]) -> Vec<(String, String)> {
     let mut written: Vec<&'m Value> = Vec::new();
     let record = |m: &'m Model| {
@@ -442,15 +443,15 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
     variants.map(record).collect()
 }
 
-/// `1 run`, `10 runs`.
+/// Number of runs in words: `1 run`, `10 runs`.
 pub fn runs(n: u32) -> String {
     if n == 1 { "1 run".to_string() } else { format!("{n} runs") }
 }
 
-/// A manifest from its bytes; `path` names it in messages.
+/// Parses a manifest; `path` is for messages.
 ///
 /// # Errors
-/// When the bytes are not a manifest, or one of a later format.
+/// When the bytes are not a manifest, or are of a later format.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
     let manifest: Manifest = from_json(path, bytes)?;
     if manifest.format > FORMAT {
@@ -466,7 +467,7 @@ mod tests {
     use crate::results::rows::parts_to_parquet;
     use polars::prelude::{Column, DataFrame};
 
-    /// A disk with room for so many bytes.
+    /// Writer with room for a number of bytes, like a full disk.
     struct Small(usize);
 
     impl Write for Small {

@@ -1,10 +1,10 @@
-//! The documentation of the columns, from their declarations.
+//! Documentation of the columns, generated from their declarations.
 
 use super::detections;
 use super::files::{Judgement, TableRow, of_folder};
 use super::rows::{Column, File, Rows};
 
-/// Every file with columns, in the order of the documentation.
+/// All files with columns, in the order of the documentation.
 fn files() -> impl Iterator<Item = File> {
     of_folder().into_iter().chain([TableRow::file(), detections::file(), Judgement::file()])
 }
@@ -19,7 +19,7 @@ the upper left pixel is 0,0, x grows to the right and y downwards.
 This page is made from the declarations in `crates/output/src/results/` by a test, which says how to write it anew.
 ";
 
-/// The page with a table of columns for every file, as Markdown.
+/// Markdown page with a table of columns for each file.
 pub fn columns_markdown() -> String {
     let mut text = HEAD.to_string();
     for file in files() {
@@ -33,7 +33,7 @@ pub fn columns_markdown() -> String {
     text
 }
 
-/// File names as code; words around them as they are.
+/// Heading in which file names are marked as code.
 fn heading(name: &str) -> String {
     if name.contains('`') {
         return name.to_string();

@@ -1,4 +1,4 @@
-//! `measures.csv`: everything pooled over sequences and runs.
+//! `measures.csv`: numbers pooled over sequences and runs.
 
 use super::cells::{done, grouped, method_label, parse_point};
 use super::files::MeasureRow;
@@ -14,46 +14,46 @@ use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
 use trackfail_methods::score::{Metric, Pooled};
 
-/// `measures.csv` with its columns.
+/// Declaration of `measures.csv`.
 pub static FILE: LazyLock<File> = LazyLock::new(MeasureRow::file);
 
-/// The pooled numbers of one tracker and one variant of a method, over all sequences and runs.
+/// Pooled numbers of one tracker and one variant of a method, over sequences and runs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Measure {
     /// Label of the tracker.
     pub tracker: String,
-    /// Method.
+    /// Name of the method.
     pub method: String,
-    /// Grid point as in `scores.csv`, empty without a grid.
+    /// Grid point as in `scores.csv`; empty without a grid.
     pub params: String,
-    /// The attribute of the sequences it is about; all of them when `None`.
+    /// Attribute that restricts the sequences; `None` for all sequences.
     pub attribute: Option<String>,
-    /// The numbers, from the cells that have a result.
+    /// Numbers pooled from the cells that have a result.
     pub pooled: Pooled,
-    /// Cells with a result.
+    /// Number of cells with a result.
     pub done: usize,
-    /// Cells that failed or whose data is missing although their sequence is there.
+    /// Number of cells on present sequences that failed or whose data are missing.
     pub failed: usize,
-    /// Those of them whose data is missing. The file does not tell them apart, the manifest does.
+    /// Number of those cells whose data are missing. Not in the file; computed from the manifest.
     pub not_there: usize,
 }
 
 impl Measure {
-    /// The grid point: axis and value.
+    /// Grid point as axes and values.
     pub fn point(&self) -> Vec<(String, f64)> {
         parse_point(&self.params)
     }
 
-    /// The value of a metric, where there is one.
+    /// Value of a metric; `None` if it has none.
     pub fn value(&self, metric: Metric) -> Option<f64> {
         (self.done > 0).then(|| metric.value(&self.pooled)).flatten()
     }
 }
 
-/// The file's rows, in the order in which trackers and variants first appear.
+/// Rows of the file, in the order in which trackers and variants first appear.
 ///
 /// # Errors
-/// When a detection cannot be read from the store any more.
+/// When a detector output can no longer be read from the store.
 pub(super) fn rows<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<MeasureRow<'a>>, StoreError> {
     let groups =
         grouped(&outcome.cells, |cell| (cell.tracker.as_str(), cell.method.as_str(), cell.params.as_str()));
@@ -76,9 +76,9 @@ pub(super) fn rows<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<MeasureRow<'a>>, 
     groups.into_iter().map(row).collect()
 }
 
-/// Pools the counts of the sequences with each attribute, attributes by name; trackers and variants in the
-/// order in which they come. Scores, delays and runs backwards are not known of a single cell and are left out; `without` are
-/// the cells without a result.
+/// Pools the counts of the sequences with each attribute, sorted by attribute; trackers and variants in order
+/// of first occurrence. Scores, delays and reverse runs are left out, since they are not known for single
+/// cells. `without` are the cells without a result.
 pub fn by_attribute(
     scores: &[CellScore],
     without: &[FailedCell],
@@ -116,7 +116,7 @@ pub fn by_attribute(
     measures
 }
 
-/// Reads the file; the expected numbers of random detections are not in it.
+/// Reads the file. The expected numbers of random detections are not in it.
 ///
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
@@ -140,7 +140,7 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
     MeasureRow::rows(&frame)?.into_iter().map(measure).collect()
 }
 
-/// Counts the cells of each measure whose data is not there.
+/// Counts the cells of each measure whose data are missing.
 pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
     for measure in measures {
         let label = method_label(&measure.method, &measure.params);

@@ -1,6 +1,7 @@
-//! `models/*.json`: what was trained or learned, one file for each method, point of its grid and tracker; one for all
-//! trackers (`*`) where a model was learned from the tracks of all of them. A file of a learned model has the cut value of
-//! its grid point, `threshold`: points that share a model (the lengths L of AVU) differ in it.
+//! `models/*.json`: trained parameters and learned models, one file for each method, grid point and tracker;
+//! one for all trackers (`*`) if a model was learned from all of them. The file of a learned model has the
+//! cut value of its grid point as `threshold`: grid points that share a model (the lengths L of AVU) differ
+//! in it.
 
 use super::ResultsError;
 use super::frame_measures::EVERY_TRACKER;
@@ -9,11 +10,11 @@ use std::path::Path;
 use trackfail_engine::Outcome;
 use trackfail_engine::execute::train::{Content, Model};
 
-/// The folder of the models.
+/// Name of the folder of models.
 pub const FOLDER: &str = "models";
 
-/// Writes a file for each model. Nothing but people and `detect --model` reads them: what reports show of a model is in the
-/// manifest.
+/// Writes one file for each model. The files are for people and `detect --model`; reports read the manifest
+/// instead.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -30,7 +31,7 @@ pub(super) fn write(folder: &Path, outcome: &Outcome<'_>) -> Result<(), ResultsE
     Ok(())
 }
 
-/// The models, each once that several trackers share.
+/// Models, those shared by several trackers only once.
 fn together(models: &[Model]) -> Vec<Model> {
     let of_method = |a: &Model, b: &Model| a.method == b.method && a.params == b.params;
     // What was chosen for one tracker alone may be equal to what was chosen for another one.
@@ -48,7 +49,7 @@ fn together(models: &[Model]) -> Vec<Model> {
     together
 }
 
-/// A name as part of a file name; the number before it keeps different names apart.
+/// Name as part of a file name. The number before it distinguishes names that become equal.
 fn slug(name: &str) -> String {
     let safe = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     name.chars().take(40).map(safe).collect()

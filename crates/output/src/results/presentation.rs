@@ -1,17 +1,19 @@
-//! Results shown by another experiment file: captions, titles, order, selection, widths and claims are not what was run.
+//! Results shown by another experiment file. It may change presentation: captions, titles, order, selection,
+//! widths and claims.
 
 use super::manifest::{self, sha256};
-use super::{Results, ResultsError, SPEC, json::write_json, readings};
+use super::{Results, ResultsError, SPEC, beside, json::write_json, readings};
 use std::path::Path;
 use trackfail_engine::spec::presentation::other_keys;
 use trackfail_engine::spec::read_file;
 use trackfail_engine::store;
 
 impl Results {
-    /// Reads an experiment file that shows these results; [`Results::keep`] keeps it beside them.
+    /// Reads an experiment file that changes the presentation of these results. [`Results::keep`] saves it
+    /// beside them.
     ///
     /// # Errors
-    /// When the file is wrong, or has other suites, trackers, methods or parameters than the run.
+    /// When the file is wrong, or has suites, trackers, methods or parameters other than those of the run.
     pub fn present(&mut self, path: &Path) -> Result<(), ResultsError> {
         let experiment = read_file(path, &self.experiment.catalog, None)?;
         let mut keys = other_keys(&self.experiment.source, &experiment.source);
@@ -25,11 +27,14 @@ impl Results {
         self.manifest.spec_digest = sha256(experiment.source.as_bytes());
         self.manifest.files.insert(SPEC.to_string(), self.manifest.spec_digest.clone());
         self.experiment = experiment;
+        if let Some(kept) = self.kept()? {
+            beside::extend(&mut self.experiment, kept.experiment);
+        }
         self.put_in_order();
         Ok(())
     }
 
-    /// Writes the experiment file that shows these results, and the manifest with its digest, in place of those before.
+    /// Writes the changed experiment file and the manifest with its digest, replacing the earlier ones.
     ///
     /// # Errors
     /// When a file cannot be written.
@@ -38,7 +43,7 @@ impl Results {
         write_json(&self.folder.join(manifest::FILE), &self.manifest)
     }
 
-    /// Puts the pooled numbers in the order of the experiment's trackers and methods.
+    /// Sorts the pooled numbers by the experiment's trackers and methods.
     pub(super) fn put_in_order(&mut self) {
         let Self { experiment, measures, .. } = self;
         let tracker = |label: &str| experiment.trackers.iter().position(|t| t.label == label);

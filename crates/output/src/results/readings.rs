@@ -1,7 +1,7 @@
-//! `readings.csv`: how far each reading of a paper is from the numbers that the paper prints, see
+//! `readings.csv`: differences between each reading of a paper and its published numbers, see
 //! [`trackfail_methods::readings`].
 //!
-//! Readings are methods and trackers that are `like` another in the experiment, and those that they are like.
+//! Readings are methods and trackers that are `like` another one in the experiment, and these others.
 
 pub use super::files::Row;
 
@@ -15,10 +15,10 @@ use trackfail_methods::readings::{Part, Reading, Statistic, shares};
 use trackfail_methods::score::frames::bootstrap::interval;
 use trackfail_methods::score::{Metric, restarts};
 
-/// Name of the statistic of the rows that sum a reading up.
+/// Name of the statistic that summarizes a reading.
 pub const DISCREPANCY: &str = "discrepancy";
 
-/// The published numbers that count, of a method on a tracker, each metric once.
+/// Published numbers of a method on a tracker, each metric once.
 fn statistics(experiment: &Experiment, tracker: &str, method: &str) -> Vec<Statistic> {
     let mut all: Vec<Statistic> = Vec::new();
     for published in experiment.published.iter().filter(|p| p.tracker == tracker) {
@@ -33,7 +33,7 @@ fn statistics(experiment: &Experiment, tracker: &str, method: &str) -> Vec<Stati
     all
 }
 
-/// A reading of a method on a tracker, and what it is a reading of.
+/// A reading of a method on a tracker, and the original.
 struct Named<'a> {
     tracker: &'a str,
     method: &'a str,
@@ -42,7 +42,7 @@ struct Named<'a> {
 }
 
 impl<'a> Named<'a> {
-    /// The reading in the cells of a method without a grid; none where nothing is published.
+    /// Reading from the cells of a method without a grid; `None` if there are no published numbers.
     fn new(
         experiment: &'a Experiment,
         outcome: &Outcome<'_>,
@@ -77,16 +77,17 @@ impl<'a> Named<'a> {
     }
 }
 
-/// Whether an experiment has readings.
+/// True if an experiment has readings.
 pub fn has_readings(experiment: &Experiment) -> bool {
     experiment.methods.iter().any(|m| m.like.is_some())
         || experiment.trackers.iter().any(|t| t.like.is_some())
 }
 
-/// The rows of an outcome: readings of the same method on the same tracker together, in the experiment's order.
+/// Rows of an outcome. Readings of the same method on the same tracker are together, in the experiment's
+/// order.
 ///
 /// # Errors
-/// When a detection cannot be read from the store any more.
+/// When a detector output can no longer be read from the store.
 pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec<Row>, StoreError> {
     let single = outcome.cells.iter().filter(|cell| cell.params.is_empty());
     let groups = grouped(single, |cell| (cell.tracker.as_str(), cell.method.as_str()));

@@ -1,22 +1,22 @@
-//! Files with columns. `rows!` declares a file once: its row, its columns, what writes and what reads it, and its part of
-//! `docs/columns.md`. Rows become a `DataFrame` of polars, and that the bytes of CSV
-//! or Parquet; reading goes the other way.
+//! Files with columns. `rows!` declares a file: its row, its columns, its writer and reader, and its part of
+//! `docs/columns.md`. Rows are converted to a `DataFrame` of polars, which becomes CSV or Parquet; reading
+//! goes the other way.
 
 use polars::prelude::{Column as Values, *};
 use polars_parquet::write::schema_to_metadata_key;
 use std::io::{Cursor, Write};
 use std::str::FromStr;
 
-/// A file with columns that cannot be written or read.
+/// Reason why a file with columns cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// polars refuses.
+    /// Polars cannot read or write the table.
     #[error("table: {0}")]
     Polars(#[from] PolarsError),
     /// A column is missing.
     #[error("the column `{0}` is missing")]
     MissingColumn(&'static str),
-    /// A column is there that the file does not have, or has only once.
+    /// A column that is unknown or occurs twice.
     #[error("the column `{0}` does not belong here")]
     UnknownColumn(String),
     /// Text where a number belongs.
@@ -24,7 +24,7 @@ pub enum TableError {
     Number {
         /// Name of the column.
         column: &'static str,
-        /// The text.
+        /// Text found in the column.
         found: String,
     },
 }
@@ -43,7 +43,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Its name in the documentation, and polars' type.
+    /// Name of the type in the documentation, and in polars.
     pub(super) fn types(self) -> (&'static str, DataType) {
         match self {
             Self::Text => ("text", DataType::String),
@@ -54,45 +54,45 @@ impl Kind {
     }
 }
 
-/// A column of a file.
+/// Declaration of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Column {
-    /// Name in the file's header.
+    /// Name in the header of the file.
     pub name: &'static str,
-    /// Type of its values.
+    /// Type of the values.
     pub kind: Kind,
-    /// Unit of its values; empty for texts and for plain numbers.
+    /// Unit of the values; empty for texts and plain numbers.
     pub unit: &'static str,
-    /// Meaning of a value.
+    /// Meaning of a value, in words for the documentation.
     pub meaning: &'static str,
-    /// When a value is missing; empty where there always is one.
+    /// Condition under which a value is missing; empty if there always is one.
     pub empty: &'static str,
-    /// Whether files of earlier versions lack it.
+    /// True if files of earlier versions lack the column.
     pub recent: bool,
 }
 
 impl Column {
-    /// A column that always has a value, without unit.
+    /// Column without a unit that always has a value.
     pub const fn new(kind: Kind, name: &'static str, meaning: &'static str) -> Self {
         Self { name, kind, unit: "", meaning, empty: "", recent: false }
     }
 
-    /// The same in a unit.
+    /// The column with a unit.
     pub const fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
-    /// The same with another meaning.
+    /// The column with another meaning.
     pub const fn means(self, meaning: &'static str) -> Self {
         Self { meaning, ..self }
     }
 
-    /// The same, with missing values `when` that is the case.
+    /// The column with values that are missing if `when` holds.
     pub const fn empty(self, when: &'static str) -> Self {
         Self { empty: when, ..self }
     }
 
-    /// The same, but files of earlier versions may lack it.
+    /// The column, marked as missing in files of earlier versions.
     pub const fn recent(self) -> Self {
         Self { recent: true, ..self }
     }
@@ -101,7 +101,7 @@ impl Column {
         TableError::Number { column: self.name, found: found.to_string() }
     }
 
-    /// The numbers in a column of texts; none where a text is missing or empty.
+    /// Parses a column of texts as numbers; `None` for missing and empty texts.
     fn parse<T: FromStr>(&self, texts: &Values) -> Result<Vec<Option<T>>, TableError> {
         let number =
             |text: &str| -> Result<T, TableError> { text.parse().map_err(|_| self.not_a_number(text)) };
@@ -109,7 +109,7 @@ impl Column {
         texts.map(|text| text.map(number).transpose()).collect()
     }
 
-    /// The column of a file that was read, with values of the declared type; missing ones where an early file lacks it.
+    /// Column of a file with values of the declared type. If an early file lacks it, all values are missing.
     fn typed(&self, frame: &DataFrame) -> Result<Values, TableError> {
         let Ok(found) = frame.column(self.name) else {
             return Ok(Values::full_null(self.name.into(), frame.height(), &self.kind.types().1));
@@ -127,36 +127,36 @@ impl Column {
     }
 }
 
-/// A file with columns, as the documentation shows it.
+/// Declaration of a file with columns, for the documentation.
 #[derive(Debug, Clone)]
 pub struct File {
-    /// Its name in the results folder.
+    /// Name in the results folder.
     pub name: &'static str,
     /// Meaning of a row, and the purpose of the file.
     pub about: &'static str,
-    /// Its columns, in their order.
+    /// Columns in their order.
     pub columns: Vec<Column>,
 }
 
-/// Name of a file in compact results, which have it as Parquet.
+/// Name of a file in compact results, which store it as Parquet.
 pub(super) fn packed(name: &str) -> String {
     name.replace(".csv", ".parquet")
 }
 
-/// The rows of a file; `rows!` implements it.
+/// Rows of a file, implemented by `rows!`.
 pub(crate) trait Rows<'a>: Sized {
     /// Name of the file in the results folder.
     const NAME: &'static str;
     /// Meaning of a row, and the purpose of the file.
     const ABOUT: &'static str;
 
-    /// The columns of the file, in their order.
+    /// Columns of the file, in their order.
     fn columns() -> Vec<Column>;
 
-    /// The frame of rows; `same` is the text that all of them have.
+    /// Converts rows to a frame; `same` is the text of columns that have one value.
     fn frame(same: &str, rows: impl IntoIterator<Item = Self>) -> Result<DataFrame, TableError>;
 
-    /// The rows of a frame that [`Rows::read`] or [`Rows::each_part`] gives.
+    /// Converts a frame from [`Rows::read`] or [`Rows::each_part`] to rows.
     fn rows(frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
 
     fn file() -> File {
@@ -171,7 +171,7 @@ pub(crate) trait Rows<'a>: Sized {
         to_parquet(Self::frame(same, rows)?)
     }
 
-    /// Reads a file, CSV or Parquet, whose header must be the declared one.
+    /// Reads a CSV or Parquet file. Its header must be the declared one.
     fn read(bytes: Vec<u8>) -> Result<DataFrame, TableError> {
         let is_parquet = bytes.starts_with(b"PAR1");
         let read =
@@ -181,7 +181,8 @@ pub(crate) trait Rows<'a>: Sized {
         typed(&columns, &read)
     }
 
-    /// Gives `take` a Parquet file a row group at a time, without the first column, which is the same in all rows.
+    /// Passes a Parquet file to `take`, one row group at a time, without the first column, whose text is the
+    /// same in all rows.
     fn each_part(
         bytes: Vec<u8>,
         mut take: impl FnMut(DataFrame) -> Result<(), TableError>,
@@ -205,13 +206,13 @@ pub(crate) trait Rows<'a>: Sized {
     }
 }
 
-/// The columns of a frame with values of the declared types.
+/// Columns of a frame, with values of the declared types.
 fn typed(columns: &[Column], read: &DataFrame) -> Result<DataFrame, TableError> {
     let all = columns.iter().map(|column| column.typed(read)).collect::<Result<Vec<_>, _>>()?;
     Ok(DataFrame::new(read.height(), all)?)
 }
 
-/// Whether a header has every column that is not recent, and no others.
+/// Checks that a header has all columns that are not recent, and no unknown ones.
 fn check<'n>(columns: &[Column], names: impl Iterator<Item = &'n str>) -> Result<(), TableError> {
     let mut lacking: Vec<&Column> = columns.iter().collect();
     for name in names {
@@ -226,13 +227,13 @@ fn check<'n>(columns: &[Column], names: impl Iterator<Item = &'n str>) -> Result
     }
 }
 
-/// Columns of texts that are the same in all rows.
+/// Columns that have the same text in all rows.
 pub(super) fn same(columns: &[Column], text: &str, rows: usize) -> Vec<Values> {
     columns.iter().map(|column| Values::new(column.name.into(), vec![text; rows])).collect()
 }
 
-/// Declares files: for each the struct of a row, whose fields have their columns behind them. A column before or behind the
-/// fields has one text in all rows and no field.
+/// Declares files: for each, the struct of a row with the columns of each field. A column in brackets before
+/// or after the fields has the same text in all rows and no field.
 macro_rules! rows {
     ($(
         $(#[$about:meta])*
@@ -289,15 +290,16 @@ macro_rules! rows {
 }
 pub(super) use rows;
 
-/// A field of a row: the values of one column, or of several together.
+/// A field of a row: values of one or several columns.
 pub(super) trait Field<'a>: Sized {
-    /// The columns with the values of all rows.
+    /// Columns with the values of all rows.
     fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values>;
-    /// The values of all rows.
+    /// Values of all rows, from the columns of a data frame.
     fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
 }
 
-/// A column of texts. Where it may be empty, an empty text is a missing value: an empty field of CSV and not `""`.
+/// Writes a column of texts. If it may be empty, an empty text is a missing value: in CSV an empty field and
+/// not `""`.
 fn write_texts<'v>(columns: &[Column], values: impl Iterator<Item = &'v str>) -> Vec<Values> {
     let name = columns[0].name.into();
     vec![match columns[0].empty {
@@ -357,7 +359,7 @@ numbers! {
     f64, Some(f64::NAN);
 }
 
-/// Names that rows of several files begin with, a column each.
+/// Three names at the start of rows, one column each.
 impl<'a, A: Field<'a>, B: Field<'a>, C: Field<'a>> Field<'a> for (A, B, C) {
     fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
         let (first, second, third): (Vec<A>, Vec<B>, Vec<C>) = values.into_iter().collect();
@@ -372,7 +374,7 @@ impl<'a, A: Field<'a>, B: Field<'a>, C: Field<'a>> Field<'a> for (A, B, C) {
     }
 }
 
-/// Columns of numbers that a value has several of; `number` is that of the column of an index.
+/// Writes values that have several numeric columns; `number` returns the number for the column of an index.
 pub(super) fn group<T>(
     columns: &[Column],
     values: &[T],
@@ -388,7 +390,7 @@ pub(super) fn group<T>(
     columns.iter().enumerate().map(of).collect()
 }
 
-/// The numbers of a row in several columns, row by row.
+/// Reads several numeric columns, and builds a value from the numbers of each row.
 pub(super) fn ungroup<T>(
     columns: &[Column],
     frame: &DataFrame,
@@ -427,14 +429,14 @@ impl<'a, const N: usize> Field<'a> for Option<[f64; N]> {
     }
 }
 
-/// CSV with a header; floats are written so that reading gives the same bits, missing values are empty.
+/// CSV with a header. Floats are written so that reading gives the same bits; missing values are empty.
 pub(super) fn to_csv(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
     let mut bytes = Vec::new();
     CsvWriter::new(&mut bytes).finish(&mut frame)?;
     Ok(bytes)
 }
 
-/// A CSV file with every field as text.
+/// Reads a CSV file with all fields as text.
 fn from_csv(bytes: Vec<u8>) -> Result<DataFrame, TableError> {
     let options = CsvReadOptions::default().with_infer_schema_length(Some(0)).with_has_header(true);
     Ok(options.into_reader_with_file_handle(Cursor::new(bytes)).finish()?)
@@ -447,8 +449,8 @@ pub(super) fn to_parquet(mut frame: DataFrame) -> Result<Vec<u8>, TableError> {
     Ok(bytes)
 }
 
-/// A writer of Parquet with zstd compression whose schema of Arrow types has texts as `large_string`. By itself polars says
-/// `string_view`, which Arrow's own readers load but cannot compare, filter or sort.
+/// Writer of Parquet with zstd compression whose Arrow schema has texts as `large_string`. The default of
+/// polars is `string_view`, which Arrow's own readers load but cannot compare, filter or sort.
 fn parquet_writer<W: Write>(to: W, schema: &Schema) -> ParquetWriter<W> {
     let arrow = schema_to_metadata_key(&schema.to_arrow(CompatLevel::oldest()));
     let about = KeyValueMetadata::Static(vec![arrow]);
@@ -456,7 +458,8 @@ fn parquet_writer<W: Write>(to: W, schema: &Schema) -> ParquetWriter<W> {
     writer.with_key_value_metadata(Some(about))
 }
 
-/// Writes Parquet with zstd compression from frames with the same columns, a row group each; nothing without a frame.
+/// Writes frames with the same columns as Parquet with zstd compression, one row group each. Writes nothing
+/// without frames.
 pub(super) fn parts_to_parquet<E: From<TableError>>(
     file: &mut dyn Write,
     parts: impl IntoIterator<Item = Result<DataFrame, E>>,
@@ -472,10 +475,10 @@ pub(super) fn parts_to_parquet<E: From<TableError>>(
     Ok(())
 }
 
-/// CSV of texts under headings, one row an array; empty texts are missing values.
+/// CSV of texts under headings, one row per array. Empty texts are missing values.
 ///
 /// # Errors
-/// When a row has fewer fields than there are headings, or a heading stands twice.
+/// When a row has fewer fields than there are headings, or a heading occurs twice.
 pub fn texts_to_csv(headings: &[&str], rows: &[Vec<String>]) -> Result<Vec<u8>, TableError> {
     let field = |row: &Vec<String>, k: usize| row.get(k).filter(|text| !text.is_empty()).cloned();
     let values = |k: usize| rows.iter().map(|row| field(row, k)).collect::<Vec<_>>();
@@ -483,7 +486,7 @@ pub fn texts_to_csv(headings: &[&str], rows: &[Vec<String>]) -> Result<Vec<u8>, 
     to_csv(DataFrame::new(rows.len(), columns.collect())?)
 }
 
-/// Headings and rows of a CSV file, every field as text.
+/// Headings and rows of a CSV file, with all fields as text.
 ///
 /// # Errors
 /// When the bytes are not a table.

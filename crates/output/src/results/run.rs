@@ -1,23 +1,23 @@
-//! `run.json`: what differs from run to run. It is about the run and not about its results: no table, figure or page
-//! shows it, no address is made from it, and it is not committed.
+//! `run.json`: facts that vary from run to run. No table, figure, page or address depends on the file, and it
+//! is not committed.
 
 use serde::{Deserialize, Serialize};
 
-/// The file.
+/// Name of the file.
 pub const FILE: &str = "run.json";
 
-/// How and where results were computed.
+/// Facts about how and where results were computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
-    /// Git revision that the program was built from; none outside a repository.
+    /// Git revision that the program was built from; `None` outside a repository.
     pub revision: Option<String>,
-    /// The machine.
+    /// Machine of the run.
     pub host: Host,
-    /// Seconds from start to end of the run, without rendering.
+    /// Seconds from start to end of the run, without rendering the report.
     pub wall_seconds: f64,
 }
 
-/// The machine that a run was made on.
+/// Machine on which a run was made.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Host {
     /// Operating system.
@@ -29,7 +29,7 @@ pub struct Host {
 }
 
 impl RunRecord {
-    /// The record of a run on this machine.
+    /// Record of a run on this machine.
     pub fn here(revision: Option<&str>, wall_seconds: f64) -> Self {
         let host = Host {
             os: std::env::consts::OS.to_string(),

@@ -1,4 +1,4 @@
-//! `scores.csv`: the counts of every cell; in compact results `scores.parquet`, with the same columns.
+//! `scores.csv`: counts of all cells; in compact results `scores.parquet`, with the same columns.
 
 use super::cells::{grouped, sorted_cells, track_name};
 use super::files::Score;
@@ -11,7 +11,7 @@ use trackfail_engine::spec::method::Method;
 use trackfail_engine::{Cell, CellError, Outcome};
 use trackfail_methods::score::{Counts, Metric, Pooled};
 
-/// The four counts, and the metrics that are made of them.
+/// Four counts, and the metrics computed from them.
 impl<'a> Field<'a> for Option<Counts> {
     fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
         let value = |counts: &Self, k: usize| {
@@ -37,7 +37,7 @@ impl<'a> Field<'a> for Option<Counts> {
     }
 }
 
-/// The file's rows: those of the cells, of the runs of a tracker with a method, and of sequences that are not there.
+/// Rows of the file: cells, runs of a tracker with a method, and missing sequences.
 pub(super) fn frame(
     experiment: &Experiment,
     outcome: &Outcome<'_>,
@@ -76,7 +76,7 @@ fn of_cell<'a>(outcome: &'a Outcome<'_>, cell: &'a Cell) -> Score<'a> {
     Score { track: track_name(outcome, cell), method: &cell.method, params: &cell.params, counts, status }
 }
 
-/// The row with sequence `*` of the cells of a run.
+/// Row for all cells of a run, with sequence `*`.
 fn of_run<'a>(outcome: &'a Outcome<'_>, cells: &[&'a Cell]) -> Score<'a> {
     let counts = cells.iter().filter_map(|cell| Some(cell.result.as_ref().ok()?.score.counts));
     let counts: Vec<Counts> = counts.collect();
@@ -89,24 +89,24 @@ fn of_run<'a>(outcome: &'a Outcome<'_>, cells: &[&'a Cell]) -> Score<'a> {
     Score { track: ("*", tracker, run), counts, status, ..first }
 }
 
-/// The counts of one cell.
+/// Counts of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellScore {
-    /// Sequence.
+    /// Name of the sequence.
     pub sequence: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: i64,
-    /// Method.
+    /// Name of the method.
     pub method: String,
-    /// Grid point, empty without a grid.
+    /// Grid point; empty without a grid.
     pub params: String,
-    /// Counts of the protocol.
+    /// Counts by the method's protocol.
     pub counts: Counts,
 }
 
-/// Reads the cells that have a result; pooled rows are left out.
+/// Reads the cells that have a result. Pooled rows are left out.
 ///
 /// # Errors
 /// When the columns are not those of the file, or a count is not a number.

@@ -1,5 +1,5 @@
-//! Tracks with what methods made of them, from `frames.parquet`, `pieces.csv`, `signals.parquet`, `conditions.parquet`
-//! and `checks.csv`; and the ground truth.
+//! Tracks with the series of methods, from `frames.parquet`, `pieces.csv`, `signals.parquet`,
+//! `conditions.parquet` and `checks.csv`; and the ground truth.
 
 use super::cells::{TrackName, method_label};
 use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
@@ -12,22 +12,22 @@ use trackfail_core::region::{Rect, Region};
 use trackfail_engine::execute::supervise::catch;
 use trackfail_methods::score::{Protocol, TrackScore};
 
-/// One run of a tracker over a sequence, with what methods made of it.
+/// One run of a tracker over a sequence, with the series of the methods.
 #[derive(Debug, Clone, Default)]
 pub struct TrackSeries {
-    /// Sequence.
+    /// Name of the sequence.
     pub sequence: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: i64,
-    /// Frame numbers, as the sequence has them.
+    /// Frame numbers, as the sequence counts them.
     pub numbers: Vec<i64>,
-    /// The tracker's boxes.
+    /// Boxes of the tracker.
     pub rects: Vec<Rect>,
-    /// Error O_t, NaN where it is not known.
+    /// Overlap error O_t; NaN if it is unknown.
     pub error: Vec<f64>,
-    /// Pieces that a protocol may score by themselves, see `pieces.csv`; empty for tracks without restarts.
+    /// Pieces that a protocol may score separately, see `pieces.csv`; empty for tracks without restarts.
     pub pieces: Vec<Range<usize>>,
     /// Methods, sorted by name.
     pub methods: Vec<MethodSeries>,
@@ -38,13 +38,13 @@ impl TrackSeries {
         (&self.sequence, &self.tracker, self.run)
     }
 
-    /// The series of a method.
+    /// Series of the method called `name`.
     pub fn method(&self, name: &str) -> Option<&MethodSeries> {
         self.methods.iter().find(|m| m.name == name)
     }
 
-    /// Events, and the detections that labels make with those that match, as the run counted them. Without labels there is
-    /// no detection.
+    /// Events, and the detections in `changes` with their matches, by the protocol. Without labels there are
+    /// no detections.
     pub fn judge(&self, protocol: &Protocol, alarm: &[bool], changes: &[i32]) -> TrackScore {
         protocol.judge(&self.error, alarm, changes, &self.pieces)
     }
@@ -53,49 +53,51 @@ impl TrackSeries {
 /// Scores and labels of one method on a track, frame by frame.
 #[derive(Debug, Clone, Default)]
 pub struct MethodSeries {
-    /// Name with its grid point.
+    /// Name of the method with its grid point.
     pub name: String,
-    /// Score.
+    /// Score in each frame.
     pub score: Vec<f64>,
-    /// The number compared with the threshold; empty where it is the score.
+    /// Value compared with the threshold in each frame; empty if it is the score.
     pub alarm_score: Vec<f64>,
-    /// Whether the method says that the track has failed.
+    /// True in frames for which the method says that the track has failed.
     pub alarm: Vec<bool>,
-    /// Changes of the label: +1, -1, 0.
+    /// Changes of the label in each frame: +1, -1 or 0.
     pub changes: Vec<i32>,
-    /// Signal; empty for methods with a grid, which figures do not show, or without a signal.
+    /// Signal in each frame; empty for methods without a signal, and for methods with a grid, which figures
+    /// do not show.
     pub signal: Vec<f64>,
-    /// Forecast, NaN where there is none.
+    /// Forecast in each frame; NaN if there is none.
     pub forecast: Vec<f64>,
-    /// Condition of the tracker, from 0 (scanning) to 1 (locked on); empty for methods that do not follow it.
+    /// Condition of the tracker in each frame, from 0 (scanning) to 1 (locked on); empty for methods that do
+    /// not estimate it.
     pub condition: Vec<f64>,
-    /// Checks of the track by running the tracker backwards.
+    /// Checks of the track by reverse runs.
     pub checks: Vec<ReverseCheck>,
 }
 
-/// A check of a track by running the tracker backwards.
+/// A check of a track by a reverse run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReverseCheck {
-    /// Number of the frame in which it was made.
+    /// Number of the frame in which the check was made.
     pub frame: i64,
-    /// Number of the frame that was run back to.
+    /// Number of the frame at which the reverse run ended.
     pub reference: i64,
-    /// Error there between both ways; none where nothing was run.
+    /// Error in that frame between forward and reverse run; `None` if there was no run.
     pub error: Option<f64>,
-    /// Whether the track is taken to be successful again.
+    /// True if the track is accepted as successful again.
     pub accepted: bool,
 }
 
-/// Which tracks and methods to read; `None` is all of them.
+/// Selection of tracks and methods to read; `None` stands for all.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TrackFilter<'a> {
     /// Label of the tracker.
     pub tracker: Option<&'a str>,
-    /// Sequence.
+    /// Name of the sequence.
     pub sequence: Option<&'a str>,
     /// Method with its grid point.
     pub method: Option<&'a str>,
-    /// Repetition, from 0.
+    /// Repetition of the tracker, from 0.
     pub run: Option<i64>,
 }
 
@@ -108,7 +110,7 @@ impl TrackFilter<'_> {
             && self.run.is_none_or(|r| r == run)
     }
 
-    /// The method on one of the tracks that rows are about, if they pass.
+    /// Series of the method on the track of a row, if the filter accepts it.
     fn find<'t>(
         &self,
         tracks: &'t mut [TrackSeries],
@@ -123,18 +125,18 @@ impl TrackFilter<'_> {
     }
 }
 
-/// The first run of every tracker.
+/// First run of all trackers.
 const FIRST_RUNS: TrackFilter<'static> =
     TrackFilter { tracker: None, sequence: None, method: None, run: Some(0) };
 
-/// Numbers of the first and the last frame of each piece, by sequence, tracker and run of the track.
+/// Numbers of the first and last frame of each piece, by sequence, tracker and run.
 type Pieces = BTreeMap<(String, String, i64), Vec<(i64, i64)>>;
 
-/// The ground truth by sequence and frame number.
+/// Ground truth by sequence and frame number.
 pub type Truth = BTreeMap<String, BTreeMap<i64, Region>>;
 
 impl Results {
-    /// Reads the tracks of every tracker's first run, without signals and conditions.
+    /// Reads the tracks of all trackers' first runs, without signals and conditions.
     ///
     /// # Errors
     /// When the file is absent or damaged.
@@ -142,7 +144,7 @@ impl Results {
         self.read_frames(&FIRST_RUNS)
     }
 
-    /// Copies of tracks of a tracker's first run, with signals and conditions.
+    /// Copies tracks of a tracker's first run and adds signals and conditions.
     ///
     /// # Errors
     /// When a file is absent or damaged.
@@ -184,7 +186,7 @@ impl Results {
         Ok(tracks)
     }
 
-    /// Gives `take` the tracks of [`Results::all_tracks`] as they are read, some at a time.
+    /// Passes the tracks of [`Results::all_tracks`] to `take` as they are read, some at a time.
     ///
     /// # Errors
     /// When the file is absent or damaged.
@@ -225,7 +227,8 @@ impl Results {
         catch(|| take(tracks)).map_err(|_| ResultsError::Damaged(self.folder.join(Frame::NAME)))
     }
 
-    /// Gives `take` a file with a row for each frame part by part; nothing where the run wrote none.
+    /// Passes a file with a row for each frame to `take`, part by part. Does nothing if the run wrote no such
+    /// file.
     fn each_part<'a, R: Rows<'a>>(
         &self,
         take: impl FnMut(DataFrame) -> Result<(), TableError>,
@@ -233,7 +236,7 @@ impl Results {
         self.table_if_any(R::NAME, |bytes| R::each_part(bytes, take))
     }
 
-    /// Adds the conditions, if the experiment has a method that follows them.
+    /// Adds conditions, if the experiment has a method that estimates them.
     fn add_conditions(
         &self,
         filter: &TrackFilter<'_>,
@@ -276,7 +279,7 @@ fn read_pieces(bytes: Vec<u8>) -> Result<Pieces, TableError> {
     Ok(all)
 }
 
-/// Adds its pieces to a track; only tracks with restarts have any.
+/// Adds the pieces of a track. Only tracks with restarts have any.
 fn add_pieces(track: &mut TrackSeries, pieces: &Pieces) {
     let key = (track.sequence.clone(), track.tracker.clone(), track.run);
     for (first, last) in pieces.get(&key).into_iter().flatten() {
@@ -286,7 +289,7 @@ fn add_pieces(track: &mut TrackSeries, pieces: &Pieces) {
     }
 }
 
-/// Adds the frames of a method on a track to those before.
+/// Appends the frames of rows to the tracks and methods that they belong to.
 fn add_frames(rows: &[Frame<'_>], tracks: &mut Vec<TrackSeries>) {
     let Frame { track: (sequence, tracker, run), method, .. } = rows[0];
     if tracks.last().is_none_or(|track| track.name() != (sequence, tracker, run)) {

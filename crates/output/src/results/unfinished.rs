@@ -1,24 +1,23 @@
-//! Cells without a result, in groups that a reader takes in at once: what is not there by tracker, what failed or was not
-//! run by reason.
+//! Cells without a result, in groups for people: missing data by tracker; failed or unrun cells by reason.
 
 use super::cells::grouped;
 use super::manifest::{FailedCell, NotRun};
 
-/// Most lines that tell of methods that were not run one by one.
+/// Most lines that list methods that were not run one by one.
 const MAX_LINES: usize = 12;
 
-/// Cells without a result for the same reason.
+/// Cells that have no result for the same reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unfinished {
-    /// Whether their data is not there; otherwise they failed.
+    /// True if data are missing; false if the computation failed.
     pub missing: bool,
-    /// Which cells: `IVT (file), 24 sequences, 12 methods`.
+    /// Description of the cells: `IVT (file), 24 sequences, 12 methods`.
     pub cells: String,
-    /// Their kind: `cells`, `tracks` or `analyses`.
+    /// Kind of the cells: `cells`, `tracks` or `analyses`.
     pub what: &'static str,
-    /// Number of the cells.
+    /// Number of cells.
     pub count: usize,
-    /// Why the first of them has no result; of several cells that failed without the name of the first.
+    /// Reason of the first cell; if several cells failed, without the first one's name.
     pub reason: String,
 }
 
@@ -31,11 +30,11 @@ impl std::fmt::Display for Unfinished {
     }
 }
 
-/// Text before the last lines of a program's stderr, in the reason of its failure.
+/// Text in the reason of a failed program, before the last lines of its stderr.
 const ON_STDERR: &str = "its stderr ends with: ";
 
-/// Why a cell failed, without its own name and its sequence's, so that many can fail for the same cause: the last line of what
-/// a program said, or the reason with `…` in place of the sequence.
+/// Cause of a failed cell without its own and its sequence's name, so that cells with the same cause can be
+/// grouped: the last line of a program's output, or the reason with `…` for the sequence.
 fn cause(cell: &FailedCell) -> String {
     let mut reason = cell.reason.as_str();
     let own = format!("{}/{}/{}/", cell.sequence, cell.tracker, cell.run);
@@ -63,7 +62,7 @@ fn cause(cell: &FailedCell) -> String {
     text + rest
 }
 
-/// The kind of a record of the manifest, in the plural.
+/// Kind of a record of the manifest, in the plural.
 pub fn what(cell: &FailedCell) -> &'static str {
     match cell {
         FailedCell { method, .. } if method.is_empty() => "tracks",
@@ -72,12 +71,12 @@ pub fn what(cell: &FailedCell) -> &'static str {
     }
 }
 
-/// Names in the order in which they come, each once.
+/// Names in order of first occurrence, without repetitions.
 fn names<'a, T>(cells: &[&'a T], name: fn(&'a T) -> &'a str) -> Vec<&'a str> {
     grouped(cells.iter().copied(), name).into_iter().map(|(name, _)| name).collect()
 }
 
-/// One name, or how many there are.
+/// A single name, or the number of names.
 fn counted(names: &[&str], what: &str) -> String {
     match names {
         [one] => (*one).to_string(),
@@ -85,7 +84,7 @@ fn counted(names: &[&str], what: &str) -> String {
     }
 }
 
-/// The groups, in the order of their first cells.
+/// Groups in the order of their first cells.
 pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
     // Reasons of missing data name the file of each sequence.
     let common = |cell: &FailedCell| if cell.missing { cell.tracker.clone() } else { cause(cell) };
@@ -103,8 +102,8 @@ pub fn groups(cells: &[FailedCell]) -> Vec<Unfinished> {
     grouped(cells, |cell| (cell.missing, what(cell), common(cell))).into_iter().map(group).collect()
 }
 
-/// Lines that tell of tracks that are declared not to be there, and of methods that were not run: one for each or, where they
-/// are many, one for each unmet need.
+/// Lines about tracks that are declared absent and methods that were not run: one line each or, if there are
+/// many, one for each unmet need.
 pub fn not_run(all: &[NotRun]) -> Vec<String> {
     let (tracks, methods): (Vec<&NotRun>, Vec<&NotRun>) = all.iter().partition(|n| n.method.is_empty());
     let mut lines: Vec<String> = tracks.iter().map(ToString::to_string).collect();

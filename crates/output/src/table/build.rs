@@ -1,4 +1,4 @@
-//! Tables that a report makes by itself, and their parts.
+//! Tables that reports add to those of the experiment, and their parts.
 
 use super::experiment::data_note;
 use super::layout::{Cell, Group, Label, Row, TableLayout};
@@ -8,17 +8,17 @@ use trackfail_core::direction::Direction;
 use trackfail_engine::spec::TEST;
 use trackfail_engine::spec::table::Latex;
 
-/// A number as it is shown; empty without one.
+/// Cell with a number; empty for `None`.
 pub fn cell(value: Option<f64>, shown: impl Fn(f64) -> String) -> Cell {
     Cell { value, ours: value.map(shown), ..Cell::default() }
 }
 
-/// A number in a style; empty without one.
+/// Cell with a number in a style; empty for `None`.
 pub fn number(value: Option<f64>, style: Style) -> Cell {
     cell(value, |v| style.format(v))
 }
 
-/// Rows with a heading.
+/// Group of rows with a heading.
 pub fn group<L: Into<Label>>(
     key: &str,
     label: String,
@@ -29,7 +29,7 @@ pub fn group<L: Into<Label>>(
     Group { key: key.to_string(), label, published_tracker: None, has_ours: true, rows }
 }
 
-/// A table without a note on its data.
+/// Table without a note on its data.
 pub fn table<L: Into<Label>>(
     name: &str,
     caption: String,
@@ -42,13 +42,14 @@ pub fn table<L: Into<Label>>(
     TableLayout { name: name.into(), caption, data, corner: corner.into(), columns, latex, groups }
 }
 
-/// The sentence that says what all numbers rest on.
+/// Sentence that names the suite behind all numbers.
 pub fn suite(results: &Results) -> String {
     let experiment = &results.experiment;
     format!("Suite {}: {}.", experiment.suites[TEST], data_note(experiment, &results.manifest))
 }
 
-/// The table with what its numbers rest on, `suite` in a sentence, under a name that no table of the experiment has.
+/// Adds the sentence `suite` to the caption of a table, and renames it if a table of the experiment has its
+/// name.
 pub fn of_suite(mut table: TableLayout, results: &Results, suite: &str) -> TableLayout {
     table.caption = format!("{} {suite}", table.caption);
     table.data = data_note(&results.experiment, &results.manifest);

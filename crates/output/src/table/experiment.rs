@@ -1,11 +1,11 @@
-//! The tables of an experiment, from its results.
+//! Tables of an experiment, from its results.
 
 use super::layout::{self, TableLayout};
 use super::macros::Fact;
 use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::results::manifest::{self, Manifest, TrackerRecord};
-use crate::results::{CellScore, Measure, Results, ResultsError, grouped, measures, tables};
+use crate::results::{CellScore, FailedCell, Measure, Results, ResultsError, grouped, measures, tables};
 use crate::sampling::Units;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,11 +14,11 @@ use trackfail_engine::spec::table::{Side, Table};
 use trackfail_engine::spec::{Experiment, Tracker};
 use trackfail_engine::store;
 
-/// Most methods that a note names one by one.
+/// Most methods that a note names singly.
 const MAX_NAMED: usize = 3;
 
-/// The data that the numbers of every table and figure rest on: `12 of 21 targets, 10 runs`. Where fewer runs were made than the
-/// experiment asks for, both numbers are given.
+/// Data behind all tables and figures: `12 of 21 targets, 10 runs`. If fewer runs were made than the
+/// experiment requests, both numbers are given.
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = targets_note(manifest.suite.present.len(), manifest.suite.wanted);
     note.push_str(&declared_note(experiment, manifest));
@@ -45,7 +45,8 @@ pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     note
 }
 
-/// ` (98 of them with a track of MDNet)`: the trackers that are declared to have no track of some targets that are there.
+/// Text like ` (98 of them with a track of MDNet)`, for trackers that are declared to have no track of some
+/// present targets.
 fn declared_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let here = &manifest.suite.present;
     let declared = experiment.trackers.iter().filter_map(|t| {
@@ -57,8 +58,8 @@ fn declared_note(experiment: &Experiment, manifest: &Manifest) -> String {
     if declared.is_empty() { String::new() } else { format!(" ({})", declared.join(", ")) }
 }
 
-/// `, 10 runs`: what was run of each tracker, and what was asked for, where either is more than one. Trackers with as many
-/// runs are named together, and not at all where that is all of them.
+/// Text like `, 10 runs`: the number of runs of each tracker, and the requested number if it differs.
+/// Trackers with the same number are named together, or not at all if all trackers have it.
 fn runs_note(trackers: &[(&str, u32, u32)], what: &str) -> String {
     let several = trackers.iter().filter(|(_, done, asked)| *done > 1 || *asked > 1);
     let note = |(runs, alike): ((u32, u32), Vec<&(&str, _, _)>)| {
@@ -77,8 +78,8 @@ fn runs_note(trackers: &[(&str, u32, u32)], what: &str) -> String {
     grouped(several, |(_, done, asked)| (*done, *asked)).into_iter().map(note).collect()
 }
 
-/// The pooled numbers of an experiment's tables: over all sequences, then over those with each attribute where a table is by
-/// attribute; `scores` are those of [`Results::scores`].
+/// Pooled numbers for an experiment's tables: over all sequences and, for tables by attribute, over those
+/// with each attribute. `scores` come from [`Results::scores`].
 pub fn pooled<'t>(
     results: &Results,
     scores: &[CellScore],
@@ -87,8 +88,8 @@ pub fn pooled<'t>(
     let Results { experiment, manifest, .. } = results;
     let mut pooled = results.measures.clone();
     if tables.into_iter().any(by_attribute) {
-        let without = &manifest.cells_failed;
-        let mut parts = measures::by_attribute(scores, without, &manifest.suite.attributes);
+        let without: Vec<FailedCell> = results.cells_failed().cloned().collect();
+        let mut parts = measures::by_attribute(scores, &without, &manifest.suite.attributes);
         parts.iter_mut().for_each(|part| part.pooled.chance = experiment.chance_of(&part.method));
         pooled.append(&mut parts);
     }
@@ -99,7 +100,7 @@ fn by_attribute(table: &Table) -> bool {
     [&table.rows, &table.columns].contains(&&Side::Attribute)
 }
 
-/// The experiment's tables; `scores` are those of [`Results::scores`], `units` the same by sequence.
+/// Tables of the experiment; `scores` come from [`Results::scores`], `units` has the same by sequence.
 pub fn layouts(results: &Results, scores: &[CellScore], units: &Units) -> Vec<TableLayout> {
     let Results { experiment, measures, analyses, manifest, .. } = results;
     let note = data_note(experiment, manifest);
@@ -118,7 +119,7 @@ pub fn layouts(results: &Results, scores: &[CellScore], units: &Units) -> Vec<Ta
     experiment.tables.iter().map(layout).collect()
 }
 
-/// Says how many targets have each attribute.
+/// Sentence on the number of targets with each attribute.
 fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
     let mut targets: BTreeMap<&str, usize> = BTreeMap::new();
     for list in attributes.values() {
@@ -132,8 +133,8 @@ fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
     format!(" Targets: {}.", words.join(", "))
 }
 
-/// Writes the tables into the folder `tables` of each of the folders, each as CSV, Parquet, Markdown and LaTeX, and
-/// `macros.tex` with every number.
+/// Writes the tables into the folder `tables` of both folders, each as CSV, Parquet, Markdown and LaTeX, and
+/// `macros.tex` with all numbers.
 ///
 /// # Errors
 /// When a file cannot be written.

@@ -1,13 +1,13 @@
 //! Tables as LaTeX: booktabs rules, siunitx columns, numbers as the paper rounds them.
 //!
-//! Columns whose numbers all have a digit before the point are aligned at it by siunitx (`S`). Where a paper
-//! leaves the zero out (`.110`) they are flush right, because siunitx would put the zero back. Everything that is not
-//! a number stands in braces, which siunitx leaves alone.
+//! Columns whose numbers all have a digit before the point are aligned at the point by siunitx (`S`). If a
+//! paper omits the zero (`.110`), they are flush right, because siunitx would add it again. Other texts are
+//! in braces, which siunitx leaves alone.
 //!
-//! A paper shows the methods: anchors are left out unless the experiment names them ([`Latex`]), counts are a table of
-//! their own. A table is made for the width of a column or of the text, by its number of columns; one that has more is
-//! several below each other, one that is longer than a sheet several floats. What is wider than its line is scaled down
-//! when LaTeX has measured it.
+//! Anchors are left out unless the experiment names them ([`Latex`]); counts are a table of their own. A
+//! table is made for the width of a column or of the text, depending on its number of columns. One with more
+//! columns is split into several below each other, one longer than a page into several floats. LaTeX scales
+//! down tables that are wider than their line.
 //!
 //! [`Latex`]: trackfail_engine::spec::table::Latex
 
@@ -18,11 +18,11 @@ use std::ops::Range;
 use trackfail_dataset::text::visible;
 use trackfail_engine::spec::width::Width;
 
-/// Comment that says what the preamble of a document with the table needs.
+/// Comment that names the packages a document with the table needs.
 const NEEDS: &str = "% needs \\usepackage{booktabs,graphicx,siunitx}\n";
 
-/// Escapes text so that every LaTeX engine shows it as it is. Characters that pdfTeX does not know are kept for XeTeX and
-/// LuaTeX; pdfTeX shows `?` for them.
+/// Escapes text so that all LaTeX engines show it unchanged. Characters that pdfTeX does not know are kept
+/// for XeTeX and LuaTeX; pdfTeX shows `?` for them.
 pub fn latex_escape(text: &str) -> String {
     let mut out = String::new();
     let chars: Vec<char> = visible(text).chars().collect();
@@ -63,12 +63,14 @@ fn push_escaped(out: &mut String, c: char) {
     }
 }
 
-/// Whether every engine knows a character: ASCII, accented letters of every font encoding, and what has a command.
+/// True if all engines know the character: ASCII, accented letters of common font encodings, and characters
+/// with a command.
 fn is_common(c: char) -> bool {
     c.is_ascii() || (('À'..='ÿ').contains(&c) && !"ÐÞðþ÷".contains(c)) || "±↑↓†\u{fffd}".contains(c)
 }
 
-/// A number: its digits before the point, of which siunitx asks for one, and after it, and whether it has a sign.
+/// Number of digits before the point (at least one, as siunitx requires) and after it, and true if there is a
+/// sign; `None` if the text is not a number.
 fn digits(text: &str) -> Option<(usize, usize, bool)> {
     let unsigned = text.trim_start_matches(['+', '-']);
     let (whole, part) = unsigned.split_once('.').unwrap_or((unsigned, ""));
@@ -78,10 +80,10 @@ fn digits(text: &str) -> Option<(usize, usize, bool)> {
     (is_number && signs <= 1).then_some((whole.len(), part.len(), signs == 1))
 }
 
-/// Marks numbers that lack failed cells.
+/// Mark of numbers that lack failed cells.
 const FAILED: char = '†';
 
-/// One cell; `aligned` says whether siunitx aligns its column.
+/// One cell; `aligned` is true in a column that siunitx aligns.
 fn cell(text: &str, is_best: bool, aligned: bool) -> String {
     let number = text.trim_end_matches(FAILED);
     let bold = if is_best { "\\bfseries " } else { "" };
@@ -95,29 +97,29 @@ fn cell(text: &str, is_best: bool, aligned: bool) -> String {
     format!("{{{bold}{}}}", upright(text))
 }
 
-/// A text whose numbers have a minus where they have a hyphen: siunitx is not asked for these.
+/// Escapes a text and sets a minus for the sign of each number, since siunitx does not format it.
 fn upright(text: &str) -> String {
     let begins = |rest: &str| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-    let mut out = String::new();
-    let mut rest = text;
-    while let Some(at) = rest.find('-') {
-        let (before, after) = (&rest[..at], &rest[at + 1..]);
+    let (mut out, mut done) = (String::new(), 0);
+    for (at, _) in text.match_indices('-') {
+        let (before, after) = (&text[..at], &text[at + 1..]);
         let is_sign = begins(after) && !before.ends_with(|c: char| c.is_alphanumeric() || c == '-');
-        out.push_str(&latex_escape(before));
-        out.push_str(if is_sign { "$-$" } else { "-" });
-        rest = after;
+        out.push_str(&latex_escape(&text[done..at]));
+        let hyphen = if out.ends_with('-') { "{}-" } else { "-" };
+        out.push_str(if is_sign { "$-$" } else { hyphen });
+        done = at + 1;
     }
-    out + &latex_escape(rest)
+    out + &latex_escape(&text[done..])
 }
 
-/// A line of a table: its group, its heading, and for each column its text and whether it is the best.
+/// A line of a table: index of the group, heading, and for each column the text and true if it is the best.
 struct Line {
     group: usize,
     heading: String,
     cells: Vec<(String, bool)>,
 }
 
-/// The part of a table that is shown: headings of columns and groups, and lines.
+/// A part of a table: headings of columns and groups, and lines.
 struct Part {
     corner: String,
     columns: Vec<String>,
@@ -125,7 +127,7 @@ struct Part {
     lines: Vec<Line>,
 }
 
-/// The lines of some kinds of rows under the given columns.
+/// Lines of the rows that `keep` accepts, under the given columns.
 fn part(layout: &TableLayout, columns: &[usize], keep: fn(LabelKind) -> bool) -> Part {
     let mut lines_of_part = Vec::new();
     for (k, group) in layout.groups.iter().enumerate() {
@@ -148,7 +150,7 @@ fn part(layout: &TableLayout, columns: &[usize], keep: fn(LabelKind) -> bool) ->
     part.with_intervals()
 }
 
-/// The columns that are shown: those that the experiment names, or all but anchors.
+/// Indices of the columns to show: those named by the experiment, or all but anchors.
 fn columns(layout: &TableLayout) -> Vec<usize> {
     let all = || layout.columns.iter().enumerate();
     let place = |name: &String| all().find(|(_, c)| c.name == *name).map(|(k, _)| k);
@@ -160,16 +162,16 @@ fn columns(layout: &TableLayout) -> Vec<usize> {
     if own.is_empty() { all().map(|(k, _)| k).collect() } else { own }
 }
 
-/// Characters of a group's heading; of a longer one the name alone is shown.
+/// Longest heading of a group, in characters. A longer one is replaced by its name.
 const MAX_HEADING: usize = 48;
 
-/// Most lines of a float with its headings: a sheet of small letters, with room for a caption of five lines.
+/// Most lines of a float with its headings: a page of small letters, with room for a caption of five lines.
 const MAX_LINES: usize = 50;
 
-/// Headings of the columns of lower and upper bounds, and of both together.
+/// Headings of lower bounds, upper bounds, and both in one column.
 const BOUNDS: [&str; 3] = ["95 % from", "95 % to", "95 %"];
 
-/// Most columns beside the headings of rows, in letters of eight points.
+/// Most columns beside the row headings, at eight points.
 fn most_columns(width: Width) -> usize {
     match width {
         Width::Column => 5,
@@ -178,7 +180,7 @@ fn most_columns(width: Width) -> usize {
 }
 
 impl Part {
-    /// The table with the two bounds of each interval in one column: `[low, high]`.
+    /// Merges the two bounds of each interval into one column: `[low, high]`.
     fn with_intervals(mut self) -> Self {
         let mut k = 0;
         while k + 1 < self.columns.len() {
@@ -198,7 +200,7 @@ impl Part {
         self
     }
 
-    /// The columns of each of the tables below each other; an interval stays with its value.
+    /// Column ranges of the tables below each other. An interval stays with its value.
     fn side_by_side(&self, width: Width) -> Vec<Range<usize>> {
         let mut tables: Vec<Range<usize>> = vec![Range::default()];
         for (k, column) in self.columns.iter().enumerate() {
@@ -210,13 +212,14 @@ impl Part {
         tables
     }
 
-    /// The heading of a line's group where it begins, behind the line `before`; empty for a group without a name.
+    /// Heading of the group of a line, if the group begins there, after the line `before`; empty for a group
+    /// without a name.
     fn heading(&self, line: &Line, before: Option<&Line>) -> Option<&str> {
         let begins = before.is_none_or(|before| before.group != line.group);
         begins.then(|| self.groups[line.group].as_str())
     }
 
-    /// The lines of each float, where a float has so many tables below each other.
+    /// Lines of each float, which has that many tables below each other.
     fn sheets(&self, below_each_other: usize) -> Vec<&[Line]> {
         // Each of these has a line of headings and three rules.
         let most = (MAX_LINES / below_each_other).saturating_sub(3).max(5);
@@ -256,7 +259,7 @@ impl Part {
         text
     }
 
-    /// The tables below each other; what is wider than its line is made smaller.
+    /// LaTeX of the tables below each other. Those wider than the line are scaled down.
     fn body(&self, lines: &[Line], width: Width) -> String {
         let one = |columns: Range<usize>| {
             format!(
@@ -272,7 +275,7 @@ impl Part {
         )
     }
 
-    /// The width that a table is made for: what the experiment says, or a column where it fits.
+    /// Width of a table: that of the experiment, or a column if the table fits.
     fn width(&self, layout: &TableLayout) -> Width {
         layout.latex.width.unwrap_or_else(|| match self.side_by_side(Width::Column).len() {
             1 => Width::Column,
@@ -280,7 +283,7 @@ impl Part {
         })
     }
 
-    /// Floats with caption and label, a sheet each.
+    /// Floats with caption and label, one per page.
     fn floating(&self, layout: &TableLayout, caption: &str, label: &str) -> String {
         let width = self.width(layout);
         // A table* goes over both columns of a paper that has two.
@@ -302,7 +305,7 @@ impl Part {
     }
 }
 
-/// How a column is aligned: by a `table-format` of siunitx, or flush right (`None`).
+/// Alignment of a column: a `table-format` of siunitx, or `None` for flush right.
 fn format_of(lines: &[Line], column: usize) -> Option<String> {
     let cells = lines.iter().filter_map(|line| line.cells.get(column));
     let numbers = cells.filter_map(|(text, _)| digits(text.trim_end_matches(FAILED)));
@@ -316,7 +319,7 @@ fn format_of(lines: &[Line], column: usize) -> Option<String> {
     Some(if part == 0 { format!("{sign}{whole}") } else { format!("{sign}{whole}.{part}") })
 }
 
-/// The rows that a paper shows; where a table has nothing but counts, these.
+/// Rows for a paper: results or, in a table of counts alone, the counts.
 fn main_part(layout: &TableLayout) -> Part {
     let shown = part(layout, &columns(layout), |kind| kind == LabelKind::Result);
     if shown.lines.is_empty() { part(layout, &columns(layout), |_| true) } else { shown }
@@ -328,20 +331,20 @@ pub fn body(layout: &TableLayout) -> String {
     part.body(&part.lines, part.width(layout))
 }
 
-/// The whole floating table, with caption and label; several where it is longer than a sheet.
+/// The floating table with caption and label; several floats if it is longer than a page.
 pub fn latex(experiment: &str, layout: &TableLayout) -> String {
     main_part(layout).floating(layout, &layout.caption, &label(experiment, &layout.name))
 }
 
-/// The label of a table, `tab:khalid2016-table1-counts`: no two tables of all experiments have the same. As in the names of
-/// numbers, a table that is called like the last word of its experiment is left out.
+/// Label of a table, like `tab:khalid2016-table1-counts`, unique among all experiments. As in the names of
+/// numbers, a table named like the last word of its experiment is not repeated.
 fn label(experiment: &str, table: &str) -> String {
     let own =
         if experiment.split('/').next_back() == Some(table) { String::new() } else { format!("-{table}") };
     format!("tab:{}{own}", experiment.replace('/', "-"))
 }
 
-/// The counts that the table's numbers are made from, as a floating table of their own; `None` without results or counts.
+/// Counts behind the numbers of a table, as a floating table of their own; `None` without results or counts.
 pub fn counts(experiment: &str, layout: &TableLayout) -> Option<String> {
     let has = |kind| layout.groups.iter().flat_map(|g| &g.rows).any(|row| row.label.kind == kind);
     if !has(LabelKind::Count) || !has(LabelKind::Result) {

@@ -1,9 +1,9 @@
-//! Arranges pooled numbers as an experiment's tables ask: ours, published, difference.
+//! Arranges pooled numbers as an experiment's tables require: ours, published, difference.
 //!
-//! Trackers, methods and grid axes that are on neither side of a table make groups of rows. Every cell knows the pooled
-//! number that it shows ([`Origin`]). Published numbers of a tracker that was run stand beside that tracker's; those of
-//! a paper's only tracker stand beside every tracker, and say whose they are; those of further trackers make groups of
-//! their own without numbers of ours.
+//! Trackers, methods and grid axes that are on neither side of a table make groups of rows. Each cell stores
+//! the [`Origin`] of its pooled number. Published numbers of a tracker that was run stand beside ours for
+//! that tracker. If the paper has a single tracker, its numbers stand beside those of all trackers, with its
+//! name. Numbers of further trackers make separate groups, without ours.
 
 mod analysed;
 mod place;
@@ -26,43 +26,43 @@ use trackfail_methods::score::{Counts, Metric};
 /// A table whose texts are ready for any format.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableLayout {
-    /// File name.
+    /// File name without extension.
     pub name: String,
-    /// Text above the table, with the data it rests on.
+    /// Text above the table, including the data behind it.
     pub caption: String,
-    /// The data the table rests on, alone: `12 of 21 targets`.
+    /// Data behind the table, alone: `12 of 21 targets`.
     pub data: String,
     /// Heading of the first column.
     pub corner: String,
     /// Column headings.
     pub columns: Vec<Label>,
-    /// The parts of it that LaTeX shows.
+    /// Parts of the table that LaTeX shows.
     pub latex: Latex,
-    /// Groups in order.
+    /// Groups in their order.
     pub groups: Vec<Group>,
 }
 
 /// Rows that share a tracker and grid point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
-    /// Heading; empty for a table's only group.
+    /// Heading; empty for the only group of a table.
     pub label: String,
-    /// Name in the heading, without counts: it stays the same when results change.
+    /// Name in the heading, without counts, so that it stays the same when results change.
     pub key: String,
-    /// The tracker whose published numbers stand beside ours.
+    /// Tracker whose published numbers stand beside ours.
     pub published_tracker: Option<String>,
-    /// Whether there are numbers of ours at all.
+    /// True if the group has numbers of ours.
     pub has_ours: bool,
-    /// Rows in order.
+    /// Rows in their order.
     pub rows: Vec<Row>,
 }
 
-/// One row.
+/// One row of a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Metric or grid value.
+    /// Heading of the row.
     pub label: Label,
-    /// Whether higher or lower values of the row's metric are better.
+    /// Direction in which values of the row's metric are better.
     pub direction: Direction,
     /// Cells, one for each column.
     pub cells: Vec<Cell>,
@@ -71,50 +71,50 @@ pub struct Row {
 /// Heading of a row or a column.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Label {
-    /// Its name in files for programs, macros and commands: `f_score`, `5`.
+    /// Name in files for programs, macros and commands: `f_score`, `5`.
     pub name: String,
-    /// How people read it: `F1 score ↑`, `length = 5`.
+    /// Text for people: `F1 score ↑`, `length = 5`.
     pub shown: String,
-    /// Kind of the column.
+    /// Kind of the row or column.
     pub kind: LabelKind,
 }
 
-/// Kind of a column: pages and LaTeX tables show results first.
+/// Kind of a row or column. Pages and LaTeX tables show results first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LabelKind {
     /// Results.
     Result,
-    /// Counts that results are made from.
+    /// Counts behind the results.
     Count,
     /// Numbers of an anchor.
     Anchor,
 }
 
-/// One cell.
+/// One cell of a table.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Cell {
-    /// The pooled number that it shows; none of an analysis, or where nothing was run.
+    /// Pooled number that the cell shows; `None` for analyses, or if nothing was run.
     #[serde(skip)]
     pub of: Option<Origin>,
-    /// How a page explains the number.
+    /// Explanation of the number on a page.
     pub link: Option<Link>,
-    /// Our number as it is.
+    /// Our number, unrounded.
     pub value: Option<f64>,
-    /// Our number as the paper would print it.
+    /// Our number, as the paper would print it.
     pub ours: Option<String>,
-    /// The published text.
+    /// Published text.
     pub published: Option<String>,
-    /// Ours minus published, both as printed.
+    /// Our number minus the published one, both as printed.
     pub difference: Option<String>,
-    /// Whether it is the best of ours in its row, as printed, or in its column where rows are trackers; anchors do not
-    /// compete, nor do numbers with more cells without a result than others.
+    /// True if our number is the best of the row, as printed, or of the column if rows are trackers. Anchors
+    /// do not compete, nor do numbers that lack more cells than others.
     pub best: bool,
-    /// Whether others are as good as this best one.
+    /// True if other cells are equal to this best one.
     pub tied: bool,
-    /// Whether it is the second best of ours there, if exactly one cell is the best.
+    /// True if our number is the second best, and exactly one cell is the best.
     pub second: bool,
-    /// Cells without a result behind this number.
+    /// Number of cells without a result behind the number.
     pub failed: usize,
 }
 
@@ -127,37 +127,37 @@ pub struct Origin {
     pub column: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Method.
+    /// Name of the method.
     pub method: String,
-    /// Grid point as in `scores.csv`, empty without a grid.
+    /// Grid point as in `scores.csv`; empty without a grid.
     pub params: String,
-    /// The attribute of the sequences that it is about; all sequences when `None`.
+    /// Attribute that restricts the sequences; `None` for all sequences.
     pub attribute: Option<String>,
-    /// The metric that it shows.
+    /// Metric that the cell shows.
     pub metric: Metric,
-    /// Counts over all of these sequences and runs.
+    /// Counts over the sequences and runs.
     pub counts: Counts,
 }
 
-/// The explanation of a number on a page, and what that shows of it sequence by sequence.
+/// Explanation of a number on a page, with links to the page's table of sequences.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Link {
-    /// The number: `f_score of DTEF on NCC is 0.242`.
+    /// The number in words: `f_score of DTEF on NCC is 0.242`.
     pub number: String,
-    /// How it comes about, with the counts filled in.
+    /// Formula with the counts filled in.
     pub formula: String,
-    /// The command that takes it apart.
+    /// Command that explains the number.
     pub command: String,
-    /// Index of its tracker among those shown sequence by sequence.
+    /// Index of the tracker among those shown by sequence.
     pub tracker: Option<usize>,
-    /// Index of its method with its grid point among those.
+    /// Index of the method (with its grid point) among those shown by sequence.
     pub method: Option<usize>,
-    /// Index of the attribute of the sequences it is about; all sequences when `None`.
+    /// Index of the attribute that restricts the sequences; `None` for all sequences.
     pub attribute: Option<usize>,
 }
 
 impl TableLayout {
-    /// Its cells in order, each with its group, row and column.
+    /// Cells in their order, each with its group, row and column.
     pub fn cells(&self) -> impl Iterator<Item = (&Group, &Row, &Label, &Cell)> {
         let rows = self.groups.iter().flat_map(|group| group.rows.iter().map(move |row| (group, row)));
         rows.flat_map(move |(group, row)| {
@@ -167,12 +167,12 @@ impl TableLayout {
 }
 
 impl Label {
-    /// A column of results that people read by another name.
+    /// Heading of results with a name for programs and a text for people.
     pub fn shown_as(name: String, shown: String) -> Self {
         Self { name, shown, kind: LabelKind::Result }
     }
 
-    /// The heading of a metric, with an arrow for its direction.
+    /// Heading of a metric, with an arrow for its direction.
     pub fn of_metric(metric: Metric) -> Self {
         let shown = format!("{}{}", metric.title(), arrow(metric.direction()));
         let kind = if metric.is_count() { LabelKind::Count } else { LabelKind::Result };
@@ -188,7 +188,7 @@ impl<T: Into<String>> From<T> for Label {
 }
 
 impl Origin {
-    /// The number of a measure in a cell.
+    /// Origin of a measure's metric in a cell.
     pub fn new(row: &str, column: &str, measure: &Measure, metric: Metric) -> Self {
         Self {
             row: row.to_string(),
@@ -202,18 +202,18 @@ impl Origin {
         }
     }
 
-    /// The number by which a leaderboard ranks a method.
+    /// Origin of the number by which a leaderboard ranks a method.
     pub fn ranked(measure: &Measure, metric: Metric) -> Self {
         Self::new(&method_label(&measure.method, &measure.params), metric.name(), measure, metric)
     }
 
-    /// The method with its grid point.
+    /// Name of the method with its grid point.
     pub fn label(&self) -> String {
         method_label(&self.method, &self.params)
     }
 }
 
-/// The arrow behind the heading of a metric.
+/// Arrow after the heading of a metric.
 fn arrow(direction: Direction) -> &'static str {
     match direction {
         Direction::HigherIsBetter => " ↑",
@@ -222,7 +222,7 @@ fn arrow(direction: Direction) -> &'static str {
     }
 }
 
-/// The pooled numbers that a table shows, group by group and row by row; none for the table of an analysis.
+/// Pooled numbers that a table shows, by group and row; empty for the table of an analysis.
 pub fn origins(experiment: &Experiment, table: &Table, measures: &[Measure]) -> Vec<Origin> {
     match table.ranked {
         Some(metric) => {
@@ -236,7 +236,7 @@ pub fn origins(experiment: &Experiment, table: &Table, measures: &[Measure]) -> 
     }
 }
 
-/// The pooled numbers of a tracker and method at a grid point, where there are any; for claims.
+/// Pooled numbers of a tracker and method at a grid point, for claims; `None` if there are none.
 pub fn measure_of<'m>(
     measures: &'m [Measure],
     tracker: &str,
@@ -247,7 +247,7 @@ pub fn measure_of<'m>(
     find(measures, &Place { tracker, method, axes: axes.to_vec(), ..Place::default() })
 }
 
-/// Whether a method is an anchor: a detector that looks at no signal.
+/// True if a method is an anchor, that is, its detector reads no signal.
 pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
     experiment
         .methods
@@ -257,7 +257,7 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
         .all(|v| !v.detector.example().detector.needs_signal())
 }
 
-/// Makes a table of pooled numbers; `data_note` says what they rest on.
+/// Makes a table of pooled numbers; `data_note` names the data behind them.
 pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data_note: &str) -> TableLayout {
     let rows = steps(&table.rows, experiment, table, measures);
     let columns = steps(&table.columns, experiment, table, measures);
@@ -343,7 +343,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
 }
 
-/// A text with a full stop.
+/// Adds a full stop to a text.
 pub(super) fn sentence(mut text: String) -> String {
     if !text.ends_with('.') {
         text.push('.');
@@ -351,7 +351,8 @@ pub(super) fn sentence(mut text: String) -> String {
     text
 }
 
-/// The heading of a row or a column. A grid value has the name of its axis beside it where no corner names that.
+/// Heading of a row or a column. A grid value is shown with its axis, unless the corner of the table names
+/// that.
 fn heading(experiment: &Experiment, name: &str, at: &Place<'_>, is_column: bool) -> Label {
     if let Some(metric) = at.metric {
         return Label::of_metric(metric);
@@ -365,8 +366,8 @@ fn heading(experiment: &Experiment, name: &str, at: &Place<'_>, is_column: bool)
     Label { name: name.to_string(), shown, kind }
 }
 
-/// `12 losses`: the events of a tracker for the table's methods. All methods have the same events unless their protocols
-/// differ.
+/// Text like `12 losses`: the events of a tracker for the table's methods. All methods have the same events
+/// unless their protocols differ.
 fn events(experiment: &Experiment, table: &Table, measures: &[Measure], tracker: &str) -> Option<String> {
     let is_it = |m: &&Measure| m.tracker == tracker && table.methods.contains(&m.method);
     let m = measures.iter().filter(is_it).find(|m| m.attribute.is_none() && m.done > 0)?;
@@ -380,7 +381,7 @@ fn events(experiment: &Experiment, table: &Table, measures: &[Measure], tracker:
     Some(format!("{n} {things}"))
 }
 
-/// Says how many cells have no result because their data is not there, or because they failed.
+/// Sentence on the number of cells without a result, because of missing data or of failures.
 fn left_out(measures: &[Measure]) -> Option<String> {
     let count =
         |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
@@ -396,7 +397,7 @@ fn left_out(measures: &[Measure]) -> Option<String> {
     (!reasons.is_empty()).then(|| format!("{}; {them} left out.", reasons.join(", and ")))
 }
 
-/// Marks the best cells and the second best one of those that compete, by their numbers as they are printed.
+/// Marks the best cells and the second best one of those that compete, by their numbers as printed.
 fn mark_best<'c>(
     cells: impl Iterator<Item = &'c mut Cell>,
     direction: Direction,

@@ -1,16 +1,16 @@
-//! Methods in order of a metric, and how sure their ranks are.
+//! Methods in order of a metric, with the certainty of each rank.
 //!
-//! The order is that of the metric pooled over all sequences. A bootstrap over sequences says how much it depends on
-//! which sequences a suite has ([`crate::sampling`]). `first` is the share of samples in which a method has rank 1, `keeps
-//! rank` the share in which it has the rank of the table.
+//! Methods are ordered by the metric pooled over all sequences. A bootstrap over sequences
+//! ([`crate::sampling`]) shows how much the order depends on the choice of sequences. `first` is the share of
+//! samples in which a method has rank 1, `keeps rank` the share in which it has the rank of the table.
 //!
-//! A rank is 1 plus the number of methods that are better, so equal methods share theirs, and both are first.
-//! Where the counts of a sample give no value (precision without a detection), the method ranks behind all that have
-//! one. Anchors stand where their value puts them, but have no rank and do not push others down; nor do methods that have no
-//! result for cells that others have one for.
+//! A rank is 1 plus the number of better methods, so equal methods share a rank. If the counts of a sample
+//! give no value (precision without a detection), the method ranks after all with a value. Anchors are listed
+//! by their value, but have no rank and do not affect those of others. The same holds for methods without a
+//! result in cells in which others have one.
 //!
-//! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts: methods are ranked by value, and the bounds of the
-//! metric's own bootstrap interval stand in place of the two shares.
+//! Metrics of frames ([`trackfail_methods::score::frames`]) are not made of counts. For these, methods are
+//! ranked by value, and the bounds of the metric's own bootstrap interval replace the two shares.
 
 use super::build::{self, number};
 use super::layout::{Cell, Group, Label, LabelKind, Origin, TableLayout, is_anchor, sentence};
@@ -24,10 +24,10 @@ use trackfail_engine::spec::table::Table;
 use trackfail_engine::spec::{Experiment, TEST};
 use trackfail_methods::score::Metric;
 
-/// How sure a rank is.
+/// Certainty of a rank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stability {
-    /// The rank on all sequences.
+    /// Rank on all sequences.
     rank: usize,
     /// Share of samples with rank 1.
     first: f64,
@@ -35,7 +35,7 @@ struct Stability {
     keeps: f64,
 }
 
-/// Orders values, better ones first; a value is better than none.
+/// Compares values, better ones first. Any value is better than `None`.
 pub fn better_first(a: Option<f64>, b: Option<f64>, direction: Direction) -> Ordering {
     match (a, b) {
         (Some(a), Some(b)) if direction == Direction::LowerIsBetter => a.total_cmp(&b),
@@ -44,13 +44,14 @@ pub fn better_first(a: Option<f64>, b: Option<f64>, direction: Direction) -> Ord
     }
 }
 
-/// The rank of each value, from 1; equal values share theirs.
+/// Rank of each value, from 1. Equal values share a rank.
 fn ranks(values: &[Option<f64>], direction: Direction) -> Vec<usize> {
     let is_better = |a: &Option<f64>, b: &Option<f64>| better_first(*a, *b, direction).is_lt();
     values.iter().map(|v| 1 + values.iter().filter(|w| is_better(w, v)).count()).collect()
 }
 
-/// The ranks of values on all sequences, and how often samples give the same ranks: the values of each sample, NaN for none.
+/// Rank of each value on all sequences, and the shares of samples with the same and with the first rank.
+/// `sampled` has the values of each sample, NaN for none.
 fn stability(values: &[Option<f64>], sampled: &[Vec<f64>], direction: Direction) -> Vec<Stability> {
     let of_value = |rank| Stability { rank, first: 0.0, keeps: 0.0 };
     let mut all: Vec<Stability> = ranks(values, direction).into_iter().map(of_value).collect();
@@ -67,7 +68,7 @@ fn stability(values: &[Option<f64>], sampled: &[Vec<f64>], direction: Direction)
     all.into_iter().map(|s| Stability { first: share(s.first), keeps: share(s.keeps), ..s }).collect()
 }
 
-/// Makes the table that an experiment asks for with `rank`, a group for each tracker.
+/// Makes the table of an experiment with `rank`, one group for each tracker.
 pub fn leaderboard(
     experiment: &Experiment,
     table: &Table,
@@ -104,7 +105,7 @@ pub fn leaderboard(
     }
 }
 
-/// The rows of a tracker, from the measures of its methods; `None` without any.
+/// Rows of a tracker, from the measures of its methods; `None` without any.
 fn group(
     experiment: &Experiment,
     tracker: &str,

@@ -1,23 +1,24 @@
-//! `macros.tex`: every number of an experiment's tables and of the text around them, so that nobody types a number by
-//! hand.
+//! `macros.tex`: all numbers of an experiment's tables and of the text around them, so that nobody types a
+//! number by hand.
 //!
-//! One command gives them all: `\tf{khalid2016/table1/SP/recall/DTEF}` is the cell of the table `table1` of the
-//! experiment `khalid2016/table1`. The name says which number it is and nothing else, so it stays the same when other
-//! numbers come and go: experiment, table, group, row and column with `/` between them, then `published` or `difference`
-//! where it is not our own number; a group without a name is left out, and so is a table that is called like the last
-//! word of its experiment. Numbers of the text are behind `about`: `\tf{quickstart/about/targets/present}`. Those of
-//! several experiments may be read into one document; a name that is not known stops LaTeX with a message. See
-//! [`name`] for other characters.
+//! One command prints any number: `\tf{khalid2016/table1/SP/recall/DTEF}` is a cell of the table `table1` of
+//! the experiment `khalid2016/table1`. A name stays the same when other numbers are added or removed. It
+//! consists of experiment, table, group, row and column with `/` between them, then `published` or
+//! `difference` for other than our own number. A group without a name is left out, as is a table named like
+//! the last word of its experiment. Numbers of the text are under `about`:
+//! `\tf{quickstart/about/targets/present}`. A document may load the numbers of several experiments. An
+//! unknown name stops LaTeX with a message. See [`name`] for other characters.
 
 use super::latex::latex_escape;
 use super::layout::TableLayout;
 use std::collections::BTreeMap;
 
-/// The file's name; no table may be called like it.
+/// Name of the file, which no table may have.
 pub const FILE: &str = "macros.tex";
 
-/// The name of a number for a list of names. Letters of ASCII, digits, blanks and `_-.=+*:[]` are themselves; everything
-/// else is its number in hexadecimal digits: `(7c)`. A part can be read back, so no two lists have the same name.
+/// Joins a list of names into one. ASCII letters, digits, blanks and `_-.=+*:[]` are unchanged; other
+/// characters become their hexadecimal code: `(7c)`. Names can be decoded, so different lists give different
+/// names.
 pub fn name(parts: &[&str]) -> String {
     let escape = |part: &&str| -> String {
         let plain = |c: char| c.is_ascii_alphanumeric() || " _-.=+*:[]".contains(c);
@@ -26,22 +27,22 @@ pub fn name(parts: &[&str]) -> String {
     parts.iter().map(escape).collect::<Vec<_>>().join("/")
 }
 
-/// A number of the text around tables: how many targets there are, how many claims hold, what an analysis found.
+/// A number for the text around tables, such as a number of targets or claims, or a number of an analysis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fact {
-    /// Name of the number, in one to three parts: `targets`, `present`.
+    /// Name in one to three parts: `targets`, `present`.
     pub parts: Vec<String>,
     /// The number as it is printed.
     pub shown: String,
 }
 
-/// What stands before the numbers: the command that gives one, and the one that stores it.
+/// Head of the file: the command that prints a number, and the one that stores it.
 const HEAD: &str = "% Every number of the tables, for \\input{macros} and \\tf{NAME}, where NAME stands in this file.\n\
                     \\providecommand{\\tf}[1]{\\ifcsname tf/#1\\endcsname\\csname tf/#1\\endcsname\\else\\errmessage{no \
                     number of trackfail has the name #1}\\fi}\n\\providecommand{\\tfset}[2]{\\expandafter\\gdef\\csname \
                     tf/#1\\endcsname{#2}}\n";
 
-/// All numbers: first those of the text, then table by table.
+/// All numbers: those of the text first, then table by table.
 pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
     let of_experiment: Vec<&str> = experiment.split('/').collect();
     let mut numbers: Vec<(Vec<&str>, &str)> = Vec::new();
@@ -76,7 +77,7 @@ pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> Stri
     text
 }
 
-/// A printed number for text and formulas; its minus is not a hyphen.
+/// A printed number with a proper minus sign, for text and formulas.
 fn number(shown: &str) -> String {
     let parts: Vec<String> = shown.split('±').map(latex_escape).collect();
     let text = parts.join("\\ensuremath{\\pm}");

@@ -1,13 +1,13 @@
-//! Numbers as a paper prints them: the same decimals, with or without the leading zero.
+//! Numbers as a paper prints them: same decimals, with or without the leading zero.
 
 use trackfail_methods::score::Metric;
 
-/// How a number is printed.
+/// Print style of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     /// Digits after the point.
     pub decimals: usize,
-    /// Whether `0.5` is printed as `.5`.
+    /// True if `0.5` is printed as `.5`.
     pub bare: bool,
 }
 
@@ -17,12 +17,12 @@ impl Style {
     /// Whole numbers.
     pub const COUNT: Self = Self { decimals: 0, bare: false };
 
-    /// The style of a metric of which no printed number is known.
+    /// Style of a metric without published numbers.
     pub fn of_metric(metric: Metric) -> Self {
         if metric.is_count() { Self::COUNT } else { Self::DEFAULT }
     }
 
-    /// The style of a printed number such as `.110`, `0.40` or `.17±.18`.
+    /// Style of a printed number such as `.110`, `0.40` or `.17±.18`.
     pub fn of(printed: &str) -> Self {
         let first = printed.split('±').next().unwrap_or_default().trim();
         let digits = first.trim_start_matches(['-', '+']);
@@ -30,7 +30,7 @@ impl Style {
         Self { decimals, bare: digits.starts_with('.') }
     }
 
-    /// Prints `v` in this style; a rounded zero has no sign.
+    /// Prints `v` in this style. A value that rounds to zero has no sign.
     pub fn format(self, v: f64) -> String {
         let text = format!("{v:.*}", self.decimals);
         let text = if is_zero(&text) { text.trim_start_matches('-') } else { &text };
@@ -49,24 +49,24 @@ impl Style {
     }
 }
 
-/// Whether a printed number is zero.
+/// True if a printed number is zero.
 fn is_zero(text: &str) -> bool {
     text.trim_start_matches('-').bytes().all(|b| b == b'0' || b == b'.')
 }
 
-/// A printed number without a zero before its point.
+/// Removes a zero before the point of a printed number.
 pub fn bare(text: &str) -> String {
     let is_small = text.trim_start_matches('-').starts_with("0.");
     text.replacen("0.", ".", usize::from(is_small))
 }
 
-/// The first number of a printed cell: 0.17 of `.17±.18`; `None` where there is none.
+/// First number of a printed cell: 0.17 of `.17±.18`; `None` if there is none.
 pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
-/// The style of all numbers of a column, with three or four digits of the largest; `None` where they are of such different
-/// sizes that no number of decimals fits them, or there are none.
+/// Style for all numbers of a column, with three or four digits of the largest. `None` if the column is
+/// empty, or its numbers are of too different sizes.
 pub fn style_of_column(values: impl Iterator<Item = f64> + Clone) -> Option<Style> {
     let sizes = values.clone().map(f64::abs).filter(|v| *v > 0.0 && v.is_finite());
     let most = sizes.clone().fold(0.0, f64::max);
@@ -81,7 +81,7 @@ pub fn style_of_column(values: impl Iterator<Item = f64> + Clone) -> Option<Styl
     Some(Style { decimals: usize::try_from(decimals).unwrap_or(0), bare: false })
 }
 
-/// Prints a number with four significant digits, or all digits of an integer below a million.
+/// Prints a number with four significant digits, or an integer below a million in full.
 pub fn four_digits(v: f64) -> String {
     if v == v.trunc() && v.abs() < 1e6 {
         return format!("{v}");

@@ -6,19 +6,20 @@ use crate::results::rows::Rows;
 use crate::results::tables::TableRow;
 use trackfail_dataset::text::visible;
 
-/// The table as CSV, one row for each cell. Fields are written as they are, for programs; names that a spreadsheet would take
-/// for a formula (they begin with `=`, `+`, `-` or `@`) are refused where experiments are read.
+/// CSV of the table, one row for each cell. Fields are written unchanged, for programs. Names that a
+/// spreadsheet would take for a formula (with `=`, `+`, `-` or `@` first) are refused when experiments are
+/// read.
 ///
 /// # Errors
-/// When polars refuses.
+/// An error of polars.
 pub fn csv(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
     TableRow::csv(&layout.data, rows(layout))
 }
 
-/// The table as Parquet, with the columns of [`csv`].
+/// Parquet of the table, with the columns of [`csv`].
 ///
 /// # Errors
-/// When polars refuses.
+/// An error of polars.
 pub fn parquet(layout: &TableLayout) -> Result<Vec<u8>, TableError> {
     TableRow::parquet(&layout.data, rows(layout))
 }
@@ -35,12 +36,12 @@ fn rows(layout: &TableLayout) -> impl Iterator<Item = TableRow<'_>> {
     })
 }
 
-/// Mark of a number that is the best of its row or column, and of one that others are as good as.
+/// Mark of the best number in its row or column. `TIED` marks one that others equal.
 const BEST: &str = "*";
 const TIED: &str = "=";
 
-/// The lines of one row: ours, published and difference, as far as there are any. Each has its heading, and for every
-/// cell its text and mark; that is empty where the cell is not the best.
+/// Lines of one row: ours, published and difference, as far as present. Each has a heading, and text and mark
+/// for each cell; the mark is empty unless the cell is the best.
 pub(super) fn lines(group: &Group, row: &Row) -> Vec<(String, Vec<(String, &'static str)>)> {
     let ours = |cell: &Cell| {
         let mark = if cell.tied { TIED } else { BEST };
@@ -67,7 +68,7 @@ pub(super) fn lines(group: &Group, row: &Row) -> Vec<(String, Vec<(String, &'sta
     lines
 }
 
-/// Escapes text so that Markdown shows it as it is, on one line.
+/// Escapes text so that Markdown shows it unchanged, on one line.
 pub fn markdown_escape(raw: &str) -> String {
     let mut out = String::with_capacity(raw.len());
     for c in visible(raw).chars() {
@@ -88,7 +89,7 @@ pub fn markdown_escape(raw: &str) -> String {
     out.trim().to_owned()
 }
 
-/// A GitHub table.
+/// Markdown table for GitHub.
 pub fn markdown(layout: &TableLayout) -> String {
     let escape = markdown_escape;
     let mut text = format!("**{}**\n\n| {} |", escape(&layout.caption), escape(&layout.corner));
@@ -121,7 +122,8 @@ pub fn markdown(layout: &TableLayout) -> String {
     text
 }
 
-/// Aligned text for a terminal of so many columns and rows: columns of results, from the first on, and what is left out.
+/// Aligned text for a terminal of this width and height: as many columns of results as fit, and a note on
+/// what is left out.
 pub fn plain(layout: &TableLayout, width: usize, height: usize) -> String {
     let all = 0..layout.columns.len();
     let mut shown: Vec<usize> =
@@ -146,7 +148,7 @@ pub fn plain(layout: &TableLayout, width: usize, height: usize) -> String {
     text
 }
 
-/// A text in lines of so many columns.
+/// Wraps a text into lines of at most `width` columns.
 pub fn wrapped(text: &str, width: usize) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::NOTHING);
@@ -155,7 +157,7 @@ pub fn wrapped(text: &str, width: usize) -> String {
     table.to_string().lines().map(str::trim).collect::<Vec<_>>().join("\n")
 }
 
-/// The first sentence of a caption, and that of its mark.
+/// First sentence of a caption, and the sentence that explains its mark.
 fn told(caption: &str) -> String {
     let mark = caption.find('†').map_or("", |mark| &caption[mark..]);
     let first = caption.find(". ").map_or(caption, |end| &caption[..=end]);

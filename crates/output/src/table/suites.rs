@@ -1,14 +1,14 @@
-//! Suites in words: how many of their targets are there, and those of an analysis.
+//! Suites in words: numbers of present targets, and the suites of an analysis.
 
 use trackfail_engine::execute::analyse::Analysed;
 
-/// `12 of 21 targets`, as every table and figure says; `20 targets` when all are there.
+/// Text like `12 of 21 targets`, or `20 targets` if all are present.
 pub fn targets_note(present: usize, wanted: usize) -> String {
     let targets = if wanted == 1 { "target" } else { "targets" };
     if present == wanted { format!("{wanted} {targets}") } else { format!("{present} of {wanted} {targets}") }
 }
 
-/// Its suites, each once: `synthetic-d1 (18 targets), vot-longterm-car9 (1 target)`; `d1 (the 17 of 18 targets that all trackers
+/// Its suites, each once: `synthetic-d1 (18 targets), longterm (9 targets)`; `d1 (the 17 of 18 targets that all trackers
 /// here have)` where trackers are compared on those.
 pub fn suites_note(analysed: &Analysed) -> String {
     let mut notes: Vec<String> = Vec::new();
@@ -25,8 +25,8 @@ pub fn suites_note(analysed: &Analysed) -> String {
     notes.join(", ")
 }
 
-/// Its tracker, with the number of targets that it has tracks of where trackers are compared on those that all have:
-/// `PF (17 of 18 targets)`.
+/// Tracker of an analysis. If trackers are compared on common targets, with the number of its targets: `PF
+/// (17 of 18 targets)`.
 pub fn tracker_note(analysed: &Analysed) -> String {
     let shares: Vec<String> =
         analysed.shares.iter().map(|(own, there)| format!("{own} of {there}")).collect();

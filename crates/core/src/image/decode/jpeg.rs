@@ -1,7 +1,7 @@
 //! Structure of a JPEG file (ITU-T T.81), checked before it is decoded.
 //!
-//! Decoders fill what is missing with gray and report success. These rules find what is cut short, also where an end
-//! marker, or another one before it, was put behind the cut:
+//! Decoders fill missing parts with gray and report success. These rules find truncated files, even if an end
+//! marker, with or without another marker before it, was added after the cut:
 //!
 //! - A scan has at least as many bits as its blocks need: two a block in sequential files (no Huffman code is shorter
 //!   than one bit, and a block has one for its mean and one for the rest), one a block in those scans of progressive
@@ -19,7 +19,7 @@ use super::Header;
 use crate::image::ImageError;
 use std::ops::{Range, RangeInclusive};
 
-/// Bytes that no decoder gets past: one bits, each byte followed by the zero that tells it from a marker.
+/// Bytes that stop any decoder: one bits, with the zero after each byte that distinguishes it from a marker.
 pub(super) const STOP: [u8; 32] = [
     0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF,
     0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0,
@@ -28,36 +28,37 @@ pub(super) const STOP: [u8; 32] = [
 const START: [u8; 2] = [0xFF, 0xD8];
 pub(super) const END: [u8; 2] = [0xFF, 0xD9];
 const RESTART: RangeInclusive<u8> = 0xD0..=0xD7;
-/// A marker of no use outside of arithmetic coding, without a length.
+/// Marker without a length, which only arithmetic coding uses.
 const TEMPORARY: u8 = 0x01;
 const DEFINE_RESTARTS: u8 = 0xDD;
 const START_OF_SCAN: u8 = 0xDA;
-/// The segment of an application in which cameras say how they were held, and its first bytes.
+/// Marker of the application segment in which cameras store the orientation; its first bytes follow.
 const APPLICATION_1: u8 = 0xE1;
 const EXIF: &[u8] = b"Exif\0\0";
 
-/// Number of samples in the side of a block.
+/// Side of a block in samples.
 const BLOCK: u64 = 8;
 /// Number of coefficients of a block.
 const COEFFICIENTS: usize = 64;
 
-/// Whether the bytes begin as a JPEG file does.
+/// True if the bytes start like a JPEG file.
 pub(super) fn is_jpeg(bytes: &[u8]) -> bool {
     bytes.starts_with(&START)
 }
 
-/// A component of a frame: a color, or brightness.
+/// A component of the image: a color, or brightness.
 struct Component {
     id: u8,
     horizontal: u64,
     vertical: u64,
-    /// Lowest bit of each coefficient that a scan has had; none is below 0, and scans of sequential files have them all.
+    /// Lowest bit of each coefficient that the scans so far contain. At 0 a coefficient is complete;
+    /// sequential scans contain all bits.
     lowest_bits: [u8; COEFFICIENTS],
 }
 
 impl Component {
-    /// Takes a scan with some coefficients down to a bit; false if it does not continue the scans before: a first one
-    /// has nothing before it, another one the next lower bit.
+    /// Registers a scan with some coefficients down to a bit. Returns false unless it continues the earlier
+    /// scans: the first scan of a coefficient has no predecessor, later ones add the next lower bit.
     fn take(&mut self, coefficients: RangeInclusive<usize>, highest_bit: u8, lowest_bit: u8) -> bool {
         let Some(bits) = self.lowest_bits.get_mut(coefficients) else { return false };
         let before = if highest_bit == 0 { u8::MAX } else { highest_bit };
@@ -72,7 +73,7 @@ impl Component {
     }
 }
 
-/// The frame header.
+/// Contents of the frame header.
 struct FrameHeader {
     is_progressive: bool,
     width: u64,
@@ -81,7 +82,7 @@ struct FrameHeader {
 }
 
 impl FrameHeader {
-    /// Reads the content of a start-of-frame segment.
+    /// Parses a start-of-frame segment.
     fn read(marker: u8, segment: &[u8]) -> Option<Self> {
         let &[_, h1, h0, w1, w0, count, ref rest @ ..] = segment else { return None };
         let component = |c: &[u8; 3]| Component {
@@ -101,20 +102,20 @@ impl FrameHeader {
         })
     }
 
-    /// Largest sampling factors.
+    /// Largest horizontal and vertical sampling factor.
     fn largest(&self) -> (u64, u64) {
         let largest = |of: fn(&Component) -> u64| self.components.iter().map(of).max().unwrap_or(1);
         (largest(|c| c.horizontal), largest(|c| c.vertical))
     }
 
-    /// Number of blocks that a component has without padding.
+    /// Number of blocks of a component, without padding.
     fn blocks(&self, c: &Component) -> u64 {
         let (horizontal, vertical) = self.largest();
         (self.width * c.horizontal).div_ceil(BLOCK * horizontal)
             * (self.height * c.vertical).div_ceil(BLOCK * vertical)
     }
 
-    /// Number of units that a scan of these components has, of which restart intervals are made.
+    /// Number of units in a scan of these components. Restart intervals are counted in units.
     fn units(&self, scan: &[usize]) -> u64 {
         match scan {
             [one] => self.blocks(&self.components[*one]),
@@ -125,7 +126,7 @@ impl FrameHeader {
         }
     }
 
-    /// Bytes that the decoder needs for coefficients, if it keeps all of them.
+    /// Bytes that the decoder needs if it keeps all coefficients.
     fn coefficients(&self) -> u64 {
         let (horizontal, vertical) = self.largest();
         let units = self.width.div_ceil(BLOCK * horizontal) * self.height.div_ceil(BLOCK * vertical);
@@ -133,11 +134,11 @@ impl FrameHeader {
     }
 }
 
-/// Walks the segments, and the entropy-coded data between them, up to the end marker. Lengths of segments are honored
-/// because thumbnails inside EXIF have end markers too.
+/// Walks through the segments, and the entropy-coded data between them, up to the end marker. Lengths of
+/// segments are honored because thumbnails inside Exif have end markers, too.
 ///
 /// # Errors
-/// See the head of this file.
+/// Violations of the rules at the head of this file.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     let mut walk = Walk { frame: None, interval: 0, scans: Vec::new(), short: None };
     let (mut at, mut exif) = (START.len(), None);
@@ -198,7 +199,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     header.check(bytes)
 }
 
-/// The file with a single one of its scans, [`STOP`] and the end marker.
+/// The file with only one of its scans, followed by [`STOP`] and the end marker.
 pub(super) fn alone(bytes: &[u8], scans: &[Range<usize>], scan: usize) -> Vec<u8> {
     let (mut made, mut at) = (Vec::new(), 0);
     for before in &scans[..scan] {
@@ -212,26 +213,26 @@ fn damaged(what: &str) -> ImageError {
     ImageError::Decode(format!("{what} is damaged"))
 }
 
-/// Place of the next marker that does not belong to entropy-coded data, which never holds FF followed by anything but 00,
-/// a restart or a fill byte.
+/// Position of the next marker after entropy-coded data. Within such data, FF is followed only by 00, a
+/// restart marker or a fill byte.
 fn next_marker(bytes: &[u8], from: usize) -> Option<usize> {
     let rest = bytes.get(from..)?;
     let inside = |second: u8| matches!(second, 0x00 | TEMPORARY | 0xFF) || RESTART.contains(&second);
     rest.windows(2).position(|w| w[0] == 0xFF && !inside(w[1])).map(|at| from + at)
 }
 
-/// What is known on the way through a file.
+/// State while walking through a file.
 struct Walk {
     frame: Option<FrameHeader>,
-    /// Units between two restart markers, 0 for none.
+    /// Number of units between two restart markers; 0 for none.
     interval: u64,
     scans: Vec<Range<usize>>,
-    /// Bytes of the first scan that is too short, and the fewest that it can have.
+    /// Size in bytes of the first scan that is too short, and its least size.
     short: Option<(u64, u64)>,
 }
 
 impl Walk {
-    /// Checks a scan by its header and its data.
+    /// Checks header and data of a scan.
     fn scan(&mut self, segment: &[u8], data: &[u8]) -> Result<(), ImageError> {
         let frame = self.frame.as_mut().ok_or_else(|| damaged("the order of its segments"))?;
         let bad = || damaged("the header of a scan");

@@ -3,21 +3,22 @@
 //! - The chunks up to `IEND` are there.
 //! - The pixels are at most [`MAX_RATIO`] times the compressed bytes, the most that deflate can do, so that a few
 //!   bytes cannot claim to be a large image.
-//! - The decoder gets the chunks that make pixels alone. Color profiles, texts and the like are not read, whose packed
-//!   bytes could fill the memory. Transparency is one of them: alpha is dropped, not blended.
+//! - The decoder gets only the chunks needed for pixels. Color profiles, texts and similar chunks are dropped,
+//!   since their packed bytes could fill the memory. Transparency is one of them: alpha is dropped, not blended.
 
 use super::Header;
 use crate::image::ImageError;
 
 pub(super) const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Chunks that make pixels.
+/// Chunks that are needed for pixels.
 const NEEDED: [&[u8; 4]; 4] = [b"IHDR", b"PLTE", b"IDAT", b"IEND"];
 
-/// Most bytes that come out of a byte of deflated data: 258 of two codes of one bit each (RFC 1951).
+/// Most bytes that a byte of deflated data can produce: 258 for two codes of one bit each (RFC 1951).
 const MAX_RATIO: u64 = 258 * 8 / 2;
 
-/// Gives `visit` the chunks up to `IEND`: type, and all bytes from its length to its checksum.
+/// Calls `visit` for each chunk up to `IEND`, with its type and all its bytes from the length to the
+/// checksum.
 fn walk<'a>(bytes: &'a [u8], mut visit: impl FnMut(&'a [u8; 4], &'a [u8])) -> Result<(), ImageError> {
     let mut rest = bytes.get(SIGNATURE.len()..).ok_or(ImageError::Truncated)?;
     loop {
@@ -34,10 +35,10 @@ fn walk<'a>(bytes: &'a [u8], mut visit: impl FnMut(&'a [u8; 4], &'a [u8])) -> Re
     }
 }
 
-/// Size and needs of an image.
+/// Size and memory needs of an image.
 ///
 /// # Errors
-/// See the head of this file.
+/// Violations of the rules at the head of this file.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     let (mut packed, mut first, mut exif) = (0, None, None);
     walk(bytes, |kind, chunk| {
@@ -79,10 +80,10 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, ImageError> {
     header.check(bytes)
 }
 
-/// The file with the needed chunks alone.
+/// The file with only the needed chunks.
 ///
 /// # Errors
-/// When `IEND` is not reached.
+/// When there is no `IEND`.
 pub(super) fn stripped(bytes: &[u8]) -> Result<Vec<u8>, ImageError> {
     let mut kept = SIGNATURE.to_vec();
     walk(bytes, |kind, chunk| {

@@ -1,9 +1,9 @@
-//! Eight slots, processed together.
+//! Chunks of eight slots that are processed together.
 
-/// Slots of a chunk.
+/// Number of slots in a chunk.
 pub(super) const LANES: usize = 8;
 
-/// Slots beside each other; aligned, so that no vector crosses a cache line.
+/// Eight neighboring slots, aligned so that no vector crosses a cache line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(32))]
 pub(super) struct Chunk(pub(super) [f32; LANES]);
@@ -33,8 +33,8 @@ impl Chunk {
 
     /// `weight * self + sum`, rounded once.
     ///
-    /// Without an instruction for it `f64` gives the same: weights and slots are multiples of 2^-24 and at
-    /// most 2, so that the product and its sum with others are exact there.
+    /// On processors without a fused instruction, `f64` gives the same result: weights and slots are
+    /// multiples of 2^-24 and at most 2, so that products and sums are exact in `f64`.
     #[inline(always)]
     pub(super) fn fused<const FMA: bool>(self, weight: f32, sum: Self) -> Self {
         self.with(sum, |value, sum| {

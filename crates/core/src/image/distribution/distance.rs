@@ -6,12 +6,13 @@ use super::{Border, Smoothing, UNITS, whole};
 use multiversion::{multiversion, target::selected_target};
 use std::iter::zip;
 
-/// The vertical kernel.
+/// Vertical smoothing kernel.
 #[derive(Debug, Clone)]
 pub(super) struct Down {
     /// Weights for offsets `0..=reach`.
     weights: Vec<f32>,
-    /// For 1 to `ROWS` smoothed rows the weights of the rows of their sum.
+    /// For each number of smoothed rows from 1 to `ROWS`, the weights of all rows in the sum of the smoothed
+    /// ones.
     sums: Vec<Vec<f32>>,
 }
 
@@ -30,7 +31,7 @@ impl Down {
         self.weights.len() - 1
     }
 
-    /// Masks of what reaches each group of rows, from those of what is near each row.
+    /// Masks of the chunks that reach each group of rows, from the masks near each row.
     pub(super) fn groups(&self, near: &[u8], groups: &mut Vec<u8>) {
         let around = self.reach().div_ceil(ROWS);
         let count = near.len().div_ceil(ROWS);
@@ -54,19 +55,19 @@ impl Down {
 pub(super) struct Column<'a> {
     pub(super) strip: &'a Strip,
     pub(super) top: usize,
-    /// Masks of what reaches its groups of `ROWS` rows.
+    /// Masks of the chunks that reach each group of `ROWS` rows.
     pub(super) groups: &'a [u8],
 }
 
-/// The lowest bit of each byte.
+/// A word with the lowest bit of each byte set.
 const EACH: u64 = 0x0101_0101_0101_0101;
 
-/// Buffers.
+/// Buffers for the distance of two windows.
 #[derive(Debug, Default)]
 pub(super) struct Distance {
-    /// Differences of a chunk, with as many rows above and below as the kernel reaches.
+    /// Differences of a chunk, extended above and below by the reach of the kernel.
     rows: Vec<Chunk>,
-    /// Each layer's share of the lost mass, the same in all slots.
+    /// Each layer's share of the lost mass, equal in all slots.
     even: Vec<[Chunk; ROWS]>,
 }
 
@@ -158,7 +159,7 @@ fn l1_of<const FMA: bool>(
     lanes.iter().sum()
 }
 
-/// Fills `rows` with the difference of a chunk.
+/// Fills `rows` with the difference of two columns in a chunk.
 #[inline(always)]
 fn subtract(
     rows: &mut [Chunk],
@@ -181,7 +182,7 @@ fn subtract(
     }
 }
 
-/// The middle one of `rows`, smoothed.
+/// Smoothed value of the middle row of `rows`.
 #[inline(always)]
 fn smooth<const FMA: bool>(down: &[f32], rows: &[Chunk]) -> Chunk {
     match (down.as_array::<8>(), rows.as_array::<15>()) {
@@ -200,7 +201,8 @@ fn smooth_of<const FMA: bool>(down: &[f32], rows: &[Chunk]) -> Chunk {
     sum
 }
 
-/// The sum of the absolute values of a group of rows, smoothed; with `EVEN` added before.
+/// Sum of the absolute values of a group of rows after smoothing; with `EVEN`, the shares `even` are added
+/// first.
 #[inline(always)]
 fn absolute<const FMA: bool, const EVEN: bool>(down: &[f32], rows: &[Chunk], even: &[Chunk; ROWS]) -> Chunk {
     if let (Some(down), Some(rows)) = (down.as_array::<8>(), rows.as_array::<22>()) {
@@ -230,7 +232,7 @@ fn absolute<const FMA: bool, const EVEN: bool>(down: &[f32], rows: &[Chunk], eve
     sum
 }
 
-/// The same where only one of two fields is not zero: the absolute value of the sum.
+/// The same sum if only one of two fields is nonzero: the absolute value of the sum.
 #[inline(always)]
 fn one_sign<const FMA: bool>(weights: &[f32], rows: &[Chunk]) -> Chunk {
     match (weights.as_array::<22>(), rows.as_array::<22>()) {

@@ -1,4 +1,4 @@
-//! A strip smoothed across and over layers, a column at a time.
+//! A strip smoothed horizontally and over layers, one column at a time.
 
 use super::chunk::{Chunk, LANES};
 use super::{Border, UNITS, whole};
@@ -6,27 +6,27 @@ use multiversion::multiversion;
 use std::iter::zip;
 use std::ops::Range;
 
-/// Rows that are processed together.
+/// Number of rows that are processed together.
 pub(super) const ROWS: usize = 8;
-/// The bit of a mask that says that mass is lost; the others stand for chunks of layers.
+/// Bit of a mask that marks lost mass. All other bits stand for chunks of layers.
 pub(super) const LOSSY: u8 = 0x80;
-/// Values that a layer may have.
+/// Number of possible values of a layer.
 const VALUES: usize = 256;
 
-/// Weights that a pixel adds to the columns around it.
+/// Weights that a pixel adds to the columns around it, for each layer.
 #[derive(Debug, Clone)]
 pub(super) struct Stamps {
     pub(super) layers: usize,
     side: usize,
-    /// Chunks of layers; one with the lost mass in every slot follows.
+    /// Number of chunks of layers. One further chunk holds the lost mass in each slot.
     chunks: usize,
-    /// For each chunk and layer, weights for offsets `0..=side`, filled up with zeros to `stride`.
+    /// For each chunk and layer, weights for offsets `0..=side`, padded with zeros to `stride`.
     table: Vec<Chunk>,
     stride: usize,
-    /// Chunks of layers `g << shift .. (g + 1) << shift` have bit `g` in a mask.
+    /// Bit `g` of a mask stands for the chunks `g << shift .. (g + 1) << shift`.
     shift: usize,
     mask_of: Vec<u8>,
-    /// For each mask its chunks.
+    /// Set of chunks for each mask.
     chunks_of: Vec<u64>,
 }
 
@@ -69,25 +69,25 @@ impl Stamps {
         Self { layers, side, chunks, table, stride, shift, mask_of, chunks_of }
     }
 
-    /// The bit of a chunk of layers in a mask.
+    /// Bit of a chunk of layers in a mask.
     #[inline(always)]
     pub(super) fn bit(&self, chunk: usize) -> u8 {
         1 << (chunk >> self.shift)
     }
 
-    /// The chunks of a mask, one a bit.
+    /// Chunks of a mask as a set of bits.
     #[inline(always)]
     pub(super) fn chunks(&self, mask: u8) -> u64 {
         self.chunks_of[usize::from(mask)]
     }
 
-    /// The chunk of lost mass.
+    /// Index of the chunk with the lost mass.
     pub(super) fn lost(&self) -> usize {
         self.chunks
     }
 }
 
-/// The bits of a set.
+/// Indices of the bits of a set.
 #[inline(always)]
 pub(super) fn ones(mut set: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -99,7 +99,7 @@ pub(super) fn ones(mut set: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// All masks of a tile together.
+/// Union of all masks of a tile.
 #[inline(always)]
 pub(super) fn together(masks: &[u8; ROWS]) -> u8 {
     let m = u64::from_le_bytes(*masks);
@@ -108,24 +108,24 @@ pub(super) fn together(masks: &[u8; ROWS]) -> u8 {
     (m | m >> 8) as u8
 }
 
-/// Windows of one left border above each other: a column, smoothed across and over layers, and what is
-/// near each pixel. Rows are filled up to whole tiles of `ROWS`.
+/// Windows with the same left border, one above the other: a smoothed column, and the masks near each pixel.
+/// Rows are padded to whole tiles of `ROWS`.
 #[derive(Debug, Default)]
 pub(super) struct Strip {
     rows: usize,
-    /// Layers column by column.
+    /// Layers of the strip, column by column.
     layers: Vec<[u8; ROWS]>,
     masks: Vec<[u8; ROWS]>,
-    /// Masks of the pixels across, as far as the kernel reaches.
+    /// Masks of the pixels in the same row, within the reach of the kernel.
     near: Vec<[u8; ROWS]>,
-    /// Slots of the column chunk by chunk.
+    /// Slots of the current column, chunk by chunk.
     slots: Vec<[Chunk; ROWS]>,
-    /// Masks of the chunks of each tile that are not zero.
+    /// Masks of the nonzero chunks in each tile.
     filled: Vec<u8>,
 }
 
 impl Strip {
-    /// Takes a strip `w` wide.
+    /// Prepares a strip of width `w`.
     pub(super) fn prepare(&mut self, stamps: &Stamps, w: usize, layers: &[u8]) {
         self.rows = layers.len() / w;
         let tiles = self.rows.div_ceil(ROWS);
@@ -145,13 +145,13 @@ impl Strip {
         self.filled.resize(tiles, 0);
     }
 
-    /// Masks of what reaches the pixels of column `j`.
+    /// Masks of the chunks that reach the pixels of column `j`.
     pub(super) fn near(&self, j: usize) -> &[u8] {
         let tiles = self.filled.len();
         &self.near[j * tiles..][..tiles].as_flattened()[..self.rows]
     }
 
-    /// Slots of a chunk in all rows.
+    /// Slots of a chunk in all rows of the current column.
     #[inline(always)]
     pub(super) fn chunk(&self, chunk: usize) -> &[Chunk] {
         let tiles = self.filled.len();
@@ -164,7 +164,7 @@ impl Strip {
     }
 }
 
-/// Takes the masks of all columns within `side` together.
+/// Combines the masks of all columns within the distance `side`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx2", "x86_64+avx2"))]
 fn gather(masks: &[u8], rows: usize, side: usize, near: &mut [u8]) {
     let w = masks.len() / rows;
@@ -176,7 +176,7 @@ fn gather(masks: &[u8], rows: usize, side: usize, near: &mut [u8]) {
     }
 }
 
-/// A column of layers, and its offset or that of zeros.
+/// A column of layers, with the offset of its weights; or the offset of zero weights.
 type Tap<'a> = (&'a [[u8; ROWS]], usize);
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx2", "x86_64+avx2"))]
@@ -198,7 +198,8 @@ fn smooth_column(strip: &mut Strip, stamps: &Stamps, border: Border, j: usize) {
     }
 }
 
-/// Sets the slots of a column; `T` taps, or 0 for any number, all `INSIDE` the strip or not.
+/// Sets the slots of a column. `T` is the number of taps, or 0 for any number. With `INSIDE` all of them lie
+/// inside the strip.
 #[inline(always)]
 fn stamp<const T: usize, const INSIDE: bool>(
     stamps: &Stamps,

@@ -11,7 +11,7 @@ fn gaussian_agrees_with_scipy() {
 
 const PATCHES: [Patch; 2] = [Patch { strip: 0, top: 0 }, Patch { strip: 1, top: 0 }];
 
-/// Half kernels across, down and over layers.
+/// Half kernels: horizontal, vertical and over layers.
 type Kernels = [Vec<f64>; 3];
 
 fn kernels((u, v, l): (usize, usize, usize)) -> Kernels {
@@ -22,7 +22,7 @@ fn smoothing(layers: usize, [u, v, l]: &Kernels, border: Border) -> Smoothing {
     Smoothing::new(layers, u, v, l, border)
 }
 
-/// The distance of two windows `w` wide whose layers stand column by column.
+/// Distance of two windows of width `w` whose layers are stored column by column.
 fn l1(smoothing: &Smoothing, w: usize, a: &[u8], b: &[u8]) -> f64 {
     let mut sums = [0.0];
     let size = (w, a.len() / w);
@@ -30,7 +30,7 @@ fn l1(smoothing: &Smoothing, w: usize, a: &[u8], b: &[u8]) -> f64 {
     sums[0]
 }
 
-/// A field by its definition, in `f64`: layers of each pixel, column by column.
+/// Distribution field by its definition, in `f64`: layers of each pixel, column by column.
 fn field(layers: usize, [u, v, l]: &Kernels, border: Border, w: usize, p: &[u8]) -> Vec<Vec<f64>> {
     let h = p.len() / w;
     let place = |at: usize, shift: usize, radius: usize, len: usize| match (at + shift).checked_sub(radius) {

@@ -11,9 +11,9 @@ pub struct Pyramid {
 /// An image of a pyramid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Level {
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Gray values, rows from the top.
     values: Vec<u8>,
@@ -58,7 +58,7 @@ impl Pyramid {
         (0..side * side).map(place).map(|(x, y)| self.value(x, y)).collect()
     }
 
-    /// The bilinear value between pixels; beyond the image, that of its border.
+    /// Bilinear value at a place. Beyond the image the border is repeated.
     fn value(&self, x: f64, y: f64) -> f64 {
         let image = &self.levels[0];
         let (x, y) = (x.clamp(0.0, (image.width - 1) as f64), y.clamp(0.0, (image.height - 1) as f64));
@@ -73,13 +73,13 @@ impl Pyramid {
 }
 
 impl Level {
-    /// Whether there is such a pixel.
+    /// True if the pixel lies in the image.
     #[inline(always)]
     pub fn contains(&self, x: i64, y: i64) -> bool {
         (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y)
     }
 
-    /// The pixels of a square of `side` columns; beyond its border the image is mirrored.
+    /// Pixels of a square with `side` columns. The image is mirrored beyond its border.
     #[inline(always)]
     pub fn block(&self, x: i64, y: i64, side: usize, block: &mut Vec<i32>) {
         block.clear();
@@ -100,7 +100,7 @@ impl Level {
     }
 }
 
-/// The pixel that stands for pixel `at` of a side of `length`: `c b | a b c d | c b`.
+/// Pixel that replaces pixel `at` on a side of `length` pixels: `c b | a b c d | c b`.
 fn mirrored(at: i64, length: usize) -> usize {
     let last = length as i64 - 1;
     if last == 0 {
@@ -110,7 +110,7 @@ fn mirrored(at: i64, length: usize) -> usize {
     at.min(2 * last - at) as usize
 }
 
-/// The next level of a pyramid.
+/// Computes the next level of a pyramid.
 #[multiversion(targets("x86_64+avx2"))]
 fn halve(image: &Level, values: &mut [u8]) {
     let (columns, width) = (image.width, image.width.div_ceil(2));

@@ -1,11 +1,11 @@
-//! Flow against OpenCV, and its laws.
+//! Comparison of the flow with OpenCV, and its properties.
 
 use super::*;
 use crate::testing::{cases, count, number};
 use proptest::prelude::*;
 use serde_json::Value;
 
-/// The image of `image` in `tests/oracles/flow.py`.
+/// Image made by `image` in `tests/oracles/flow.py`.
 fn image(width: usize, height: usize, [dx, dy, zoom]: [f64; 3]) -> Vec<u8> {
     let pixel = |k: usize| {
         let (u, v) = (((k % width) as f64 - dx) / zoom, ((k / width) as f64 - dy) / zoom);
@@ -58,14 +58,14 @@ fn places_are_those_of_opencv() {
     assert!(compared > 400 && far.len() == 1, "{compared} {far:?}");
 }
 
-/// The first image of the tests and the one that it is after a motion.
+/// First image of the tests, and the same after a motion.
 fn pair(motion: Point) -> [Pyramid; 2] {
     [(0.0, 0.0), motion].map(|(x, y)| Pyramid::new(96, 80, image(96, 80, [x, y, 1.0]), 3, 21))
 }
 
 const METHOD: LucasKanade = LucasKanade { window: 21, iterations: 30, epsilon: 0.001 };
 
-/// Places away from the border.
+/// Points away from the border.
 fn inner_points() -> Vec<Point> {
     (0..30).map(|k| (24.0 + 9.3 * f64::from(k % 6), 22.0 + 8.7 * f64::from(k / 6))).collect()
 }

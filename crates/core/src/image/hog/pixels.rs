@@ -1,15 +1,15 @@
 //! Features of single pixels.
 //!
-//! A cell of one pixel has one orientation `b`, so that two of its first 27 channels are not 0: `b` and
-//! `18 + b mod 9`, and both have the same value.
+//! A cell of one pixel has a single orientation `b`. So only two of its first 27 channels are nonzero, `b`
+//! and `18 + b mod 9`, and both have the same value.
 
 use super::{Hog, cut};
 use crate::image::patch::Patch;
 use multiversion::multiversion;
 
 impl Hog {
-    /// Orientations `0..18` of all pixels of a patch, and their features: what [`Hog::compute`] with cells of one pixel
-    /// finds in 27 channels. Rows from the top.
+    /// Orientations `0..18` and features of all pixels of a patch, rows from the top: the result of
+    /// [`Hog::compute`] with cells of one pixel and 27 channels, in short form.
     pub fn pixels(&mut self, patch: &Patch, orientations: &mut Vec<i32>, features: &mut Vec<f32>) {
         let (w, h) = (patch.width, patch.height);
         orientations.clear();

@@ -1,4 +1,4 @@
-//! Masses of one value, and their power under convolution.
+//! Masses of a single value, and their power under convolution.
 
 use super::{AccumulationError, Grid, MAX_SUM_CELLS};
 use crate::num::fourier::{Complex64, LineFourier};
@@ -11,18 +11,18 @@ const NODES: [f64; 4] =
 const WEIGHTS: [f64; 4] =
     [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
 
-/// The first cells, near a pole at 0, always get their masses from the distribution function.
+/// Number of cells near a possible pole at 0 whose masses always come from the distribution function.
 const NEAR: usize = 64;
 
-/// The rule is used for components whose standard deviation is this many cells or more: its relative error
-/// is then below 1e-14.
+/// Least standard deviation, in cells, of components for which the rule is used. Its relative error is then
+/// below 1e-14.
 const WIDE: f64 = 8.0;
 
-/// A component is cut off where its survival function falls below this.
+/// Survival function below which a component is cut off.
 const NOTHING: f64 = 1e-18;
 
-/// The masses of the first `cells` cells. Beyond the first, densities are integrated by a rule of four
-/// points, whose logarithms the components share; this is several times faster than distribution functions.
+/// Masses of the first `cells` cells. Beyond the first ones, densities are integrated by a rule of four
+/// points, whose logarithms all components share. This is several times faster than distribution functions.
 pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<f64> {
     let mut masses = vec![0.0; cells];
     let near = NEAR.min(cells);
@@ -57,8 +57,8 @@ pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<
     masses
 }
 
-/// Adds a component's masses as differences of its distribution function below its mean, of the survival
-/// function above it.
+/// Adds the masses of a component: differences of its distribution function below the mean, and of its
+/// survival function above.
 fn differences(c: &Component, step: f64, masses: &mut [f64]) {
     let middle = c.mean();
     let (mut cdf, mut survival) = (0.0, 1.0);
@@ -74,7 +74,7 @@ fn differences(c: &Component, step: f64, masses: &mut [f64]) {
     }
 }
 
-/// A cell above which the mass of a component is negligible.
+/// Cell above which the mass of a component is negligible.
 fn reach(c: &Component, step: f64, cells: usize) -> usize {
     let mut end = 1;
     while end < cells && gamma_survival(end as f64 * step, c.shape, c.scale) > NOTHING {
@@ -83,7 +83,7 @@ fn reach(c: &Component, step: f64, cells: usize) -> usize {
     end.min(cells)
 }
 
-/// The masses of the sum of `length` values.
+/// Masses of the sum of `length` values.
 pub(super) fn power(one: &[f64], length: usize, grid: &Grid) -> Result<Vec<f64>, AccumulationError> {
     let full = (one.len() - 1).saturating_mul(length) + 1;
     let cells = full.min(needed(one, length, grid.tail));
@@ -108,7 +108,7 @@ pub(super) fn power(one: &[f64], length: usize, grid: &Grid) -> Result<Vec<f64>,
     Ok(masses)
 }
 
-/// The least `2^a 3^b >= cells` with `a >= 1`, a size that transforms are quick for.
+/// Least `2^a 3^b >= cells` with `a >= 1`, a size with fast transforms.
 fn transform_size(cells: usize) -> usize {
     let mut best = cells.next_power_of_two().max(2);
     let mut threes = 3;
@@ -119,8 +119,8 @@ fn transform_size(cells: usize) -> usize {
     best
 }
 
-/// Cells `n` with `P(S > n) <= tail` by Chernoff: `ln P(S >= n) <= L ln E e^(t X) - t n` for every `t > 0`, so
-/// that any `t` gives a valid `n`, and a search for the best one need not be exact.
+/// Number of cells `n` with `P(S > n) <= tail`, by Chernoff's bound: `ln P(S >= n) <= L ln E e^(t X) - t n`
+/// for all `t > 0`. Any `t` gives a valid `n`, so the search for the best one need not be exact.
 fn needed(one: &[f64], length: usize, tail: f64) -> usize {
     let length = length as f64;
     let bound = |log_t: f64| {

@@ -11,7 +11,7 @@ fn mixture(components: &[(f64, f64, f64)]) -> Mixture {
     Mixture::new(components.iter().map(component).collect()).unwrap()
 }
 
-/// The sum of `length` independent values with distribution function `cdf`, which is 0 below 0.
+/// Sum of `length` independent values with the distribution function `cdf`, which is 0 below 0.
 fn of_cdf(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Accumulated, AccumulationError> {
     check(length, grid)?;
     let mut below = 0.0;
@@ -23,7 +23,7 @@ fn of_cdf(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Accumu
     Accumulated::of_masses(masses, length, grid)
 }
 
-/// The value at which the distribution function is `1 - alpha`.
+/// Value at which the interpolated distribution function is `1 - alpha`.
 fn interpolated(sum: &Accumulated, alpha: f64) -> f64 {
     let j = sum.reaches(alpha).unwrap();
     let below = if j == 0 { 0.0 } else { sum.cumulative[j - 1] };

@@ -1,4 +1,4 @@
-//! Sliding sums, and quantiles without a convolution.
+//! Sliding sums, and quantiles computed without a convolution.
 
 use statrs::function::erf::erfc_inv;
 use std::f64::consts::SQRT_2;
@@ -6,8 +6,8 @@ use std::f64::consts::SQRT_2;
 /// `s[t]`, the sum of the `length` values up to and including `t` (Eq. 8 with weights 1); the first `length - 1`
 /// sums are over fewer values. A `length` of 0 counts as 1.
 ///
-/// Nothing is ever subtracted: a window is the end of one block of `length` values and the beginning of the
-/// next. So rounding errors, huge values and NaN do not outlast the windows that hold them.
+/// No value is ever subtracted: a window is the end of one block of `length` values plus the beginning of the
+/// next. So rounding errors, huge values and NaN affect only windows that contain them.
 pub fn sums(series: &[f64], length: usize) -> Vec<f64> {
     let length = length.max(1);
     let mut out = Vec::with_capacity(series.len());
@@ -37,10 +37,9 @@ pub fn clt_quantile(mean: f64, variance: f64, length: usize, alpha: f64) -> f64 
     length as f64 * mean + z * (length as f64 * variance).sqrt()
 }
 
-/// The `p` quantile of the empirical distribution of samples in ascending order, without interpolation:
-/// `numpy.quantile(sorted, p, method="inverted_cdf")`. At most a share `1 - p` of the samples exceeds it, as a
-/// test of level `1 - p` requires; interpolation would not ensure that. `None` without samples, or for a `p`
-/// outside `[0, 1]`.
+/// The `p` quantile of samples in ascending order, without interpolation: `numpy.quantile(sorted, p,
+/// method="inverted_cdf")`. At most a share `1 - p` of the samples exceeds it, as a test of level `1 - p`
+/// requires; interpolation could violate that. `None` without samples, or for a `p` outside `[0, 1]`.
 pub fn empirical_quantile(sorted: &[f64], p: f64) -> Option<f64> {
     if !(0.0..=1.0).contains(&p) {
         return None;

@@ -7,7 +7,7 @@
 
 use super::{MAX_ORDER, Presample};
 
-/// `base + slope * c`.
+/// The affine function `base + slope * c`.
 pub(super) type Affine = [f64; 2];
 
 /// Calls `visit` with each innovation, oldest first. Needs `ar.len() <= y.len()` and orders of at most
@@ -73,7 +73,7 @@ fn subtract(from: &mut Affine, factor: f64, what: Affine) {
     from[1] -= factor * what[1];
 }
 
-/// Puts the newest innovation in front of the last `q`.
+/// Inserts the newest innovation at the front of the last `q`.
 #[inline(always)]
 fn push(recent: &mut [Affine; MAX_ORDER], q: usize, newest: Affine) {
     for j in (1..q).rev() {
@@ -84,7 +84,7 @@ fn push(recent: &mut [Affine; MAX_ORDER], q: usize, newest: Affine) {
     }
 }
 
-/// The constant with the smallest sum of squared innovations, and that sum.
+/// Constant with the smallest sum of squared innovations, and that sum.
 pub(super) fn best_constant(y: &[f64], ar: &[f64], ma: &[f64], start: Presample) -> (f64, f64) {
     // The usual orders have loops of known lengths, which are several times faster.
     let (mut bb, mut bs, mut ss) = (0.0, 0.0, 0.0);
@@ -107,7 +107,7 @@ pub(super) fn best_constant(y: &[f64], ar: &[f64], ma: &[f64], start: Presample)
     }
 }
 
-/// The innovations with a given constant, oldest first.
+/// Innovations for a given constant, oldest first.
 pub(super) fn innovations(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Vec<f64> {
     let mut all = Vec::with_capacity(y.len());
     walk(y, ar, ma, start, |[base, slope]| all.push(base + constant * slope));

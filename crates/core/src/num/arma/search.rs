@@ -17,10 +17,11 @@ use super::{LIMIT, MAX_ORDER, Presample};
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 
-/// Nelder-Mead stops when the costs (1 or less for a standardized window) at its vertices differ less.
+/// Nelder-Mead stops when the costs at its vertices differ by less than this. (The cost of a standardized
+/// window is at most 1.)
 const TOLERANCE: f64 = 1e-12;
 
-/// The sum of squares per frame as a function of the partial autocorrelations, AR ones first.
+/// Sum of squares per frame as a function of the partial autocorrelations, AR ones first.
 struct Objective<'a> {
     y: &'a [f64],
     p: usize,
@@ -44,14 +45,14 @@ impl CostFunction for &Objective<'_> {
     }
 }
 
-/// AR and MA coefficients of partial autocorrelations, which are first clamped to `+-LIMIT`.
+/// AR and MA coefficients from partial autocorrelations, which are first clamped to `+-LIMIT`.
 pub(super) fn coefficients(partials: &[f64], p: usize) -> ([f64; MAX_ORDER], [f64; MAX_ORDER]) {
     let ar = from_partials(partials[..p].iter().map(|r| r.clamp(-LIMIT, LIMIT)));
     let ma = from_partials(partials[p..].iter().map(|r| -r.clamp(-LIMIT, LIMIT)));
     (ar, ma.map(|theta| -theta))
 }
 
-/// The Durbin-Levinson recursion.
+/// Durbin-Levinson recursion: coefficients from partial autocorrelations.
 fn from_partials(partials: impl Iterator<Item = f64>) -> [f64; MAX_ORDER] {
     let mut phi = [0.0; MAX_ORDER];
     for (k, r) in partials.enumerate() {
@@ -64,14 +65,14 @@ fn from_partials(partials: impl Iterator<Item = f64>) -> [f64; MAX_ORDER] {
     phi
 }
 
-/// A point of the lattice, its cost, and half the way to its neighbor on each axis.
+/// A point of the lattice with its cost, and half of the distance to its neighbor on each axis.
 struct Seed {
     cost: f64,
     point: Vec<f64>,
     step: Vec<f64>,
 }
 
-/// The partial autocorrelations, AR ones first, with the smallest sum of squares that is found.
+/// Partial autocorrelations, AR ones first, with the smallest sum of squares found.
 ///
 /// `y` is standardized; `p + q` is at least 1.
 pub(super) fn minimize(y: &[f64], p: usize, q: usize, start: Presample) -> Vec<f64> {
@@ -114,8 +115,8 @@ pub(super) fn minimize(y: &[f64], p: usize, q: usize, start: Presample) -> Vec<f
     best.1
 }
 
-/// `count` numbers from -1 to 1, denser towards the ends, where the minima are thin. Coarse axes keep off
-/// the ends themselves.
+/// `count` numbers from -1 to 1, denser towards the ends, where minima are narrow. Coarse axes exclude the
+/// ends.
 fn axis(count: usize) -> Vec<f64> {
     let spread = |i: usize| {
         let last = (count - 1) as f64;
@@ -125,7 +126,7 @@ fn axis(count: usize) -> Vec<f64> {
     (0..count).map(spread).collect()
 }
 
-/// The points of the lattice that are no worse than their neighbors on each axis, best first.
+/// Points of the lattice that are at least as good as their neighbors on each axis, best first.
 fn seeds(objective: &Objective<'_>, axes: &[Vec<f64>]) -> Vec<Seed> {
     let count = axes.iter().map(Vec::len).product();
     let mut costs = Vec::with_capacity(count);
@@ -161,7 +162,7 @@ fn seeds(objective: &Objective<'_>, axes: &[Vec<f64>]) -> Vec<Seed> {
     seeds
 }
 
-/// Nelder-Mead from a seed; never worse than the seed.
+/// Nelder-Mead from a seed. The result is at least as good as the seed.
 fn descend(objective: &Objective<'_>, seed: Seed) -> (f64, Vec<f64>) {
     let mut simplex = vec![seed.point.clone()];
     for (k, step) in seed.step.iter().enumerate() {

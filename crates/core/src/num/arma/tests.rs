@@ -5,7 +5,7 @@ use trackfail_testing::assert_near;
 
 const STARTS: [Presample; 2] = [Presample::Backcast, Presample::DropFirst];
 
-/// The model with given parameters, and the innovations it infers from a window.
+/// Model with given parameters, and the innovations that it infers from a window.
 fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
     check(y, [ar.len(), ma.len()])?;
     let innovations = recursion::innovations(y, constant, ar, ma, start);
@@ -152,7 +152,7 @@ fn high_orders_are_no_worse_than_low_ones() {
     assert!(model.sse.is_finite() && model.forecast(50).iter().all(|v| v.is_finite()));
 }
 
-/// Windows of 16 multiples of 1/1024: their mean and deviations are exact.
+/// Windows of 16 multiples of 1/1024, whose mean and deviations are exact.
 fn window() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec((-1024_i32..1024).prop_map(|v| f64::from(v) / 1024.0), 16)
 }

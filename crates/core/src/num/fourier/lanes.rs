@@ -1,17 +1,18 @@
-//! Four numbers that are transformed side by side.
+//! Numbers in groups of four that are transformed together.
 //!
-//! `rustfft`'s algorithms are generic over the number. With four numbers as one, a transform of one line is one of
-//! four lines: every operation is that of a vector register, and none mixes lines. So the results have the same bits
-//! on all processors, which the crate's own kernels for AVX have not.
+//! The algorithms of `rustfft` are generic over the number type. With a group of four as the number, one
+//! transform handles four lines: each operation works on a vector register and never mixes lines. So the
+//! results have the same bits on all processors, unlike those of the crate's own AVX kernels.
 
 use rustfft::num_complex::Complex;
 use rustfft::num_traits::{FromPrimitive, Num, One, Signed, Zero};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Rem, Sub, SubAssign};
 
-/// Lines that are transformed at a time, what a vector register of every x86-64 and aarch64 processor holds.
+/// Number of lines that are transformed together, the size of a vector register on all x86-64 and aarch64
+/// processors.
 pub const LANES: usize = 4;
 
-/// One value of each line.
+/// One value for each of four lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(16))]
 pub struct Lanes(pub [f32; LANES]);

@@ -1,11 +1,11 @@
 //! The transform of a real line in `f64`.
 //!
-//! The planner's code is compiled into the crate that names the number type; this is the one place that does.
+//! The code of the planner is compiled into the crate that names its number type; only this file does so.
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// A coefficient of a line's spectrum.
+/// A coefficient in the spectrum of a line.
 pub type Complex64 = realfft::num_complex::Complex<f64>;
 
 /// Plans and buffers for lines of one length.
@@ -25,24 +25,25 @@ impl LineFourier {
         Self { scratch: vec![Complex64::default(); scratch], forward, backward }
     }
 
-    /// Values of a line.
+    /// Number of values in a line.
     #[allow(clippy::len_without_is_empty)] // A line of no values has no transform.
     pub fn len(&self) -> usize {
         self.forward.len()
     }
 
-    /// Coefficients of a spectrum, `len() / 2 + 1`: the others mirror them.
+    /// Number of stored coefficients, `len() / 2 + 1`. The others mirror them.
     pub fn spectrum_len(&self) -> usize {
         self.len() / 2 + 1
     }
 
-    /// Transforms `line`, `len()` values, into `spectrum`, `spectrum_len()` coefficients; the line is overwritten.
+    /// Transforms `line` (`len()` values) into `spectrum` (`spectrum_len()` coefficients). The line is
+    /// overwritten.
     pub fn forward(&mut self, line: &mut [f64], spectrum: &mut [Complex64]) {
         let done = self.forward.process_with_scratch(line, spectrum, &mut self.scratch);
         debug_assert!(done.is_ok(), "buffers of the stated lengths");
     }
 
-    /// Transforms `spectrum` back into `len()` times the line; the spectrum is overwritten.
+    /// Transforms `spectrum` back into the line times `len()`. The spectrum is overwritten.
     pub fn backward(&mut self, spectrum: &mut [Complex64], line: &mut [f64]) {
         // A real line has real ends; products of spectra may leave a rounding error there.
         spectrum[0].im = 0.0;

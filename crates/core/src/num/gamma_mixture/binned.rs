@@ -1,4 +1,4 @@
-//! Samples as sums on fixed cells.
+//! Samples stored as sums in fixed cells.
 //!
 //! ```text
 //! cell i:  e^(i/W) <= x / 1e-6 < e^((i+1)/W),   W = 20000 / ln 1e12,   i = 0..19999
@@ -14,25 +14,25 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
 use std::sync::LazyLock;
 
-/// Samples below this, zeros above all, count as this: `ln 0` has no value.
+/// Least sample. Smaller ones, mostly zeros, count as this value, since `ln 0` is undefined.
 pub const FLOOR: f64 = 1e-6;
 
-/// Samples of this value and above share the last cell.
+/// Samples from this value on share the last cell.
 const CEILING: f64 = 1e6;
 
 /// Number of cells.
 const CELLS: usize = 20_000;
 
-/// Bits after the point of a kept `ln x`.
+/// Fractional bits of a stored `ln x`.
 const LN_BITS: i32 = 56;
 
-/// Bits of a kept `x`: more than the 53 of a float by the octave that a cell may straddle.
+/// Bits of a stored `x`: the 53 bits of a float, and more for the octave that a cell may straddle.
 const X_BITS: i32 = 56;
 
-/// Largest sample: beyond it the sums of the last cell could overflow.
+/// Largest sample. Larger ones could overflow the sums of the last cell.
 const MAX_SAMPLE: f64 = 1e12;
 
-/// Why samples cannot be binned.
+/// Error for a sample that cannot be binned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("a sample must be a number from 0 to {MAX_SAMPLE:e}, not {0}")]
 pub struct SampleError(pub f64);
@@ -40,13 +40,13 @@ pub struct SampleError(pub f64);
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Cell {
     count: u64,
-    /// In units of `unit(i)`.
+    /// Sum of `x`, in units of `unit(i)`.
     x: u128,
-    /// In units of 2^-LN_BITS.
+    /// Sum of `ln x`, in units of 2^-LN_BITS.
     ln: i128,
 }
 
-/// Samples on the fixed cells.
+/// Samples in fixed cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Binned {
     cells: Vec<Cell>,
@@ -55,16 +55,16 @@ pub struct Binned {
     above: u64,
 }
 
-/// The cells that are not empty, in ascending order, for the fit.
+/// Nonempty cells in ascending order, as the fit uses them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cells {
-    /// Number of samples.
+    /// Number of samples in each cell.
     pub count: Vec<f64>,
-    /// Mean of `x`.
+    /// Mean of `x` in each cell.
     pub x: Vec<f64>,
-    /// Mean of `ln x`.
+    /// Mean of `ln x` in each cell.
     pub ln: Vec<f64>,
-    /// Number of samples in all.
+    /// Number of all samples.
     pub total: f64,
 }
 
@@ -73,7 +73,7 @@ pub(super) struct Cells {
 pub struct Clipped {
     /// Samples below [`FLOOR`], which count as [`FLOOR`].
     pub floored: u64,
-    /// Samples of 1e6 and more: they keep their value, but share one cell.
+    /// Samples from 1e6 on. They keep their value, but share one cell.
     pub above: u64,
 }
 
@@ -97,7 +97,7 @@ impl Binned {
     /// Adds one sample.
     ///
     /// # Errors
-    /// A sample that is negative, not finite, or above 1e12; nothing is added then.
+    /// A sample that is negative, not finite, or above 1e12. It is not added.
     pub fn add(&mut self, x: f64) -> Result<(), SampleError> {
         if !(0.0..=MAX_SAMPLE).contains(&x) {
             return Err(SampleError(x));
@@ -125,7 +125,7 @@ impl Binned {
         Clipped { floored: self.floored, above: self.above }
     }
 
-    /// The cells that are not empty, each `group` neighbors as one. The sums stay exact until the division.
+    /// Nonempty cells, with each `group` neighbors merged. Sums stay exact until the division.
     pub(super) fn cells(&self, group: usize) -> Cells {
         let mut out = Cells { count: Vec::new(), x: Vec::new(), ln: Vec::new(), total: self.count as f64 };
         for (g, cells) in self.cells.chunks(group.max(1)).enumerate() {
@@ -145,14 +145,14 @@ impl Binned {
     }
 }
 
-/// The cell of a sample of the given logarithm.
+/// Index of the cell of a sample with this logarithm.
 fn index(ln: f64) -> usize {
     let width = CELLS as f64 / (CEILING / FLOOR).ln();
     (((ln - FLOOR.ln()) * width).max(0.0) as usize).min(CELLS - 1)
 }
 
-/// The power of two in which the `x` of a cell are counted: 2^-X_BITS of the octave in which the cell
-/// before begins, so that the rounding of `ln` cannot make a sample too fine for its cell.
+/// Unit in which the `x` of a cell are counted: 2^-X_BITS of the octave in which the previous cell begins. So
+/// a sample is an exact multiple even if `ln` is rounded into the wrong cell.
 fn unit(i: usize) -> f64 {
     UNITS[i]
 }

@@ -20,13 +20,14 @@ use super::{Component, MAX_SHAPE, MIN_WEIGHT};
 use crate::num::special::{gamma_shape, ln_gamma};
 use rayon::prelude::*;
 
-/// Cells in a block. Sums run within blocks and then over them, in this order whatever the threads do.
+/// Number of cells in a block. Sums run within blocks and then over them, in this order on any number of
+/// threads.
 const BLOCK: usize = 512;
 
-/// With fewer blocks than this, handing them to threads costs more than it gains.
+/// Least number of blocks for which threads are worth their cost.
 const PARALLEL: usize = 6;
 
-/// A model and how it was reached.
+/// A model with its likelihood, and how it was reached.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub components: Vec<Component>,
@@ -36,11 +37,11 @@ pub(super) struct Run {
     pub converged: bool,
 }
 
-/// `N_k`, `sum n r x`, `sum n r ln` of a component.
+/// Sums `N_k`, `sum n r x` and `sum n r ln` of a component.
 type Sums = [f64; 3];
 
-/// Iterates until a cycle gains less than `tolerance` a sample, for about `max_iterations` passes over the
-/// cells. `watch` sees the log-likelihood of every model that is taken.
+/// Iterates until a cycle gains less than `tolerance` per sample, or after about `max_iterations` passes over
+/// the cells. `watch` receives the log-likelihood of each accepted model.
 ///
 /// A cycle is two iterations of EM, `xi0 -> xi1 -> xi2`, a leap from them, and one more iteration after it.
 pub(super) fn run(
@@ -88,7 +89,7 @@ pub(super) fn run(
     Run { components: at.components, log_likelihood: at.log_likelihood, iterations, converged }
 }
 
-/// A model with its likelihood and the sums that the next iteration needs.
+/// A model with its likelihood, and the sums for the next iteration.
 struct EmState {
     components: Vec<Component>,
     log_likelihood: f64,
@@ -106,9 +107,9 @@ impl EmState {
     }
 }
 
-/// The leap of scheme S3 of Varadhan and Roland (2008, Scand. J. Statist. 35) on the logarithms of the
+/// Extrapolation by scheme S3 of Varadhan and Roland (2008, Scand. J. Statist. 35) on the logarithms of the
 /// parameters, and its length: `xi0 + 2 a r + a^2 v` with `r = xi1 - xi0`, `v = xi2 - 2 xi1 + xi0` and
-/// `a = |r| / |v|`, between 1 (which is `xi2`) and `reach`. None if it is not longer than 1.
+/// `a = |r| / |v|`, between 1 (which gives `xi2`) and `reach`. `None` if `a` is at most 1.
 fn leap(zero: &EmState, one: &EmState, two: &EmState, reach: f64) -> Option<(Vec<Component>, f64)> {
     let logs = |s: &EmState| -> Vec<f64> {
         s.components.iter().flat_map(|c| [c.weight.ln(), c.shape.ln(), c.scale.ln()]).collect()
@@ -141,7 +142,7 @@ fn leap(zero: &EmState, one: &EmState, two: &EmState, reach: f64) -> Option<(Vec
     Some((leapt.chunks_exact(3).zip(weights).map(component).collect(), step))
 }
 
-/// The log-likelihood of a model, and the sums that the next one is made of.
+/// Log-likelihood of a model, and the sums from which the next model is computed.
 fn expectation(cells: &Cells, components: &[Component]) -> (f64, Vec<Sums>) {
     let blocks = cells.count.len().div_ceil(BLOCK);
     let parts: Vec<(f64, Vec<Sums>)> = if blocks < PARALLEL {
@@ -214,7 +215,7 @@ fn maximization(old: &[Component], sums: &[Sums], total: f64) -> Vec<Component> 
     old.iter().zip(sums).zip(weights).map(component).collect()
 }
 
-/// The weights of greatest likelihood of which none is below [`MIN_WEIGHT`]: those below are raised to it, the
+/// Weights of greatest likelihood among those of at least [`MIN_WEIGHT`]: smaller ones are raised to it, the
 /// others keep their proportions.
 fn weights(mut share: Vec<f64>) -> Vec<f64> {
     let mut raised = vec![false; share.len()];

@@ -1,4 +1,4 @@
-//! Maximum likelihood from many starts, for one order or for all up to one.
+//! Maximum-likelihood fits from many starts, for one order or all orders up to a limit.
 //!
 //! The paper names its EM by a reference only (\[29\] in section 5.1), without start or stop. Chosen here:
 //! each order starts from equal groups, from a normal mixture on `x^(1/3)`, from `restarts` random groups,
@@ -17,23 +17,23 @@ use serde::{Deserialize, Serialize};
 /// Number of neighboring cells that are merged while the starts are tried.
 const COARSE: usize = 16;
 
-/// Fewer cells are merged if fewer than this would be left.
+/// Least number of cells after merging. Fewer neighbors are merged if needed.
 const MIN_COARSE_CELLS: usize = 300;
 
-/// Iterations of a short run.
+/// Number of iterations of a short run.
 const SHORT: usize = 100;
 
 /// Options of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FitOptions {
-    /// Random starts of each order.
+    /// Number of random starts for each order.
     pub restarts: usize,
-    /// Iterations (passes over the cells) of a fit, at most or a cycle more.
+    /// Most iterations (passes over the cells) of a fit. The last cycle may exceed it.
     pub max_iterations: usize,
-    /// The iterations stop when the log-likelihood gains less than this a sample in a cycle of four, above 0. A
-    /// gain relative to the number of samples does not change with their unit, one relative to the
-    /// log-likelihood would.
+    /// Least gain of the log-likelihood per sample in a cycle of four iterations, above 0; below it a fit
+    /// stops. A gain per sample does not depend on the unit of the samples, unlike a gain relative to the
+    /// log-likelihood.
     pub tolerance: f64,
     /// Seed of the random starts.
     pub seed: u64,
@@ -45,7 +45,7 @@ impl Default for FitOptions {
     }
 }
 
-/// The start that led to a fit.
+/// Start that led to a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FitOrigin {
@@ -68,42 +68,42 @@ pub struct Fit {
     pub log_likelihood: f64,
     /// Iterations on all cells.
     pub iterations: usize,
-    /// Whether the last of them gained less than the tolerance.
+    /// True if the last cycle gained less than the tolerance.
     pub converged: bool,
     /// Number of starts that were tried for this order.
     pub starts: usize,
-    /// The best start.
+    /// Start that gave the best fit.
     pub origin: FitOrigin,
     /// Number of samples.
     pub samples: u64,
-    /// Samples that did not fit the cells.
+    /// Numbers of samples outside the range of the cells.
     pub clipped: Clipped,
 }
 
-/// Why a mixture cannot be fitted.
+/// Reason why a mixture cannot be fitted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// An order of 0 or above [`MAX_COMPONENTS`].
     #[error("a mixture has 1 to {MAX_COMPONENTS} components, not {0}")]
     Order(usize),
-    /// Fewer samples than the model has parameters, or fewer different ones than components (at least 2).
+    /// Fewer samples than the model has parameters, or fewer different ones (at least 2) than components.
     #[error("{k} components need {needed} samples or more in {cells} cells, not {samples} in {filled}")]
     TooFew {
         /// Number of components.
         k: usize,
-        /// Number of samples it needs.
+        /// Number of samples required.
         needed: u64,
-        /// Number of cells they must be in.
+        /// Number of different cells required.
         cells: usize,
         /// Number of samples.
         samples: u64,
-        /// Number of cells that are not empty.
+        /// Number of nonempty cells.
         filled: usize,
     },
     /// A tolerance that is not above 0.
     #[error("the tolerance must be above 0 and finite, not {0}")]
     Tolerance(f64),
-    /// The iterations left the range of floats.
+    /// Parameters left the range of floats during the iterations.
     #[error("the fit of {0} components gave no valid mixture")]
     Invalid(usize),
 }
@@ -162,7 +162,7 @@ fn check(samples: &Binned, k: usize, options: &FitOptions) -> Result<Cells, FitE
     Ok(cells)
 }
 
-/// The best model of each order on wide cells.
+/// Best model of each order on merged cells.
 fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> {
     let mut group = COARSE;
     let mut cells = samples.cells(group);
@@ -212,8 +212,8 @@ fn polish(cells: &Cells, started: Started, options: &FitOptions) -> Started {
     Started { run, ..started }
 }
 
-/// Starts from the model of one order less, with its heaviest component split into two that differ or, if that ends
-/// lower, into two that are equal.
+/// Start from the model of one order less. Its heaviest component is split into two different ones or, if
+/// that gives a lower likelihood, into two equal ones.
 fn resume(cells: &Cells, before: &Started, starts: usize, options: &FitOptions) -> Started {
     let model = &before.run.components;
     let weight = |at: usize| model[at].weight;

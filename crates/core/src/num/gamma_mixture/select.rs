@@ -1,5 +1,5 @@
-//! The order of a mixture by information criteria with a weighted penalty (SanMiguel and Cavallaro, CVIU
-//! 131, 2015, Eq. 14 and 15, and the vote over the weights in section 5.1).
+//! Order of a mixture by information criteria with a weighted penalty (SanMiguel and Cavallaro, CVIU 131,
+//! 2015, Eq. 14 and 15, and the vote over the weights in section 5.1).
 //!
 //! ```text
 //! dAIC(d) = argmin_K  -2 ln L_K + d * 2 v_K            v_K = 3 K - 1
@@ -18,44 +18,44 @@ use super::Fit;
 use super::fit::parameters;
 use serde::{Deserialize, Serialize};
 
-/// `D` of the paper's Fig. 11.
+/// Largest penalty weight `D`, as in the paper's Fig. 11.
 pub const MAX_PENALTY_WEIGHT: usize = 600;
 
-/// The two terms of the criteria for one order (the paper's Fig. 5 shows that they are comparable).
+/// Both terms of the criteria for one order. (The paper's Fig. 5 shows that they are comparable.)
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Terms {
-    /// `K`.
+    /// Number of components, `K`.
     pub k: usize,
-    /// `v_K`.
+    /// Number of parameters, `v_K`.
     pub parameters: usize,
-    /// `-2 ln L_K`.
+    /// Deviance, `-2 ln L_K`.
     pub deviance: f64,
-    /// `2 v_K`, to be multiplied by `d`.
+    /// Penalty of AIC, `2 v_K`, to be multiplied by `d`.
     pub aic_penalty: f64,
-    /// `v_K ln n`, to be multiplied by `d`.
+    /// Penalty of BIC, `v_K ln n`, to be multiplied by `d`.
     pub bic_penalty: f64,
 }
 
-/// The penalty.
+/// Information criterion, which decides the penalty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
-    /// Eq. 14.
+    /// dAIC (Eq. 14).
     Aic,
-    /// Eq. 15.
+    /// dBIC (Eq. 15).
     Bic,
 }
 
-/// The choice of a criterion.
+/// Result of choosing by a criterion.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Choice {
-    /// The winning `K` for `d = 1, 2, ...`: entry `d - 1`.
+    /// Winning `K` for `d = 1, 2, ...`, at index `d - 1`.
     pub winners: Vec<usize>,
-    /// The most frequent of them other than 1; `None` if only 1 ever wins.
+    /// Most frequent winner other than 1; `None` if 1 always wins.
     pub order: Option<usize>,
 }
 
-/// The terms of fits to `n` samples.
+/// Terms of fits to `n` samples, one per order.
 pub fn terms(fits: &[Fit], n: u64) -> Vec<Terms> {
     let of = |fit: &Fit| of_likelihood(fit.mixture.components.len(), fit.log_likelihood, n);
     fits.iter().map(of).collect()
@@ -72,7 +72,7 @@ fn of_likelihood(k: usize, log_likelihood: f64, n: u64) -> Terms {
     }
 }
 
-/// Chooses the order by the vote over `d = 1..=max_weight`; without terms it has no winners.
+/// Chooses the order by the vote over `d = 1..=max_weight`. Without terms there are no winners.
 pub fn choose(terms: &[Terms], criterion: Criterion, max_weight: usize) -> Choice {
     let value = |t: &Terms, d: usize| {
         let penalty = match criterion {

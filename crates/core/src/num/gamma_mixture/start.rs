@@ -10,13 +10,13 @@ use super::binned::Cells;
 use super::{Component, MIN_WEIGHT};
 use rand::{Rng, RngExt};
 
-/// Smallest and largest shape at a start. Outside these limits a component is too narrow or too wide to gain samples.
+/// Least and largest shape at a start. Beyond them a component is too narrow or too wide to attract samples.
 const SHAPES: [f64; 2] = [0.05, 1e3];
 
-/// Iterations of the normal mixture.
+/// Number of iterations of the normal mixture.
 const NORMAL_ITERATIONS: usize = 50;
 
-/// A group as `sum w`, `sum w x`, `sum w x^2`.
+/// Sums `sum w`, `sum w x` and `sum w x^2` of a group.
 #[derive(Clone, Copy, Default)]
 struct Group([f64; 3]);
 
@@ -45,7 +45,7 @@ fn components(groups: &[Group], total: f64) -> Vec<Component> {
     groups.iter().map(component).collect()
 }
 
-/// `k` groups of equal counts; cells on a border are shared.
+/// Start from `k` groups of equal counts. Cells on a border are shared.
 pub(super) fn quantiles(cells: &Cells, k: usize) -> Vec<Component> {
     components(&equal_groups(cells, k, &cells.x), cells.total)
 }
@@ -73,7 +73,7 @@ fn equal_groups(cells: &Cells, k: usize, x: &[f64]) -> Vec<Group> {
     groups
 }
 
-/// The posteriors of a mixture of `k` normal distributions on `x^(1/3)`.
+/// Start from the posteriors of a mixture of `k` normal distributions on `x^(1/3)`.
 pub(super) fn cube_root(cells: &Cells, k: usize) -> Vec<Component> {
     let root: Vec<f64> = cells.x.iter().map(|x| x.cbrt()).collect();
     let mut groups = equal_groups(cells, k, &root);
@@ -113,7 +113,7 @@ pub(super) fn cube_root(cells: &Cells, k: usize) -> Vec<Component> {
     components(&original, cells.total)
 }
 
-/// The cells nearest to `k` different samples drawn at random.
+/// Start from the cells nearest to `k` different samples drawn at random.
 pub(super) fn random<R: Rng + ?Sized>(cells: &Cells, k: usize, rng: &mut R) -> Vec<Component> {
     let mut centers: Vec<usize> = Vec::with_capacity(k);
     // Some draws pick a cell, the others a sample: samples alone hardly ever start in a thin tail.
@@ -144,8 +144,9 @@ pub(super) fn random<R: Rng + ?Sized>(cells: &Cells, k: usize, rng: &mut R) -> V
     components(&groups, cells.total)
 }
 
-/// A model with component `at` in two halves, whose means are half a standard deviation (at most half the
-/// mean) to either side. With `apart = 0` the halves, and so the likelihood, are those of the model.
+/// Model with component `at` split in halves, whose means are half a standard deviation (at most half the
+/// mean), times `apart`, to either side. With `apart = 0` the halves are equal, and so the likelihood is that
+/// of the model.
 pub(super) fn split(model: &[Component], at: usize, apart: f64) -> Vec<Component> {
     let mut out = model.to_vec();
     let c = model[at];

@@ -1,4 +1,4 @@
-//! Solutions against scikit-learn, by hand, and by the conditions of a minimum.
+//! Solutions compared with scikit-learn, with manual results, and with the conditions of a minimum.
 
 use super::*;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ fn lasso(lambda: f32, sign: Sign) -> Lasso {
     Lasso { lambda, sign, tolerance: 1e-6, rounds: 100_000 }
 }
 
-/// The dictionary and the signal of the Python calls below.
+/// Dictionary and signal of the Python calls below.
 fn example() -> (Vec<f32>, Vec<f32>) {
     let dictionary =
         (0..9).flat_map(|k| (0..LENGTH).map(move |i| ((7 * k + 3 * i + k * i) as f32).sin())).collect();

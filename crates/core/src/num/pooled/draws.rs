@@ -1,4 +1,4 @@
-//! Bootstrap samples that are drawn once for all lists of counts over the same units.
+//! Bootstrap samples, drawn once for all lists of counts over the same units.
 
 use crate::num::seed;
 use rand::RngExt;
@@ -7,13 +7,13 @@ use std::ops::AddAssign;
 /// Bootstrap samples of a number of units.
 pub struct Draws {
     units: usize,
-    /// The units of each sample, one sample after the other.
+    /// Units of each sample, one sample after the other.
     picks: Vec<u32>,
     samples: usize,
 }
 
 impl Draws {
-    /// As many samples as are asked for, each of as many units as there are.
+    /// Draws `samples` samples, each of as many units as there are.
     pub fn new(units: usize, samples: usize, seed: u64) -> Self {
         let mut rng = seed::rng(seed::seed(seed, &["pooled bootstrap"]));
         let all = units * samples;
@@ -24,8 +24,8 @@ impl Draws {
         (self.units, self.samples) == (units, samples)
     }
 
-    /// Confidence interval at `level` in (0, 1) of a statistic of summed counts; `None` without units or samples, or if the
-    /// statistic has no value for more than half of them.
+    /// Confidence interval at `level` in (0, 1) of a statistic of summed counts; `None` without units or
+    /// samples, or if the statistic lacks a value for more than half of them.
     pub fn interval<const N: usize>(
         &self,
         counts: &[[i64; N]],
@@ -35,7 +35,8 @@ impl Draws {
         percentiles(self.values(counts, statistic)?, self.samples, level)
     }
 
-    /// A statistic of the summed counts of each sample, NaN where it has no value; `None` without units or samples.
+    /// Statistic of the summed counts of each sample, NaN if it has no value; `None` without units or
+    /// samples.
     pub fn values<const N: usize>(
         &self,
         counts: &[[i64; N]],
@@ -64,7 +65,7 @@ impl Draws {
         Some(values)
     }
 
-    /// Gives `take` the sum of each sample.
+    /// Passes the sum of each sample to `take`.
     fn sums<T: Copy + Default + AddAssign, const N: usize>(
         &self,
         counts: &[[T; N]],
@@ -80,12 +81,12 @@ impl Draws {
     }
 }
 
-/// The draws that were made last: neighboring lists are mostly of the same units.
+/// The most recent draws, cached because consecutive lists mostly have the same units.
 #[derive(Default)]
 pub struct Drawn(Option<(u64, Draws)>);
 
 impl Drawn {
-    /// As [`Draws::new`].
+    /// Returns the draws of [`Draws::new`], from the cache if possible.
     pub fn of(&mut self, units: usize, samples: usize, seed: u64) -> &Draws {
         let is_same = |(s, draws): &(u64, Draws)| *s == seed && draws.is_of(units, samples);
         let known = self.0.take().filter(is_same);
@@ -93,8 +94,8 @@ impl Drawn {
     }
 }
 
-/// The percentile interval at `level` of the values of so many samples; NaN is a sample without a value. `None` if fewer
-/// than half have one.
+/// Percentile interval at `level` of the values of `samples` samples; NaN is a sample without a value. `None`
+/// if fewer than half have one.
 pub fn percentiles(mut values: Vec<f64>, samples: usize, level: f64) -> Option<(f64, f64)> {
     values.retain(|v| !v.is_nan());
     if values.is_empty() || 2 * values.len() < samples {
@@ -103,7 +104,7 @@ pub fn percentiles(mut values: Vec<f64>, samples: usize, level: f64) -> Option<(
     Some((quantile(&mut values, (1.0 - level) / 2.0), quantile(&mut values, (1.0 + level) / 2.0)))
 }
 
-/// The quantile `q` in [0, 1] of values in any order, at least one, linear between them.
+/// The `q` quantile (in [0, 1]) of at least one value, in any order, interpolated linearly.
 fn quantile(values: &mut [f64], q: f64) -> f64 {
     let place = q * (values.len() - 1) as f64;
     let (low, part) = (place.floor() as usize, place.fract());
@@ -121,7 +122,7 @@ mod tests {
         (c[1] + c[2] != 0).then(|| c[0] as f64 / (c[1] + c[2]) as f64)
     }
 
-    /// The interval by its definition: sums in `i64` of units drawn one by one, sorted values.
+    /// Interval by its definition: sums in `i64` of units drawn one by one, sorted values.
     fn by_definition(counts: &[[i64; 3]], samples: usize, seed: u64) -> Option<(f64, f64)> {
         let mut rng = seed::rng(seed::seed(seed, &["pooled bootstrap"]));
         let mut values: Vec<f64> = (0..samples)

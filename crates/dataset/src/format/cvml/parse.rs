@@ -1,4 +1,4 @@
-//! The XML of CVML: which box an object has in a frame.
+//! Parser of CVML's XML, which gives the box of an object in a frame.
 //!
 //! ```text
 //! <dataset>
@@ -11,10 +11,10 @@
 //! </dataset>
 //! ```
 //!
-//! `xc`, `yc` are the center, `w`, `h` the size, in pixels; four zeros stand for an object that is not annotated.
-//! Everything else (groups, appearance, roles, hypotheses of CAVIAR) is passed over. The document is read tag
-//! by tag; its size and depth are limited, and entities of its own are refused, so that no
-//! document takes more memory than its own size warrants.
+//! `xc`, `yc` are the center, `w`, `h` the size, in pixels; four zeros stand for an object that is not
+//! annotated. Everything else (groups, appearance, roles, hypotheses of CAVIAR) is ignored. The document is
+//! read tag by tag. Its size and depth are limited and its own entities are refused, so that a small document
+//! cannot fill the memory.
 
 use crate::{DatasetError, text};
 use quick_xml::Reader;
@@ -23,16 +23,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use trackfail_core::region::{Rect, Region};
 
-/// Deepest nesting of elements; CVML needs 8.
+/// Deepest nesting of elements. CVML needs 8.
 const MAX_DEPTH: usize = 32;
 
-/// Largest coordinate and size, in pixels.
+/// Largest absolute coordinate and size, in pixels.
 const MAX_COORDINATE: f64 = 1e6;
 
 /// Largest frame number.
 const LAST_FRAME: u32 = 10_000_000;
 
-/// The boxes of a file.
+/// Boxes of all objects in a file.
 #[derive(Debug, Default, PartialEq)]
 pub struct Annotation {
     /// Boxes by object and image number (XML frame + 1).
@@ -42,29 +42,29 @@ pub struct Annotation {
 }
 
 impl Annotation {
-    /// The ids of the objects that have a box, ascending.
+    /// Ids of the objects that have a box, ascending.
     pub fn objects(&self) -> impl Iterator<Item = u32> {
         self.objects.keys().copied()
     }
 
-    /// The object with most boxes, of several the smallest id.
+    /// Id of the object with most boxes; of several, the smallest id. `None` if there are no boxes.
     pub fn longest(&self) -> Option<u32> {
         let most = self.objects.values().map(BTreeMap::len).max()?;
         self.objects.iter().find(|(_, boxes)| boxes.len() == most).map(|(&id, _)| id)
     }
 
-    /// Image numbers of an object's first and last box.
+    /// Image numbers of an object's first and last box; `None` for an unknown object.
     pub fn presence(&self, object: u32) -> Option<(u32, u32)> {
         let boxes = self.objects.get(&object)?;
         Some((*boxes.keys().next()?, *boxes.keys().next_back()?))
     }
 
-    /// An object's box in the image of a number.
+    /// Box of an object in the image with this number; `None` if it has none there.
     pub fn region(&self, object: u32, image: u32) -> Option<Rect> {
         self.objects.get(&object)?.get(&image).copied()
     }
 
-    /// An object's boxes in a range of images.
+    /// Boxes of an object in a range of images, ends included.
     pub(super) fn regions(&self, object: u32, (first, last): (u32, u32)) -> Vec<Option<Region>> {
         (first..=last).map(|image| self.region(object, image).map(Region::Rect)).collect()
     }
@@ -78,9 +78,9 @@ impl Annotation {
 /// Reads a document; `path` is for messages.
 ///
 /// # Errors
-/// With the line: XML that is not well-formed or another format; a number that is absent, none, not finite or
-/// above the limits; a size of 0 or below; a frame or, in one frame, an object that comes twice; an object
-/// without a box or with two; entities.
+/// With the line: XML that is not well-formed or of another format; a number that is absent, malformed, not
+/// finite or above the limits; a size of 0 or below; a frame that comes twice, or an object that comes twice
+/// in a frame; an object without a box or with two; entities.
 pub fn parse(path: &Path, document: &str) -> Result<Annotation, DatasetError> {
     let mut reader = Reader::from_str(document);
     let mut state = State::default();
@@ -118,13 +118,13 @@ fn is_harmless(entity: &str) -> bool {
 
 #[derive(Default)]
 struct State {
-    /// The elements around the place: their names where CVML has them, else nothing.
+    /// Names of the open elements, outermost first. Elements that CVML lacks are empty strings.
     open: Vec<&'static str>,
     began: bool,
-    /// Image number of the open frame, and the objects in it.
+    /// Image number of the open frame, and the objects seen in it so far.
     image: u32,
     in_frame: BTreeSet<u32>,
-    /// Id of the open object, and whether it has a box yet.
+    /// Id of the open object, and true once it has a box.
     object: u32,
     has_box: bool,
     found: Annotation,
@@ -193,7 +193,7 @@ impl State {
     }
 }
 
-/// The value of an attribute, as written.
+/// Value of an attribute, as written.
 fn attribute<'t>(tag: &'t BytesStart<'_>, key: &str) -> Result<std::borrow::Cow<'t, str>, String> {
     let name = tag.name().into_inner();
     let all: Vec<_> = tag.attributes().collect::<Result<_, _>>().map_err(|e| format!("<{name}>: {e}"))?;

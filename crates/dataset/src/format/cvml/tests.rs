@@ -3,7 +3,7 @@ use super::*;
 use trackfail_core::region::Rect;
 use trackfail_testing::{assert_says, needs, put, real_data};
 
-/// The annotation of two objects beside a video.
+/// Folder with an annotation of two objects beside a video.
 fn with_video() -> tempfile::TempDir {
     place("cvml", [], &[("two.xml", TWO), ("clip.mpg", "")])
 }

@@ -12,7 +12,8 @@ fn image(root: &Path, path: &str) {
     ::image::RgbImage::new(8, 6).save(put(root, path, "")).unwrap();
 }
 
-/// `lasot/airplane/airplane-{1,2}`, `got/GOT-10k_Val_000001`, `otb/{Two,One}` and `vot/ball`, of two frames each.
+/// Data root with `lasot/airplane/airplane-{1,2}`, `got/GOT-10k_Val_000001`, `otb/{Two,One}` and `vot/ball`,
+/// of two frames each.
 fn root() -> tempfile::TempDir {
     let root = tempfile::tempdir().unwrap();
     let boxes = b"1,1,2,2\n2,1,2,2\n";
@@ -34,7 +35,7 @@ fn wanted<'w>(name: &'w str, format: &'static FormatEntry, folder: &'w str) -> G
     GatherRequest { name, title: None, format, folder, only: None }
 }
 
-/// The suite of a section.
+/// Parses the only suite of a section.
 fn read(section: &str) -> Suite {
     let text = with_sections("", section);
     let mut suites = parse(Path::new("user.lock"), text.as_bytes()).unwrap();

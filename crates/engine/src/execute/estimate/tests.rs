@@ -1,4 +1,5 @@
-//! The work that is left shrinks by what the store has; shares make up the whole, and are kept when they are interrupted.
+//! Work that is left shrinks by what the store has. Shards add up to the whole, and an interrupted shard
+//! keeps its results.
 
 use super::{Remaining, Standing};
 use crate::error::RunError;

@@ -9,10 +9,10 @@ use trackfail_dataset::{Frames, Render, Sequence};
 use trackfail_methods::signal::SIGNALS;
 use trackfail_methods::tracker::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
-/// Gray frames; decoding panics from the frame of its number on.
+/// Gray frames. Decoding panics from a given frame on.
 struct Gray {
     good: usize,
-    /// Number of frames that were decoded.
+    /// Number of decoded frames.
     decoded: AtomicUsize,
 }
 
@@ -41,10 +41,10 @@ fn run(sequence: &Arc<Sequence>, frames: &Arc<FrameCache>, bad: Bad) -> TrackerR
     TrackerRun { sequence, frames, config, run: 0, seed: 1, data_roots: Vec::new() }
 }
 
-/// Longest time of a task, where there is a limit; a slow frame takes longer.
+/// Time limit of a task in tests that have one. A slow frame takes longer.
 const LIMIT: Duration = Duration::from_secs(1);
 
-/// A tracker that stays where it is, and fails in frame 3 in its own way.
+/// Tracker that never moves and fails in frame 3, each variant in its own way.
 #[derive(Clone, Copy, PartialEq)]
 enum Bad {
     Never,
@@ -63,7 +63,7 @@ impl TrackerConfig for Bad {
     }
 }
 
-/// The tracker, and the frames it has seen.
+/// The tracker with the number of frames that it has seen.
 struct BadTracker(Bad, u32);
 
 impl Tracker for BadTracker {
@@ -81,7 +81,8 @@ impl Tracker for BadTracker {
 
 type Made = Result<(Vec<TrackerState>, Vec<Vec<f64>>), CellError>;
 
-/// A pass on some threads, with a signal on every track and, if it reads companions, with all other tracks as these.
+/// Runs a pass on `threads` threads with a signal on each track. If the signal reads companions, these are
+/// all other tracks.
 fn make_signal(
     kind: &str,
     threads: usize,
@@ -126,7 +127,7 @@ fn make(threads: usize, sequence: &Arc<Sequence>, configs: &[Bad]) -> Vec<Made> 
     make_signal("rgb-histogram", threads, sequence, configs, None)
 }
 
-/// The track and the signal of a good tracker on six frames.
+/// Track and signal of a good tracker on six frames.
 fn alone() -> (Vec<TrackerState>, Vec<Vec<f64>>) {
     make(1, &sequence(6, &gray(6)), &[Bad::Never]).remove(0).unwrap()
 }

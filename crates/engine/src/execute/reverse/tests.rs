@@ -10,8 +10,8 @@ use trackfail_methods::tracker::TRACKERS;
 
 const FRAMES: usize = 60;
 
-/// A target of 24 x 24 pixels that moves by a pixel to the right in each frame, on gray: colored squares, one in
-/// the other, so that its colors tell its size, with stripes across, so that a shift is seen.
+/// Target of 24 x 24 pixels on gray that moves to the right by one pixel per frame. Nested colored squares
+/// make its size visible, stripes across them make shifts visible.
 struct Square;
 fn place(t: usize) -> Rect {
     Rect::new(20.0 + t as f64, 30.0, 24.0, 24.0)

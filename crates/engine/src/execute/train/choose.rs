@@ -1,4 +1,4 @@
-//! The choice of a parameter among candidates, and the learning of a model, from tracks.
+//! Choice of a parameter among candidates, and learning of a model, from tracks.
 
 use super::Chosen;
 use crate::error::StepError;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::{Counts, Pooled, Protocol};
 
-/// The model that a learner makes from examples, as JSON text.
+/// Learns a model from examples and returns it as JSON text.
 pub fn learn(
     fixed: &FixedDetector,
     examples: &[Example<'_>],
@@ -27,10 +27,10 @@ pub fn learn(
     Ok(model.to_string())
 }
 
-/// Values to try with their detectors, ascending.
+/// Candidate values with their detectors, ascending.
 ///
 /// # Errors
-/// When there is none, or the detector refuses one.
+/// When there is no candidate, or the detector refuses one.
 pub fn candidates<'t>(
     training: &'t Training,
     tracks: &[Arc<Track>],
@@ -51,7 +51,7 @@ pub fn candidates<'t>(
     built.collect::<Result<Vec<_>, StepError>>().map(Cow::from)
 }
 
-/// Counts of each candidate on a track.
+/// Counts of each candidate on one track.
 ///
 /// # Errors
 /// When a detector panics, takes too long or fails.
@@ -76,8 +76,8 @@ pub fn counts(
     counts
 }
 
-/// The candidate whose counts on all tracks together have the largest measure; the first among equals. `counts` has a list
-/// for each track.
+/// Candidate with the largest measure, from its counts on all tracks together; the first among equals.
+/// `counts` has one list per track.
 pub fn best(training: &Training, protocol: &Protocol, values: Vec<f64>, counts: &[Vec<Counts>]) -> Chosen {
     let measure = |k: usize| {
         let counts = counts.iter().map(|of_track| of_track[k]).sum();

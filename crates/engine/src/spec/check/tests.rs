@@ -1,4 +1,4 @@
-//! All errors of a file are told at once, and nothing that only follows from them.
+//! All errors of a file are reported at once, without errors that only follow from others.
 
 use crate::spec::error::SpecError;
 use crate::spec::parse;
@@ -53,7 +53,7 @@ text = "More"
 holds = "recall[A] > recall[B, below=0.5, ncc]"
 "#;
 
-/// The errors of [`SPEC`] with texts replaced.
+/// Errors of [`SPEC`] after texts in it are replaced.
 fn with(changes: &[(&str, &str)]) -> Vec<(usize, String)> {
     let text = changes.iter().fold(SPEC.to_string(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
@@ -83,7 +83,7 @@ fn every_error_is_told_with_its_line() {
         (11, "`runs` must be a whole number from 1 to 1000, not \"two\""),
         (12, "did you mean `search`?"),
         (16, "did you mean `history`?"),
-        (16, "`layers` must be a whole number, not \"many\" (Layers M of a field, 2 to 256)"),
+        (16, "`layers` must be a whole number, not \"many\" (Number M of layers in a field, 2 to 256)"),
         (17, "`below` must be a number or a table, not true"),
         (21, "did you mean `rgb-histogram`?"),
         (27, "did you mean `recall`?"),
@@ -201,7 +201,7 @@ fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
             "`runs` must be a whole number from 1 to 1000, not -3 (Repetitions, at least 1)",
         ),
         ("runs = 2", "runs = 0.5", "`runs` must be a whole number from 1 to 1000, not 0.5"),
-        ("runs = 2", "update_rate = true", "`update_rate` must be a number, not true"),
+        ("runs = 2", "search = true", "`search` must be a number, not true"),
         ("layers = 32", "layers = -1", "`layers` must be a whole number from 0 on, not -1"),
         ("layers = 32", "smoothing = \"anisotropc\"", "unknown smoothing `anisotropc`; did you mean"),
         ("layers = 32", "smoothing = [1]", "`smoothing` must be text in quotes, not a list"),

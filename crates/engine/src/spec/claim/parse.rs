@@ -1,4 +1,4 @@
-//! Reads the text of a claim.
+//! Parser of claims.
 
 use super::super::table::{FindingName, Words};
 use super::{Expr, Op, Quantity, Reference};
@@ -6,23 +6,23 @@ use std::ops::Range;
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::Metric;
 
-/// Most claims that one with `for all` stands for.
+/// Most claims that a `for all` may expand to.
 const MAX_EXPANDED: usize = 256;
-/// Deepest nesting of a claim, so that a hostile one cannot exhaust the stack.
+/// Deepest nesting of a claim. A hostile file could exhaust the stack otherwise.
 const MAX_DEPTH: usize = 64;
 
-/// Fault of a claim.
+/// An error in a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fault {
     pub message: String,
-    /// The word of the claim that is wrong; none where it is more than a word.
+    /// Range of the wrong word in the claim; `None` if the error is not in a single word.
     pub word: Option<Range<usize>>,
 }
 
-/// Reads a claim.
+/// Parses a claim.
 ///
 /// # Errors
-/// All of its words that are unknown, and the first thing by which it is no claim.
+/// All unknown words, and the first syntax error.
 pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, Vec<Fault>> {
     let fault = |message: String| Fault { message, word: None };
     if text.len() > 4096 {
@@ -39,7 +39,7 @@ pub(super) fn parse(text: &str, words: &Words) -> Result<Expr, Vec<Fault>> {
     Err(faults)
 }
 
-/// An expression that must be a truth value, or a number.
+/// Returns the expression if it is a truth value (or, with `is_truth` false, a number), otherwise an error.
 fn typed(e: Expr, is_truth: bool, otherwise: &str) -> Result<Expr, String> {
     if e.is_truth() == is_truth { Ok(e) } else { Err(otherwise.to_string()) }
 }
@@ -49,7 +49,7 @@ struct Parser<'a> {
     rest: &'a str,
     words: &'a Words,
     depth: usize,
-    /// Unknown words, after which reading goes on as if they were known.
+    /// Unknown words so far. Parsing continues as if they were known.
     unknown: Vec<Fault>,
 }
 
@@ -62,13 +62,13 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Keeps what is wrong with a word, which is a part of the text.
+    /// Records an error in a word, which is a part of the text.
     fn wrong(&mut self, word: &str, message: String) {
         let start = word.as_ptr().addr() - self.text.as_ptr().addr();
         self.unknown.push(Fault { message, word: Some(start..start + word.len()) });
     }
 
-    /// Keeps a word that is not among the known ones.
+    /// Records an error if a word is not among the known ones.
     fn check(&mut self, what: &str, word: &str, known: &[String]) {
         if known.iter().all(|known| known != word) {
             self.wrong(word, unknown(what, word, known.iter().map(String::as_str)));
@@ -81,14 +81,14 @@ impl<'a> Parser<'a> {
         rest.is_some()
     }
 
-    /// The text up to a sign, which is taken with it.
+    /// Text up to a sign; the sign is consumed.
     fn up_to(&mut self, sign: char, missing: &str) -> Result<&'a str, String> {
         let (before, rest) = self.rest.split_once(sign).ok_or(missing)?;
         self.rest = rest;
         Ok(before)
     }
 
-    /// Reads a part that may hold others of its kind.
+    /// Parses a nested part, with a limit on the depth.
     fn deeper(&mut self, read: fn(&mut Self) -> Result<Expr, String>) -> Result<Expr, String> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
@@ -99,7 +99,7 @@ impl<'a> Parser<'a> {
         Ok(e)
     }
 
-    /// Reads `for all AXIS: claim` or `for all AXIS in 1, 5: claim`, or a claim without.
+    /// Parses `for all AXIS: claim`, `for all AXIS in 1, 5: claim`, or a claim without a quantifier.
     fn quantified(&mut self) -> Result<Expr, String> {
         if !self.rest.trim_start().starts_with("for ") {
             return self.binary(0);
@@ -119,7 +119,8 @@ impl<'a> Parser<'a> {
         if self.unknown.is_empty() { self.for_all(axis, chosen, &body) } else { Ok(body) }
     }
 
-    /// The claim for each value of the axis: those asked for, or all in the grids of the methods that it speaks of.
+    /// Joins the claims for each value of the axis: the `chosen` values, or all in the grids of the methods
+    /// that are mentioned.
     fn for_all(&self, axis: &str, chosen: Option<Vec<f64>>, body: &Expr) -> Result<Expr, String> {
         let references = body.references();
         let free: Vec<&[f64]> = references.iter().filter_map(|r| self.varies(r, axis)).collect();
@@ -155,7 +156,7 @@ impl<'a> Parser<'a> {
         all.ok_or_else(|| format!("`for all {axis}` has no values"))
     }
 
-    /// The values of the axis in the grid of the method, where the reference does not fix one.
+    /// Values of the axis in the grid of the method; `None` if the reference fixes one.
     fn varies(&self, r: &Reference, axis: &str) -> Option<&'a [f64]> {
         let Quantity::Metric(_, method) = &r.quantity else { return None };
         let is_free = r.point.iter().all(|(fixed, _)| fixed != axis);
@@ -164,7 +165,7 @@ impl<'a> Parser<'a> {
         Some(&grid.values)
     }
 
-    /// Reads what signs join that bind at least so tight, by climbing over their levels.
+    /// Parses operators that bind at least as tightly as `tight`, by precedence climbing.
     fn binary(&mut self, tight: usize) -> Result<Expr, String> {
         let mut left = self.deeper(Self::factor)?;
         while let Some((_, op, level)) =
@@ -242,7 +243,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// The numbers of `1, 5, 10`.
+/// Parses numbers like `1, 5, 10`.
 fn numbers(list: &str) -> Result<Vec<f64>, String> {
     let number = |text: &str| text.trim().parse().map_err(|_| format!("`{}` is not a number", text.trim()));
     list.split(',').map(number).collect()

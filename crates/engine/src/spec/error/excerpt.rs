@@ -1,13 +1,13 @@
-//! The line of a file in which something is wrong, with a mark below it.
+//! Excerpt of a file for an error: the wrong line with a mark below.
 
 use std::ops::Range;
 
-/// Largest number of characters of a line that are shown.
+/// Most characters of a line that are shown.
 const WIDTH: usize = 100;
-/// Characters that are shown before the place, where the line is longer.
+/// Characters shown before the wrong place in a longer line.
 const BEFORE: usize = 40;
 
-/// A line of a text, by its number from 1, and `^^^` below the part of `span` that is in it:
+/// A line of a text (`line` counts from 1), with `^^^` below the part of `span` that is on it:
 ///
 /// ```text
 /// 14 | detector = { kind = "level", bellow = 0.9 }

@@ -1,4 +1,4 @@
-//! The files of an experiment: its own, the one it extends, the one that extends, and so on.
+//! Files of an experiment: its own, the one that it extends, the one that this extends, and so on.
 
 use super::EXTENDS;
 use crate::spec::builtin;
@@ -9,22 +9,22 @@ use std::path::{Component, Path, PathBuf};
 use trackfail_core::plugin::unknown;
 use trackfail_dataset::text::shorten_to;
 
-/// Most files, one extending the other.
+/// Longest chain of files that extend each other.
 const MAX_FILES: usize = 8;
 
-/// The folders of files that an experiment may extend, beside built-in ones.
+/// Folder in which an experiment may extend files, besides built-in ones.
 pub(in crate::spec) struct Folder {
-    /// The folder of the file read last, as the user named the first one; empty for the current one.
+    /// Folder of the last file read, relative to the name that the user gave; empty for the current folder.
     path: PathBuf,
-    /// The folder of the first file, without links; no file outside it is read.
+    /// Folder of the first file, with links resolved. Files outside it are refused.
     root: PathBuf,
 }
 
 impl Folder {
-    /// The folder of a file that a user named.
+    /// Folder of a file that a user named.
     ///
     /// # Errors
-    /// When the file is not there.
+    /// When the file does not exist.
     pub(in crate::spec) fn of(file: &Path) -> std::io::Result<Self> {
         let real = file.canonicalize()?;
         Ok(Self { path: parent(file), root: parent(&real) })
@@ -35,11 +35,11 @@ fn parent(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_path_buf()
 }
 
-/// Reads all files that a text extends; the text itself is the first, and each extends the one behind it. Without a folder,
-/// only built-in experiments can be extended.
+/// Reads the chain of files that a text extends. The text comes first, each file extends the next. Without a
+/// folder, only built-in experiments can be extended.
 ///
 /// # Errors
-/// A base that cannot be read or leads in a circle.
+/// A base that cannot be read, or a circle of bases.
 pub(in crate::spec) fn load(
     name: &str,
     text: &str,
@@ -74,7 +74,7 @@ fn extended(file: &SourceFile) -> Result<Option<(String, Range<usize>)>, SpecErr
     Ok(value.and_then(|value| Some((value.get_ref().as_str()?.to_string(), value.span()))))
 }
 
-/// Name and text of a base; `wrong` makes the error of a base that cannot be meant.
+/// Reads name and text of a base. `wrong` makes the error for a name that is no valid base.
 fn open(
     folder: &mut Option<Folder>,
     target: &str,

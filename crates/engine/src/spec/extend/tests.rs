@@ -1,4 +1,4 @@
-//! Extending and grouping change nothing but how much there is to write.
+//! Extending and grouping shorten a file without changing its meaning.
 
 use crate::spec::error::SpecError;
 use crate::spec::limits::MAX_BYTES;
@@ -9,8 +9,8 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 use trackfail_dataset::suite::Catalog;
 
-/// Digests, their first 16 digits, of the built-in experiments that extend others or have groups, as they were
-/// when each file said everything itself: plans, addresses and manifests come from the same text as then.
+/// First 16 digits of the digests of those built-in experiments that extend others or have groups, from when
+/// each file was still complete. So plans, addresses and manifests are made from the same text as then.
 const FROZEN: [(&str, &str); 23] = [
     ("compare/otb", "a755d74bb07579d0"),
     ("khalid2016/thresholds", "ec84fb363ddbc6fe"),
@@ -37,7 +37,7 @@ const FROZEN: [(&str, &str); 23] = [
     ("sanmiguel2015/thresholds", "7f10c67460fbb1d0"),
 ];
 
-/// Experiments that were never longer.
+/// Experiments that were written with `extends` from the start.
 const YOUNGER: [&str; 3] = ["khalid2016/readings", "khalid2016/table2", "sanmiguel2015/readings"];
 
 fn digest(text: &str) -> String {
@@ -135,7 +135,7 @@ fn read(files: &[(&str, &str)]) -> Result<crate::spec::Experiment, SpecError> {
     })
 }
 
-/// [`BASE`] without its groups.
+/// [`BASE`] with its groups written out.
 const WRITTEN_OUT: &str = r#"schema = 1
 name = "base"
 title = "Base"

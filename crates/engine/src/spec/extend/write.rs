@@ -1,4 +1,4 @@
-//! Writes the text of an experiment: what stands in its files is copied, what stands under headings of its own is put
+//! Writes the text of an experiment. Values in its files are copied; values under separate headings are put
 //! on one line.
 
 use super::{Entry, Item, SUITES, entries, word};
@@ -6,7 +6,7 @@ use crate::spec::error::Source;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The text of items whose values come from the files of `source`.
+/// Text of items whose values come from the files of `source`.
 pub(super) fn write(source: Source<'_>, items: &[Item<'_>]) -> String {
     let mut writer = Writer { source, text: String::new() };
     for item in items {
@@ -38,8 +38,8 @@ impl Writer<'_> {
         self.value(value, between == "=");
     }
 
-    /// Copies a value that stands behind its key; of one under a heading or dotted keys, and of a list with members of
-    /// groups, the parts are copied.
+    /// Writes a value. Text after a key is copied as it is. Values under a heading or dotted keys, and lists
+    /// with members of groups, are copied part by part.
     fn value(&mut self, value: &Spanned<DeValue<'_>>, is_behind_key: bool) {
         let is_made = |item: &Spanned<DeValue<'_>>| item.span().is_empty();
         match value.get_ref() {

@@ -6,17 +6,17 @@ use crate::spec::table::Words;
 /// Content of one panel of a strip figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Panel {
-    /// O_t.
+    /// Overlap error O_t.
     Error,
-    /// A method's signal.
+    /// Signal of a method.
     Signal(String),
-    /// A method's signal with its forecast.
+    /// Signal of a method, with its forecast.
     Forecast(String),
-    /// One or more methods' scores with their thresholds.
+    /// Scores of one or more methods, with their thresholds.
     Score(Vec<String>),
-    /// One or more methods' labels, a lane each.
+    /// Labels of one or more methods, one lane each.
     Labels(Vec<String>),
-    /// The tracker's condition as one or more methods follow it.
+    /// Condition of the tracker, as one or more methods estimate it.
     Condition(Vec<String>),
 }
 

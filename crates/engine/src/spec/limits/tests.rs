@@ -18,12 +18,12 @@ fn refused(text: &str) -> SpecError {
     }
 }
 
-/// An experiment with more behind its tracker and its method.
+/// Experiment with `more` appended after its tracker and its method.
 fn whole(more: &str) -> String {
     format!("{HEAD}{TRACKER}{METHOD}{more}")
 }
 
-/// An experiment with other lines for its tracker and its method.
+/// Experiment in which the lines of the tracker and of the method are replaced.
 fn with(tracker: &str, method: &str) -> String {
     format!("{HEAD}[[tracker]]\n{tracker}\n[[method]]\n{method}\n")
 }

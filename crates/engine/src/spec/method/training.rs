@@ -1,4 +1,4 @@
-//! Parameters that are trained instead of given: the candidates that an experiment file asks for.
+//! Trained parameters: the candidates that an experiment file defines.
 
 use super::{BuildWith, Candidates, DetectorChoice, FixedDetector, Training};
 use crate::spec::raw_plugin::{RawPlugin, build, tell};
@@ -10,15 +10,16 @@ use trackfail_core::plugin::{Configured, Entry, ParamError};
 use trackfail_methods::detector::Detector;
 use trackfail_methods::score::{Metric, Restarts};
 
-/// Largest number of candidates of a trained parameter.
+/// Most candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;
 
-/// Whether training can look for the largest value of a metric: a measure of counts of which more is better.
+/// True if training can maximize the metric, that is, if it is computed from counts and larger values are
+/// better.
 pub fn can_be_maximised(metric: &Metric) -> bool {
     metric.direction() == Direction::HigherIsBetter && metric.is_of_counts()
 }
 
-/// A choice among the candidates of the parameter `key`, with the other parameters `set`.
+/// Builds the choice among candidates of the parameter `key`; `set` has the values of other parameters.
 pub(super) fn train_choice(
     raw: &RawPlugin<'_, dyn Detector>,
     (key, train): &(String, wire::Train),
@@ -86,7 +87,7 @@ pub(super) fn fixed(entry: &Entry<dyn Detector>, detector: Configured<dyn Detect
     FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
 }
 
-/// The parameter that is to be trained, if one is; an error has been told.
+/// Trained parameter of a detector, if it has one. Errors have already been reported.
 pub(super) fn trained(raw: &RawPlugin<'_, dyn Detector>) -> Result<Option<(String, wire::Train)>, ()> {
     let is_trained = |value: &Value| value.get("train").is_some() || value.get("maximise").is_some();
     let mut all = raw.params.iter().filter(|(_, value)| is_trained(value));

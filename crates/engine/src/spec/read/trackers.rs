@@ -15,7 +15,7 @@ fn label(wire: &wire::Tracker) -> &String {
     wire.label.as_ref().unwrap_or(&wire.name)
 }
 
-/// Checks every `[[tracker]]`; `at` is their list.
+/// Checks all `[[tracker]]` items; `at` is their list.
 pub(super) fn read_trackers(
     at: At<'_>,
     all: &[wire::Tracker],
@@ -84,8 +84,8 @@ fn read_tracker(at: At<'_>, wire: &wire::Tracker, known: &Known<'_>) -> Option<T
     })
 }
 
-/// Checks that tracks are declared absent on sequences, and trackers limited to sources, that the experiment has; `at` is
-/// the list of trackers.
+/// Checks that tracks are declared absent, and trackers limited to sources, only for sequences and sources of
+/// the experiment; `at` is the list of trackers.
 pub(super) fn check_data(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>, catalog: &Catalog) {
     let suites = known.suites.values().map(|name| catalog.suite(name).ok());
     // Where a suite is wrong, its sequences are not known.

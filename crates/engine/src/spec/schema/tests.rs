@@ -5,7 +5,7 @@ use crate::spec::{builtin, parse};
 use jsonschema::Validator;
 use serde_json::Value;
 
-/// `UPDATE=1 cargo test` writes the file anew.
+/// Fails if `experiments/schema.json` is not up to date; `UPDATE=1 cargo test` writes it.
 #[test]
 fn the_committed_schema_is_the_generated_one() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/schema.json");
@@ -17,10 +17,10 @@ fn the_committed_schema_is_the_generated_one() {
     assert_eq!(committed, generated, "experiments/schema.json is old; run UPDATE=1 cargo test schema");
 }
 
-/// No faults.
+/// Empty list of faults.
 const NOTHING: [String; 0] = [];
 
-/// The validator, which finds the target of every reference when it is made.
+/// Validator of the schema. Creating it looks up all references.
 fn validator() -> Validator {
     jsonschema::draft202012::new(&schema()).unwrap()
 }
@@ -124,7 +124,7 @@ text = "All is found"
 holds = "recall[oracle] == 1"
 "#;
 
-/// Mutations: what is replaced in [`SPEC`], and by what.
+/// Mutations: a text of [`SPEC`] and its replacement.
 const MUTATIONS: [(&str, &str); 24] = [
     ("title", "tittle"),
     ("schema = 1", "schema = 2"),

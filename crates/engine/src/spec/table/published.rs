@@ -1,4 +1,4 @@
-//! Numbers that a paper prints, beside the table they belong to.
+//! Numbers that a paper prints, beside the table to which they belong.
 
 use super::{Published, Side, Table, Words};
 use crate::spec::Tracker;
@@ -7,9 +7,9 @@ use crate::spec::method::Method;
 use crate::spec::name::check_label;
 use crate::spec::wire;
 
-/// The published numbers, with those that readings and tables take over: a method or tracker that is
-/// [like](crate::spec::method::Method::like) another has that one's, and so has a table that names another one, unless it has
-/// numbers of its own.
+/// All published numbers, including inherited ones. A method or tracker that is
+/// [like](crate::spec::method::Method::like) another inherits that one's numbers, unless it has its own; so
+/// does a table that names another one.
 pub(in crate::spec) fn inherit_published(
     published: Vec<Published>,
     tables: &[Table],
@@ -42,7 +42,7 @@ pub(in crate::spec) fn inherit_published(
     all
 }
 
-/// Checks a `[[published]]` against the table it belongs to; nothing where that table is wrong.
+/// Checks a `[[published]]` against its table; `None` if that table is wrong.
 pub(in crate::spec) fn read_published(
     at: At<'_>,
     wire: &wire::Published,

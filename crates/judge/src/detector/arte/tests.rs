@@ -109,11 +109,12 @@ const OVER_REFERENCE: [[f64; 2]; 8] = [
     [-0.07692307692307686, 0.043478260869565175],
 ];
 
-/// Windows of three frames, no smoothing: tau_1, tau_2, tau_3 = 2, -2, -1.
+/// Windows of three frames without smoothing; tau_1, tau_2 and tau_3 are 2, -2 and -1.
 const PLAIN: &str = "smoothing = 1, long = 3, short = 3, tau_1 = 2.0, locking_in_limit = 3";
 
-/// Every row of the table, by hand: 1 to 4 is +3, 4 to 1.6 is -1.5, 1.6 to 6 is +2.75, 4 to 1 is -3. Lost in
-/// frame 3, a distractor in frame 7, recovered in frame 11, lost in frame 14, waiting over in frame 18.
+/// Uncertainties that take every row of the table. Changes by hand: 1 to 4 is +3, 4 to 1.6 is -1.5, 1.6 to 6
+/// is +2.75, 4 to 1 is -3. The track is lost in frame 3, on a distractor in frame 7, recovered in frame 11,
+/// lost in frame 14; waiting is over in frame 18.
 const SCRIPT: [f64; 19] =
     [1.0, 1.0, 1.0, 4.0, 4.0, 1.6, 6.0, 1.0, 1.0, 4.0, 1.6, 1.0, 1.0, 1.0, 4.0, 1.6, 1.6, 1.6, 1.6];
 
@@ -242,14 +243,14 @@ fn a_change_at_the_threshold_is_no_event() {
     }
 }
 
-/// An uncertainty that stays at a level for a while, with noise.
+/// Uncertainty with noise that stays at a level for some frames.
 fn uncertainty() -> impl Strategy<Value = Vec<f64>> {
     let piece = (0.1..20.0_f64, prop::collection::vec(0.8..1.25_f64, 1..25));
     prop::collection::vec(piece, 1..12)
         .prop_map(|all| all.iter().flat_map(|(level, noise)| noise.iter().map(move |n| level * n)).collect())
 }
 
-/// Answers that depend on the frames alone, about half of them good.
+/// Reverse runs whose errors depend on the frames alone; about half of them are good.
 fn mixed() -> Fake {
     Fake::new(|from, to| Some(((from * 7 + to * 3) % 16) as f64 / 10.0))
 }

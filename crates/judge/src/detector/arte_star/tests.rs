@@ -14,11 +14,12 @@ fn input<'a>(signal: &'a [f64], reverse: &'a Fake) -> Input<'a> {
     Input { signal, error: &[], seed: 0, reverse: Some(reverse), more: &[] }
 }
 
-/// Sums of two, beta_1 = 1, beta_2 = 0.5.
+/// Sums of two values; beta_1 is 1, beta_2 is 0.5.
 const PLAIN: &str = "length = 2, beta = 1.0, locking_in_limit = 2";
 
-/// By hand; s is above 1 in frames 1 to 2, 5 to 7, 11 and 14 to 17. Lost in frame 1, a distractor in frame 3,
-/// recovered in frame 8; lost in 11 and recovered in 12 at once; lost in 14, waiting over in 17.
+/// Changes with known events: s is above 1 in frames 1 to 2, 5 to 7, 11 and 14 to 17. The track is lost in
+/// frame 1, on a distractor in frame 3, recovered in frame 8; lost in 11 and recovered in 12; lost in 14;
+/// waiting is over in 17.
 const SCRIPT: [f64; 19] =
     [0.0, 1.2, 0.0, 0.0, 0.0, 1.2, 1.2, 0.0, 0.9, 0.0, 0.9, 0.9, 0.05, 0.0, 1.5, 0.0, 1.5, 0.0, 0.0];
 
@@ -81,7 +82,7 @@ fn the_score_and_the_large_changes_are_those_of_avu() {
     );
 }
 
-/// Exponential c_t of mean 0.2, all consistent.
+/// Exponential c_t with mean 0.2, in consistent frames only.
 fn drawn() -> (Vec<f64>, Vec<f64>) {
     let mut rng = crate::num::seed::rng(3);
     let signal = (0..600).map(|_| -rng.random_range(1e-9_f64..1.0).ln() * 0.2).collect();
@@ -147,14 +148,14 @@ fn parameters_are_checked() {
     assert_eq!(refused.key, Some("beta_2"));
 }
 
-/// Changes that are small for a while, then large.
+/// Changes that are small for some frames, then large.
 fn series() -> impl Strategy<Value = Vec<f64>> {
     let piece = (prop_oneof![Just(0.05), Just(0.6), Just(3.0)], prop::collection::vec(0.1..1.0_f64, 1..12));
     prop::collection::vec(piece, 1..14)
         .prop_map(|all| all.iter().flat_map(|(level, noise)| noise.iter().map(move |n| level * n)).collect())
 }
 
-/// Answers that depend on the frames alone, about half of them good.
+/// Reverse runs whose errors depend on the frames alone; about half of them are good.
 fn mixed() -> Fake {
     Fake::new(|from, to| Some(((from * 7 + to * 3) % 16) as f64 / 10.0))
 }

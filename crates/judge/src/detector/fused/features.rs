@@ -11,50 +11,51 @@
 //! missing  1 in a frame without a value, else 0
 //! ```
 //!
-//! Inputs that a network gives have the first three alone.
+//! Inputs from a network have only the first three features.
 //!
-//! `t` is a 0-based frame. The past are the last 100 values before frame t. A frame in which an input is missing
-//! changes nothing of its memory: `now` and `z` have no value then, and nor has anything before the first value. A feature
-//! without a value says nothing, for or against.
+//! `t` is a 0-based frame. The past is the last 100 values before frame t. A frame in which an input is
+//! missing does not change its history. In such a frame, `now` and `z` have no value; before the first value,
+//! no feature has one. A feature without a value has no effect on the score.
 
 use super::inputs::FusedInput;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Values of an input that `worst20`, `mean20` and `slope20` are of, and that `change` compares with.
+/// Number of values for `worst20`, `mean20` and `slope20`, and of the first values that `change` compares
+/// with.
 const LONG: usize = 20;
-/// Values of an input that `worst5` and `mean5` are of.
+/// Number of values for `worst5` and `mean5`.
 const SHORT: usize = 5;
-/// Values of the past that `z` compares with.
+/// Number of past values that `z` compares with.
 const PAST: usize = 100;
-/// Added to values of motions before their logarithm.
+/// Value added to motions before taking the logarithm.
 const MOTION_FLOOR: f64 = 1e-3;
 /// Bound of `z`.
 const MAX_Z: f64 = 10.0;
-/// Added to the spread of the past that `z` is measured in, in the unit of the input: after a past that hardly varies, any
-/// noise would be the largest `z`.
+/// Value added to the spread of the past in `z`, in the unit of the input. Without it, any noise after a
+/// nearly constant past would give the largest `z`.
 const SPREAD_FLOOR: f64 = 0.02;
-/// The same for motions, whose unit is the logarithm: a tenth more or less is noise.
+/// The same value for motions, in units of the logarithm: a change by a tenth is noise.
 const MOTION_SPREAD_FLOOR: f64 = 0.1;
 
-/// Names of the features of an input, in their order.
+/// Names of an input's features, in order.
 pub const FEATURES: [&str; 9] =
     ["now", "worst5", "mean5", "worst20", "mean20", "slope20", "change", "z", "missing"];
 
-/// The memory of an input; it does not grow beyond its windows.
+/// History of an input, of bounded size.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "SavedHistory")]
 pub struct InputHistory {
     /// Sum and number of the first values.
     early: (f64, usize),
-    /// Up to [`PAST`] values, the last one at the end.
+    /// Up to [`PAST`] values, the latest at the end.
     past: VecDeque<f64>,
-    /// The same values, ascending.
+    /// The past values in ascending order.
     #[serde(skip)]
     sorted: Vec<f64>,
 }
 
-/// An [`InputHistory`] as it is saved, before it is checked.
+/// An [`InputHistory`] as it is saved, not yet checked.
 #[derive(Deserialize)]
 struct SavedHistory {
     early: (f64, usize),
@@ -77,7 +78,7 @@ impl TryFrom<SavedHistory> for InputHistory {
 }
 
 impl InputHistory {
-    /// The features of the input in the next frame; NaN where one has no value.
+    /// Features of the input in the next frame; NaN for those without a value.
     pub fn features(&mut self, input: &FusedInput, value: f64) -> impl Iterator<Item = f64> + use<> {
         self.push(input, value).into_iter().take(input.features)
     }
@@ -92,7 +93,7 @@ impl InputHistory {
         [now, worst5, mean5, worst20, mean20, slope20, change, z, missing]
     }
 
-    /// The next frame, whose features are not asked for.
+    /// Adds the value of the next frame without computing features.
     pub fn pass(&mut self, input: &FusedInput, value: f64) {
         self.remember(transformed(input, value));
     }
@@ -113,7 +114,7 @@ impl InputHistory {
     }
 }
 
-/// The value of an input as it is compared; NaN for a missing one.
+/// Value of an input as it is compared, for motions its logarithm; NaN if it is missing.
 fn transformed(input: &FusedInput, value: f64) -> f64 {
     match value.is_finite() {
         true if input.is_motion => (MOTION_FLOOR + value.max(0.0)).ln(),
@@ -123,7 +124,7 @@ fn transformed(input: &FusedInput, value: f64) -> f64 {
 }
 
 impl InputHistory {
-    /// The features over windows, from `now` to `change`, with `now` as the first.
+    /// Features over windows, from `now` to `change`.
     fn windows(&self, input: &FusedInput, now: f64) -> [f64; 7] {
         let last = |count: usize| self.past.iter().skip(self.past.len().saturating_sub(count)).copied();
         let worst = |count| match input.bad_is_high() {
@@ -135,7 +136,7 @@ impl InputHistory {
         [now, worst(SHORT), mean(SHORT), worst(LONG), mean(LONG), slope(last(LONG)), now - early]
     }
 
-    /// How far a value is from the past, in robust deviations; 0 before there is a past.
+    /// Distance of a value from the past, in robust deviations; 0 without a past.
     fn robust_z(&self, x: f64, floor: f64) -> f64 {
         let Some(middle) = self.median().filter(|_| x.is_finite()) else {
             return if x.is_finite() { 0.0 } else { f64::NAN };
@@ -150,13 +151,13 @@ impl InputHistory {
         Some((lower + upper) / 2.0)
     }
 
-    /// Median of the past, in the unit of the input; `None` before there is a past.
+    /// Median of the past, in the unit of the input; `None` without a past.
     pub fn usual(&self, input: &FusedInput) -> Option<f64> {
         self.median().map(|x| if input.is_motion { x.exp() - MOTION_FLOOR } else { x })
     }
 }
 
-/// Median of the distances of ascending values from `middle`.
+/// Median distance of ascending values from `middle`.
 fn median_deviation(sorted: &[f64], middle: f64) -> f64 {
     let split = sorted.partition_point(|value| *value < middle);
     let (mut below, mut above) = (sorted[..split].iter().rev().peekable(), sorted[split..].iter().peekable());
@@ -177,7 +178,7 @@ fn median_deviation(sorted: &[f64], middle: f64) -> f64 {
     if sorted.len().is_multiple_of(2) { (last[0] + last[1]) / 2.0 } else { last[1] }
 }
 
-/// Slope of the line through values of equal distance, times [`LONG`]; 0 with fewer than 3.
+/// Slope of the line through equally spaced values, times [`LONG`]; 0 with fewer than 3 values.
 fn slope(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = values.clone().count();
     if count < 3 {

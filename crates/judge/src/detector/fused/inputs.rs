@@ -1,29 +1,30 @@
-//! Inputs of the fused detector: the signals that it knows by name, and how it speaks of them.
+//! Inputs of the fused detector: the signals that it knows by name, with their descriptions.
 
 use super::features::FEATURES;
 use crate::direction::Direction;
 
-/// A signal that the detector can read.
+/// A signal that the fused detector can read.
 #[derive(Debug, PartialEq)]
 pub struct FusedInput {
-    /// Its name in the detector's parameters.
+    /// Name in the detector's parameters.
     pub name: &'static str,
-    /// Its name in reasons.
+    /// Name in reasons shown to users.
     pub words: &'static str,
-    /// Which of its values are good.
+    /// Direction in which values are good.
     pub good: Direction,
-    /// Whether its values are small positive numbers with large exceptions, which are compared by their logarithms.
+    /// True for motions: small positive numbers with large exceptions, which are compared by their
+    /// logarithms.
     pub is_motion: bool,
-    /// Number of its features, the first ones of the list in fused/features.rs: what a network says is comparable from
-    /// track to track, and its own past says more than it should beyond the last frames.
+    /// Number of features, the first ones of the list in fused/features.rs. Outputs of a network are
+    /// comparable between tracks, so beyond the last frames their own past would mislead.
     pub features: usize,
-    /// Whether it is the overlap with a watchdog that follows the target from the first frame on: as long as the two touch,
-    /// a disagreement is news.
+    /// True for the overlap with a watchdog that follows the target from the first frame on. While the two
+    /// overlap, a disagreement is news.
     pub is_watchdog_overlap: bool,
 }
 
 impl FusedInput {
-    /// Whether high values speak for a failure.
+    /// True if high values speak for a failure.
     pub fn bad_is_high(&self) -> bool {
         self.good == Direction::LowerIsBetter
     }
@@ -51,7 +52,7 @@ const fn motion(name: &'static str, words: &'static str) -> FusedInput {
     }
 }
 
-/// A value of `deep-verification`.
+/// A value of the signal `deep-verification` as an input.
 const fn deep(good: Direction, name: &'static str, words: &'static str) -> FusedInput {
     FusedInput { good, features: 3, ..high(name, words) }
 }
@@ -68,7 +69,7 @@ const fn deep_overlap(name: &'static str, words: &'static str) -> FusedInput {
     FusedInput { is_watchdog_overlap: true, ..deep_high(name, words) }
 }
 
-/// Every input.
+/// All inputs, by name.
 pub static INPUTS: &[FusedInput] = &[
     motion("displacement", "displacement of the box"),
     motion("acceleration", "acceleration of the box"),
@@ -103,7 +104,7 @@ pub static INPUTS: &[FusedInput] = &[
     deep_low("here-elsewhere", "best score off the box against that at it"),
 ];
 
-/// The input of a name.
+/// Input of this name.
 pub fn find(name: &str) -> Option<&'static FusedInput> {
     INPUTS.iter().find(|input| input.name == name)
 }

@@ -8,15 +8,16 @@
 //!            their mean over the videos
 //! ```
 //!
-//! A frame is lost where the box does not overlap the target (error 1). The weights put the beginning of a loss before what
-//! comes later in it, since an alarm is of use there, and soften the vote of videos that many trackers ran on. Features are
-//! standardized, and cut as the model cuts them.
+//! A frame is lost if the box does not overlap the target (error 1). The weights favor the beginning of a
+//! loss, where an alarm is useful, and reduce the influence of videos with many tracks. Features are
+//! standardized and clipped as in the model.
 //!
-//! The worth of a model's scores on videos that it has not seen is learned from such videos: the videos are dealt
-//! out to [`INNER_FOLDS`] folds in the order of their names, each is scored by a model of the others, and these scores
-//! give the calibration (Platt: a logistic model of the score alone, by frames) and the thresholds. False alarms are counted by
-//! frames, as they have to be looked at: a budget of `n` allows the threshold that `n` of 1000 good frames reach on the worst
-//! source of videos. Sources of fewer than [`GOOD_FRAMES`] good frames have no say, unless all are such.
+//! Calibration and thresholds must hold on unseen videos. So the videos are dealt out to [`INNER_FOLDS`]
+//! folds in the order of their names, and each fold is scored by a model of the others. These scores give the
+//! calibration (Platt: a logistic model of the score alone, by frames) and the thresholds. False alarms are
+//! counted in frames, since each has to be inspected: a budget of `n` gives the threshold that `n` of 1000
+//! good frames reach on the worst source of videos. Sources with fewer than [`GOOD_FRAMES`] good frames are
+//! ignored, unless all have fewer.
 
 use super::features::InputHistory;
 use super::inputs::FusedInput;
@@ -25,40 +26,40 @@ use super::model::{FusedModel, News, Weight, probability, score};
 use crate::detector::{Example, LearnError};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Folds of videos that calibration and thresholds are learned on.
+/// Number of folds of videos for calibration and thresholds.
 const INNER_FOLDS: usize = 4;
-/// Budgets of false alarms per 1000 good frames that a threshold is learned for.
+/// Budgets of false alarms per 1000 good frames for which thresholds are learned.
 pub const BUDGETS: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0];
-/// Frames in which a loss is new.
+/// Number of frames at the beginning of a loss, which get the full weight.
 const ONSET: usize = 16;
-/// Good frames from which on a source of videos can set a threshold.
+/// Least number of good frames for a source of videos to set a threshold.
 const GOOD_FRAMES: f64 = 5000.0;
 
-/// Parameters of the learning.
+/// Settings of the learning.
 #[derive(Debug, Clone, Copy)]
 pub struct Learning {
-    /// Weight of the squared weights, relative to that of the rows.
+    /// Weight of the penalty on squared weights, relative to that of the rows.
     pub lambda: f64,
-    /// Frames from one row to the next, but in the first frames of a loss.
+    /// Distance in frames between rows, except at the beginning of a loss.
     pub stride: usize,
-    /// Frames for which a disagreement is news, for the thresholds.
+    /// Number of frames during which a disagreement is news, for the thresholds.
     pub window: u32,
 }
 
-/// An example: a frame of a track.
+/// A training example: one frame of a track.
 struct Row {
-    /// The features of all inputs.
+    /// Features of all inputs.
     features: Vec<f64>,
     lost: bool,
-    /// Frames that it counts as.
+    /// Number of frames that the example represents.
     frames: f64,
-    /// Its weight in learning, without that of its video.
+    /// Weight in learning, before the factor of its video.
     weight: f64,
-    /// Factor of its probability in what is compared with a threshold.
+    /// Factor of the probability before comparison with a threshold.
     news: f64,
 }
 
-/// The examples of a track.
+/// Training examples of a track.
 struct TrackRows<'e> {
     video: &'e str,
     source: &'e str,
@@ -110,7 +111,7 @@ fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &L
 /// Learns the model.
 ///
 /// # Errors
-/// When there are no lost frames, or no good ones, or fewer than two videos.
+/// When there are no lost frames, no good ones, or fewer than two videos.
 pub fn learn(
     examples: &[Example<'_>],
     inputs: &[&'static FusedInput],
@@ -134,7 +135,7 @@ pub fn learn(
     Ok(FusedModel { inputs, features, bias, calibration, thresholds })
 }
 
-/// The weights of the features and the bias, of the tracks that are taken.
+/// Fits weights and bias on the tracks that `takes` accepts.
 fn fit(
     tracks: &[TrackRows<'_>],
     takes: impl Fn(&TrackRows<'_>) -> bool,
@@ -162,8 +163,8 @@ fn fit(
     Ok((features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect(), bias))
 }
 
-/// Brings the columns to mean 0 and deviation 1, cuts them, and puts 0 where there is no value. A column that is constant
-/// becomes 0.
+/// Standardizes the columns to mean 0 and deviation 1, clips them, and replaces missing values by 0. A
+/// constant column becomes 0.
 fn standardize(rows: &mut Rows) -> Vec<Weight> {
     let of_column = |column: usize| {
         let values = || rows.iter().map(|(row, ..)| row[column]).filter(|x| x.is_finite());
@@ -179,7 +180,7 @@ fn standardize(rows: &mut Rows) -> Vec<Weight> {
     features
 }
 
-/// a and c of the probability.
+/// Fits the calibration, a and c of the probability.
 fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64), LearnError> {
     let mut rows = Rows { columns: 1, values: scores.concat(), ..Rows::default() };
     for row in tracks.iter().flat_map(|track| &track.rows) {
@@ -192,7 +193,7 @@ fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64)
     Ok((fit.weights.first().copied().unwrap_or_default().max(1e-3), fit.bias))
 }
 
-/// Each budget with the lowest number that no more good frames reach than it allows, on any source.
+/// For each budget, the lowest threshold that at most this number of good frames reach, on every source.
 fn thresholds(tracks: &[TrackRows<'_>], scores: &[Vec<f64>], calibration: (f64, f64)) -> Vec<(f64, f64)> {
     let mut by_source = BTreeMap::<&str, Vec<(f64, f64)>>::new();
     for (track, scores) in tracks.iter().zip(scores) {
@@ -223,7 +224,7 @@ fn thresholds(tracks: &[TrackRows<'_>], scores: &[Vec<f64>], calibration: (f64, 
 mod tests {
     use super::*;
 
-    /// A track of frames that count as one each.
+    /// A track in which each frame represents itself.
     fn track(lost: &[bool]) -> TrackRows<'static> {
         let row =
             |lost: &bool| Row { features: Vec::new(), lost: *lost, frames: 1.0, weight: 1.0, news: 1.0 };

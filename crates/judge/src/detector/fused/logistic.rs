@@ -4,20 +4,20 @@
 //! minimize over w, b:  sum_i v_i ln(1 + exp(-y_i (w . x_i + b))) + lambda / 2 |w|^2        y_i = 1 (lost) or -1
 //! ```
 //!
-//! `x_i` are standardized features, `v_i` weights whose sum is the number of rows; `b` is not shrunk. The objective is
-//! strictly convex for `lambda > 0` but for `b`, so that the answer does not depend on where the search begins; rows are
-//! summed in their order, on one thread.
+//! `x_i` are standardized features, `v_i` weights whose sum is the number of rows; `b` has no penalty. For
+//! `lambda > 0` the objective is strictly convex in `w`, so the result does not depend on the start of the
+//! search. Rows are summed in order, on one thread.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Rows of equal length with what they are examples of.
+/// Rows of equal length with their labels and weights.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
-    /// Numbers in a row.
+    /// Number of values in a row.
     pub columns: usize,
     /// All rows, one after the other.
     pub values: Vec<f64>,
-    /// Whether the target is lost, for each row.
+    /// For each row, true if the target is lost.
     pub lost: Vec<bool>,
     /// Weight of each row.
     pub weight: Vec<f64>,
@@ -36,26 +36,26 @@ impl Rows {
 pub struct Fit {
     /// One weight for each column.
     pub weights: Vec<f64>,
-    /// The bias.
+    /// Constant term of the score.
     pub bias: f64,
 }
 
-/// Steps after which the search ends in any case; some ten are needed.
+/// Most steps of the search. About ten are needed.
 const MAX_STEPS: usize = 100;
-/// Largest change of a weight in the last step.
+/// Largest change of a weight at which the search ends.
 const TOLERANCE: f64 = 1e-7;
 
-/// 1 / (1 + exp(-score)).
+/// Logistic function 1 / (1 + exp(-score)).
 pub fn sigmoid(score: f64) -> f64 {
     if score >= 0.0 { 1.0 / (1.0 + (-score).exp()) } else { score.exp() / (1.0 + score.exp()) }
 }
 
-/// ln(1 + exp(-margin)).
+/// Logistic loss ln(1 + exp(-margin)).
 fn loss(margin: f64) -> f64 {
     if margin > 0.0 { (-margin).exp().ln_1p() } else { margin.exp().ln_1p() - margin }
 }
 
-/// The minimum; `None` if the rows are all of one kind, or hold what is no number.
+/// Minimizes the objective; `None` if all rows have the same label, or if a value is not finite.
 pub fn fit(rows: &Rows, lambda: f64) -> Option<Fit> {
     let n = rows.columns + 1;
     if rows.lost.iter().all(|l| *l) || !rows.lost.contains(&true) {
@@ -106,13 +106,13 @@ fn score(theta: &DVector<f64>, row: &[f64]) -> f64 {
     row.iter().zip(theta.iter()).map(|(x, w)| x * w).sum::<f64>() + theta[row.len()]
 }
 
-/// Adds `scale` times the first of `values` to as many sums.
+/// Adds `scale` times the first values to as many sums.
 #[multiversion::multiversion(targets("x86_64+avx+avx2"))]
 fn add_scaled(sums: &mut [f64], values: &[f64], scale: f64) {
     sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += scale * value);
 }
 
-/// Gradient and second derivatives of the objective; the bias is the last column.
+/// Gradient and second derivatives of the objective, with the bias as the last column.
 fn derivatives(rows: &Rows, lambda: f64, theta: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
     let n = rows.columns + 1;
     let mut gradient = DVector::<f64>::zeros(n);

@@ -1,4 +1,4 @@
-//! The learned model of the fused detector, and a track that is judged by it.
+//! Learned model of the fused detector, and the stream that applies it to a track.
 //!
 //! ```text
 //! d[j,t] = (f[j,t] - center[j]) / scale[j], cut at 6; 0 for a feature without a value
@@ -18,58 +18,59 @@ use crate::saved;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Standardized features are cut here, in both directions.
+/// Bound at which standardized features are clipped, in both directions.
 const MAX_DEVIATION: f64 = 6.0;
-/// Factor of what is no news.
+/// Factor of the probability if a watchdog has not overlapped the tracker's box for longer than the window,
+/// so that the disagreement is old news.
 const OLD: f64 = 0.001;
-/// Most reasons that are given for a frame.
+/// Most reasons given for a frame.
 const MAX_REASONS: usize = 3;
 
-/// A learned model.
+/// A learned model of the fused detector.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FusedModel {
     /// Names of the inputs, in the order of the signals.
     pub inputs: Vec<String>,
-    /// The features of each input, in the order of the inputs and of the list in `fused/features.rs`.
+    /// Weights of all features, in the order of the inputs and of the list in `fused/features.rs`.
     pub features: Vec<Weight>,
-    /// b.
+    /// Bias b of the score.
     pub bias: f64,
-    /// a and c, which make the score a probability.
+    /// Calibration a and c, which converts the score to a probability.
     pub calibration: (f64, f64),
-    /// Budgets of false alarms per 1000 good frames, ascending, each with the lowest probability at which frames that
-    /// the model was not made on kept to it.
+    /// Budgets of false alarms per 1000 good frames, ascending, each with the lowest probability at which
+    /// frames outside of the training kept the budget.
     pub thresholds: Vec<(f64, f64)>,
 }
 
-/// Mean and deviation that a feature is compared with, and its weight.
+/// Mean and deviation of a feature, and its weight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Weight {
     /// Mean of the feature in training.
     pub center: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the feature in training.
     pub scale: f64,
-    /// w.
+    /// Weight w of the standardized feature.
     pub weight: f64,
 }
 
 impl Weight {
-    /// The standardized feature, cut; 0 for one without a value.
+    /// Standardized feature, clipped; 0 for a feature without a value.
     pub fn deviation(&self, value: f64) -> f64 {
         let deviation = (value - self.center) / self.scale;
         if deviation.is_finite() { deviation.clamp(-MAX_DEVIATION, MAX_DEVIATION) } else { 0.0 }
     }
 }
 
-/// Frames since each watchdog touched the tracker's box.
+/// Number of frames since each watchdog overlapped the tracker's box.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct News {
     apart: Vec<u32>,
 }
 
 impl News {
-    /// n of the next frame, from the values of the inputs. A missing value changes nothing.
+    /// Factor n of the next frame, from the values of the inputs. A missing value leaves the state unchanged.
     pub fn push(&mut self, inputs: &[&'static FusedInput], values: &[f64], window: u32) -> f64 {
         let overlaps = inputs.iter().zip(values).filter(|(input, _)| input.is_watchdog_overlap);
         let overlaps: Vec<f64> = overlaps.map(|(_, overlap)| *overlap).collect();
@@ -85,37 +86,37 @@ impl News {
     }
 }
 
-/// The score before calibration.
+/// Score before calibration.
 pub fn score(bias: f64, weights: &[Weight], features: &[f64]) -> f64 {
     bias + part(weights, features)
 }
 
-/// The part of the score that some features add.
+/// Contribution of some features to the score.
 fn part(weights: &[Weight], features: &[f64]) -> f64 {
     weights.iter().zip(features).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
 }
 
-/// The probability that a score stands for.
+/// Probability for a score, by the calibration `(a, c)`.
 pub fn probability((a, c): (f64, f64), score: f64) -> f64 {
     sigmoid(a * score + c)
 }
 
 impl FusedModel {
-    /// Whether it is a model of these inputs, and complete.
+    /// True if the model is complete and has these inputs.
     pub fn fits(&self, inputs: &[&'static FusedInput]) -> bool {
         let features: usize = inputs.iter().map(|input| input.features).sum();
         let is_complete = self.features.len() == features && !self.thresholds.is_empty();
         self.inputs.iter().eq(inputs.iter().map(|input| input.name)) && is_complete
     }
 
-    /// The largest budget of the model that is within `budget`, with its probability; of those that are all larger, the
-    /// smallest.
+    /// Threshold on the probability for the largest budget of the model up to `budget`, or for the smallest
+    /// one if all are larger.
     pub fn threshold(&self, budget: f64) -> f64 {
         threshold_within(&self.thresholds, budget).unwrap_or(1.0)
     }
 }
 
-/// The memory of a track.
+/// State of the stream between frames.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Memory {
     histories: Vec<InputHistory>,
@@ -123,18 +124,18 @@ struct Memory {
     state: LossState,
 }
 
-/// How a model is used.
+/// Settings with which a model is used.
 #[derive(Debug, Clone, Copy)]
 pub struct Use {
     /// Most false alarms per 1000 good frames.
     pub budget: f64,
-    /// Frames in a row below the threshold that confirm a recovery.
+    /// Number of frames in a row below the threshold that confirm a recovery.
     pub confirm: usize,
-    /// Frames for which a disagreement is news.
+    /// Number of frames during which a disagreement is news.
     pub window: u32,
 }
 
-/// A track that is judged by a model.
+/// A track that is judged by a model, frame by frame.
 pub struct FusedStream {
     model: Arc<FusedModel>,
     inputs: Vec<&'static FusedInput>,
@@ -143,33 +144,33 @@ pub struct FusedStream {
     memory: Memory,
 }
 
-/// Judgement of a frame, but for the reasons.
+/// Probability and state for a frame, without reasons.
 pub struct FusedStep {
-    /// The parts of the score that the inputs add.
+    /// Contribution of each input to the score.
     parts: Vec<f64>,
-    /// The probability of a loss.
+    /// Probability of a loss.
     pub probability: f64,
-    /// Number that is compared with the threshold.
+    /// Value that is compared with the threshold.
     pub compared: f64,
-    /// Whether an alarm is on.
+    /// True while an alarm is on.
     pub alarm: bool,
 }
 
 impl FusedStream {
-    /// A track before its first frame.
+    /// Stream before the first frame of a track.
     pub fn new(model: Arc<FusedModel>, inputs: Vec<&'static FusedInput>, how: Use) -> Self {
         let histories = vec![InputHistory::default(); inputs.len()];
         let memory = Memory { histories, news: News::default(), state: LossState::default() };
         Self { threshold: model.threshold(how.budget), model, inputs, how, memory }
     }
 
-    /// The track as it was when it was saved; `None` if these bytes are of another detector.
+    /// Stream in a saved state; `None` if the bytes are from another detector.
     pub fn resumed(self, saved: &[u8]) -> Option<Self> {
         let memory: Memory = saved::from_bytes(saved)?;
         (memory.histories.len() == self.inputs.len()).then_some(Self { memory, ..self })
     }
 
-    /// The next frame.
+    /// Judges the next frame, given the values of the signals.
     pub fn step(&mut self, values: &[f64]) -> FusedStep {
         let mut values = values.to_vec();
         values.resize(self.inputs.len(), f64::NAN);

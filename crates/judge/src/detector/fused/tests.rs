@@ -13,7 +13,7 @@ fn feature(values: &[f64; FEATURES.len()], name: &str) -> f64 {
     values[FEATURES.iter().position(|f| *f == name).unwrap()]
 }
 
-/// Features of the last of some values.
+/// Features after the last of these values.
 fn last(name: &str, values: &[f64]) -> [f64; FEATURES.len()] {
     let mut history = InputHistory::default();
     values.iter().map(|v| history.push(input(name), *v)).last().unwrap()
@@ -85,7 +85,8 @@ fn the_logistic_model_is_that_of_scikit_learn() {
     assert!(logistic::fit(&one_kind, 0.5).is_none());
 }
 
-/// Tracks of five videos: the colors fall when the target is lost, by an amount that differs between tracks, and noise.
+/// Tracks of five videos. When the target is lost, the colors fall, by an amount that differs between tracks,
+/// with noise.
 fn tracks() -> Vec<(Vec<f64>, Vec<f64>, String)> {
     use rand::RngExt;
     let mut rng = crate::num::seed::rng(7);
@@ -370,7 +371,8 @@ fn a_missing_input_is_not_the_worst_one() {
     assert!(worst.reasons[0].text.contains("other trackers"), "{worst:?}");
 }
 
-/// Values of `Fused deep` in a frame: on the target, or with the watchdog and the second look both sure of another place.
+/// Values of `Fused deep` in a frame: on target, or with both watchdog and second look confident of another
+/// place.
 fn deep_values(lost: bool) -> [f64; 14] {
     match lost {
         false => [0.8, 0.99, 0.2, 0.0, 0.1, 0.99, 0.8, 0.2, 0.0, 0.1, 0.99, 9.0, -6.0, -8.0],

@@ -92,14 +92,14 @@ fn the_wealth_is_that_of_a_direct_computation() {
     assert_eq!(restart.alarm, std::array::from_fn::<bool, 12, _>(|t| t == 6));
 }
 
-/// A process whose values have a mean of `eps` or more given the past, in [0, 1].
+/// Draws the next value, in [0, 1], of a process whose mean given the past is at least `eps`.
 type Null = fn(&mut rand_chacha::ChaCha8Rng, f64, f64) -> f64;
 
 fn share(rng: &mut impl Rng) -> f64 {
     rng.random_range(0.0..1.0)
 }
 
-/// The processes; the last argument is the value before.
+/// Processes. The last argument of each is the previous value.
 const NULLS: [(&str, Null); 6] = [
     ("bernoulli", |rng, eps, _| f64::from(u8::from(share(rng) < eps))),
     ("uniform of the same mean", |rng, eps, _| {

@@ -10,11 +10,11 @@
 //! LOCKING-IN  waiting over     LOCKED-ON    recovery check
 //! ```
 //!
-//! It begins LOCKED-ON with a successful track. Events are those of a 0-based frame and have no unit; in a
-//! frame the first row that fits is taken, and no other. When a successful track is lost it becomes
-//! unsuccessful and the frame before becomes the reference; a track that is unsuccessful already keeps its
-//! reference. A check that is accepted makes the track successful. One that is rejected leaves it
-//! unsuccessful and LOCKED-ON, on a distractor, until the next increase and decrease make another check.
+//! The machine begins LOCKED-ON with a successful track. In each (0-based) frame only the first matching row
+//! is applied. A successful track that is lost becomes unsuccessful, and the frame before becomes the
+//! reference; an unsuccessful track keeps its reference. An accepted check makes the track successful. A
+//! rejected check leaves it unsuccessful and LOCKED-ON, on a distractor, until the next increase and decrease
+//! cause another check.
 //!
 //! Source: the three conditions, the two statuses and the recovery check are the paper's, the meanings of the
 //! three thresholds those of SanMiguel and Cavallaro, CVIU 131, 2015, section 6. The table is a
@@ -37,18 +37,18 @@ use super::Condition::{self, LockedOn, LockingIn, Scanning};
 /// An event of a frame that the machine reacts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Event {
-    /// The uncertainty has risen much: from consistent to inconsistent.
+    /// The uncertainty has risen strongly: from consistent to inconsistent.
     LargeIncrease,
-    /// The uncertainty has fallen much: from inconsistent to consistent.
+    /// The uncertainty has fallen strongly: from inconsistent to consistent.
     LargeDecrease,
-    /// The uncertainty has fallen: the hypotheses become more accurate.
+    /// The uncertainty has fallen slightly: the hypotheses become more accurate.
     SmallDecrease,
-    /// LOCKING-IN has lasted to its limit; the machine sets this event itself.
+    /// LOCKING-IN has reached its time limit. The machine itself sets this event.
     WaitingOver,
 }
 
 impl Event {
-    /// Its name in files and figures.
+    /// Name of the event in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::LargeIncrease => "large increase",
@@ -59,36 +59,36 @@ impl Event {
     }
 }
 
-/// The events of one frame.
+/// Set of the events in one frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Events(u8);
 
 impl Events {
-    /// Adds an event if it `holds`.
+    /// Adds an event if `holds` is true.
     #[must_use]
     pub fn with(self, event: Event, holds: bool) -> Self {
         Self(self.0 | u8::from(holds) << event as u8)
     }
 
-    /// Whether the event happened.
+    /// True if the event happened.
     pub fn contains(self, event: Event) -> bool {
         self.0 >> event as u8 & 1 == 1
     }
 }
 
-/// Action of a transition.
+/// Action that a transition takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Action {
-    /// A successful track becomes unsuccessful, and the frame before is the reference.
+    /// A successful track becomes unsuccessful, and the frame before becomes the reference.
     Lose,
-    /// Recovery check: the track is successful if it is accepted, unsuccessful if not.
+    /// Recovery check: the track becomes successful if the check is accepted, else unsuccessful.
     Check,
     /// No action.
     Nothing,
 }
 
 impl Action {
-    /// Its name in files and figures.
+    /// Name of the action in files and figures.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lose => "track lost",
@@ -98,7 +98,7 @@ impl Action {
     }
 }
 
-/// One row of the table.
+/// A transition: one row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transition {
     /// The condition before.
@@ -107,7 +107,7 @@ pub struct Transition {
     pub on: Event,
     /// The condition from this frame on.
     pub to: Condition,
-    /// The action.
+    /// Action of the transition.
     pub then: Action,
 }
 
@@ -115,7 +115,7 @@ const fn row(from: Condition, on: Event, to: Condition, then: Action) -> Transit
     Transition { from, on, to, then }
 }
 
-/// The machine; the first row that fits in a frame is taken.
+/// Table of transitions. In each frame the first matching row is applied.
 pub static TRANSITIONS: &[Transition] = &[
     row(LockedOn, Event::LargeIncrease, Scanning, Action::Lose),
     row(Scanning, Event::LargeIncrease, Scanning, Action::Nothing),
@@ -126,7 +126,7 @@ pub static TRANSITIONS: &[Transition] = &[
     row(LockingIn, Event::WaitingOver, LockedOn, Action::Check),
 ];
 
-/// A tracker's condition and its track's status, from frame to frame.
+/// Condition of a tracker and status of its track, from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Machine {
     condition: Condition,
@@ -138,8 +138,9 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// LOCKED-ON and successful, with frame 0 as reference; LOCKING-IN ends `locking_in_limit` frames after
-    /// the one in which it began, and a reference is `reference_lag` frames before the loss, 1 for the last one.
+    /// Starts LOCKED-ON and successful, with frame 0 as reference. LOCKING-IN ends `locking_in_limit` frames
+    /// after its first frame. References are `reference_lag` frames before the loss; 1 is the last frame
+    /// before it.
     pub fn new(locking_in_limit: usize, reference_lag: usize) -> Self {
         Self {
             condition: LockedOn,
@@ -151,23 +152,23 @@ impl Machine {
         }
     }
 
-    /// The condition in the frame of the last step.
+    /// Condition after the last step.
     pub fn condition(&self) -> Condition {
         self.condition
     }
 
-    /// Whether the track is successful in the frame of the last step.
+    /// True if the track is successful after the last step.
     pub fn successful(&self) -> bool {
         self.successful
     }
 
-    /// The frame, before the track was lost, that checks run back to; 0 as long as it never was.
+    /// Reference frame of checks, before the track was lost; 0 if it never was.
     pub fn reference(&self) -> usize {
         self.reference
     }
 
-    /// Takes the events of frame `t`, which grows from step to step, and returns the row that was taken. If
-    /// that row makes a recovery check, `check` is called with the reference frame and returns whether it is accepted.
+    /// Processes the events of frame `t`, which increases from step to step, and returns the row that was
+    /// applied. For a recovery check, `check` is called with the reference frame and returns true to accept.
     pub fn step(
         &mut self,
         t: usize,

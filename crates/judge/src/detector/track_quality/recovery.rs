@@ -1,5 +1,5 @@
-//! The recovery check: whether a tracker that is locked on again follows its target (SanMiguel, Cavallaro and
-//! Martinez, IEEE TIP 21(5), 2012; the time-reversibility constraint).
+//! The recovery check, which tests if a tracker that is locked on again follows its target (SanMiguel,
+//! Cavallaro and Martinez, IEEE TIP 21(5), 2012; the time-reversibility constraint).
 //!
 //! ```text
 //! accepted   <=>   frame - reference <= reverse_limit  and  e < tau_4
@@ -12,8 +12,8 @@
 //! Paper to code: tau_4 is `accept_below`, 0.8, the default in the authors' released program; that it is this
 //! threshold is an inference, and comparing one frame by tracking error is a reconstruction. Choices:
 //!
-//! * a reference more than `reverse_limit` frames back is not run to, and the check is rejected. A later frame
-//!   would be near enough, but it belongs to the track that is in doubt, which would be compared with itself;
+//! * if the reference is more than `reverse_limit` frames back, the check is rejected without a run. A later
+//!   frame would be near enough, but it belongs to the doubtful track, which would be compared with itself;
 //! * without a tracker that runs backwards, or when its run breaks, the check is rejected.
 
 use super::Check;
@@ -24,12 +24,12 @@ use crate::detector::Reverse;
 pub struct Recovery {
     /// Error below which a check is accepted, tau_4.
     pub accept_below: f64,
-    /// Largest number of frames of a run backwards.
+    /// Most frames of a run backwards.
     pub reverse_limit: usize,
 }
 
 impl Recovery {
-    /// Checks in `frame` whether the tracker follows again the target of the earlier frame `reference`.
+    /// Checks in `frame` if the tracker follows the target of the earlier frame `reference` again.
     pub fn check(&self, reverse: Option<&dyn Reverse>, frame: usize, reference: usize) -> Check {
         let near = frame.saturating_sub(reference) <= self.reverse_limit;
         let error = reverse.filter(|_| near).and_then(|reverse| reverse.error(frame, reference));

@@ -1,28 +1,28 @@
-//! Helpers of the tests of both detectors: a tracker that runs backwards by script, and short words.
+//! Helpers for tests of `arte` and `arte-star`: scripted reverse runs, and short texts.
 
 use super::machine::{Events, Machine, TRANSITIONS};
 use super::{Condition, Quality};
 use crate::detector::Reverse;
 use std::cell::RefCell;
 
-/// Runs backwards by script and remembers what it was asked.
+/// Scripted reverse runs that record their calls.
 pub struct Fake {
     answer: Box<dyn Fn(usize, usize) -> Option<f64>>,
     asked: RefCell<Vec<(usize, usize)>>,
 }
 
 impl Fake {
-    /// The answer is a function of the frames `from` and `to`.
+    /// Creates reverse runs whose error is a function of the frames `from` and `to`.
     pub fn new(answer: impl Fn(usize, usize) -> Option<f64> + 'static) -> Self {
         Self { answer: Box::new(answer), asked: RefCell::default() }
     }
 
-    /// The same answer to everything.
+    /// Creates reverse runs that always give the same error.
     pub fn always(answer: Option<f64>) -> Self {
         Self::new(move |_, _| answer)
     }
 
-    /// The frames `from` and `to` of every question.
+    /// Frames `from` and `to` of all calls.
     pub fn asked(&self) -> Vec<(usize, usize)> {
         self.asked.borrow().clone()
     }
@@ -35,7 +35,7 @@ impl Reverse for Fake {
     }
 }
 
-/// A letter a frame: `o` for LOCKED-ON, `i` for LOCKING-IN, `s` for SCANNING.
+/// One letter per frame: `o` for LOCKED-ON, `i` for LOCKING-IN, `s` for SCANNING.
 pub fn letters(quality: &Quality) -> String {
     let letter = |c: &Condition| match c {
         Condition::LockedOn => 'o',
@@ -45,13 +45,13 @@ pub fn letters(quality: &Quality) -> String {
     quality.condition.iter().map(letter).collect()
 }
 
-/// A letter a frame: `x` for an alarm, `.` for none.
+/// One letter per frame: `x` for an alarm, `.` for none.
 pub fn marks(alarm: &[bool]) -> String {
     alarm.iter().map(|a| if *a { 'x' } else { '.' }).collect()
 }
 
-/// The rows of [`TRANSITIONS`] that these events take a machine through, with a check's answer from
-/// `quality`; the conditions must be those in `quality`.
+/// Rows of [`TRANSITIONS`] that a machine applies for these events, with the answers of checks from
+/// `quality`. The conditions must agree with those in `quality`.
 pub fn rows(locking_in_limit: usize, events: &[Events], quality: &Quality) -> Vec<usize> {
     let mut machine = Machine::new(locking_in_limit, 1);
     let mut used = Vec::new();

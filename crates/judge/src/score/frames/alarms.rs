@@ -1,5 +1,5 @@
-//! False alarms and delay at the threshold that finds half of the losses, and losses found within a budget of false alarms,
-//! whatever threshold a detector has itself.
+//! False alarms and delay at the threshold that finds half of the losses, and losses found within a budget of
+//! false alarms. The detector's own threshold has no influence.
 //!
 //! ```text
 //! peak of a loss = max of s over its first frames: start, ..., start + 15, up to its last
@@ -14,52 +14,52 @@
 //! 0-based. Few false alarms, short delays, long runs without a false alarm (ARL0, in frames) and many losses found are
 //! good. There is no value without a loss, and no ARL0 without a false alarm.
 //!
-//! Choices: a loss is found within 15 frames (half a second of video) and only while it lasts, as an alarm after the
-//! target is back is a false one. False alarms are counted by frames, as they have to be looked at; ARL0 counts runs of
-//! them, so that it is not the same number again.
+//! Choices: a loss must be found within 15 frames (half a second of video) and while it lasts, since an alarm
+//! after the target is back is false. False alarms are counted in frames, since each has to be inspected.
+//! ARL0 counts runs of them, so that it is a different number.
 
 use super::bootstrap::{Samples, interval};
 use super::sweep::Sweep;
 use super::truth::{Rule, ScoredTrack};
 use std::ops::Range;
 
-/// Frames after the start of a loss within which it is to be found.
+/// Number of frames after the start of a loss within which it must be found.
 pub const WITHIN: usize = 15;
 
-/// The first frames of a range, in which it is to be found.
+/// First frames of a range, in which the loss must be found.
 pub fn first_frames(range: &Range<usize>) -> Range<usize> {
     range.start..range.end.min(range.start + WITHIN + 1)
 }
 
-/// Cost of finding half of the losses.
+/// Measures at the threshold that finds half of the losses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtHalf {
-    /// The threshold.
+    /// Threshold that at least half of the peaks reach.
     pub threshold: f64,
-    /// Good frames at or above it, per 1000 good frames; `None` without good frames.
+    /// Good frames with a score at or above the threshold, per 1000 good frames; `None` without good frames.
     pub false_alarms: Option<f64>,
     /// Mean delay of the losses found, in frames.
     pub delay: f64,
-    /// Good frames for each false alarm; `None` without false alarms.
+    /// Number of good frames per false alarm; `None` without false alarms.
     pub arl0: Option<f64>,
 }
 
-/// A loss: its sequence, the highest score of its first frames, and these scores.
+/// A loss: its sequence, the scores of its first frames, and the highest of these.
 struct Loss<'a> {
     sequence: usize,
     peak: f64,
     scores: &'a [f64],
 }
 
-/// The losses of all tracks.
+/// Losses of all tracks.
 pub struct Losses<'a> {
     tracks: &'a [ScoredTrack<'a>],
-    /// By descending peak.
+    /// Losses by descending peak.
     losses: Vec<Loss<'a>>,
 }
 
 impl<'a> Losses<'a> {
-    /// Finds the losses of tracks.
+    /// Finds the losses in tracks.
     pub fn new(tracks: &'a [ScoredTrack<'a>]) -> Self {
         let of_track = |track: &'a ScoredTrack<'a>| {
             let loss = |range: Range<usize>| {
@@ -79,7 +79,7 @@ impl<'a> Losses<'a> {
         self.losses.len()
     }
 
-    /// The measures at the threshold that finds half of the losses; `None` without a loss.
+    /// Measures at the threshold that finds half of the losses; `None` without a loss.
     pub fn at_half(&self, sweep: &Sweep) -> Option<AtHalf> {
         let threshold = self.losses.get(self.losses.len().div_ceil(2).checked_sub(1)?)?.peak;
         let (_, good) = sweep.totals();
@@ -95,7 +95,7 @@ impl<'a> Losses<'a> {
         })
     }
 
-    /// Good frames at or above the peak of each loss.
+    /// Numbers of good frames at or above the peak of each loss.
     pub fn reached(&self, sweep: &Sweep) -> Reached<'_, 'a> {
         let mut sum = vec![0_u64; sweep.good.len()];
         let mut frames = sweep.frames.iter().peekable();
@@ -110,17 +110,17 @@ impl<'a> Losses<'a> {
     }
 }
 
-/// Good frames at or above the peak of each loss, by sequence.
+/// Numbers of good frames at or above the peak of each loss, by sequence.
 pub struct Reached<'l, 'a> {
     losses: &'l [Loss<'a>],
     rows: Vec<Vec<u64>>,
-    /// Good frames of each sequence.
+    /// Number of good frames of each sequence.
     good: Vec<u64>,
 }
 
 impl Reached<'_, '_> {
-    /// Share of the losses that a budget of false alarms per 1000 good frames finds, with sequences as often as `weights`
-    /// says; NaN without a loss.
+    /// Share of the losses found with a budget of false alarms per 1000 good frames, with each sequence
+    /// weighted; NaN without a loss.
     fn found_of(&self, budget: f64, weights: &[u64]) -> f64 {
         let allowed = budget / 1000.0 * sum(weights, &self.good) as f64;
         let found = self.rows.partition_point(|row| sum(weights, row) as f64 <= allowed);
@@ -130,17 +130,17 @@ impl Reached<'_, '_> {
         drawn(&self.losses[..found]) / drawn(self.losses)
     }
 
-    /// Share of the losses that a budget of false alarms per 1000 good frames finds; `None` without a loss.
+    /// Share of the losses found with a budget of false alarms per 1000 good frames; `None` without a loss.
     pub fn found(&self, budget: f64) -> Option<f64> {
         Some(self.found_of(budget, &vec![1; self.good.len()])).filter(|share| share.is_finite())
     }
 
-    /// The same in each bootstrap sample; NaN in samples without a loss.
+    /// Share of the losses found in each bootstrap sample; NaN in samples without a loss.
     pub fn found_in(&self, budget: f64, samples: &Samples) -> Vec<f64> {
         samples.each().map(|weights| self.found_of(budget, &weights)).collect()
     }
 
-    /// Bootstrap interval of the false alarms: each sample has a threshold of its own, from its own losses.
+    /// Bootstrap interval of the false alarms. Each sample has its own threshold, from its own losses.
     pub fn interval(&self, samples: &Samples) -> Option<(f64, f64)> {
         let of_sample = |weights: Vec<u64>| {
             let drawn = |loss: &Loss<'_>| weights.get(loss.sequence).copied().unwrap_or(0);
@@ -158,12 +158,12 @@ impl Reached<'_, '_> {
     }
 }
 
-/// Sum of counts by sequence, each as often as its weight says.
+/// Weighted sum of counts by sequence.
 fn sum(weights: &[u64], counts: &[u64]) -> u64 {
     weights.iter().zip(counts).map(|(w, c)| w * c).sum()
 }
 
-/// Runs of frames at or above a threshold that begin in a good frame.
+/// Number of runs of frames at or above a threshold that begin in a good frame.
 fn false_runs(track: &ScoredTrack<'_>, threshold: f64) -> usize {
     let reaches: Vec<bool> = track.score.iter().map(|s| *s >= threshold).collect();
     let good = |t: &usize| track.error.get(*t).is_some_and(|e| Rule::NoOverlap.judge(*e) == Some(false));

@@ -1,4 +1,4 @@
-//! How far measures of ranking depend on which sequences there are: bootstrap over sequences.
+//! Uncertainty of ranking measures that comes from the choice of sequences: bootstrap over sequences.
 //!
 //! ```text
 //! w_a        number of times that sequence a is drawn: as many draws with replacement as there are sequences
@@ -20,24 +20,24 @@ use rand::RngExt;
 
 /// Largest number of samples.
 pub const SAMPLES: usize = 1000;
-/// Smallest number of samples, and that of average precision.
+/// Least number of samples, also used for average precision.
 pub const FEW_SAMPLES: usize = 200;
 
-/// Number of sequences up to which there are [`SAMPLES`] samples; the work grows with its square.
+/// Largest number of sequences for which there are [`SAMPLES`] samples. The work grows with its square.
 const MANY_SEQUENCES: usize = 256;
-/// Samples that are computed side by side.
+/// Number of samples that are computed side by side.
 const LANES: usize = 8;
 
-/// Bootstrap samples of sequences: how often each sample has each sequence.
+/// Bootstrap samples of sequences: the number of times that each sample contains each sequence.
 #[derive(Debug, Clone)]
 pub struct Samples {
     sequences: usize,
-    /// A row for each block of [`LANES`] samples, with a place for each sequence.
+    /// One row for each block of [`LANES`] samples, with one entry per sequence.
     blocks: Vec<Vec<[f64; LANES]>>,
 }
 
 impl Samples {
-    /// Draws samples; none with fewer than [`MIN_SEQUENCES`].
+    /// Draws samples; none if there are fewer than [`MIN_SEQUENCES`] sequences.
     pub fn new(sequences: usize, seed: u64) -> Self {
         let mut rng = seed::rng(seed);
         let fits = SAMPLES * MANY_SEQUENCES.pow(2) / sequences.pow(2).max(1);
@@ -52,13 +52,13 @@ impl Samples {
         Self { sequences, blocks: (0..samples / LANES).map(|_| block()).collect() }
     }
 
-    /// The weights of the sequences in every sample, one sample after the other.
+    /// Weights of the sequences in each sample.
     pub fn each(&self) -> impl Iterator<Item = Vec<u64>> + '_ {
         let sample = |block: &Vec<[f64; LANES]>, lane: usize| block.iter().map(|w| w[lane] as u64).collect();
         self.blocks.iter().flat_map(move |block| (0..LANES).map(move |lane| sample(block, lane)))
     }
 
-    /// The AUROC in each sample; NaN in samples without a lost or a good frame, and nothing without samples.
+    /// AUROC in each sample; NaN in samples without a lost or a good frame. Empty without samples.
     pub fn auroc(&self, sweep: &Sweep) -> Vec<f64> {
         if self.blocks.is_empty() || sweep.lost.len() != self.sequences {
             return Vec::new();
@@ -94,7 +94,7 @@ impl Samples {
     }
 }
 
-/// Average precision of [`LANES`] samples of sequences with weights; NaN without a lost frame.
+/// Average precision of [`LANES`] samples with these weights of sequences; NaN without a lost frame.
 fn weighted_precision(sweep: &Sweep, weights: &[[f64; LANES]]) -> [f64; LANES] {
     let (mut above, mut frames, mut sum) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let mut here = [0.0; LANES];
@@ -118,7 +118,7 @@ fn weighted_precision(sweep: &Sweep, weights: &[[f64; LANES]]) -> [f64; LANES] {
     std::array::from_fn(|lane| sum[lane] / above[lane])
 }
 
-/// U_ab, row by row.
+/// Matrix of the U_ab, row by row.
 fn pairs(sweep: &Sweep) -> Vec<f64> {
     let n = sweep.lost.len();
     let mut pairs = vec![0.0; n * n];
@@ -154,7 +154,7 @@ fn pairs(sweep: &Sweep) -> Vec<f64> {
     pairs
 }
 
-/// The interval at [`LEVEL`] of values of which those without a value are NaN.
+/// Interval at [`LEVEL`] of values; NaN stands for a missing value.
 pub fn interval(mut values: Vec<f64>) -> Option<(f64, f64)> {
     let samples = values.len();
     values.retain(|v| v.is_finite());
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The frames of sequences, each as often as it is drawn.
+    /// Frames of the sequences, each repeated by its weight.
     fn repeated(sequences: &[Vec<(f64, bool)>], weights: &[u64]) -> Vec<Vec<(f64, bool)>> {
         let repeat = |(frames, w): (&Vec<(f64, bool)>, &u64)| frames.repeat(*w as usize);
         sequences.iter().zip(weights).map(repeat).collect()

@@ -8,11 +8,11 @@
 //! `p` is in bin b; a `p` of 1 is in the last bin. In `[0, 1]`, low is good. Source: Guo et al., ICML 2017, eq. 3, with
 //! bins closed on the left instead of the right.
 
-/// Number of bins.
+/// Number of bins of equal width from 0 to 1.
 pub const BINS: usize = 10;
 
-/// ECE of frames with their probability of being on target, and whether they are good; `None` without frames or if a
-/// probability is outside `[0, 1]`.
+/// ECE of frames, given by the probability of being on target and true if they are good; `None` without
+/// frames, or if a probability is outside `[0, 1]`.
 pub fn expected_calibration_error(frames: impl IntoIterator<Item = (f64, bool)>) -> Option<f64> {
     // Frames, good frames and sum of p of each bin.
     let mut bins = [(0_u64, 0_u64, 0.0_f64); BINS];

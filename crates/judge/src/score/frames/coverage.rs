@@ -1,4 +1,4 @@
-//! Risk-coverage curve: how many frames are lost among those in which a detector is most confident of the track.
+//! Risk-coverage curve: share of lost frames among those in which a detector is most confident of the track.
 //!
 //! ```text
 //! frames by ascending failure score;  E(k) = lost frames among the first k of n,  coverage c(k) = k / n
@@ -6,10 +6,10 @@
 //! AURC = trapezoidal area of r over c from c(1) to c(n), divided by 1 - 1 / n             AUGRC: the same of g
 //! ```
 //!
-//! Both lie in `[0, 1]`, low is good; scores in random order have the share of lost frames as AURC. They need two
-//! frames. Source: torch-uncertainty, `risk_coverage.py` (`AURC`, `AUGRC`; confidence is minus the failure score).
-//! Deviation: frames of equal score have no order there but that of the sort. Here their lost frames are spread over
-//! them evenly, which is the mean of g over all orders.
+//! Both lie in `[0, 1]`, low is good; scores in random order have the share of lost frames as AURC. They need
+//! two frames. Source: torch-uncertainty, `risk_coverage.py` (`AURC`, `AUGRC`; confidence is minus the
+//! failure score). Deviation: there, frames of equal score are in the order of the sort. Here lost frames are
+//! spread evenly over them, which gives the mean of g over all orders.
 
 use super::sweep::Sweep;
 
@@ -22,7 +22,7 @@ pub struct Areas {
     pub augrc: f64,
 }
 
-/// Coverage, risk and generalized risk, frame by frame.
+/// Coverage, risk and generalized risk after each frame.
 pub fn curve(sweep: &Sweep) -> impl Iterator<Item = (f64, f64, f64)> {
     let frames = sweep.frames.len() as f64;
     let (mut before, mut errors) = (0.0, 0.0);
@@ -38,7 +38,7 @@ pub fn curve(sweep: &Sweep) -> impl Iterator<Item = (f64, f64, f64)> {
     })
 }
 
-/// The areas under the curve; `None` with fewer than two frames.
+/// Areas under the curves; `None` with fewer than two frames.
 pub fn areas(sweep: &Sweep) -> Option<Areas> {
     let frames = sweep.frames.len() as f64;
     let (mut aurc, mut augrc) = (0.0, 0.0);

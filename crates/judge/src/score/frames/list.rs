@@ -1,4 +1,4 @@
-//! The list of the measures of frames: an entry is a metric of tables, a column of `frame_measures.csv` with its
+//! List of the measures of frames. An entry is a metric of tables, a column of `frame_measures.csv` with its
 //! bounds, and the function that computes it.
 
 use super::alarms::{AtHalf, Reached};
@@ -12,62 +12,62 @@ use super::warning::HORIZONS;
 use crate::direction::Direction::{HigherIsBetter, LowerIsBetter};
 use crate::score::metric::{Kind, Metric, Source, Value};
 
-/// A measure of a detector frame by frame, pooled over the tracks of a suite.
+/// A measure of a detector by frame, pooled over the tracks of a suite.
 #[derive(Clone, Copy)]
 pub struct FrameMetric {
-    /// The metric of tables.
+    /// Metric in tables.
     pub metric: Metric,
-    /// Meaning of its column.
+    /// Meaning of the column in the file.
     pub meaning: &'static str,
-    /// Whether files of earlier versions may lack it.
+    /// True if files of earlier versions may lack the measure.
     pub is_recent: bool,
-    /// The bounds of its bootstrap interval over sequences at 95 %, if it has one.
+    /// Bounds of the bootstrap interval over sequences at 95 %; `None` if the measure has no interval.
     pub bounds: Option<BoundsOf>,
-    /// Its value.
+    /// Function that computes the value.
     pub of: Of,
 }
 
-/// Computes the bounds of an interval.
+/// Function that computes the bounds of an interval.
 pub type BoundsOf = fn(&Scores<'_>, &Samples) -> Option<(f64, f64)>;
 
-/// Source of a measure.
+/// Source of a measure: scores or alarms.
 #[derive(Clone, Copy)]
 pub enum Of {
-    /// The scores alone, whatever the threshold.
+    /// The scores, independent of the threshold.
     Scores(fn(&Scores<'_>) -> Option<f64>),
-    /// The alarms of the detector's own threshold.
+    /// The alarms at the detector's own threshold.
     Alarms(fn(&Alarms) -> Option<f64>),
 }
 
-/// The scores of all tracks in their order, and what follows from it.
+/// Scores of all tracks in sorted order, with quantities derived from the order.
 pub struct Scores<'a> {
-    /// By the rule of `frames/1`.
+    /// Sorted frames by the rule of `frames/1`.
     pub(super) all: &'a Sweep,
-    /// By the rule of `frames-clear/1`.
+    /// Sorted frames by the rule of `frames-clear/1`.
     pub(super) clear: &'a Sweep,
-    /// Imminent and safe frames for each of [`HORIZONS`].
+    /// Sorted imminent and safe frames for each of [`HORIZONS`].
     pub(super) warning: &'a [Sweep; HORIZONS.len()],
-    /// At the threshold that half of the losses reach.
+    /// Measures at the threshold that half of the losses reach.
     pub(super) half: Option<AtHalf>,
-    /// At each number of false alarms.
+    /// Numbers of good frames at or above the peak of each loss.
     pub(super) reached: &'a Reached<'a, 'a>,
-    /// Below the risk-coverage curves.
+    /// Areas under the risk-coverage curves.
     pub(super) areas: Option<Areas>,
-    /// Calibration, of scores that are probabilities.
+    /// Calibration error, for scores that are probabilities.
     pub(super) ece: Option<f64>,
-    /// In bootstrap samples, where there are any.
+    /// Measures in bootstrap samples, if there are any.
     pub(super) sampled: Sampled,
 }
 
-/// Measures of the alarms of the detector's own threshold.
+/// Measures of the alarms at the detector's own threshold.
 pub struct Alarms {
-    /// As ranges.
+    /// Precision and recall of ranges.
     pub(super) range: RangeScore,
-    /// By the Numenta Anomaly Benchmark.
+    /// Score of the Numenta Anomaly Benchmark.
     pub(super) nab: Option<f64>,
 }
 
-/// Every measure of frames, in the order of its columns.
+/// All measures of frames, in the order of their columns.
 pub const FRAME_METRICS: &[FrameMetric] = &[
     score("auroc", "area under the ROC curve", |s| auroc(s.all))
         .formula("P(score of a lost frame > that of a good one) + P(equal) / 2; lost: overlap 0, good: all others")
@@ -149,13 +149,13 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
         .meaning("NAB score of the method's alarms, standard profile"),
 ];
 
-/// A measure of the scores of which larger values are better.
+/// A measure of scores for which larger values are better.
 const fn score(name: &'static str, heading: &'static str, of: fn(&Scores<'_>) -> Option<f64>) -> FrameMetric {
     let metric = Metric::new(name, heading, HigherIsBetter, (Kind::Real, Source::Frames), Value::Frames);
     FrameMetric { metric, meaning: "", is_recent: false, bounds: None, of: Of::Scores(of) }
 }
 
-/// A measure of the alarms.
+/// A measure of alarms for which larger values are better.
 const fn alarm(name: &'static str, heading: &'static str, of: fn(&Alarms) -> Option<f64>) -> FrameMetric {
     FrameMetric { of: Of::Alarms(of), ..score(name, heading, |_| None) }
 }

@@ -1,4 +1,4 @@
-//! All measures of a detector frame by frame, pooled over the tracks of a suite.
+//! Computes all measures of a detector by frame, pooled over the tracks of a suite.
 
 use super::alarms::Losses;
 use super::bootstrap::Samples;
@@ -13,21 +13,21 @@ use super::warning::{HORIZONS, imminent};
 use crate::direction::Direction;
 use std::borrow::Cow;
 
-/// Measures of one detector on the tracks of a suite. What has no value is `None`.
+/// Measures of one detector on the tracks of a suite; `None` for those without a value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrameMeasures {
-    /// Annotated frames that are not lost by `frames/1`.
+    /// Number of annotated frames that are not lost, by `frames/1`.
     pub good_frames: Option<f64>,
-    /// Lost frames.
+    /// Number of lost frames, by `frames/1`.
     pub lost_frames: Option<f64>,
-    /// Ranges of lost frames that follow a frame that was not lost.
+    /// Number of ranges of lost frames after a frame that was not lost.
     pub losses: Option<f64>,
-    /// The value of each measure of the list, and the lower and the upper bound of its interval.
+    /// Value of each measure of the list, with the lower and the upper bound of its interval.
     measured: [[Option<f64>; 3]; FRAME_METRICS.len()],
 }
 
 impl FrameMeasures {
-    /// A number by the name of its column: a measure, or a bound of one.
+    /// Number in the column of this name: a measure, or a bound.
     pub fn get(&self, column: &str) -> Option<f64> {
         match column {
             "good_frames" => self.good_frames,
@@ -37,14 +37,14 @@ impl FrameMeasures {
         }
     }
 
-    /// Sets a number by the name of its column; a name that is none changes nothing.
+    /// Sets the number in the column of this name. Unknown names are ignored.
     pub fn set(&mut self, column: &str, number: Option<f64>) {
         if let Some(field) = self.field(column) {
             *field = number;
         }
     }
 
-    /// The bounds of the measure of this name.
+    /// Bounds of the measure of this name.
     pub fn bounds(&self, name: &str) -> Option<(f64, f64)> {
         let (measure, 0) = place(name)? else { return None };
         let [_, low, high] = self.measured[measure];
@@ -61,7 +61,7 @@ impl FrameMeasures {
     }
 }
 
-/// Index of a column's measure in the list, and of its number: the value, the lower or the upper bound.
+/// Index of a column's measure in the list, and of its number: value, lower or upper bound.
 fn place(column: &str) -> Option<(usize, usize)> {
     let (name, part) = match column.rsplit_once('_') {
         Some((name, "low")) => (name, 1),
@@ -73,27 +73,27 @@ fn place(column: &str) -> Option<(usize, usize)> {
     Some((FRAME_METRICS.iter().position(is_of)?, part))
 }
 
-/// How the scores of a method are to be read.
+/// Meaning of a method's scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Method {
-    /// Which scores are good.
+    /// Direction in which scores are good.
     pub direction: Direction,
-    /// Whether a score is a probability: that the tracker is on target where high scores are good, else that it is not.
+    /// True if scores are probabilities: of being on target if high scores are good, else of a loss.
     pub is_probability: bool,
 }
 
-/// Measures in bootstrap samples of sequences, which are the same for all detectors on the same sequences.
+/// Measures in bootstrap samples of sequences. All detectors on the same sequences have the same samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sampled {
-    /// Area under the ROC curve in each sample, NaN where it has none.
+    /// Area under the ROC curve in each sample; NaN if it has no value.
     pub auroc: Vec<f64>,
-    /// Share of the losses found at 5 false alarms per 1000 good frames in each sample, NaN where there is no loss.
+    /// Share of the losses found at 5 false alarms per 1000 good frames in each sample; NaN without a loss.
     pub found_at_5: Vec<f64>,
 }
 
-/// Computes the measures. The scores of the tracks are as the detector gives them; with a seed there are intervals.
-/// `compared` are the numbers of each track that are compared with the threshold, where these are not the scores: the
-/// measures of alarms at any threshold are theirs.
+/// Computes the measures. Scores are as the detector gives them; with a seed there are intervals. `compared`
+/// has the values of each track that are compared with the threshold, if these are not the scores; the
+/// measures of alarms are then computed from them.
 pub fn measure(
     tracks: &[ScoredTrack<'_>],
     compared: Option<&[&[f64]]>,
@@ -103,7 +103,7 @@ pub fn measure(
     with_alarms(of_scores(tracks, compared, method, seed).0, tracks)
 }
 
-/// The measures of scores, all but those of [`with_alarms`], and those in bootstrap samples.
+/// Measures of scores (without those of [`with_alarms`]), and their values in bootstrap samples.
 pub fn of_scores(
     tracks: &[ScoredTrack<'_>],
     compared: Option<&[&[f64]]>,
@@ -152,7 +152,7 @@ pub fn of_scores(
     (measures, scores.sampled)
 }
 
-/// Scores turned so that high ones speak for a failure.
+/// Scores with a sign such that high values speak for a failure.
 fn turn(scores: &[f64], method: Method) -> Cow<'_, [f64]> {
     match method.direction {
         Direction::HigherIsBetter => scores.iter().map(|s| -s).collect(),
@@ -160,12 +160,12 @@ fn turn(scores: &[f64], method: Method) -> Cow<'_, [f64]> {
     }
 }
 
-/// Tracks with other scores.
+/// The tracks with their scores replaced.
 fn with_scores<'a>(tracks: &[ScoredTrack<'a>], scores: &'a [Cow<'a, [f64]>]) -> Vec<ScoredTrack<'a>> {
     tracks.iter().zip(scores).map(|(track, score)| ScoredTrack { score, ..*track }).collect()
 }
 
-/// Measures of scores with those of the alarms beside them.
+/// Adds the measures of alarms to those of scores.
 pub fn with_alarms(of_scores: FrameMeasures, tracks: &[ScoredTrack<'_>]) -> FrameMeasures {
     let alarms = Alarms { range: range::score(tracks), nab: nab::score(tracks) };
     let mut measures = of_scores;
@@ -177,7 +177,7 @@ pub fn with_alarms(of_scores: FrameMeasures, tracks: &[ScoredTrack<'_>]) -> Fram
     measures
 }
 
-/// Calibration of scores that are probabilities.
+/// Calibration error of scores that are probabilities.
 fn ece(tracks: &[ScoredTrack<'_>], direction: Direction) -> Option<f64> {
     let frame = |(error, score): (&f64, &f64)| {
         let p = if direction == Direction::HigherIsBetter { *score } else { 1.0 - score };
@@ -192,7 +192,7 @@ pub(super) mod tests {
     use serde::Deserialize;
     use std::collections::BTreeMap;
 
-    /// Values of the reference programs, made by `tests/oracles/frames.py`.
+    /// Values computed by reference programs in `tests/oracles/frames.py`.
     #[derive(Deserialize)]
     pub struct Oracle {
         pub ranking: Vec<Ranking>,
@@ -281,8 +281,8 @@ pub(super) mod tests {
         assert_eq!(without_ece(found), without_ece(other));
     }
 
-    /// Errors, scores and alarms of a track that is a different number by every measure; `measures` of
-    /// `tests/oracles/frames.py` has the one of `kind` 0. Other kinds have other scores.
+    /// Errors, scores and alarms of a track for which all measures differ. `measures` in
+    /// `tests/oracles/frames.py` has the track of `kind` 0; other kinds have other scores.
     fn varied(kind: u32) -> (Vec<f64>, Vec<f64>, Vec<bool>) {
         let losses = [100_u32..140, 300..320, 450..480];
         let is_lost = |t: &u32| losses.iter().any(|loss| loss.contains(t));

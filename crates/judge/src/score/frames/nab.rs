@@ -17,21 +17,21 @@
 //! distance. The normalization is NAB's: a detector without an alarm has 0, all windows found in their first frames 100.
 //! High is good; many false alarms make it negative.
 //!
-//! Deviations: a window of one frame has `width - 1` = 1, where the program divides by 0. NAB's windows are a tenth of a
-//! file around a labeled point, and so begin before the event. These begin with the loss, so that no alarm can be too
-//! early but is a false one.
+//! Deviations: a window of one frame has `width - 1` = 1, where the program divides by 0. NAB's windows are a
+//! tenth of a file around a labeled point, and so begin before the event. Here windows begin with the loss,
+//! so an alarm before it is a false one.
 
 use super::truth::{Rule, ScoredTrack, runs};
 use std::ops::Range;
 
 /// Share of a track that is probation.
 const PROBATION: f64 = 0.15;
-/// Frames whose share is the longest probation.
+/// Number of frames from whose share the longest probation follows.
 const LONGEST: f64 = 5000.0;
-/// Weight of a false alarm in the standard profile; hits and misses weigh 1.
+/// Weight of a false alarm in the standard profile. Hits and misses have weight 1.
 const FALSE_ALARM: f64 = 0.11;
 
-/// First frame that counts of a track with a number of frames.
+/// First frame that counts, in a track with this number of frames.
 pub fn probation(frames: usize) -> usize {
     (PROBATION * frames as f64).floor().min(PROBATION * LONGEST) as usize
 }
@@ -40,7 +40,7 @@ fn sigma(y: f64) -> f64 {
     2.0 / (1.0 + (5.0 * y).exp()) - 1.0
 }
 
-/// Raw score of a track and its number of windows that count.
+/// Raw score of a track, and its number of windows that count.
 fn raw(lost: &[bool], alarm: &[bool]) -> (f64, u64) {
     let first = probation(lost.len());
     let windows = runs(lost);
@@ -68,7 +68,7 @@ fn raw(lost: &[bool], alarm: &[bool]) -> (f64, u64) {
     (sum, counted)
 }
 
-/// The score of tracks; `None` without a window.
+/// Score of all tracks; `None` without a window.
 pub fn score(tracks: &[ScoredTrack<'_>]) -> Option<f64> {
     let of_track = |t: &ScoredTrack<'_>| raw(&Rule::NoOverlap.lost(t.error), t.alarm);
     let (sum, windows) = tracks.iter().map(of_track).fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));

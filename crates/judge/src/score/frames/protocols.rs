@@ -10,8 +10,8 @@
 //! * In all of them a detection is the first frame of a run of alarms, and it matches an event when it is the first one in
 //!   the event's frame or up to 15 frames after it, while the target is lost.
 //!
-//! The measures of the same names ([`super::ranking`], [`super::range`], [`super::nab`]) are not made of these counts. An
-//! alarm counts for its own frame, or for one loss: nowhere are all frames of a loss taken as found.
+//! The measures of the same names ([`super::ranking`], [`super::range`], [`super::nab`]) are not made of
+//! these counts. An alarm counts for its own frame, or for one loss, never for all frames of a loss.
 
 use super::super::restarts::Restarts;
 use super::alarms::{WITHIN, first_frames};
@@ -23,7 +23,7 @@ use crate::score::counts::{Counts, Place};
 use crate::score::protocol::{Protocol, TrackScore};
 use std::ops::Range;
 
-/// `frames/1`.
+/// Protocol `frames/1`.
 pub const FRAMES: Protocol = Protocol {
     name: "frames/1",
     summary: "frame by frame: alarms against frames without overlap",
@@ -34,7 +34,7 @@ pub const FRAMES: Protocol = Protocol {
     score: |error, alarm, _| score_frames(Rule::NoOverlap, error, alarm),
 };
 
-/// `frames-clear/1`.
+/// Protocol `frames-clear/1`.
 pub const FRAMES_CLEAR: Protocol = Protocol {
     name: "frames-clear/1",
     summary: "frame by frame: alarms against frames with an overlap below 0.1; from there to 0.5 none counts",
@@ -43,7 +43,7 @@ pub const FRAMES_CLEAR: Protocol = Protocol {
     ..FRAMES
 };
 
-/// `range/1`.
+/// Protocol `range/1`.
 pub const RANGE: Protocol = Protocol {
     name: "range/1",
     summary: "ranges without overlap against runs of alarms that begin in their first 16 frames",
@@ -54,7 +54,7 @@ pub const RANGE: Protocol = Protocol {
     score: |error, alarm, _| score_ranges(&Rule::NoOverlap.lost(error), alarm, 0),
 };
 
-/// `nab/1`.
+/// Protocol `nab/1`.
 pub const NAB: Protocol = Protocol {
     name: "nab/1",
     summary: "as range/1, without the first 15 % of each track",
@@ -62,7 +62,8 @@ pub const NAB: Protocol = Protocol {
     ..RANGE
 };
 
-/// Pairs of ranges, with frames from `first` on, and detections: the first detection in the first frames of a range.
+/// Matches ranges (with frames from `first` on) and detections: each range with the first detection in its
+/// first frames.
 fn matches(ranges: &[Range<usize>], detections: &[usize]) -> Vec<(usize, usize)> {
     let found = |(k, range): (usize, &Range<usize>)| {
         let first = detections.partition_point(|d| *d < range.start);
@@ -71,7 +72,7 @@ fn matches(ranges: &[Range<usize>], detections: &[usize]) -> Vec<(usize, usize)>
     ranges.iter().enumerate().filter_map(found).collect()
 }
 
-/// How a frame counts by a rule.
+/// Count of a frame by a rule; `None` if the frame does not count.
 fn place(rule: Rule, error: f64, alarm: bool) -> Option<Place> {
     Some(Place::of(rule.judge(error)?, alarm))
 }
@@ -83,7 +84,7 @@ fn score_frames(rule: Rule, error: &[f64], alarm: &[bool]) -> TrackScore {
     TrackScore { counts, events: losses.into_iter().map(|l| l.start).collect(), detections, matches }
 }
 
-/// Counts of ranges; frames before `first` do not count.
+/// Counts of ranges. Frames before `first` do not count.
 fn score_ranges(lost: &[bool], alarm: &[bool], first: usize) -> TrackScore {
     let from = |frames: &[bool]| frames.get(first..).unwrap_or_default().to_vec();
     let (lost, alarm) = (from(lost), from(alarm));

@@ -29,14 +29,14 @@ pub struct RangeScore {
 }
 
 impl RangeScore {
-    /// Harmonic mean of precision and recall, 0 where nothing is found; `None` where one of the two has no value.
+    /// Harmonic mean of precision and recall, 0 if nothing is found; `None` if one of the two has no value.
     pub fn f_score(&self) -> Option<f64> {
         let (p, r) = (self.precision?, self.recall?);
         Some(if p + r > 0.0 { 2.0 * p * r / (p + r) } else { 0.0 })
     }
 }
 
-/// The reward of a range for the ranges of the other kind, ascending.
+/// Reward of a range for the ranges of the other kind, which are ascending.
 fn reward(range: &Range<usize>, others: &[Range<usize>]) -> f64 {
     let first = others.partition_point(|o| o.end <= range.start);
     let met = others[first..].iter().take_while(|o| o.start < range.end);
@@ -48,7 +48,7 @@ fn reward(range: &Range<usize>, others: &[Range<usize>]) -> f64 {
     sum / range.len() as f64 / f64::from(count.max(1))
 }
 
-/// Precision and recall over all ranges of tracks.
+/// Precision and recall over all ranges of the tracks.
 pub fn score(tracks: &[ScoredTrack<'_>]) -> RangeScore {
     let (mut precision, mut alarms, mut recall, mut losses) = (0.0, 0_u64, 0.0, 0_u64);
     for track in tracks {

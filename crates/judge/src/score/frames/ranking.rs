@@ -6,14 +6,14 @@
 //! P(h)  = share of lost frames among those with s >= h           R(h) = share of the lost frames that have s >= h
 //! ```
 //!
-//! `s` is the score, high is suspicious. Both lie in `[0, 1]`, high is good. A score that says nothing has an AUROC of
-//! 0.5 and an AP of the share of lost frames. Neither has a value without a lost frame, AUROC none without a good one.
-//! AP takes no interpolation between thresholds, unlike the trapezoidal area. Values are those of scikit-learn's
-//! `roc_auc_score` and `average_precision_score`.
+//! `s` is the score, high is suspicious. Both lie in `[0, 1]`, high is good. A score without information has
+//! an AUROC of 0.5, and its AP is the share of lost frames. Without lost frames both have no value; without
+//! good frames AUROC has none. AP does not interpolate between thresholds, unlike the trapezoidal area.
+//! Values are those of scikit-learn's `roc_auc_score` and `average_precision_score`.
 
 use super::sweep::Sweep;
 
-/// AUROC; ties count half.
+/// Area under the ROC curve. Ties count half.
 pub fn auroc(sweep: &Sweep) -> Option<f64> {
     let (lost, good) = sweep.totals();
     let (mut above, mut twice) = (0_u64, 0_u64);

@@ -1,38 +1,39 @@
-//! The frames of all tracks in the order of their scores, the most suspicious first.
+//! Frames of all tracks sorted by score, the most suspicious first.
 
 use super::truth::{Class, Rule, ScoredTrack, class};
 
-/// A frame with its class.
+/// A frame with its class of overlap.
 #[derive(Debug, Clone, Copy)]
 struct Classed {
-    /// Increases with the score.
+    /// Integer that increases with the score.
     key: u64,
     sequence: u32,
     class: Class,
-    /// Index of its track, and of the frame in it.
+    /// Index of the track, and of the frame in it.
     place: (u32, u32),
 }
 
-/// The annotated frames of all tracks, by descending score.
+/// Annotated frames of all tracks, by descending score.
 #[derive(Debug, Clone)]
 pub struct Sorted {
     frames: Vec<Classed>,
     sequences: usize,
 }
 
-/// Integers in the order of finite numbers; both zeros are one.
+/// Integer with the same order as finite scores. Both zeros have the same key.
 fn key(score: f64) -> u64 {
     let bits = (score + 0.0).to_bits();
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
 }
 
-/// The number of a key.
+/// Score that belongs to a key.
 fn score(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
 impl Sorted {
-    /// Sorts the annotated frames of tracks. Frames of equal score are in any order, which no measure depends on.
+    /// Sorts the annotated frames of tracks. Frames of equal score are in any order, on which no measure
+    /// depends.
     pub fn new(tracks: &[ScoredTrack<'_>]) -> Self {
         let of_track = |(k, track): (usize, &ScoredTrack<'_>)| {
             let sequence = track.sequence as u32;
@@ -47,12 +48,12 @@ impl Sorted {
         Self { frames, sequences: tracks.iter().map(|t| t.sequence + 1).max().unwrap_or(0) }
     }
 
-    /// The frames that are lost or good by a rule.
+    /// Frames that are lost or good by a rule.
     pub fn sweep(&self, rule: Rule) -> Sweep {
         self.sweep_by(|frame| rule.is_lost(frame.class))
     }
 
-    /// The annotated frames that `lost` has a word on: a list for each track, of its frames.
+    /// Frames for which `lost` has a value. It has one list per track, with one entry per frame.
     pub fn sweep_of(&self, lost: &[Vec<Option<bool>>]) -> Sweep {
         self.sweep_by(|frame| lost[frame.place.0 as usize][frame.place.1 as usize])
     }
@@ -87,24 +88,24 @@ impl Sorted {
 /// A frame of a [`Sweep`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swept {
-    /// Its score.
+    /// Score of the frame.
     pub score: f64,
-    /// Index of its sequence.
+    /// Index of the sequence.
     pub sequence: u32,
-    /// Whether it is lost; else it is good.
+    /// True if the frame is lost, false if it is good.
     pub lost: bool,
-    /// Whether the next frame has a lower score, or there is none.
+    /// True if the next frame has a lower score, or there is none.
     pub ends_tie: bool,
 }
 
 /// Lost and good frames by descending score.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// The frames.
+    /// Frames by descending score.
     pub frames: Vec<Swept>,
-    /// Number of lost frames of each sequence.
+    /// Number of lost frames, by sequence.
     pub lost: Vec<u64>,
-    /// Number of good frames of each sequence.
+    /// Number of good frames, by sequence.
     pub good: Vec<u64>,
 }
 
@@ -114,7 +115,7 @@ impl Sweep {
         self.frames.split_inclusive(|f| f.ends_tie)
     }
 
-    /// Number of lost and of good frames.
+    /// Numbers of lost and of good frames.
     pub fn totals(&self) -> (u64, u64) {
         (self.lost.iter().sum(), self.good.iter().sum())
     }
@@ -125,12 +126,12 @@ pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A sweep over frames of one sequence: score, and whether it is lost.
+    /// Sweep over frames of one sequence, given by score and true for lost frames.
     pub fn sweep(frames: &[(f64, bool)]) -> Sweep {
         sweep_of(&[frames.to_vec()])
     }
 
-    /// A sweep over sequences.
+    /// Sweep over several sequences.
     pub fn sweep_of(sequences: &[Vec<(f64, bool)>]) -> Sweep {
         let error = |frames: &Vec<(f64, bool)>| frames.iter().map(|f| f64::from(f.1)).collect::<Vec<_>>();
         let score = |frames: &Vec<(f64, bool)>| frames.iter().map(|f| f.0).collect::<Vec<_>>();
@@ -142,7 +143,7 @@ pub(super) mod tests {
         Sorted::new(&tracks).sweep(Rule::NoOverlap)
     }
 
-    /// Frames with scores that tie often.
+    /// Frames with many equal scores.
     pub fn frames() -> impl Strategy<Value = Vec<(f64, bool)>> {
         prop::collection::vec(((-4..5_i32).prop_map(|s| f64::from(s) / 2.0), any::<bool>()), 0..60)
     }

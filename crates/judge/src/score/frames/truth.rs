@@ -19,20 +19,20 @@ pub const CLEARLY_LOST: f64 = 0.1;
 /// Overlap (IoU) from which on a frame is good by `frames-clear/1`.
 pub const CLEARLY_GOOD: f64 = 0.5;
 
-/// A track with what a detector says about it; lists have one value for each frame.
+/// A track with the output of a detector. Each list has one value per frame.
 #[derive(Debug, Clone, Copy)]
 pub struct ScoredTrack<'a> {
-    /// Index of its sequence. Tracks of one sequence are drawn together in bootstrap samples.
+    /// Index of the sequence. Tracks of one sequence are drawn together in bootstrap samples.
     pub sequence: usize,
     /// Tracking error O_t, NaN where there is no ground truth.
     pub error: &'a [f64],
-    /// Finite score, the higher the more it speaks for a failure.
+    /// Finite scores. High scores speak for a failure.
     pub score: &'a [f64],
-    /// Whether the detector alarms at its own threshold.
+    /// True in frames in which the detector alarms at its own threshold.
     pub alarm: &'a [bool],
 }
 
-/// How well the tracker is on target in a frame.
+/// Class of a frame by overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {
     /// No overlap.
@@ -45,7 +45,7 @@ pub enum Class {
     On,
 }
 
-/// The class of a tracking error; `None` without annotation.
+/// Class of a tracking error; `None` without annotation.
 pub fn class(error: f64) -> Option<Class> {
     if error.is_nan() {
         return None;
@@ -60,17 +60,17 @@ pub fn class(error: f64) -> Option<Class> {
     })
 }
 
-/// Which frames count as lost and which as good.
+/// Rule by which frames count as lost or good.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// `frames/1`.
+    /// Rule of `frames/1`: lost without overlap.
     NoOverlap,
-    /// `frames-clear/1`.
+    /// Rule of `frames-clear/1`: lost or good if the overlap is clear.
     Clear,
 }
 
 impl Rule {
-    /// Whether frames of a class are lost; `None` where they are left out.
+    /// True if frames of a class are lost; `None` if they are left out.
     pub fn is_lost(self, class: Class) -> Option<bool> {
         match (self, class) {
             (_, Class::Off) | (Self::Clear, Class::NearlyOff) => Some(true),
@@ -79,12 +79,13 @@ impl Rule {
         }
     }
 
-    /// Whether a frame with this tracking error is lost; `None` where it is left out or not annotated.
+    /// True if a frame with this tracking error is lost; `None` if it is left out or not annotated.
     pub fn judge(self, error: f64) -> Option<bool> {
         self.is_lost(class(error)?)
     }
 
-    /// Whether the target is lost, frame by frame; frames without annotation are as the frame before them.
+    /// For each frame, true if the target is lost. A frame without annotation has the state of the frame
+    /// before it.
     pub fn lost(self, error: &[f64]) -> Vec<bool> {
         let state = |lost: &mut bool, error: &f64| {
             if !error.is_nan() {
@@ -103,7 +104,7 @@ impl Rule {
     }
 }
 
-/// Ranges of frames that are set.
+/// Ranges in which the flags are true.
 pub fn runs(frames: &[bool]) -> Vec<Range<usize>> {
     let starts = crate::detector::run_starts(frames).into_iter();
     let end = |from: usize| frames[from..].iter().position(|set| !set).map_or(frames.len(), |n| from + n);

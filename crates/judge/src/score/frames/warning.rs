@@ -1,4 +1,4 @@
-//! Warning before the loss: whether a score rises while the tracker is still on target.
+//! Warning before a loss: does a score rise while the tracker is still on target?
 //!
 //! ```text
 //! imminent:  O_t < 1 and a loss begins in one of the frames t + 1 .. t + k
@@ -6,16 +6,17 @@
 //! left out:  O_t = 1; no annotation; fewer than k frames follow, and no loss begins in them
 //! ```
 //!
-//! `O_t` is the tracking error, `t` a 0-based frame, `k` a number of frames. Losses are those of `frames/1`, see
-//! [`super::truth`]. AUROC over such frames is 0.5 for a score that only tells lost frames from good ones, however well it does
-//! that; high is good.
+//! `O_t` is the tracking error, `t` a 0-based frame, `k` a number of frames. Losses are those of `frames/1`,
+//! see [`super::truth`]. AUROC over these frames is 0.5 for a score that merely separates lost frames from
+//! good ones, however well; high is good.
 
 use super::truth::Rule;
 
 /// Numbers of frames before a loss that count as imminent.
 pub const HORIZONS: [usize; 3] = [5, 15, 30];
 
-/// Whether a loss is imminent in each frame of a track, from its tracking errors; `None` for frames that are left out.
+/// For each frame of a track, true if a loss is imminent, from the tracking errors; `None` for frames that
+/// are left out.
 pub fn imminent(error: &[f64], horizon: usize) -> Vec<Option<bool>> {
     let losses = Rule::NoOverlap.losses(error);
     let mut starts = losses.iter().map(|range| range.start).peekable();

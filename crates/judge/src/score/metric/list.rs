@@ -1,4 +1,4 @@
-//! The list of the metrics of detectors.
+//! List of the metrics of detectors.
 
 use super::{Kind, Metric, Source, Value};
 use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
@@ -6,7 +6,7 @@ use crate::score::counts::Counts;
 use crate::score::frames::list::FRAME_METRICS;
 use crate::score::pooled::Pooled;
 
-/// Every metric of detectors, by name: those of counts, scores and runs, then those of frames.
+/// All metrics of detectors, by name: those of counts, scores and runs, then those of frames.
 pub const METRICS: &[Metric] = &{
     let mut all = [OTHERS[0]; OTHERS.len() + FRAME_METRICS.len()];
     let mut k = 0;
@@ -84,7 +84,7 @@ const OVER_CHANCE: Value = Value::Noted(
 
 const DELAY: Value = Value::Noted(|p| p.delay, |p| format!("; {} detections are matched", p.counts.tp));
 
-/// Expected true positives of as many detections at random; NaN for an unknown protocol.
+/// Expected true positives of the same number of random detections; NaN for an unknown protocol.
 fn expected(pooled: &Pooled) -> f64 {
     pooled.chance.map_or(f64::NAN, |chance| chance.expected_true_positives(&pooled.counts))
 }
@@ -103,7 +103,7 @@ const fn ratio(
     Metric::new(name, heading, direction, (Kind::Ratio, Source::Counts), Value::Counts(of))
 }
 
-/// A count, summed unless its formula says otherwise.
+/// A count, pooled by sum unless the formula says otherwise.
 const fn count(
     name: &'static str,
     heading: &'static str,
@@ -114,7 +114,7 @@ const fn count(
         .with_formula("sum over sequences and runs")
 }
 
-/// A number made of the normalized scores.
+/// A metric of the normalized scores.
 const fn of_scores(name: &'static str, heading: &'static str, of: fn(&Pooled) -> Option<f64>) -> Metric {
     Metric::new(name, heading, Neither, (Kind::Real, Source::Scores), Value::Pooled(of)).with_formula(
         "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own minimum \
@@ -122,7 +122,7 @@ const fn of_scores(name: &'static str, heading: &'static str, of: fn(&Pooled) ->
     )
 }
 
-/// A number of what the tracker did backwards in time.
+/// A metric of the runs backwards in time.
 const fn of_reverse_runs(
     name: &'static str,
     heading: &'static str,

@@ -27,17 +27,17 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-/// The attribute of frames that have no other.
+/// Name under which frames without any attribute are counted.
 pub const EMPTY: &str = "empty";
 
-/// Weights of attributes in their mean.
+/// Weights of attributes in the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weights {
-    /// The numbers of frames that have them.
+    /// Weights by number of frames.
     #[default]
     Frames,
-    /// All equal.
+    /// Equal weights.
     Equal,
 }
 
@@ -46,15 +46,15 @@ pub enum Weights {
 pub struct OfAttribute {
     /// Name of the attribute.
     pub name: String,
-    /// Number of frames that have it.
+    /// Number of frames with the attribute.
     pub frames: usize,
-    /// Mean overlap of those that count; `None` where none counts.
+    /// Mean overlap of the frames with the attribute that count; `None` if no frame counts.
     pub accuracy: Option<f64>,
-    /// Number of failures, a mean over repetitions.
+    /// Number of failures, as a mean over repetitions.
     pub failures: f64,
 }
 
-/// Which frames of a sequence have an attribute; `None` if the sequence does not know it.
+/// For each frame, true if it has the attribute; `None` if the sequence does not have its labels.
 fn flags<'a>(of: &Trajectory<'a>, name: &str) -> Option<Cow<'a, [bool]>> {
     let known = of.frame_attributes.iter().find(|a| a.0 == name);
     if known.is_some() || name != EMPTY || of.frame_attributes.is_empty() {
@@ -64,7 +64,8 @@ fn flags<'a>(of: &Trajectory<'a>, name: &str) -> Option<Cow<'a, [bool]>> {
     Some((0..of.len()).map(|t| !has_one(t)).collect())
 }
 
-/// Measures on the frames of each attribute, by name; each item of `sequences` has one sequence's repetitions.
+/// Measures on the frames of each attribute, by name. Each item of `sequences` has the repetitions on one
+/// sequence.
 pub fn by_attribute(sequences: &[&[(Trajectory<'_>, Measured)]]) -> Vec<OfAttribute> {
     let labels = sequences.iter().filter_map(|runs| runs.first()).flat_map(|(t, _)| t.frame_attributes);
     let mut names: BTreeSet<&str> = labels.map(|a| a.0.as_str()).collect();
@@ -122,7 +123,7 @@ mod tests {
         list.iter().map(|(name, on)| (name.to_string(), on.iter().map(|v| *v == 1).collect())).collect()
     }
 
-    /// Measures of one sequence's runs, all with the regions `square(shift)` over a target that stands still.
+    /// Measures of one sequence's runs, all with the regions `square(shift)` over a static target.
     fn runs<'a>(
         shift: &'a [Region],
         truth: &'a [Option<Region>],

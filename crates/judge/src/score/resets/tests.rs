@@ -7,7 +7,7 @@ fn square(x: f64) -> Region {
     Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
 }
 
-/// A trajectory over a target that stands still at 0.
+/// Trajectory over a target that stays at 0.
 fn trajectory<'a>(
     regions: &'a [Region],
     status: &'a [Status],

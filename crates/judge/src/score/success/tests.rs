@@ -10,7 +10,7 @@ fn rules(name: &str) -> &'static Rules {
     RULES.iter().find(|r| r.name == name).unwrap()
 }
 
-/// The curves of a track whose frames without a box have a status.
+/// Curves of a track in which frames without a box have the status `without`.
 fn of_track(rules: &Rules, boxes: &[Option<Rect>], truth: &[Option<Rect>], without: Status) -> Curves {
     let mut last = square(0.0);
     let region = |b: &Option<Rect>| {
@@ -30,8 +30,8 @@ fn of_track(rules: &Rules, boxes: &[Option<Rect>], truth: &[Option<Rect>], witho
     })
 }
 
-/// A thousand frames, drift after 600, of boxes 40 pixels wide that are shifted sideways by whole pixels `d`:
-/// their overlap is `(40 - d) / (40 + d)`.
+/// A thousand frames with boxes 40 pixels wide that drift after frame 600 by whole pixels `d`. Their overlap
+/// is `(40 - d) / (40 + d)`.
 fn drifting() -> (Vec<Option<Rect>>, Vec<Option<Rect>>) {
     let shift = |t: usize| match t {
         0 => 10.0,
@@ -99,7 +99,7 @@ fn a_target_that_touches_the_border() {
     assert!((of(1).auc() - 20.0 / 21.0).abs() < 1e-12);
 }
 
-/// Forty boxes of 24 x 18 pixels, the target of the tests below, moving by whole pixels a frame.
+/// Forty boxes of 24 x 18 pixels, like the target of the tests below, that move by whole pixels per frame.
 fn moving(right: f64, down: f64) -> Vec<Option<Rect>> {
     let at = |t: f64| Rect::new(20.0 + right * t, 30.0 + down * t, 24.0, 18.0);
     (0..40).map(|t| Some(at(f64::from(t)))).collect()

@@ -1,6 +1,5 @@
 use super::*;
 use crate::image::Frame;
-use crate::plugin::Configured;
 use crate::region::Rect;
 use crate::signal::testing;
 use crate::tracker::TrackerState;
@@ -10,13 +9,9 @@ fn region(x: f64, y: f64, w: f64, h: f64) -> Region {
     Region::Rect(Rect::new(x, y, w, h))
 }
 
-fn build(text: &str) -> Result<Configured<dyn Signal>, ParamError> {
-    ENTRY.build_from_text(text)
-}
-
 /// The value on one frame with given companions.
 fn value(text: &str, companions: &[Region]) -> f64 {
-    let signal = build(text).unwrap();
+    let signal = ENTRY.build_from_text(text).unwrap();
     let state = TrackerState::tracked(region(0.0, 0.0, 10.0, 10.0));
     let companions: Vec<&Region> = companions.iter().collect();
     let frame = Frame::new(1, 1, vec![0; 3]);
@@ -44,27 +39,6 @@ fn statistics_by_hand() {
     assert!(value("{}", &[]).is_nan());
 }
 
-#[test]
-fn parameters_are_checked() {
-    for (text, part) in [
-        ("{ companions = [] }", "a list with a companion"),
-        ("{ companions = \"others\" }", "must be \"given\" or a list"),
-        ("{ companions = [{}] }", "must be \"given\" or a list"),
-        ("{ companions = [{ tracker = \"kcf\", results = \"a\" }] }", "must be \"given\" or a list"),
-        ("{ companions = [{ tracker = \"kfc\" }] }", "did you mean `kcf`"),
-        ("{ companions = [{ tracker = \"still\" }] }", "companion still: a companion must follow the target"),
-        ("{ companions = [{ tracker = \"kcf\", params = { padding = -1 } }] }", "companion kcf"),
-        ("{ companions = [{ tracker = \"kcf\", restart_margin = 2.0 }] }", "restart_margin"),
-        ("{ companions = [{ tracker = \"kcf\" }], at_most = 2 }", "at_most"),
-        ("{ at_most = 0 }", "at_most"),
-    ] {
-        let message = build(text).err().unwrap().message;
-        assert!(message.contains(part), "{text}: {message}");
-    }
-    assert_eq!(build("{}").unwrap().reads(), Reads::Companions);
-    assert_eq!(build("{ companions = [{ tracker = \"kcf\" }] }").unwrap().reads(), Reads::Pixels);
-}
-
 /// A target of 16 x 16 bright checks on dark noise that moves by `step` a frame, and its boxes.
 fn moving(frames: usize, step: f64) -> (Vec<Frame>, Vec<Rect>) {
     let boxes: Vec<Rect> = (0..frames).map(|t| Rect::new(20.0 + step * t as f64, 40.0, 16.0, 16.0)).collect();
@@ -85,7 +59,7 @@ fn moving(frames: usize, step: f64) -> (Vec<Frame>, Vec<Rect>) {
 
 #[test]
 fn a_watchdog_agrees_with_a_tracker_on_the_target_and_leaves_one_that_stays_behind() {
-    let signal = build("{ companions = [{ tracker = \"kcf\" }] }").unwrap();
+    let signal = ENTRY.build_from_text("{ companions = [{ tracker = \"kcf\" }] }").unwrap();
     let (frames, boxes) = moving(40, 2.0);
     let good = testing::values_on_boxes(signal.as_ref(), &frames, &boxes);
     assert!(good.iter().all(|o| *o > 0.6), "{good:?}");
@@ -103,7 +77,8 @@ fn a_watchdog_that_is_lost_is_started_again() {
     let (far, far_boxes) = shifted(&near, &near_boxes, 80);
     let frames: Vec<Frame> = near[..5].iter().chain(&far[5..]).cloned().collect();
     let boxes: Vec<Rect> = near_boxes[..5].iter().chain(&far_boxes[5..]).copied().collect();
-    let values = |text: &str| testing::values_on_boxes(build(text).unwrap().as_ref(), &frames, &boxes);
+    let values =
+        |text: &str| testing::values_on_boxes(ENTRY.build_from_text(text).unwrap().as_ref(), &frames, &boxes);
     let again = values("{ companions = [{ tracker = \"kcf\" }] }");
     assert!(again[..5].iter().all(|o| *o > 0.6) && again[5..15].iter().all(|o| *o == 0.0), "{again:?}");
     assert!(again[15..].iter().all(|o| *o > 0.6), "{again:?}");
@@ -111,7 +86,7 @@ fn a_watchdog_that_is_lost_is_started_again() {
     assert!(never[5..].iter().all(|o| *o == 0.0), "{never:?}");
 }
 
-/// Frames and boxes moved to the right, cyclically.
+/// Frames and boxes moved cyclically to the right.
 fn shifted(frames: &[Frame], boxes: &[Rect], by: usize) -> (Vec<Frame>, Vec<Rect>) {
     let turn = |frame: &Frame| {
         Frame::from_fn(frame.width(), frame.height(), |x, y| {

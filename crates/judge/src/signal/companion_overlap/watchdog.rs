@@ -1,15 +1,15 @@
-//! Watchdogs: companions that the signal runs itself. A watchdog is a built-in tracker that starts with the observed tracker in
-//! its first frame and then follows the target alone.
+//! Watchdogs: companions that the signal runs itself. A watchdog is a built-in tracker that starts on the
+//! first region of the observed tracker and then follows the target alone.
 //!
 //! A watchdog loses its target too. It is started again on the observed tracker's region when both hold:
 //! - the two regions have not overlapped in the last `restart_after` frames, this one included, and
 //! - the observed region looks more like the target in the first frame than the watchdog's: the similarity of the RGB
 //!   histograms (Bhattacharyya coefficient of 8 x 8 x 8 bins) is larger by more than `restart_margin`.
 //!
-//! The value of the frame of a restart still is that of the watchdog before. Without the second rule a watchdog that is
-//! right would be put on the background together with the lost tracker. Choices: 10 frames, the time in which an
-//! overlap that was lost for a moment comes back; a margin of 0.1, so that two boxes on the background, which look alike,
-//! start nothing.
+//! In the frame of a restart, the value still comes from the watchdog before. Without the second rule, a
+//! watchdog on target would be moved to the background together with the lost tracker. Choices: 10 frames, in
+//! which a briefly lost overlap returns; a margin of 0.1, so that two similar boxes on the background cause
+//! no restart.
 
 use super::overlap;
 use crate::num::seed;
@@ -23,19 +23,19 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A watchdog.
+/// Parameters of a watchdog.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompanionParams {
     /// Kind of a built-in tracker that needs only frames.
     pub tracker: String,
-    /// The tracker's parameters.
+    /// Parameters of the tracker.
     #[serde(default, skip_serializing_if = "serde_json::Map::is_empty")]
     pub params: serde_json::Map<String, serde_json::Value>,
-    /// Frames in a row without overlap after which a watchdog may be started again; 0 for never.
+    /// Number of frames in a row without overlap after which a watchdog may be restarted; 0 for never.
     #[serde(default = "restart_after")]
     pub restart_after: usize,
-    /// How much more like the first frame the observed region must look then, 0 to 1.
+    /// Least difference in similarity to the first frame for a restart, 0 to 1.
     #[serde(default = "restart_margin")]
     pub restart_margin: f64,
 }
@@ -48,7 +48,7 @@ fn restart_margin() -> f64 {
     0.1
 }
 
-/// A checked companion.
+/// A watchdog with checked parameters.
 pub struct Companion {
     params: CompanionParams,
     config: Arc<dyn TrackerConfig>,
@@ -58,7 +58,7 @@ impl Companion {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// When a parameter is out of range, or the tracker refuses its own.
+    /// When a parameter is out of range, or the tracker refuses its parameters.
     pub fn new(params: &CompanionParams) -> Result<Self, ParamError> {
         if !(0.0..=1.0).contains(&params.restart_margin) {
             return Err(ParamError::out_of_range("restart_margin", "from 0 to 1", params.restart_margin));
@@ -78,10 +78,10 @@ impl Companion {
         Ok(Self { params: params.clone(), config: config.plugin })
     }
 
-    /// The companion before its first frame.
+    /// Watchdog before its first frame.
     ///
     /// # Errors
-    /// None that is known.
+    /// None is expected.
     pub fn start(&self, context: &RunContext<'_>) -> Result<RunningCompanion, TrackerError> {
         let likeness = self.params.restart_after > 0;
         let likeness =
@@ -98,26 +98,27 @@ impl Companion {
     }
 }
 
-/// The similarity of a region with that of the first frame.
+/// Signal of similarity between a region and that of the first frame.
 fn likeness_to_first(context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
     let params = rgb_histogram::Params { reference: Reference::First, ..rgb_histogram::Params::default() };
     params.start(context)
 }
 
-/// A companion at work.
+/// A running watchdog.
 pub struct RunningCompanion {
     params: CompanionParams,
     config: Arc<dyn TrackerConfig>,
     sequence: Arc<dyn SequenceInfo>,
     start_frame: usize,
     tracker: Option<Box<dyn Tracker>>,
-    /// How like the first frame the observed region and the companion's are, for one that may be started again.
+    /// Similarity to the first frame of the observed and of the watchdog's region, for watchdogs that may be
+    /// restarted.
     likeness: Option<[Box<dyn Session>; 2]>,
-    /// Frames in a row without overlap.
+    /// Number of frames in a row without overlap.
     apart: usize,
 }
 
-/// Memory of a companion.
+/// Saved state of a watchdog.
 #[derive(Serialize, Deserialize)]
 pub struct SavedCompanion {
     tracker: Option<Vec<u8>>,
@@ -126,7 +127,7 @@ pub struct SavedCompanion {
 }
 
 impl RunningCompanion {
-    /// Everything that it remembers; `None` from those whose tracker cannot be saved.
+    /// Saves the state; `None` if the tracker cannot be saved.
     pub fn save(&self) -> Option<SavedCompanion> {
         let tracker = match &self.tracker {
             Some(tracker) => Some(tracker.save()?),
@@ -139,7 +140,7 @@ impl RunningCompanion {
         Some(SavedCompanion { tracker, likeness, apart: self.apart })
     }
 
-    /// Takes over what another one remembered; `false` if it does not fit this companion.
+    /// Restores a saved state. Returns `false` if it does not match this watchdog.
     pub fn restore(&mut self, saved: SavedCompanion) -> bool {
         self.apart = saved.apart;
         let like = match (&mut self.likeness, &saved.likeness) {
@@ -150,7 +151,7 @@ impl RunningCompanion {
         like && self.tracker.is_some() == saved.tracker.is_some()
     }
 
-    /// Starts the companion's tracker on the observed region.
+    /// Starts the watchdog's tracker on the observed region.
     fn start_on(
         &self,
         observation: &Observation<'_>,
@@ -165,10 +166,10 @@ impl RunningCompanion {
         self.config.start(&context, observation.frame, &observation.state.region)
     }
 
-    /// Overlap of the observed region with the companion's in the frame that comes next.
+    /// Overlap of the observed region with the watchdog's in the next frame.
     ///
     /// # Errors
-    /// When the companion cannot start or breaks.
+    /// When the watchdog cannot start, or its tracker fails.
     pub fn overlap(&mut self, observation: &Observation<'_>) -> Result<f64, TrackerError> {
         let state = match &mut self.tracker {
             Some(tracker) => tracker.update(observation.frame)?,

@@ -2,22 +2,17 @@ use super::*;
 use crate::signal::testing::values_on_boxes;
 
 #[test]
-fn layers_of_both_rules() {
-    let paper = layer_table(32, LayerRule::Paper);
+fn layers_by_hand() {
+    let paper = layer_table(32);
     assert_eq!((paper[0], paper[1], paper[7], paper[8], paper[255]), (0, 0, 0, 1, 31));
-    assert_eq!(paper, layer_table(32, LayerRule::Dft));
-    // Two layers: ceil(127 / 127.5) = 1, ceil(128 / 127.5) = 2; four: 64 / 63.75 passes the edge.
-    let two = layer_table(2, LayerRule::Paper);
+    // Two layers: ceil(127 / 127.5) = 1, ceil(128 / 127.5) = 2.
+    let two = layer_table(2);
     assert_eq!((two[127], two[128]), (0, 1));
-    // Three layers of 85 values: 85 closes the first by the paper, 84 by DFT (85 * 3 / 256 < 1 < 86 * 3 / 256).
-    assert_eq!(layer_table(3, LayerRule::Paper)[85], 0);
-    assert_eq!(layer_table(3, LayerRule::Dft)[84], 0);
-    assert_eq!(layer_table(3, LayerRule::Dft)[85], 1);
+    // Three layers of 85 values: 85 closes the first.
+    assert_eq!((layer_table(3)[85], layer_table(3)[86]), (0, 1));
     for layers in 2..=256 {
-        for rule in [LayerRule::Paper, LayerRule::Dft] {
-            let table = layer_table(layers, rule);
-            assert!(table.is_sorted() && table[0] == 0 && usize::from(table[255]) == layers - 1);
-        }
+        let table = layer_table(layers);
+        assert!(table.is_sorted() && table[0] == 0 && usize::from(table[255]) == layers - 1);
     }
 }
 
@@ -62,15 +57,9 @@ fn one_pixel_reaches_the_bound() {
 }
 
 #[test]
-fn equal_means_fall_back() {
-    // Rows of 3 pixels: mean 60 everywhere, but not the same layers.
-    let frame = Frame::from_fn(5, 5, |x, _| [[60; 3], [0; 3], [120; 3], [60; 3], [60; 3]][x]);
-    let value = |rule: &str| {
-        let signal = ENTRY.build_from_text(&format!("{{ equal_means = \"{rule}\" }}")).unwrap();
-        values_on_boxes(signal.as_ref(), std::slice::from_ref(&frame), &[Rect::new(1.0, 1.0, 3.0, 3.0)])[0]
-    };
-    // B_t is 5 x 5; the left windows hold 60, 0, 120 and the right ones 120, 60, 60.
-    assert!(value("thirds") > value("zero") && value("zero") > 0.0);
+fn channels_weigh_by_their_difference_of_means() {
+    assert_eq!(channel_weights(&[10, 20, 30], &[13, 20, 29]), [0.75, 0.0, 0.25]);
+    assert_eq!(channel_weights(&[10, 20, 30], &[10, 20, 30]), [1.0 / 3.0; 3]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::region::Rect;
 use crate::signal::testing::values_on_boxes;
 use proptest::prelude::*;
 
-/// Waves seen through a shift; `other` makes them those of another scene.
+/// Waves shifted by `(dx, dy)`; `other` changes them to those of another scene.
 fn scene(dx: f64, dy: f64, other: f64) -> Frame {
     Frame::from_fn(160, 120, |x, y| {
         let (u, v) = (x as f64 - dx, y as f64 - dy);

@@ -1,17 +1,17 @@
-//! Windows as nine overlapping patches, and how well each patch is explained by its own place in the templates.
+//! Windows as nine overlapping patches, and how well the templates explain each patch by its own place.
 
 use super::super::affine_candidates::{PIXELS, SIDE};
 use crate::num::lasso::{Gram, Lasso, Work, correlate};
 
 /// Side of a patch.
 const PATCH: usize = 16;
-/// Distance between patches.
+/// Distance between neighboring patches.
 const STEP: usize = 8;
-/// Patches in a row and in a column.
+/// Number of patches in a row, and in a column.
 const ACROSS: usize = (SIDE - PATCH) / STEP + 1;
-/// Patches of a window.
+/// Number of patches in a window.
 pub const PATCHES: usize = ACROSS * ACROSS;
-/// Pixels of a patch.
+/// Number of pixels in a patch.
 const AREA: usize = PATCH * PATCH;
 
 /// Divides a vector by its length, if it has one.
@@ -23,7 +23,7 @@ pub fn normalize(v: &mut [f32]) {
     }
 }
 
-/// Cuts a window of 32 x 32 into its patches, column by column of patches, each of length 1, and appends them.
+/// Cuts a window of 32 x 32 into patches of length 1, column by column, and appends them.
 fn cut(window: &[f32], patches: &mut Vec<f32>) {
     for k in 0..PATCHES {
         let (left, top) = (k / ACROSS * STEP, k % ACROSS * STEP);
@@ -38,7 +38,7 @@ fn cut(window: &[f32], patches: &mut Vec<f32>) {
 /// Patches of all templates.
 #[derive(Debug, Clone)]
 pub struct Dictionary {
-    /// Template by template.
+    /// Patches, template by template.
     atoms: Vec<f32>,
     gram: Gram,
 }
@@ -53,7 +53,7 @@ pub struct Coding {
 }
 
 impl Dictionary {
-    /// The dictionary of at least one template of length 1, 1024 numbers each.
+    /// Dictionary of at least one template of length 1 with 1024 numbers.
     pub fn of(templates: &[Vec<f32>]) -> Self {
         let mut atoms = Vec::with_capacity(templates.len() * PATCHES * AREA);
         for template in templates {

@@ -1,67 +1,25 @@
-//! The course of a track against its description, and a target that moves.
+//! The course of a track against its description.
 
 use super::*;
-use crate::region::Rect;
-use crate::tracker::testing;
+use crate::tracker::Moments;
+use crate::tracker::testing::Scene;
 use proptest::prelude::*;
-use trackfail_dataset::synthetic;
 
-/// A textured block of 40 x 40 at `(x, y)`, on a background of another texture.
-fn scene(x: i64, y: i64) -> Frame {
-    Frame::from_fn(160, 120, |j, i| {
-        let (u, v) = (j as i64 - x, i as i64 - y);
-        let (a, b) = (u as f64, v as f64);
-        let gray = if (0..40).contains(&u) && (0..40).contains(&v) {
-            120.0 + 60.0 * (0.3 * a).sin() * (0.4 * b).cos() + a + 20.0 * (0.02 * a * b).sin()
-        } else {
-            70.0 + 20.0 * (0.05 * j as f64).sin() + 0.2 * i as f64
-        };
-        [gray as u8; 3]
-    })
+/// The posterior in frame `t` of a block that moves.
+fn posterior(params: &str, seed: u64, t: usize) -> Moments {
+    let states = Scene::CHIRP.run("adaptive-local-sparse", params, seed, &Scene::CHIRP.frames(t as i64 + 1));
+    states[t].posterior.clone().unwrap()
 }
 
-fn block(x: f64, y: f64) -> Region {
-    Region::Rect(Rect::new(x, y, 40.0, 40.0))
-}
-
-fn track(text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
-    let config = ENTRY.build_from_text(text).unwrap();
-    let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-    testing::track(&*config, &sequence, seed, &block(30.0, 20.0), frames)
-}
-
-// Past the collection of templates and two updates.
+// Past the collection of templates and two updates; a higher exponent trusts fewer candidates, which are the same otherwise.
 #[test]
-fn a_target_that_moves_by_whole_pixels_is_followed() {
-    let frames: Vec<Frame> = (0..22).map(|t| scene(30 + 2 * t, 20 + t)).collect();
-    let others = ["update_sign = \"non-negative\"", "grid = \"centered\""];
-    for text in ["{ samples = 100 }".to_string()]
-        .into_iter()
-        .chain(others.map(|o| format!("{{ samples = 100, {o} }}")))
-    {
-        let text = text.as_str();
-        let states = track(text, &frames, 5);
-        for (t, state) in (0..).map(f64::from).zip(&states) {
-            let (x, y) = state.region.rect().center();
-            let error = (x - 50.0 - 2.0 * t, y - 40.0 - t);
-            assert!(error.0.abs() < 2.0 && error.1.abs() < 2.0, "{text} frame {t}: {error:?}");
-        }
-        let later = states[21].posterior.as_ref().unwrap();
-        assert!(later.likelihood > 4.0 && later.likelihood <= 9.0, "{}", later.likelihood);
+fn confidence_stays_high_and_the_exponent_narrows() {
+    for option in ["", ", grid = \"centered\""] {
+        let later = posterior(&format!("{{ samples = 100{option} }}"), 5, 21).likelihood;
+        assert!(later > 4.0 && later <= 9.0, "{option} {later}");
     }
-}
-
-#[test]
-fn the_posterior_is_of_the_components_with_noise() {
-    let frames: Vec<Frame> = (0..3).map(|t| scene(30 + t, 20)).collect();
-    let states = track("{ samples = 60 }", &frames, 3);
-    let first = states[0].posterior.as_ref().unwrap();
-    assert_eq!((&first.mean[..], first.likelihood), (&[50.0, 40.0, 1.25, 1.0][..], 9.0));
-    assert_eq!((&first.covariance[..], first.effective_samples), (&[0.0; 16][..], 60.0));
-    // A higher exponent trusts fewer candidates, which are the same otherwise.
     let spread = |exponent: u32| {
-        let states = track(&format!("{{ samples = 60, weight_exponent = {exponent} }}"), &frames, 3);
-        states[1].posterior.as_ref().map_or(f64::NAN, |m| m.effective_samples)
+        posterior(&format!("{{ samples = 60, weight_exponent = {exponent} }}"), 3, 1).effective_samples
     };
     let spreads = [1, 10, 100].map(spread);
     assert!(spreads.is_sorted_by(|a, b| a > b) && spreads[0] < 60.0, "{spreads:?}");
@@ -110,12 +68,6 @@ fn newer_templates_go_sooner() {
         assert_eq!(at(f64::from(upto) - 0.5), template);
         assert_eq!(at(f64::from(upto) + 0.5), (template + 1).min(9));
     }
-}
-
-#[test]
-fn candidates_without_noise_are_refused() {
-    let refused = ENTRY.build_from_text("{ noise = [0, 0, 0, 0, 0, 0] }").err();
-    assert_eq!(refused.and_then(|e| e.key), Some("noise"));
 }
 
 proptest! {

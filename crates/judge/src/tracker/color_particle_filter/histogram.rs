@@ -1,8 +1,8 @@
 //! Color histograms of ellipses: bins of colors, pixels of an ellipse, and the similarity of two histograms.
 //!
-//! A frame's colors become bin numbers once ([`Grid`]); an ellipse is then a sum over row spans. Weights are
-//! whole multiples of 2^-36, so that sums do not depend on their order. Along a row the weight is a parabola
-//! in `x`, whose values are reached by two additions a pixel.
+//! The colors of a frame are converted to bin numbers once ([`Grid`]); an ellipse is then a sum over row
+//! spans. Weights are integer multiples of 2^-36, so that sums do not depend on their order. Along a row, the
+//! weight is a parabola in `x`, computed by two additions per pixel.
 
 use crate::image::Frame;
 use crate::num::integer;
@@ -10,18 +10,18 @@ use multiversion::multiversion;
 use rand::{Rng, RngExt};
 use std::ops::Range;
 
-/// State of a particle: center x and y, half axes Hx and Hy in pixels, orientation in radians from the x
-/// axis towards the y axis (clockwise as seen, for y points down).
+/// State of a particle: center x and y, half axes Hx and Hy in pixels, orientation in radians from the x axis
+/// towards the y axis (clockwise on the screen, as y points down).
 pub type Ellipse = [f64; 5];
 
 /// Maximum number of bins per channel; [`Histogram`] has room for three such channels.
 pub const MAX_BINS: u8 = 16;
 const MAX_HISTOGRAM_BINS: usize = 4096;
 
-/// Weight 1 of a pixel, in units of the sums. 2^26 pixels, the largest frame, stay below 2^63.
+/// Weight 1 of a pixel as an integer. Sums over 2^26 pixels, the largest frame, stay below 2^63.
 const ONE: f64 = (1_u64 << 36) as f64;
 
-/// Which colors share a bin: uniform bins on each channel, the top edge closed.
+/// Mapping of colors to bins, which are uniform on each channel, with the top edge closed.
 ///
 /// RGB channels are in `[0, 255]`. HSV is hue, saturation and value in `[0, 1]`, hue 0 for grays, computed
 /// in whole numbers and hence exact at the edges. Bin `(i, j, k)` has number `(i n1 + j) n2 + k`.
@@ -34,7 +34,7 @@ pub struct Binning {
 }
 
 impl Binning {
-    /// `counts` bins a channel, each from 1 to [`MAX_BINS`].
+    /// Creates a mapping with `counts` bins per channel, each from 1 to [`MAX_BINS`].
     pub fn new(hsv: bool, counts: [u8; 3]) -> Self {
         let counts = counts.map(|c| u32::from(c.clamp(1, MAX_BINS)));
         let strides = [counts[1] * counts[2], counts[2], 1];
@@ -44,7 +44,7 @@ impl Binning {
         Self { hsv, counts, tables: [table(0), table(1), table(2)] }
     }
 
-    /// Number of bins.
+    /// Number of all bins.
     pub fn len(&self) -> usize {
         self.counts.iter().product::<u32>() as usize
     }
@@ -78,7 +78,7 @@ impl Binning {
     }
 }
 
-/// Bin numbers of those pixels of a frame that ellipses may cover.
+/// Bin numbers of the pixels that ellipses may cover.
 #[derive(Debug, Clone, Default)]
 pub struct Grid {
     width: usize,
@@ -87,8 +87,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Looks up the pixels that any of the ellipses can cover, and with them those that their weighted mean
-    /// can: a mean's circle is inside the box of the circles.
+    /// Computes the bins of all pixels that the ellipses can cover. These include the pixels of their
+    /// weighted mean, whose circle is inside the bounding box of their circles.
     pub fn look<'e>(
         &mut self,
         frame: &Frame,
@@ -121,7 +121,7 @@ impl Grid {
     }
 }
 
-/// An ellipse as its rows need it: `r^2 = a (dx - slope dy)^2 + per_row dy^2`.
+/// Shape of an ellipse for computations by row: `r^2 = a (dx - slope dy)^2 + per_row dy^2`.
 struct Shape {
     center: (f64, f64),
     a: f64,
@@ -129,14 +129,13 @@ struct Shape {
     per_row: f64,
     /// Half the height, and half the width in the row of the center.
     reach: (f64, f64),
-    flat: bool,
     /// Second difference of the weights along a row.
     bend: i64,
     columns: f64,
 }
 
 impl Shape {
-    fn new(&[cx, cy, hx, hy, theta]: &Ellipse, flat: bool, columns: usize) -> Self {
+    fn new(&[cx, cy, hx, hy, theta]: &Ellipse, columns: usize) -> Self {
         let (sin, cos) = theta.sin_cos();
         let (u, v) = (hx.powi(2).recip(), hy.powi(2).recip());
         let a = cos * cos * u + sin * sin * v;
@@ -147,23 +146,23 @@ impl Shape {
             slope: cos * sin * (v - u) / a,
             per_row: reach_y.powi(2).recip(),
             reach: (reach_y, a.sqrt().recip()),
-            flat,
-            bend: if flat { 0 } else { (-2.0 * a * ONE).round() as i64 },
+            bend: (-2.0 * a * ONE).round() as i64,
             columns: columns as f64,
         }
     }
 
-    /// The rows with a center inside, of the first `height`.
+    /// Rows, of the first `height`, that have a pixel center inside.
     fn rows(&self, height: usize) -> Range<usize> {
         let (middle, reach) = (self.center.1, self.reach.0);
         (middle - reach + 0.5) as usize..above(middle + reach - 0.5).min(height)
     }
 }
 
-/// Rows whose spans are computed together.
+/// Number of rows whose spans are computed together.
 const ROWS: usize = 8;
 
-/// First column inside each row, the first one behind it, the weight at the former and its first difference.
+/// For each row, the first column inside, the first column after the span, and the weight at the former with
+/// its first difference.
 struct Spans {
     start: [i64; ROWS],
     end: [i64; ROWS],
@@ -171,11 +170,11 @@ struct Spans {
     step: [i64; ROWS],
 }
 
-/// The spans of the rows from `first` on.
+/// Spans of the rows from `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn spans(shape: &Shape, first: usize) -> Spans {
-    let &Shape { center: (cx, cy), a, slope, per_row, reach: (_, root), flat, columns, .. } = shape;
-    let mut spans = Spans { start: [0; ROWS], end: [0; ROWS], weight: [ONE as i64; ROWS], step: [0; ROWS] };
+    let &Shape { center: (cx, cy), a, slope, per_row, reach: (_, root), columns, .. } = shape;
+    let mut spans = Spans { start: [0; ROWS], end: [0; ROWS], weight: [0; ROWS], step: [0; ROWS] };
     for row in 0..ROWS {
         let dy = (first + row) as f64 + 0.5 - cy;
         let peak = 1.0 - dy * dy * per_row;
@@ -184,29 +183,27 @@ fn spans(shape: &Shape, first: usize) -> Spans {
         let end = (middle + reach - 0.5).max(0.0).min(columns).ceil();
         spans.start[row] = integer(start);
         spans.end[row] = if peak > 0.0 { integer(end) } else { 0 };
-        if !flat {
-            let dx = start + 0.5 - middle;
-            spans.weight[row] = integer((ONE * (peak - a * dx * dx)).trunc());
-            spans.step[row] = integer((ONE * a * (-2.0 * dx - 1.0)).trunc());
-        }
+        let dx = start + 0.5 - middle;
+        spans.weight[row] = integer((ONE * (peak - a * dx * dx)).trunc());
+        spans.step[row] = integer((ONE * a * (-2.0 * dx - 1.0)).trunc());
     }
     spans
 }
 
-/// A histogram as it is summed up, pixels of even and odd places in a row apart: neighbors are often alike,
-/// and an addition must not wait for the one before.
+/// Histogram during summation. Pixels at even and odd places of a row are summed separately: neighbors often
+/// have the same bin, and an addition need not wait for the last one.
 #[derive(Debug, Clone)]
 pub struct Histogram {
     sums: Box<[[i64; 2]; MAX_HISTOGRAM_BINS]>,
     len: usize,
 }
 
-/// A histogram to compare with: the numbers of its bins that are not empty, and the roots of their shares.
+/// Reference histogram: numbers of the nonempty bins, with the square roots of their shares.
 #[derive(Debug, Clone)]
 pub struct Model(Vec<(u16, f64)>);
 
 impl Model {
-    /// From shares that sum to 1, or are all 0.
+    /// Creates a model from shares that sum to 1, or are all 0.
     pub fn new(shares: &[f64]) -> Self {
         Self((0..).zip(shares).filter(|(_, q)| **q > 0.0).map(|(u, q)| (u, q.sqrt())).collect())
     }
@@ -218,11 +215,11 @@ impl Histogram {
         Self { sums: Box::new([[0; 2]; MAX_HISTOGRAM_BINS]), len: len.min(MAX_HISTOGRAM_BINS) }
     }
 
-    /// Sums the kernel over the pixels whose center is inside the ellipse (`r < 1`): `1 - r^2`, or 1 when
-    /// `flat`. The grid must have been made for this ellipse.
-    pub fn sum_inside(&mut self, grid: &Grid, ellipse: &Ellipse, flat: bool) {
+    /// Sums the kernel `1 - r^2` over the pixels whose center is inside the ellipse (`r < 1`). The grid must have
+    /// been made for this ellipse.
+    pub fn sum_inside(&mut self, grid: &Grid, ellipse: &Ellipse) {
         self.sums[..self.len].fill([0; 2]);
-        let shape = Shape::new(ellipse, flat, grid.width);
+        let shape = Shape::new(ellipse, grid.width);
         let bend = shape.bend;
         let Range { start: top, end: bottom } = shape.rows(grid.height);
         for first in (top..bottom).step_by(ROWS) {
@@ -248,8 +245,8 @@ impl Histogram {
         }
     }
 
-    /// Counts `points` random places in the ellipse, at radius U(0, 1) and angle U(0, 2 pi) of it; places
-    /// outside the frame are dropped. Colors are interpolated bilinearly between pixel centers.
+    /// Counts `points` random places in the ellipse, at radius U(0, 1) and angle U(0, 2 pi). Places outside
+    /// the frame are dropped. Colors are interpolated bilinearly between pixel centers.
     pub fn sum_points(
         &mut self,
         frame: &Frame,
@@ -272,14 +269,14 @@ impl Histogram {
         }
     }
 
-    /// The shares of the bins; all 0 when nothing was summed up.
+    /// Shares of the bins; all 0 if the histogram is empty.
     pub fn shares(&self) -> Vec<f64> {
         let total = self.total();
         let share = |s: &[i64; 2]| if total > 0 { value(s) / total as f64 } else { 0.0 };
         self.sums[..self.len].iter().map(share).collect()
     }
 
-    /// Bhattacharyya coefficient `sum sqrt(p q)`, in `[0, 1]`, 1 for equal histograms; 0 when one is empty.
+    /// Bhattacharyya coefficient `sum sqrt(p q)`, in `[0, 1]`: 1 for equal histograms, 0 if one is empty.
     pub fn likeness(&self, model: &Model) -> f64 {
         let total = self.total();
         if total <= 0 {
@@ -300,18 +297,19 @@ impl Histogram {
     }
 }
 
-/// The sum of a bin; the weight of a row's last pixel may have been rounded to just below 0.
+/// Sum of a bin. Rounding may have made the weight of a row's last pixel slightly negative, which is clamped.
 fn value([even, odd]: &[i64; 2]) -> f64 {
     (even + odd).max(0) as f64
 }
 
-/// The smallest whole number not below `v`, at least 0.
+/// Smallest integer not below `v`, at least 0.
 fn above(v: f64) -> usize {
     let down = v as usize;
     down.saturating_add(usize::from((down as f64) < v))
 }
 
-/// The color at `(x, y)` from the center of the first pixel, rounded to bytes; border pixels are repeated.
+/// Color at `(x, y)`, measured from the center of the first pixel, rounded to bytes. Border pixels are
+/// repeated.
 fn interpolated(frame: &Frame, x: f64, y: f64) -> [u8; 3] {
     let (i, j) = (x.floor(), y.floor());
     let (fx, fy) = (x - i, y - j);

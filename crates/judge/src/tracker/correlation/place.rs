@@ -1,4 +1,4 @@
-//! Trackers that find their target by one kernel filter: where the target is, and how responses move it.
+//! Trackers that find their target by one kernel filter: place of the target, and its moves by responses.
 
 use super::response::{MapOptions, ResponseMap};
 use super::{KernelFilter, halvings, reduced};
@@ -9,7 +9,7 @@ use crate::tracker::{StartResult, Tracker, TrackerError, TrackerState};
 /// Place of a target, in pixels of the frame.
 #[derive(Debug, Clone)]
 pub struct Place {
-    /// The first region's upright rectangle.
+    /// Upright rectangle of the first region.
     pub first: Rect,
     /// Shift of the center since the first frame, in pixels.
     pub moved: (f64, f64),
@@ -22,7 +22,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a region in a frame of these sides; `halves` tells whether frames of large targets are halved.
+    /// Place of a region in a frame of this size. With `halves`, frames of large targets are halved.
     pub fn new(region: &Region, frame: (usize, usize), halves: bool) -> Self {
         let first = region.bounds();
         let (w, h) = (first.w.clamp(1.0, frame.0 as f64), first.h.clamp(1.0, frame.1 as f64));
@@ -32,19 +32,20 @@ impl Place {
         Self { first, moved: (0.0, 0.0), scale: 1.0, halvings: times, sides: (side(w), side(h)) }
     }
 
-    /// Side of a pixel of the halved frame.
+    /// Side of a pixel of the halved frame, in pixels of the frame.
     pub fn factor(&self) -> f64 {
         f64::from(1_u32 << self.halvings)
     }
 
-    /// The rectangle that the first one has become.
+    /// Current rectangle: the first one, moved and scaled.
     pub fn rect(&self) -> Rect {
         let (cx, cy) = self.first.center();
         let (w, h) = (self.first.w * self.scale, self.first.h * self.scale);
         Rect::new(cx + self.moved.0 - 0.5 * w, cy + self.moved.1 - 0.5 * h, w, h)
     }
 
-    /// Keeps the target in touch with the frame and, if it was scaled, not larger than it.
+    /// Clamps the place so that the target overlaps the frame and, if it was scaled, is no larger than the
+    /// frame.
     fn keep_inside(&mut self, frame: &Frame, tolerance: f64) {
         let (width, height) = (frame.width() as f64, frame.height() as f64);
         let Rect { w, h, .. } = self.first;
@@ -74,12 +75,12 @@ pub trait Look: Clone + Send + 'static {
     /// Side of a cell of that window, in pixels of the frame.
     fn cell_side(&self, place: &Place, step: f64) -> f64;
 
-    /// The region of a target.
+    /// Reported region of a target.
     fn region(&self, place: &Place) -> Region {
         Region::Rect(place.rect())
     }
 
-    /// Everything that the tracker remembers; `None` from those that cannot be interrupted.
+    /// Saves the state of the tracker; `None` from trackers that cannot be interrupted.
     fn save(&self, _place: &Place, _filter: &KernelFilter) -> Option<Vec<u8>> {
         None
     }
@@ -92,34 +93,34 @@ pub struct Search {
     pub steps: Vec<f64>,
     /// Factor of the responses at scales other than the target's.
     pub weight: f32,
-    /// Whether a smaller scale that is better ends the search.
+    /// True if a smaller scale with a better response ends the search.
     pub smaller_ends: bool,
-    /// Whether the peak is found between the cells.
+    /// True if the peak is located between cells.
     pub sub_cell: bool,
-    /// Largest move back towards the frame that counts as rounding and is not made, relative to the first center's
-    /// coordinate (at least 1 pixel).
+    /// Largest move back to the frame that counts as rounding error and is not made, relative to the first
+    /// center's coordinate (at least 1 pixel).
     pub tolerance: f64,
-    /// How the response map is read.
+    /// Options for reading the response map.
     pub response: MapOptions,
 }
 
-/// A target that a kernel filter follows.
+/// A target that is followed by a kernel filter.
 #[derive(Clone)]
 pub struct Follower<L> {
     /// Place of the target.
     pub place: Place,
-    /// The features of its window.
+    /// Computes the features of the target's window.
     pub look: L,
-    /// The filter.
+    /// Kernel filter of the target.
     pub filter: KernelFilter,
     search: Search,
-    /// The highest response of the newest frame.
+    /// Response with the highest peak in the newest frame.
     map: ResponseMap,
     features: Vec<f32>,
 }
 
 impl<L: Look> Follower<L> {
-    /// A target whose filter is not trained.
+    /// Creates a target with an untrained filter.
     pub fn new(place: Place, look: L, filter: KernelFilter, search: Search) -> Self {
         let map = ResponseMap::new(filter.fourier.width(), filter.fourier.height());
         Self { place, look, filter, search, map, features: Vec::new() }
@@ -140,7 +141,7 @@ impl<L: Look> Follower<L> {
         self.filter.learn(&self.features);
     }
 
-    /// Moves and scales by the highest response.
+    /// Moves and scales the target by the highest response.
     fn follow(&mut self, frame: &Frame) {
         let Self { place, look, filter, search, map, features } = self;
         let mut best: Option<(f32, f64, f64, (f64, f64))> = None;

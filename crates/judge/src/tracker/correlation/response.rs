@@ -1,4 +1,4 @@
-//! Response maps of correlation filters: in numbers, and read as a density of the target's place.
+//! Response maps of correlation filters: as numbers, and read as a density of the target's place.
 //!
 //! A map `F` has `n = w h` cells and wraps around at its borders, as the filter's shifts do; so do all windows around
 //! its peak, the highest value, in cell `p`. `d = c - p` is the place of cell `c` relative to the peak, wrapped to
@@ -14,10 +14,10 @@
 //!                   effective samples (sum q)^2 / sum q^2,  entropy -sum p ln p / ln n,  p = q / sum q
 //! ```
 //!
-//! `z` is the center of the region that the tracker answers, `a` the side of a cell in pixels of the frame, `b` is
-//! `neighborhood` and `k` is `threshold`. Deviations are of all cells, without a correction for their number.
-//! A map without contrast, and one in which no value is above the threshold, is a uniform density. A sidelobe without
-//! any cell (the maps of small targets are less than 11 cells wide) is the whole map.
+//! `z` is the center of the region that the tracker answers, `a` the side of a cell in pixels of the frame,
+//! `b` is `neighborhood` and `k` is `threshold`. Deviations are of all cells, without a correction for their
+//! number. If a map has no contrast, or no value above the threshold, the density is uniform. If the sidelobe
+//! has no cell (maps of small targets are less than 11 cells wide), the whole map is used.
 //!
 //! Sources: 11 x 11 cells, Bolme et al., CVPR 2010; 5 % of the sides each way, the code of FuCoLoT (Lukezic et al.,
 //! ACCV 2018); the box of the second peak, ATOM (Danelljan et al., CVPR 2019) and its successors, whose box has 2.2
@@ -34,13 +34,13 @@ use crate::tracker::{Moments, Response, TrackerState};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// How a response map is read.
+/// Options for reading a response map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapOptions {
-    /// Sides of the box around the peak that a second peak is outside of, as a share of the map's, from 0 to 1.
+    /// Side of the box around the peak that excludes second peaks, as a share of the map's side, from 0 to 1.
     pub neighborhood: f64,
-    /// Standard deviations above the mean from which on a value counts as density, from 0 to 10.
+    /// Number of standard deviations above the mean from which on a value counts as density, from 0 to 10.
     pub threshold: f64,
 }
 
@@ -51,10 +51,10 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
-    /// The range of `neighborhood`, as a parameter of a tracker.
+    /// Range of `neighborhood` as a parameter of a tracker.
     pub const NEIGHBORHOOD: plugin::Range = plugin::Range::within("response.neighborhood", 0.0, 1.0);
 
-    /// The range of `threshold`.
+    /// Range of `threshold` as a parameter of a tracker.
     pub const THRESHOLD: plugin::Range = plugin::Range::within("response.threshold", 0.0, 10.0);
 }
 
@@ -63,7 +63,7 @@ impl MapOptions {
 pub struct ResponseMap {
     values: Vec<f32>,
     width: usize,
-    /// Whether the last column and row are neighbors of the first.
+    /// True if the last column and row are neighbors of the first.
     wraps: bool,
     peak: Peak,
     /// Side of a cell in pixels of the frame.
@@ -71,13 +71,13 @@ pub struct ResponseMap {
 }
 
 impl ResponseMap {
-    /// A map of zeros that wraps around.
+    /// Map of zeros that wraps around.
     pub fn new(width: usize, height: usize) -> Self {
         let peak = Peak { value: 0.0, x: 0, y: 0 };
         Self { values: vec![0.0; width * height], width, wraps: true, peak, cell: 0.0 }
     }
 
-    /// A map with borders; the first of its largest values is the peak.
+    /// Map with borders. The peak is the first of the largest values.
     pub fn with_borders(values: Vec<f32>, width: usize, cell: f64) -> Self {
         let value = extreme(&values, f32::NEG_INFINITY, |a, b| b > a);
         let at = values.iter().position(|v| *v == value).unwrap_or(0);
@@ -90,25 +90,27 @@ impl ResponseMap {
         [self.peak.x, self.peak.y]
     }
 
-    /// Takes over the values of a plane of the same size, which gets the old ones.
+    /// Takes the values of a plane of the same size, and puts the old values into the plane.
     pub fn take(&mut self, plane: &mut Vec<f32>, peak: Peak, cell: f64) {
         std::mem::swap(&mut self.values, plane);
         (self.peak, self.cell) = (peak, cell);
     }
 
-    /// Makes it a map of zeros, as of a look without contrast.
+    /// Sets all responses to zero. Used when the patch has no contrast.
     pub fn clear(&mut self, cell: f64) {
         self.values.fill(0.0);
         (self.peak, self.cell) = (Peak { value: 0.0, x: 0, y: 0 }, cell);
     }
 
-    /// A tracker's answer, whose center is the place of the peak, with this map in numbers and as a density.
+    /// Adds the numbers and the density of this map to a tracker's answer, whose center is the place of the
+    /// peak.
     pub fn describe(&self, options: &MapOptions, state: TrackerState) -> TrackerState {
         let center = state.region.bounds().center();
         self.describe_around(center, options, state)
     }
 
-    /// A tracker's answer with this map, whose peak is at `center` in the frame, in numbers and as a density.
+    /// Adds the numbers and the density of this map, whose peak is at `center` in the frame, to a tracker's
+    /// answer.
     pub fn describe_around(
         &self,
         center: (f64, f64),
@@ -120,13 +122,13 @@ impl ResponseMap {
         TrackerState { response: Some(response), posterior: Some(moments), ..state }
     }
 
-    /// The cells within a reach of columns and rows from the peak.
+    /// Cells within a distance in columns and rows from the peak.
     fn around_peak(&self, reach: [usize; 2]) -> [Arc; 2] {
         let around = if self.wraps { Arc::around } else { Arc::within };
         std::array::from_fn(|k| around(self.place()[k], reach[k], self.sides()[k]))
     }
 
-    /// Columns and rows.
+    /// Numbers of columns and rows.
     fn sides(&self) -> [usize; 2] {
         [self.width, self.values.len() / self.width]
     }
@@ -154,7 +156,7 @@ impl ResponseMap {
         }
     }
 
-    /// Sums over the cells within a reach of columns and rows from the peak.
+    /// Sums over the cells within a distance in columns and rows from the peak.
     fn sums_around_peak(&self, reach: [usize; 2], mean: f64) -> Sums {
         let [columns, rows] = self.around_peak(reach);
         let mut sums = Sums::default();
@@ -165,7 +167,7 @@ impl ResponseMap {
         sums
     }
 
-    /// The largest value outside the box around the peak; `None` if the box is the whole map.
+    /// Largest value outside the box around the peak; `None` if the box covers the whole map.
     fn second_peak(&self, neighborhood: f64) -> Option<f32> {
         let reach = self.sides().map(|n| (0.5 * neighborhood * n as f64).round() as usize);
         let [columns, rows] = self.around_peak(reach);
@@ -178,7 +180,7 @@ impl ResponseMap {
         parts.map(largest).reduce(|a, b| if b > a { b } else { a })
     }
 
-    /// The moments of the map as a density; `center` is the place of the peak in the frame.
+    /// Moments of the map as a density. `center` is the place of the peak in the frame.
     fn moments(&self, options: &MapOptions, response: &Response, center: (f64, f64)) -> Moments {
         let n = self.values.len() as f64;
         let threshold = response.mean + options.threshold * response.deviation;
@@ -220,7 +222,7 @@ impl ResponseMap {
     }
 }
 
-/// Places of cells `0..n` of a side relative to cell `at`, and their squares.
+/// Offsets of the cells `0..n` of a side from cell `at`, and their squares.
 fn offsets(at: i64, n: usize, wraps: bool) -> impl Iterator<Item = (f64, f64)> {
     (0..n as i64).map(move |i| {
         if !wraps {
@@ -232,7 +234,7 @@ fn offsets(at: i64, n: usize, wraps: bool) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Neighboring cells of a side, around its end if it wraps.
+/// Neighboring cells along a side, continuing at the start if the side wraps.
 #[derive(Clone, Copy)]
 struct Arc {
     start: usize,
@@ -241,32 +243,32 @@ struct Arc {
 }
 
 impl Arc {
-    /// The cells within `reach` of cell `at`.
+    /// Cells within `reach` of cell `at`, on a side that wraps.
     fn around(at: i64, reach: usize, side: usize) -> Self {
         let start = (at - reach as i64).rem_euclid(side as i64) as usize;
         Self { start, len: (2 * reach + 1).min(side), side }
     }
 
-    /// The cells within `reach` of cell `at` of a side that ends.
+    /// Cells within `reach` of cell `at`, on a side with ends.
     fn within(at: i64, reach: usize, side: usize) -> Self {
         let start = (at - reach as i64).max(0) as usize;
         Self { start, len: (at as usize + reach + 1).min(side) - start, side }
     }
 
-    /// Its cells; the second part begins at 0.
+    /// Index ranges of the cells. The second range begins at 0.
     fn inside(&self) -> [Range<usize>; 2] {
         let first = self.len.min(self.side - self.start);
         [self.start..self.start + first, 0..self.len - first]
     }
 
-    /// The other cells of the side.
+    /// Index ranges of the other cells of the side.
     fn outside(&self) -> [Range<usize>; 2] {
         let start = (self.start + self.len) % self.side;
         Self { start, len: self.side - self.len, side: self.side }.inside()
     }
 }
 
-/// Number of some values, and sums of their differences from the map's mean and of the squares of these.
+/// Number of values, and sums of their differences from the map's mean and of the squared differences.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     count: f64,
@@ -286,7 +288,7 @@ impl Sums {
         self.squares += other.squares;
     }
 
-    /// The sums of the values that are not among `others`, or of all if there are none.
+    /// Sums of the values that are not in `others`, or of all values if that leaves none.
     fn without(&self, others: &Self) -> Self {
         if others.count >= self.count {
             return *self;
@@ -305,7 +307,7 @@ impl Sums {
     }
 }
 
-/// Number of sums that are added up side by side.
+/// Number of sums that are accumulated side by side.
 const LANES: usize = 8;
 
 /// Sum of a function of each value, in a fixed order.
@@ -319,7 +321,7 @@ fn sum(values: &[f32], of: impl Fn(f64) -> f64) -> f64 {
     lanes.iter().sum()
 }
 
-/// The value that is `better` than all others, or `worst` if there is none.
+/// The `better` value among all, or `worst` if there are none.
 fn extreme(values: &[f32], worst: f32, better: impl Fn(f32, f32) -> bool) -> f32 {
     let choose = |a: f32, b: f32| if better(a, b) { b } else { a };
     let (whole, rest) = values.as_chunks::<LANES>();

@@ -1,21 +1,23 @@
-//! Where and how large a target starts.
+//! Start of a target: its place and size in whole pixels.
 
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 
-/// How the first region becomes whole pixels.
+/// Rule that rounds the first region to whole pixels.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
     /// The pixel that holds the region's center, and the region's own sides.
     #[default]
     Release,
-    /// As the entry of VOT2014: coordinates count from 1, and quadrilaterals are a pixel larger each way.
+    /// As in the entry of VOT2014: coordinates count from 1, and quadrilaterals are a pixel larger in each
+    /// direction.
     Vot2014,
 }
 
 impl Start {
-    /// The pixel of the center, counted from 0, and what is added to both sides; `first` is the region upright.
+    /// Pixel of the center (0-based), and the amount added to both sides. `first` is the upright rectangle of
+    /// the region.
     pub fn pixel(self, region: &Region, first: &Rect) -> ((f64, f64), f64) {
         let (x, y) = first.center();
         match (self, region) {
@@ -26,7 +28,7 @@ impl Start {
     }
 }
 
-/// The rectangle that a region starts as.
+/// Rectangle at which a region starts.
 pub fn upright(region: &Region) -> Rect {
     let Region::Polygon(corners) = region else { return region.rect() };
     let n = corners.len() as f64;

@@ -1,37 +1,34 @@
-//! Similarity of the fragments of a frame and of the model.
+//! Similarity of the fragments in a frame to those of the model.
 
 use super::layout::Fragment;
+use crate::image::Frame;
 use crate::image::integral::{Counts, IntegralHistogram};
-use crate::image::{Frame, luma};
 
-/// State of a particle: center x and y in pixels, logarithm of the scale against the first frame.
-pub type Place = [f64; 3];
+/// State of a particle: center x and y in pixels.
+pub type Place = [f64; 2];
 
-/// Bins of the gray histogram.
-const GRAY_BINS: usize = 16;
-/// Bins of the color histogram, 8 a channel.
-const RGB_BINS: usize = 512;
+/// Bins of a histogram, 8 for each of red, green and blue.
+const BINS: usize = 512;
 /// The code of a pixel whose bin no fragment of the model has.
 const NOWHERE: u16 = u16::MAX;
 /// Maximum number of counts of an integral histogram: 128 MiB.
 const MAX_COUNTS: usize = 1 << 25;
 
-/// A fragment's histogram in the first frame: bins that are not empty and the roots of their shares.
+/// Histogram of a fragment in the first frame: nonempty bins with the roots of their shares.
 type Model = Vec<(usize, f64)>;
 
-/// The models of all fragments, and the frame that is being compared with them.
+/// Models of all fragments, and the frame that is compared with them.
 #[derive(Debug, Clone)]
 pub struct Evidence {
-    rgb: bool,
     fragments: Vec<Fragment>,
     models: Vec<Model>,
-    /// Index among the model's bins of each bin of the histogram.
+    /// For each bin of the histogram, its index among the model's bins.
     known: Vec<u16>,
     bins: usize,
     view: View,
 }
 
-/// Codes of the searched part of a frame.
+/// Codes in the searched part of a frame.
 #[derive(Debug, Clone, Default)]
 struct View {
     left: i64,
@@ -40,17 +37,16 @@ struct View {
     height: usize,
     codes: Vec<u16>,
     integral: IntegralHistogram,
-    /// Whether `integral` is that of `codes`.
+    /// True if `integral` belongs to the current `codes`.
     summed: bool,
     counts: Vec<u32>,
 }
 
 impl Evidence {
     /// Learns the fragments of a target at `place` in its first frame.
-    pub fn new(rgb: bool, fragments: Vec<Fragment>, frame: &Frame, place: &Place) -> Self {
-        let all = if rgb { RGB_BINS } else { GRAY_BINS };
-        let known = (0..all as u16).collect();
-        let mut one = Self { rgb, fragments, models: Vec::new(), known, bins: all, view: View::default() };
+    pub fn new(fragments: Vec<Fragment>, frame: &Frame, place: &Place) -> Self {
+        let known = (0..BINS as u16).collect();
+        let mut one = Self { fragments, models: Vec::new(), known, bins: BINS, view: View::default() };
         one.look(frame, std::slice::from_ref(place));
         let histograms: Vec<(Vec<u32>, f64)> = one
             .fragments
@@ -58,13 +54,13 @@ impl Evidence {
             .iter()
             .map(|f| {
                 let (window, pixels) = one.view.window(f, place);
-                one.view.count(window, all);
+                one.view.count(window, BINS);
                 (one.view.counts.clone(), f64::from(pixels.max(1)))
             })
             .collect();
         one.known.fill(NOWHERE);
         one.bins = 0;
-        for bin in 0..all {
+        for bin in 0..BINS {
             if histograms.iter().any(|(counts, _)| counts[bin] > 0) {
                 one.known[bin] = one.bins as u16;
                 one.bins += 1;
@@ -84,12 +80,12 @@ impl Evidence {
         self.fragments.len()
     }
 
-    /// Prepares a frame for places among and between the given ones.
+    /// Prepares a frame for these places and those between them.
     pub fn look(&mut self, frame: &Frame, places: &[Place]) {
         let corners = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         let reach = self.fragments.iter().fold([0.0_f64; 2], |r, f| [r[0].max(f[2]), r[1].max(f[3])]);
-        let [left, top, right, bottom] = places.iter().fold(corners, |b, &[x, y, s]| {
-            let (rx, ry) = (reach[0] * s.exp() + 2.0, reach[1] * s.exp() + 2.0);
+        let (rx, ry) = (reach[0] + 2.0, reach[1] + 2.0);
+        let [left, top, right, bottom] = places.iter().fold(corners, |b, &[x, y]| {
             [b[0].min(x - rx), b[1].min(y - ry), b[2].max(x + rx), b[3].max(y + ry)]
         });
         let within = |v: f64, room: usize| (v.max(0.0) as usize).min(room);
@@ -101,27 +97,22 @@ impl Evidence {
         view.codes.clear();
         for y in rows {
             let pixels = frame.row(y)[3 * columns.start..3 * columns.end].as_chunks::<3>().0;
-            // The histogram is chosen once per row, not per pixel.
-            if self.rgb {
-                view.codes.extend(pixels.iter().map(|&p| self.known[rgb_bin(p)]));
-            } else {
-                view.codes.extend(pixels.iter().map(|&p| self.known[usize::from(luma(p) >> 4)]));
-            }
+            view.codes.extend(pixels.iter().map(|&p| self.known[bin_of(p)]));
         }
         // Sums cost a few additions for every pixel and bin, direct counts one step for every pixel
         // of every fragment. Both are exact, so that the choice only affects the time.
         let summing = IntegralHistogram::room(view.width, view.height, self.bins);
         let area = |f: &Fragment| (f[2] - f[0] + 1.0) * (f[3] - f[1] + 1.0);
         let fragments: f64 = self.fragments.iter().map(area).sum();
-        let counting = fragments * places.iter().map(|p| (2.0 * p[2]).exp()).sum::<f64>();
+        let counting = fragments * places.len() as f64;
         view.summed = summing <= MAX_COUNTS && summing as f64 <= 2.0 * counting;
         if view.summed {
             view.integral.build(&view.codes, view.width, self.bins);
         }
     }
 
-    /// Bhattacharyya coefficient `sum_u sqrt(p_u q_u)` of every fragment at a place, in `[0, 1]`; 0 where
-    /// it has no pixel in the frame. The place must have been looked at.
+    /// Bhattacharyya coefficient `sum_u sqrt(p_u q_u)` of each fragment at a place, in `[0, 1]`; 0 for a
+    /// fragment without a pixel in the frame. The frame must be prepared for the place by [`Self::look`].
     pub fn likeness(&mut self, place: &Place, rho: &mut Vec<f64>) {
         rho.clear();
         for (fragment, model) in self.fragments.iter().zip(&self.models) {
@@ -145,17 +136,16 @@ fn compare(model: &Model, counts: &Counts<'_>) -> f64 {
 }
 
 /// Bin of 8 x 8 x 8.
-fn rgb_bin([r, g, b]: [u8; 3]) -> usize {
+fn bin_of([r, g, b]: [u8; 3]) -> usize {
     usize::from(r >> 5) << 6 | usize::from(g >> 5) << 3 | usize::from(b >> 5)
 }
 
 impl View {
     /// The pixels of a fragment at a place, as columns and rows of the view, and their number: edges are
     /// rounded (halves up, so that whole shifts keep them), at least one pixel apart and cut to the frame.
-    fn window(&self, fragment: &Fragment, &[x, y, s]: &Place) -> ([usize; 4], u32) {
-        let scale = s.exp();
+    fn window(&self, fragment: &Fragment, &[x, y]: &Place) -> ([usize; 4], u32) {
         let span = |center: f64, from: f64, to: f64, start: i64, room: usize| {
-            let edge = |e: f64| (center + scale * e + 0.5).floor().clamp(-1e9, 1e9) as i64;
+            let edge = |e: f64| (center + e + 0.5).floor().clamp(-1e9, 1e9) as i64;
             let first = edge(from);
             let end = edge(to).max(first + 1);
             let cut = |v: i64| (v - start).clamp(0, room as i64) as usize;
@@ -166,7 +156,7 @@ impl View {
         ([left, top, right, bottom], ((right - left) * (bottom - top)) as u32)
     }
 
-    /// Counts the codes of a window one by one.
+    /// Counts the codes of a window pixel by pixel.
     fn count(&mut self, [left, top, right, bottom]: [usize; 4], bins: usize) {
         self.counts.clear();
         self.counts.resize(bins, 0);

@@ -1,41 +1,18 @@
 //! Division of the target into fragments.
 
-use serde::{Deserialize, Serialize};
-
-/// How a target is cut into fragments.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum FragmentLayout {
-    /// The two families of FragTrack: flat strips of about a tenth of the height and half the width, and
-    /// upright ones.
-    Strips,
-    /// Equal cells, `cells` a side.
-    Grid,
-}
-
-/// A fragment: left, top, right and bottom edge in pixels from the center of the unscaled target.
+/// A fragment: left, top, right and bottom edge in pixels from the center of the target.
 pub type Fragment = [f64; 4];
 
-impl FragmentLayout {
-    /// The fragments of a target of `w` by `h` pixels, at least one, all inside it.
-    pub fn fragments(self, w: f64, h: f64, cells: u8) -> Vec<Fragment> {
-        match self {
-            Self::Strips => {
-                let upright = strips(h, w).into_iter().map(|[l, t, r, b]| [t, l, b, r]);
-                strips(w, h).into_iter().chain(upright).collect()
-            }
-            Self::Grid => {
-                let n = u32::from(cells.max(1));
-                let edge = |k: u32, side: f64| side * (f64::from(k) / f64::from(n) - 0.5);
-                let cell = |i, j| [edge(i, w), edge(j, h), edge(i + 1, w), edge(j + 1, h)];
-                (0..n).flat_map(|j| (0..n).map(move |i| cell(i, j))).collect()
-            }
-        }
-    }
+/// The fragments of a target of `w` by `h` pixels, at least one, all inside it: the two families of FragTrack, flat
+/// strips of about a tenth of the height and half the width, and upright ones.
+pub fn fragments(w: f64, h: f64) -> Vec<Fragment> {
+    let upright = strips(h, w).into_iter().map(|[l, t, r, b]| [t, l, b, r]);
+    strips(w, h).into_iter().chain(upright).collect()
 }
 
-/// FragTrack's flat strips: half height `max(1, floor(0.05 h + 0.5))`, half width `max(1, floor(0.25 w))`,
-/// centers a strip's height apart from the top, two beside each other at `floor(w / 4)` from the middle.
+/// Flat strips of FragTrack: half height `max(1, floor(0.05 h + 0.5))`, half width `max(1, floor(0.25 w))`.
+/// Centers are a strip's height apart, from the top; there are two side by side, at `floor(w / 4)` from the
+/// middle.
 fn strips(w: f64, h: f64) -> Vec<Fragment> {
     let (half_w, half_h) = ((0.25 * w).floor().max(1.0), (0.05 * h + 0.5).floor().max(1.0));
     // Centers that keep the strip inside; of a target smaller than the strip, its middle.

@@ -1,23 +1,25 @@
-//! How a window of the frame becomes a patch of the template's size.
+//! Conversion of a window of the frame to a patch of the template's size.
 
 use crate::image::patch::{Axis, Colors, Outside, Patch};
 use crate::image::{Frame, Window};
 use serde::{Deserialize, Serialize};
 
-/// How pixels are read for a window that is resized.
+/// Rule for reading the pixels of a resized window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sampling {
     /// A window of whole pixels, interpolated bilinearly.
     WholePixels,
-    /// A window around the center itself, interpolated bilinearly.
+    /// A window around the exact center, interpolated bilinearly.
     Exact,
-    /// The same, each value the mean of as many samples each way as it covers pixels.
+    /// A window around the exact center. Each value is the mean of as many samples in each direction as it
+    /// covers pixels.
     Area,
 }
 
 impl Sampling {
-    /// The patch of `size` columns and rows whose pixels have the side `ratio`, around `center` in pixels of the frame.
+    /// Patch of `size` columns and rows around `center`, in pixels of the frame. `ratio` is the side of a
+    /// patch pixel.
     pub fn patch(
         self,
         frame: &Frame,

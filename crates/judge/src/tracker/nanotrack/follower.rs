@@ -1,4 +1,4 @@
-//! A NanoTrack that follows a target: its template, and the place at which it is.
+//! A NanoTrack that follows a target, with its template and its place.
 
 use super::look::{Look, Place, Target};
 use crate::image::Frame;
@@ -7,7 +7,7 @@ use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Most targets and most looks that a frame keeps.
+/// Most targets, and most looks, that are cached with a frame.
 const MAX_NOTES: usize = 32;
 
 /// A target that is followed from frame to frame.
@@ -17,8 +17,8 @@ pub struct Follower {
     place: Place,
 }
 
-/// Targets and looks kept with a frame: those who follow one target from one region, as the watchdogs of many tracks
-/// do, ask the network once.
+/// Targets and looks cached with a frame. Followers of one target from one region, such as the watchdogs of
+/// many tracks, run the network only once.
 #[derive(Default)]
 struct Notes {
     targets: Kept<(Version, Place), Arc<Target>>,
@@ -27,7 +27,7 @@ struct Notes {
 
 type Kept<K, V> = Mutex<Vec<(K, Arc<OnceLock<V>>)>>;
 
-/// The value kept under a key; who asks first makes it, the others wait for it.
+/// Value stored under a key. The first caller computes the value; other callers wait for it.
 fn once<K, V: Clone>(kept: &Kept<K, V>, is_it: impl Fn(&K) -> bool, key: K, new: impl FnOnce() -> V) -> V {
     let mut list = kept.lock().unwrap_or_else(PoisonError::into_inner);
     let found = list.iter().find(|(key, _)| is_it(key)).map(|(_, cell)| cell.clone());
@@ -42,7 +42,7 @@ fn once<K, V: Clone>(kept: &Kept<K, V>, is_it: impl Fn(&K) -> bool, key: K, new:
     cell.get_or_init(new).clone()
 }
 
-/// Memory of a [`Follower`]: its place, the color beyond the frames, the features of the template.
+/// State of a [`Follower`]: its place, the color outside of frames, and the features of the template.
 #[derive(Serialize, Deserialize)]
 pub struct Memory {
     place: Place,
@@ -51,7 +51,7 @@ pub struct Memory {
 }
 
 impl Follower {
-    /// One with the target at a region of the first frame; `None` if a coordinate is no number.
+    /// Starts on a region of the first frame; `None` if a coordinate is NaN.
     pub fn start(version: Version, frame: &Frame, region: &Region) -> Option<Self> {
         if !region.is_finite() {
             return None;
@@ -65,7 +65,7 @@ impl Follower {
         Some(Self { target, place })
     }
 
-    /// What it sees around its place.
+    /// Look around the current place.
     pub fn look(&self, frame: &Frame) -> Arc<Look> {
         self.look_around(frame, self.place)
     }
@@ -85,26 +85,26 @@ impl Follower {
         }
     }
 
-    /// Looks at the next frame and goes where the target is.
+    /// Looks at the next frame and moves to the target.
     pub fn step(&mut self, frame: &Frame) -> Arc<Look> {
         let look = self.look(frame);
         self.place = look.next(frame);
         look
     }
 
-    /// Its box.
+    /// Current box of the target.
     pub fn rect(&self) -> Rect {
         let Place { center: [x, y], sides: [w, h] } = self.place;
         Rect::new(x - w / 2.0, y - h / 2.0, w, h)
     }
 
-    /// Everything that it remembers.
+    /// Saves the state.
     pub fn memory(&self) -> Memory {
         let (color, features) = self.target.memory();
         Memory { place: self.place, color, features }
     }
 
-    /// One that goes on from a memory; `None` if that is of another version or no memory at all.
+    /// Restores a saved state; `None` if it is of another version or invalid.
     pub fn remembered(version: Version, Memory { place, color, features }: Memory) -> Option<Self> {
         let is_place = place.center.iter().chain(&place.sides).all(|v| v.abs() <= 1e9);
         if !is_place

@@ -1,4 +1,4 @@
-//! Looks of NanoTrack: scores and boxes that its network gives to the cells around a place of a frame.
+//! Looks of NanoTrack: scores and boxes that the network gives to the cells around a place of a frame.
 
 use crate::image::patch::Patch;
 use crate::image::{Frame, Window};
@@ -8,27 +8,29 @@ use crate::region::Rect;
 /// Pixels of the search region between neighboring cells of the maps.
 const STRIDE: f64 = 16.0;
 
-/// Sides of the crops in pixels.
+/// Side of the template crop in pixels; that of the search region follows.
 const TEMPLATE_SIDE: usize = 127;
 const SEARCH_SIDE: usize = 255;
 
-/// Center of a box as the network counts, the center of the first pixel at 0, and its sides, in pixels of the frame.
+/// Center and sides of a box, in pixels of the frame. As in the network, the center of the first pixel is at
+/// 0.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
-    /// Center.
+    /// Center: column and row.
     pub center: [f64; 2],
     /// Width and height.
     pub sides: [f64; 2],
 }
 
 impl Place {
-    /// The place of a box whose sides are at least a pixel.
+    /// Place of a box. Sides are at least one pixel.
     pub fn of(rect: &Rect) -> Self {
         let sides = [rect.w.max(1.0), rect.h.max(1.0)];
         Self { center: [rect.x + (sides[0] - 1.0) / 2.0, rect.y + (sides[1] - 1.0) / 2.0], sides }
     }
 
-    /// The place, with its center at most three of a frame's sides beyond it, and sides of at most three of them.
+    /// The place, clamped: its center is at most three frame sides outside of the frame, and its sides are at
+    /// most three frame sides.
     pub fn near(&self, room: [f64; 2]) -> Self {
         Self {
             center: std::array::from_fn(|k| self.center[k].clamp(-3.0 * room[k], 4.0 * room[k])),
@@ -36,12 +38,12 @@ impl Place {
         }
     }
 
-    /// Side of the template around it, in pixels of the frame.
+    /// Side of the template around the place, in pixels of the frame.
     fn context(&self) -> f64 {
         side_with_margin(self.sides)
     }
 
-    /// A square of the frame around it, resized to `to` x `to` pixels with the values of bytes.
+    /// Square of the frame around the place, resized to `to` x `to` pixels and rounded to bytes.
     fn crop(&self, frame: &Frame, side: f64, to: usize, color: [f32; 3]) -> Vec<f32> {
         let side = side.round_ties_even().max(1.0);
         let [x, y] = self.center.map(|c| (c - (side + 1.0) / 2.0 + 0.5).floor() as i64);
@@ -52,24 +54,24 @@ impl Place {
     }
 }
 
-/// `sqrt((w + p) (h + p))` with `p = (w + h) / 2`.
+/// Side with margin: `sqrt((w + p) (h + p))` with `p = (w + h) / 2`.
 fn side_with_margin([w, h]: [f64; 2]) -> f64 {
     let margin = (w + h) / 2.0;
     ((w + margin) * (h + margin)).sqrt()
 }
 
-/// A target as the network remembers it.
+/// A target in the form that the network compares.
 pub struct Target {
     network: &'static Network,
     template: Template,
-    /// Values of the template's features, from which it is made again.
+    /// Features of the template, from which it can be restored.
     features: Vec<f32>,
-    /// Mean color of the first frame, in which the world beyond the frames is painted.
+    /// Mean color of the first frame, which fills pixels outside of frames.
     color: [f32; 3],
 }
 
 impl Target {
-    /// The target at a place of the first frame.
+    /// Target at a place of the first frame.
     pub fn new(version: Version, frame: &Frame, place: &Place) -> Self {
         let color = mean_color(frame);
         let crop = place.crop(frame, place.context(), TEMPLATE_SIDE, color);
@@ -78,12 +80,12 @@ impl Target {
         Self { network, template: network.template(&features), features: features.values(), color }
     }
 
-    /// Color and features, for [`Self::remembered`].
+    /// Color and features for [`Self::remembered`].
     pub fn memory(&self) -> ([f32; 3], Vec<f32>) {
         (self.color, self.features.clone())
     }
 
-    /// The target of a [`Self::memory`]; `None` if that has not as many values as the network has.
+    /// Restores the target of a [`Self::memory`]; `None` if the number of features is wrong.
     pub fn remembered(version: Version, color: [f32; 3], features: Vec<f32>) -> Option<Self> {
         let network = Network::of(version);
         let template = network.template(&network.features_of_template(&features)?);
@@ -144,7 +146,7 @@ impl Constants {
         }
     }
 
-    /// `exp(-k (s r - 1))` of the changes of size and shape from `size` to `sides`.
+    /// Penalty `exp(-k (s r - 1))` for the changes of size and shape from `size` to `sides`.
     fn penalty(&self, sides: [f64; 2], size: [f64; 2]) -> f64 {
         let change = |ratio: f64| ratio.max(1.0 / ratio);
         let scale = change(side_with_margin(sides) / side_with_margin(size));
@@ -153,7 +155,7 @@ impl Constants {
     }
 }
 
-/// Place of a row or column relative to the middle of the search region, in its pixels.
+/// Place of a row or column relative to the middle of the search region, in pixels of the region.
 fn offset(i: usize, side: usize) -> f64 {
     STRIDE * (i as f64 - (side / 2) as f64)
 }
@@ -178,49 +180,50 @@ fn mean_color(frame: &Frame) -> [f32; 3] {
 /// A cell of the maps.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
-    /// Probability of the target.
+    /// Probability that the cell's box is the target.
     pub score: f64,
-    /// Center of its box relative to that of the look, in pixels of the frame.
+    /// Center of the cell's box relative to that of the look, in pixels of the frame.
     pub shift: [f64; 2],
-    /// Sides of its box in pixels of the frame.
+    /// Sides of the cell's box in pixels of the frame.
     pub sides: [f64; 2],
-    /// `exp(-k (s r - 1))` of its changes of size and shape.
+    /// Penalty `exp(-k (s r - 1))` for changes of size and shape.
     penalty: f64,
-    /// Score with penalty and window.
+    /// Score after penalty and window.
     rank: f64,
 }
 
-/// The cells around a place: `side` x `side` of them, row after row.
+/// Cells around a place, `side` x `side`, row by row.
 pub struct Look {
-    /// The place that it looked around.
+    /// Place at which the network looked.
     pub place: Place,
-    /// The cells.
+    /// All cells, row by row.
     pub cells: Vec<Cell>,
-    /// Rows and columns.
+    /// Number of rows, and of columns.
     pub side: usize,
-    /// The cell that the tracker chooses, by score, penalty and window.
+    /// Index of the cell that the tracker chooses, by score, penalty and window.
     pub best: usize,
-    /// Distance of neighboring cells in pixels of the frame.
+    /// Distance between neighboring cells in pixels of the frame.
     pub cell: f64,
     /// Learning rate of the sides.
     rate: f64,
 }
 
 impl Look {
-    /// The cell that the tracker chooses.
+    /// Cell that the tracker chooses.
     pub fn chosen(&self) -> &Cell {
         &self.cells[self.best]
     }
 
-    /// The box of a cell.
+    /// Box of a cell.
     pub fn rect(&self, cell: &Cell) -> Rect {
         let [w, h] = cell.sides;
         let [x, y] = std::array::from_fn(|k| self.place.center[k] + cell.shift[k]);
         Rect::new(x - (w - 1.0) / 2.0, y - (h - 1.0) / 2.0, w, h)
     }
 
-    /// Where the tracker goes: to the chosen cell, and to its size by penalty times score times learning rate; the center
-    /// stays in the frame, sides are from 10 pixels to those of the frame.
+    /// Next place of the tracker: the center of the chosen cell, and sides moved towards those of the cell by
+    /// penalty times score times learning rate. The center stays in the frame; sides are from 10 pixels to
+    /// those of the frame.
     pub fn next(&self, frame: &Frame) -> Place {
         let chosen = self.chosen();
         let rate = chosen.penalty * chosen.score * self.rate;
@@ -233,7 +236,7 @@ impl Look {
         }
     }
 
-    /// Center of a cell's point in the frame, the center of the first pixel at 0.
+    /// Center of a cell in the frame, with the center of the first pixel at 0.
     pub fn point(&self, [column, row]: [i64; 2]) -> (f64, f64) {
         let place =
             |k: usize, i: i64| self.place.center[k] + offset(i as usize, self.side) * self.cell / STRIDE;

@@ -1,15 +1,10 @@
 use super::*;
 use crate::region::{Areas, Rect};
 use crate::tracker::testing;
-use trackfail_dataset::format::otb;
 
-fn overlap(state: &TrackerState, region: &Region) -> f64 {
-    Areas::Exact.overlap(&state.region, region, None)
-}
-
-/// Written by benches/peers/nanotrack.py on the frames of `trackfail data render synthetic-otb` (60 of Girl): x, y, width, height
-/// and score of every frame from the second on. Its crops are resized in steps of 1/2048, which moves boxes by hundredths of
-/// a pixel at first; later a crop now and then begins at the next pixel.
+/// Reference boxes and scores are from benches/peers/nanotrack.py, on the frames of `trackfail data render
+/// synthetic-otb` (60 of Girl), from the second frame on. That program resizes crops in steps of 1/2048,
+/// which moves boxes by hundredths of a pixel at first; later a crop sometimes begins one pixel off.
 #[test]
 fn tracks_are_those_of_onnxruntime() {
     let (girl, frames) = testing::excerpt(60);
@@ -25,28 +20,13 @@ fn tracks_are_those_of_onnxruntime() {
         for (state, line) in states[1..].iter().zip(&lines) {
             let want: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
             let region = Region::Rect(Rect::new(want[0], want[1], want[2], want[3]));
-            overlaps.push(overlap(state, &region));
+            overlaps.push(Areas::Exact.overlap(&state.region, &region, None));
             assert!((state.confidence.unwrap() - want[4]).abs() < 0.01, "{version}: {line}");
         }
         let least = |overlaps: &[f64]| overlaps.iter().copied().fold(1.0, f64::min);
         assert!(least(&overlaps[..3]) > 0.99, "{version}: {overlaps:?}");
         assert!(least(&overlaps) > 0.85, "{version}: {overlaps:?}");
         assert!(overlaps.iter().sum::<f64>() / overlaps.len() as f64 > 0.95, "{version}: {overlaps:?}");
-    }
-}
-
-#[trackfail_testing::needs(real_data)]
-#[test]
-fn a_couple_is_followed() {
-    let root = trackfail_testing::real_data();
-    let sequence = otb::load(&root.join("otb/Couple"), &Default::default()).unwrap();
-    let frames: Vec<Frame> = (0..sequence.truth.len()).map(|t| sequence.frame(t).unwrap()).collect();
-    for (version, want) in [("v2", 0.68), ("v3", 0.63)] {
-        let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
-        let states = testing::track(&*config, &sequence, 1, sequence.truth[0].as_ref().unwrap(), &frames);
-        let overlaps = states.iter().zip(sequence.truth.iter().flatten()).map(|(s, truth)| overlap(s, truth));
-        let mean = overlaps.sum::<f64>() / states.len() as f64;
-        assert!(mean > want, "{version}: {mean}");
     }
 }
 

@@ -1,18 +1,8 @@
 use super::*;
 use crate::region::Rect;
-use crate::tracker::testing::{follow, track};
+use crate::tracker::testing::{follow, texture, track};
 use proptest::prelude::*;
 use rayon::prelude::*;
-
-/// A textured frame, shifted by whole pixels.
-fn texture(dx: i64, dy: i64) -> Frame {
-    Frame::from_fn(90, 70, |x, y| {
-        let (u, v) = ((x as i64 - dx) as u32, (y as i64 - dy) as u32);
-        let h = u.wrapping_mul(2_654_435_761) ^ v.wrapping_mul(40_503_001);
-        let h = (h ^ (h >> 15)).wrapping_mul(2_246_822_519);
-        [(h >> 8) as u8, (h >> 16) as u8, (h >> 24) as u8]
-    })
-}
 
 // Pearson's correlation coefficient over the overlapping pixels, straight from its definition.
 fn pearson(a: &[u8], b: &[u8]) -> f64 {
@@ -35,7 +25,7 @@ proptest! {
         let area: Vec<u8> = (0..width * height).map(|k| bytes[k % 397]).collect();
         let template: Vec<u8> = (0..w * h).map(|k| bytes[(k * 7 + 3) % 399]).collect();
         let mut c = Correlator::new(w, h, r);
-        c.set_template(&template.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
+        c.set_template(&template);
         let scores = c.scores(&area);
         for dy in 0..=2 * r {
             for dx in 0..=2 * r {
@@ -50,13 +40,6 @@ proptest! {
             }
         }
     }
-
-    #[test]
-    fn follows_a_shift_exactly(dx in -7_i64..8, dy in -7_i64..8) {
-        let region = Region::Rect(Rect::new(30.25, 25.5, 20.0, 16.0));
-        let answer = follow(&ENTRY, "{}", &region, &[texture(0, 0), texture(dx, dy)]);
-        prop_assert_eq!(answer, region.shifted(dx as f64, dy as f64));
-    }
 }
 
 // python3: import numpy as np; t=np.array([10,20,30,60.]); i=np.array([1,2,4,5.]);
@@ -64,7 +47,7 @@ proptest! {
 #[test]
 fn one_score_agrees_with_numpy() {
     let mut c = Correlator::new(2, 2, 2);
-    c.set_template(&[10.0, 20.0, 30.0, 60.0]);
+    c.set_template(&[10, 20, 30, 60]);
     let mut area = vec![9; 36];
     for (k, v) in [(14, 1), (15, 2), (20, 4), (21, 5)] {
         area[k] = v;
@@ -90,7 +73,7 @@ fn transformed_sums_are_nearly_whole_numbers() {
                     .collect()
             };
         let mut c = Correlator::new(260, 220, 110);
-        c.set_template(&bytes(260 * 220, seed).into_iter().map(f64::from).collect::<Vec<_>>());
+        c.set_template(&bytes(260 * 220, seed));
         c.scores(&bytes(480 * 440, seed ^ 77));
         let worst = (0..=220)
             .flat_map(|dy| c.line[dy * 480..dy * 480 + 221].iter())
@@ -101,40 +84,12 @@ fn transformed_sums_are_nearly_whole_numbers() {
 }
 
 #[test]
-fn answers_do_not_depend_on_gain_and_offset() {
-    let dim = |f: &Frame| Frame::from_fn(90, 70, |x, y| f.pixel(x, y).map(|v| v / 2 + 20));
-    let region = Region::Rect(Rect::new(30.0, 25.0, 20.0, 16.0));
-    let answer = follow(&ENTRY, "{}", &region, &[texture(0, 0), dim(&texture(4, -3))]);
+fn gain_and_offset_change_nothing() {
+    let moved = texture(4.0, -3.0, 1.0, false);
+    let dim = Frame::from_fn(160, 120, |x, y| moved.pixel(x, y).map(|v| v / 2 + 20));
+    let region = Region::Rect(Rect::new(60.0, 45.0, 20.0, 16.0));
+    let answer = follow("ncc", "{}", &region, &[texture(0.0, 0.0, 1.0, false), dim]);
     assert_eq!(answer, region.shifted(4.0, -3.0));
-}
-
-#[test]
-fn without_contrast_it_stays() {
-    let flat = Frame::new(40, 30, vec![77; 3600]);
-    let region = Region::Rect(Rect::new(10.0, 10.0, 8.0, 8.0));
-    assert_eq!(follow(&ENTRY, "{ search = 2.0 }", &region, &[flat.clone(), flat]), region);
-}
-
-#[test]
-fn the_template_follows_at_its_rate() {
-    let (old, new) = (texture(0, 0), texture(31, 17));
-    // A fifth of the new look leaves the old place the best one.
-    let mixed = Frame::from_fn(90, 70, |x, y| {
-        let (a, b) = (old.pixel(x, y), new.pixel(x, y));
-        [0, 1, 2].map(|k| ((u32::from(a[k]) * 4 + u32::from(b[k])) / 5) as u8)
-    });
-    let window = Window { x: 30, y: 25, w: 20, h: 16 };
-    let region = Region::Rect(Rect::new(30.0, 25.0, 20.0, 16.0));
-    for rate in [0.0, 0.25, 1.0] {
-        let params = Params { search: 1.0, update_rate: rate };
-        let mut t = Tracking { target: Target::new(&params, &old, &region), params };
-        assert_eq!(t.update(&mixed).unwrap().region, region);
-        let got = t.target.template;
-        for ((&a, &b), t) in gray(&old, &window).iter().zip(&gray(&mixed, &window)).zip(got) {
-            let want = f64::from(a) + rate * (f64::from(b) - f64::from(a));
-            assert!((t - want).abs() < 1e-12);
-        }
-    }
 }
 
 #[test]
@@ -142,7 +97,7 @@ fn lengths_are_smooth() {
     assert_eq!([1, 7, 12, 13, 121, 12_000, 12_001].map(smooth), [2, 8, 12, 16, 128, 12_000, 12_150]);
 }
 
-/// Difficulty: the simplest tracker fails on most sequences, not on all, and comes back on some.
+/// The simplest tracker must fail on most sequences, but not on all, and recover on some.
 #[test]
 fn a_plain_tracker_fails_now_and_then() {
     let config = ENTRY.build_from_text("{}").unwrap();

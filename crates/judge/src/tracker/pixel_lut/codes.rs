@@ -2,32 +2,32 @@
 
 use crate::image::{Frame, luma};
 
-/// Values of the color code: 8 x 8 x 8.
+/// Number of color codes: 8 x 8 x 8.
 pub const COLORS: usize = 512;
-/// Values of the tone code: 16 gray levels times 16, of which 9 are used: 8 directions and flat.
+/// Number of tone codes: 16 gray levels times 16, of which 9 are used (8 directions and flat).
 pub const TONES: usize = 256;
-/// The direction code of pixels without a gradient.
+/// Direction code of pixels without a gradient.
 const FLAT: u8 = 8;
 
-/// Codes of a block of pixels; beyond the frame its border is repeated.
+/// Codes of a block of pixels. Beyond the frame its border is repeated.
 #[derive(Debug, Clone, Default)]
 pub struct Codes {
-    /// Column and row of the first pixel.
+    /// Column of the first pixel.
     pub left: i64,
-    /// See `left`.
+    /// Row of the first pixel.
     pub top: i64,
-    /// Pixels a row.
+    /// Number of pixels per row.
     pub width: usize,
-    /// Upper three bits of red, green and blue.
+    /// Color codes: the upper three bits of red, green and blue.
     pub colors: Vec<u16>,
-    /// Upper four bits of the luma, then the direction of its gradient.
+    /// Tone codes: the upper four bits of the luma, then the direction of its gradient.
     pub tones: Vec<u8>,
     gray: Vec<u8>,
 }
 
 impl Codes {
-    /// Codes the block of `width` by `height` pixels from `(left, top)` on. A pixel is flat when its
-    /// central differences, in gray levels over two pixels, have a length below `flat_below`.
+    /// Codes the block of `width` by `height` pixels from `(left, top)` on. A pixel is flat if its central
+    /// differences, in gray levels over two pixels, have a length below `flat_below`.
     pub fn look(
         &mut self,
         frame: &Frame,
@@ -69,8 +69,8 @@ impl Codes {
     }
 }
 
-/// The eighth of the circle that holds a direction other than `(0, 0)`, counted from the x axis towards the y
-/// axis; a direction on a border is in one of the two.
+/// Octant of a direction other than `(0, 0)`, counted from the x axis towards the y axis. A direction on a
+/// border belongs to one of the two.
 pub fn octant(gx: i32, gy: i32) -> u8 {
     // Within a quadrant the two halves change places from one quadrant to the next.
     let quadrant = u8::from(gy < 0) << 1 | u8::from((gx < 0) != (gy < 0));

@@ -5,7 +5,7 @@ use crate::image::Frame;
 use crate::image::Window;
 use crate::region::Rect;
 
-/// Bins: 16 x 16 x 16.
+/// Number of bins: 16 x 16 x 16.
 const BINS: usize = 4096;
 
 /// Color shares inside and around the target.
@@ -22,12 +22,12 @@ fn bin(frame: &Frame, x: i64, y: i64) -> usize {
 }
 
 impl Colors {
-    /// No colors yet: every color has probability 1/2.
+    /// Empty shares, for which all colors have probability 1/2.
     pub fn new() -> Self {
         Self { inside: vec![0.0; BINS], around: vec![0.0; BINS], counts: [vec![0; BINS], vec![0; BINS]] }
     }
 
-    /// Moves the shares towards those of a frame, by `rate`: of the box, and of the rest of the coded
+    /// Moves the shares towards those of a frame by `rate`: those of the box, and of the rest of the coded
     /// block.
     pub fn follow(&mut self, frame: &Frame, codes: &Codes, target: &Rect, rate: f64) {
         let inner = Window::from_rect(target);
@@ -52,7 +52,7 @@ impl Colors {
         }
     }
 
-    /// `P(target | color)` with equal priors; colors hardly seen are undecided.
+    /// `P(target | color)` with equal priors. Rarely seen colors have about 1/2.
     pub fn probability(&self, frame: &Frame, x: i64, y: i64) -> f64 {
         let bin = bin(frame, x, y);
         let (inside, around) = (self.inside[bin] + 1e-4, self.around[bin] + 1e-4);

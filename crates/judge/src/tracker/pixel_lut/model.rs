@@ -1,20 +1,20 @@
-//! The classifier: a weight for every code of every cell, learned from examples.
+//! The classifier: a weight for each code of each cell, learned from examples.
 
 use super::codes::{COLORS, Codes, TONES};
 
 /// Codes under the cells of one window.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pattern {
-    /// Color codes, one a cell.
+    /// Color codes, one per cell.
     pub colors: Vec<u16>,
-    /// Tone codes, one a cell.
+    /// Tone codes, one per cell.
     pub tones: Vec<u8>,
 }
 
-/// The target in a frame and windows that are not it.
+/// Training example: the target's window in a frame, and other windows.
 #[derive(Debug, Clone)]
 pub struct Example {
-    /// The target's window.
+    /// Window of the target.
     pub target: Pattern,
     /// Other windows and their losses `1 - IoU`.
     pub others: Vec<(Pattern, f32)>,
@@ -25,25 +25,21 @@ pub struct Example {
 /// Weights of all cells.
 #[derive(Debug, Clone)]
 pub struct Model {
-    /// Color weights, [`COLORS`] a cell.
+    /// Color weights, [`COLORS`] per cell.
     pub colors: Vec<f32>,
-    /// Weights of gray levels (even rows) and directions (odd rows), 16 each, 32 a cell.
+    /// Weights of gray levels (even rows) and directions (odd rows), 16 each, 32 per cell.
     pub tones: Vec<f32>,
-    /// Look-up tables: the weights that were not shrunk away, those of gray level and direction added up.
-    lut_colors: Vec<f32>,
+    /// Look-up table of the tones: the weights of gray level and direction added up.
     lut_tones: Vec<f32>,
-    sizes: Vec<u32>,
 }
 
 impl Model {
-    /// All weights 0.
+    /// Creates a model in which all weights are 0.
     pub fn new(cells: usize) -> Self {
         Self {
             colors: vec![0.0; COLORS * cells],
             tones: vec![0.0; 32 * cells],
-            lut_colors: vec![0.0; COLORS * cells],
             lut_tones: vec![0.0; TONES * cells],
-            sizes: Vec::new(),
         }
     }
 
@@ -52,7 +48,7 @@ impl Model {
         self.tones.len() / 32
     }
 
-    /// `w . phi` with all weights.
+    /// `w . phi`.
     pub fn score(&self, pattern: &Pattern) -> f32 {
         let cells = pattern.colors.iter().zip(&pattern.tones);
         let weights = self.colors.chunks_exact(COLORS).zip(self.tones.chunks_exact(32));
@@ -65,8 +61,8 @@ impl Model {
     }
 
     /// One passive-aggressive step on the constraint `w . (phi(target) - phi(other)) >= loss`: the smallest
-    /// change, in the metric of the mask, that meets it, at most `most` times the difference. Gives the
-    /// step's length.
+    /// change, in the metric of the mask, that meets the constraint, at most `most` times the difference.
+    /// Returns the length of the step.
     pub fn step(&mut self, target: &Pattern, (other, loss): &(Pattern, f32), mask: &[f32], most: f32) -> f32 {
         let short = loss - (self.score(target) - self.score(other));
         if short <= 0.0 {
@@ -98,7 +94,7 @@ impl Model {
         step
     }
 
-    /// One step on the most violated constraint of an example. Gives the step's length.
+    /// One step on the most violated constraint of an example. Returns the length of the step.
     pub fn learn(&mut self, example: &Example, most: f32) -> f32 {
         let mut worst: Option<(f32, &(Pattern, f32))> = None;
         for other in &example.others {
@@ -110,44 +106,22 @@ impl Model {
         worst.map_or(0.0, |(_, other)| self.step(&example.target, other, &example.mask, most))
     }
 
-    /// Fills the tables that are looked up, without the share `shrink` of the weights nearest to 0 (of
-    /// those that are not 0).
-    pub fn tabulate(&mut self, shrink: f64) {
-        // Bits of floats that are not negative are in the order of the floats.
-        let mut limit = 0;
-        if shrink > 0.0 {
-            self.sizes.clear();
-            let sizes = self.colors.iter().chain(&self.tones).map(|w| w.abs().to_bits());
-            self.sizes.extend(sizes.filter(|s| *s > 0));
-            let place = (shrink * self.sizes.len() as f64) as usize;
-            if place < self.sizes.len() {
-                limit = *self.sizes.select_nth_unstable(place).1;
-            }
-        }
-        let kept = |w: f32| if w.abs().to_bits() >= limit { w } else { 0.0 };
-        for (lut, w) in self.lut_colors.iter_mut().zip(&self.colors) {
-            *lut = kept(*w);
-        }
+    /// Fills the table of the tones.
+    pub fn tabulate(&mut self) {
         for (lut, w) in self.lut_tones.chunks_exact_mut(TONES).zip(self.tones.chunks_exact(32)) {
-            let directions: [f32; 16] = std::array::from_fn(|d| kept(w[16 + d]));
-            for (row, gray) in lut.chunks_exact_mut(16).zip(w) {
-                let gray = kept(*gray);
+            let (grays, directions) = w.split_at(16);
+            for (row, gray) in lut.chunks_exact_mut(16).zip(grays) {
                 row.iter_mut().zip(directions).for_each(|(l, d)| *l = gray + d);
             }
         }
     }
 
-    /// Share of a cell in a window's score, by the tables.
-    pub fn share(&self, cell: usize, color: u16, tone: u8) -> f32 {
-        self.lut_colors[COLORS * cell + usize::from(color)] + self.lut_tones[TONES * cell + usize::from(tone)]
-    }
-
-    /// Scores of `side * side` windows by the tables, rows from the top: window `(dx, dy)` has its cells at
-    /// `(columns[i] + dx, rows[j] + dy)` of the codes.
+    /// Scores of `side * side` windows, rows from the top: window `(dx, dy)` has its cells at `(columns[i] + dx,
+    /// rows[j] + dy)` of the codes. The table of the tones must be filled.
     pub fn scan(&self, codes: &Codes, columns: &[usize], rows: &[usize], side: usize, scores: &mut Vec<f32>) {
         scores.clear();
         scores.resize(side * side, 0.0);
-        let colors = self.lut_colors.as_chunks::<COLORS>().0;
+        let colors = self.colors.as_chunks::<COLORS>().0;
         let tones = self.lut_tones.as_chunks::<TONES>().0;
         let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
         for ((x, y), (colors, tones)) in places.zip(colors.iter().zip(tones)) {

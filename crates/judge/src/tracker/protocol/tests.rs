@@ -27,7 +27,8 @@ fn sequence(truth: Vec<Option<Region>>) -> Sequence {
     }
 }
 
-/// Answers with the start's region moved 4 pixels a frame to the right, and with the frame's index as likelihood.
+/// Tracker that moves the start's region to the right by 4 pixels per frame, and reports the frame index as
+/// likelihood.
 struct Drifting;
 
 impl TrackerConfig for Drifting {

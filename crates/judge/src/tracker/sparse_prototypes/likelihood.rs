@@ -1,40 +1,40 @@
 //! Distance of a window from a subspace, with and without an occlusion model.
 //!
-//! Windows, mean and basis are `f32`, so that eight numbers go through a register; sums are made in lanes
-//! of a fixed order, which gives the same bits with and without AVX2.
+//! Windows, mean and basis are `f32`, so that a register holds eight numbers. Sums are computed in lanes of a
+//! fixed order, which gives the same bits with and without AVX2.
 
 use crate::num::incremental_pca::IncrementalPca;
 use multiversion::multiversion;
 
-/// Numbers that are processed together.
+/// Number of values that are processed together.
 const LANES: usize = 16;
-/// Pixels whose residuals are computed together; windows are whole multiples of it.
+/// Number of pixels whose residuals are computed together. Windows are multiples of it.
 const WIDE: usize = 64;
-/// Windows that are compared at a time.
+/// Number of windows that are compared at a time.
 const TOGETHER: usize = 4;
 
-/// Stopping rule of the alternation, and price of an occluded pixel.
+/// Stopping rule of the alternation, and cost of an occluded pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alternation {
-    /// Threshold and price of an error, `lambda`.
+    /// Threshold and cost of an error, named `lambda` in the paper.
     pub lambda: f32,
-    /// Smallest change of the objective that is worth another iteration.
+    /// Change of the objective below which the alternation stops.
     pub tolerance: f32,
     /// Most iterations, at least 1.
     pub iterations: usize,
 }
 
-/// Mean and basis of the windows so far, whole multiples of `WIDE` numbers.
+/// Mean and basis of the windows so far, of multiples of `WIDE` numbers.
 #[derive(Debug, Clone)]
 pub struct Subspace {
     mean: Vec<f32>,
-    /// One vector after the other.
+    /// Basis vectors, one after the other.
     basis: Vec<f32>,
-    /// The same numbers, `WIDE` of each vector after another, in the order in which `leave` reads them.
+    /// The same numbers in the order in which `leave` reads them: `WIDE` of each vector after another.
     blocks: Vec<f32>,
 }
 
-/// A comparison of one window: its residuals and buffers.
+/// Comparison of one window, with residuals and buffers.
 #[derive(Debug, Clone, Default)]
 pub struct Comparison {
     /// Index of the window.
@@ -42,32 +42,33 @@ pub struct Comparison {
     iteration: usize,
     objective: f32,
     difference: Vec<f32>,
-    /// The difference without the errors, which is projected next.
+    /// Difference without the errors, which is projected next.
     unoccluded: Vec<f32>,
-    /// `d - U z` of the comparison's solution.
+    /// Residuals `d - U z` of the solution.
     residuals: Vec<f32>,
     next: Vec<f32>,
     coefficients: Vec<f32>,
 }
 
-/// Buffers for windows that are compared at a time, so that each basis vector is read once for all of them.
+/// Buffers for windows that are compared at a time, so that each basis vector is read only once for all of
+/// them.
 #[derive(Debug, Clone, Default)]
 pub struct Comparisons([Comparison; TOGETHER]);
 
 impl Comparisons {
-    /// `d - U z` of the last window's solution.
+    /// Residuals `d - U z` of the last window's solution.
     pub fn residuals(&self) -> &[f32] {
         &self.0[0].residuals
     }
 }
 
 impl Subspace {
-    /// A subspace with this mean and no basis.
+    /// Subspace with this mean and no basis.
     pub fn mean_only(mean: &[f32]) -> Self {
         Self { mean: mean.to_vec(), basis: Vec::new(), blocks: Vec::new() }
     }
 
-    /// The subspace of principal components.
+    /// Subspace of principal components.
     pub fn of(pca: &IncrementalPca) -> Self {
         let single = |v: &f64| *v as f32;
         let mean: Vec<f32> = pca.mean().iter().map(single).collect();
@@ -78,7 +79,7 @@ impl Subspace {
         Self { blocks: blocks.collect(), mean, basis }
     }
 
-    /// The mean.
+    /// Mean of the windows.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
@@ -88,8 +89,9 @@ impl Subspace {
         self.basis.len() / self.mean.len().max(1)
     }
 
-    /// The costs of `count` windows, which `sample` writes: `|d - U U'd|^2` of the difference `d` from the mean, or the
-    /// cost under the occlusion model; see the tracker's module. The residuals of a single window are kept.
+    /// Costs of `count` windows, which `sample` writes: `|d - U U'd|^2` with `d` the difference from the
+    /// mean, or the cost under the occlusion model (see the tracker's file). The residuals are kept if there
+    /// is a single window.
     pub fn costs(
         &self,
         count: usize,
@@ -128,7 +130,7 @@ impl Subspace {
 }
 
 impl Comparison {
-    /// Begins with a window.
+    /// Starts the comparison of a window.
     fn start(&mut self, index: usize, mean: &[f32], window: &[f32]) {
         (self.window, self.iteration) = (index, 0);
         // That of the first iteration counts as 0; see the tracker's module.
@@ -141,7 +143,7 @@ impl Comparison {
         }
     }
 
-    /// Ends an iteration; the cost after the last one.
+    /// Ends an iteration. Returns the cost after the last one.
     fn end(&mut self, occlusion: Option<&Alternation>) -> Option<f32> {
         let Some(&Alternation { lambda, tolerance, iterations }) = occlusion else {
             std::mem::swap(&mut self.residuals, &mut self.next);
@@ -164,13 +166,13 @@ impl Comparison {
     }
 }
 
-/// The error of a pixel with residual `r`: what exceeds `lambda`.
+/// Error of a pixel with residual `r`: the amount beyond `lambda`.
 #[inline(always)]
 pub fn error(r: f32, lambda: f32) -> f32 {
     r - r.clamp(-lambda, lambda)
 }
 
-/// `d - e` for the errors of the residuals.
+/// Differences minus the errors of the residuals, `d - e`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn unoccluded(difference: &[f32], residuals: &[f32], lambda: f32, out: &mut [f32]) {
     for ((out, d), r) in out.iter_mut().zip(difference).zip(residuals) {
@@ -178,7 +180,7 @@ fn unoccluded(difference: &[f32], residuals: &[f32], lambda: f32, out: &mut [f32
     }
 }
 
-/// The coefficients `U'x` of what the slots project.
+/// Coefficients `U'x` of the vectors that the slots project.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn project(basis: &[f32], slots: &mut [Comparison]) {
     let Some(pixels) = slots.first().map(|slot| slot.difference.len() / LANES) else { return };
@@ -220,7 +222,7 @@ fn accumulate(sum: &mut [f32; LANES], u: &[f32; LANES], x: &[f32; LANES]) {
     }
 }
 
-/// The residuals `d - U z`, in each slot's `next`.
+/// Residuals `d - U z`, written to each slot's `next`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn leave(blocks: &[f32], dimension: usize, slots: &mut [Comparison]) {
     let (blocks, _) = blocks.as_chunks::<WIDE>();
@@ -239,7 +241,7 @@ fn leave(blocks: &[f32], dimension: usize, slots: &mut [Comparison]) {
     }
 }
 
-/// `sum (r - e)^2 + lambda |e|_1`.
+/// Objective `sum (r - e)^2 + lambda |e|_1`.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn penalized(residuals: &[f32], lambda: f32) -> f32 {
     sum_of(residuals, |r| {
@@ -248,7 +250,7 @@ fn penalized(residuals: &[f32], lambda: f32) -> f32 {
     })
 }
 
-/// `sum (r - e)^2` over the pixels with `|e| < lambda`, plus `lambda` for each of the others.
+/// Cost `sum (r - e)^2` over the pixels with `|e| < lambda`, plus `lambda` for each other pixel.
 #[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
 fn cost(residuals: &[f32], lambda: f32) -> f32 {
     sum_of(residuals, |r| {
@@ -268,7 +270,7 @@ fn sum_of(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
     fold(sum)
 }
 
-/// The sum of the lanes. Not inlined: its shuffles would reach back into the loops before.
+/// Sum of the lanes. Not inlined, since its shuffles would slow down the loops before it.
 #[inline(never)]
 fn fold(mut s: [f32; LANES]) -> f32 {
     for half in [8, 4, 2, 1] {

@@ -1,17 +1,14 @@
-//! The costs against NumPy, the course of a track against its description, and a target that moves.
+//! Comparison of costs with NumPy and of a track with the description, and a target that moves.
 
-use super::super::ivt;
 use super::*;
 use crate::region::Rect;
-use crate::tracker::testing;
+use crate::tracker::testing::Scene;
 use proptest::prelude::*;
-use trackfail_dataset::format::otb;
-use trackfail_dataset::{Sequence, synthetic};
 
 const N: usize = 256;
 const ALTERNATION: Alternation = Alternation { lambda: 0.05, tolerance: 1e-3, iterations: 20 };
 
-/// Three orthonormal waves and the mean of the Python call below.
+/// Three orthonormal waves, and the mean, of the Python call below.
 fn subspace() -> Subspace {
     let wave = |k: usize, n: usize| {
         let t = std::f64::consts::TAU * n as f64 / N as f64;
@@ -28,7 +25,8 @@ fn subspace() -> Subspace {
     Subspace::of(&pca)
 }
 
-/// A window in the subspace but for noise, an occluded stretch and another one that is nearly within lambda.
+/// A window in the subspace, with noise, an occluded stretch, and another stretch with errors just below
+/// lambda.
 fn window(amount: f64) -> Vec<f32> {
     (0..N)
         .map(|n| {
@@ -40,7 +38,7 @@ fn window(amount: f64) -> Vec<f32> {
         .collect()
 }
 
-/// The cost of one window.
+/// Cost of one window.
 fn cost(subspace: &Subspace, y: &[f32], how: Option<&Alternation>, work: &mut Comparisons) -> f32 {
     subspace.costs(1, how, |_, out| out.copy_from_slice(y), work)[0]
 }
@@ -112,95 +110,69 @@ fn the_solution_is_the_one_before_the_last_iteration() {
     assert_ne!(work.residuals(), projection);
 }
 
-fn sequence() -> Sequence {
-    synthetic::suite("synthetic-otb").unwrap().swap_remove(0)
-}
-
-/// A textured block of 40 x 40 on a smooth background, at `(x, y)`, partly hidden by a bright one.
-fn scene(x: i64, y: i64, hidden: i64) -> Frame {
-    Frame::from_fn(160, 120, |j, i| {
-        let (u, v) = (j as i64 - x, i as i64 - y);
-        let (a, b) = (u as f64, v as f64);
-        let gray = if (0..40).contains(&u) && (0..40).contains(&v) {
-            if v >= 40 - hidden { 250.0 } else { 120.0 + 60.0 * (0.3 * a).sin() * (0.4 * b).cos() + a }
-        } else {
-            70.0 + 20.0 * (0.05 * j as f64).sin() + 0.2 * i as f64
-        };
-        [gray as u8; 3]
-    })
-}
-
-fn block(x: f64, y: f64) -> Region {
-    Region::Rect(Rect::new(x, y, 40.0, 40.0))
-}
-
-fn track(entry: &Entry<dyn TrackerConfig>, text: &str, frames: &[Frame], seed: u64) -> Vec<TrackerState> {
-    let config = entry.build_from_text(text).unwrap();
-    let sequence = sequence();
-    testing::track(&*config, &sequence, seed, &block(30.0, 20.0), frames)
-}
-
-fn centers(states: &[TrackerState]) -> Vec<(f64, f64)> {
-    states.iter().map(|s| s.region.rect().center()).collect()
-}
-
-// Without bias: the mean error is well below the spread of the candidates around the best place.
-#[test]
-fn a_target_that_moves_by_whole_pixels_is_followed() {
-    let frames: Vec<Frame> = (0..40).map(|t| scene(30 + 2 * t, 20 + t, 0)).collect();
-    for entry in [&ENTRY, &ivt::ENTRY] {
-        let states = track(entry, "{ noise = [3, 3, 0, 0, 0, 0] }", &frames, 5);
-        let mut bias = (0.0, 0.0);
-        for (t, (x, y)) in (0..).map(f64::from).zip(centers(&states)) {
-            let error = (x - 50.0 - 2.0 * t, y - 40.0 - t);
-            assert!(error.0.abs() < 1.0 && error.1.abs() < 1.0, "{} frame {t}: {error:?}", entry.kind);
-            bias = (bias.0 + error.0 / 40.0, bias.1 + error.1 / 40.0);
-            assert_eq!(states[t as usize].region.rect().w, 40.0);
-        }
-        assert!(bias.0.abs() < 0.25 && bias.1.abs() < 0.25, "{}: {bias:?}", entry.kind);
-    }
-}
+const TO_THE_RIGHT: Scene = Scene { step: (1, 0), ..Scene::WAVES };
 
 // The occlusion comes when the basis is full, after the first batch.
 #[test]
 fn occlusion_moves_sp_less_than_ivt() {
-    let frames: Vec<Frame> = (0..60).map(|t| scene(30 + t / 2, 20, if t < 30 { 0 } else { 18 })).collect();
-    let errors = [&ENTRY, &ivt::ENTRY].map(|entry| {
-        let states = track(entry, "{ max_basis = 4, noise = [3, 3, 0.01, 0, 0, 0] }", &frames, 5);
-        let error = |(t, (x, y)): (usize, (f64, f64))| (x - 50.0 - (t / 2) as f64).hypot(y - 40.0);
-        centers(&states).into_iter().enumerate().skip(30).map(error).sum::<f64>() / 30.0
+    let frames: Vec<Frame> =
+        (0..60).map(|t| TO_THE_RIGHT.frame(t / 2, if t < 30 { 0.0 } else { 18.0 })).collect();
+    let errors = ["sparse-prototypes", "ivt"].map(|kind| {
+        let params = "{ max_basis = 4, noise = [3, 3, 0.01, 0, 0, 0] }";
+        let error = |(t, state): (i64, TrackerState)| {
+            let ((x, y), truth) = (state.region.rect().center(), TO_THE_RIGHT.rect(t / 2).center());
+            (x - truth.0).hypot(y - truth.1)
+        };
+        (0..).zip(TO_THE_RIGHT.run(kind, params, 5, &frames)).skip(30).map(error).sum::<f64>() / 30.0
     });
     assert!(3.0 * errors[0] < errors[1] && errors[0] < 4.0, "{errors:?}");
 }
 
 #[test]
 fn sp_is_ivt_until_the_basis_is_full() {
-    let frames: Vec<Frame> = (0..26).map(|t| scene(30 + t, 20, t % 7)).collect();
-    let [sp, ivt] = [&ENTRY, &ivt::ENTRY].map(|entry| track(entry, "{ samples = 50 }", &frames, 3));
+    let frames: Vec<Frame> = (0..26).map(|t| TO_THE_RIGHT.frame(t, (t % 7) as f64)).collect();
+    let [sp, ivt] =
+        ["sparse-prototypes", "ivt"].map(|kind| TO_THE_RIGHT.run(kind, "{ samples = 50 }", 3, &frames));
     assert_eq!(sp[..16], ivt[..16]);
     assert_ne!(sp, ivt);
 }
 
 #[test]
 fn the_posterior_is_of_the_components_with_noise() {
-    let frames: Vec<Frame> = (0..3).map(|t| scene(30 + t, 20, 0)).collect();
-    let states = track(&ENTRY, "{ samples = 100, noise = [4, 4, 0.01, 0, 0.005, 0] }", &frames, 3);
-    let first = states[0].posterior.as_ref().unwrap();
-    assert_eq!((&first.mean[..], first.effective_samples), (&[50.0, 40.0, 1.25, 1.0][..], 100.0));
-    assert_eq!((&first.covariance[..], first.likelihood), (&[0.0; 16][..], 1.0));
-    let later = states[2].posterior.as_ref().unwrap();
-    assert!((0..4).all(|k| later.covariance[5 * k] > 0.0) && later.effective_samples < 100.0);
-    assert!(later.likelihood > 0.0 && later.likelihood <= 1.0);
-    assert!(matches!(states[2].region, Region::Rect(_)));
-    let turning = track(&ENTRY, "{ samples = 100 }", &frames, 3);
-    assert_eq!(turning[2].posterior.as_ref().unwrap().mean.len(), 6);
-    assert!(matches!(&turning[2].region, Region::Polygon(p) if p.len() == 4));
+    let run = |params: &str| {
+        TO_THE_RIGHT.run("sparse-prototypes", params, 3, &TO_THE_RIGHT.frames(3)).pop().unwrap()
+    };
+    let upright = run("{ samples = 100, noise = [4, 4, 0.01, 0, 0.005, 0] }");
+    let moments = upright.posterior.unwrap();
+    assert!((0..4).all(|k| moments.covariance[5 * k] > 0.0) && moments.effective_samples < 100.0);
+    assert!(moments.likelihood > 0.0 && moments.likelihood <= 1.0);
+    assert!(matches!(upright.region, Region::Rect(_)));
+    let turning = run("{ samples = 100 }");
+    assert_eq!(turning.posterior.unwrap().mean.len(), 6);
+    assert!(matches!(&turning.region, Region::Polygon(p) if p.len() == 4));
 }
 
-/// A tracker that was started on a frame without contrast.
+// What hides the target costs more than 745 * 1e-4.
+#[test]
+fn the_first_candidate_is_taken_where_all_likelihoods_vanish() {
+    let frames: Vec<Frame> = (0..3).map(|t| TO_THE_RIGHT.frame(t, 9.0 * t as f64)).collect();
+    let run = |scale: f64, more: &str| {
+        let params = format!("{{ samples = 40, likelihood_scale = {scale:?}{more} }}");
+        TO_THE_RIGHT.run("sparse-prototypes", &params, 3, &frames)
+    };
+    let first_word = ", underflow = \"first\"";
+    let (best, first) = (run(1e-4, ""), run(1e-4, first_word));
+    assert_ne!(best[1].region, first[1].region);
+    let posterior = first[2].posterior.as_ref().unwrap();
+    assert!((posterior.effective_samples - 40.0).abs() < 1e-9 && posterior.likelihood == 0.0);
+    // It changes nothing where they do not vanish.
+    assert_eq!(run(900.0, ""), run(900.0, first_word));
+}
+
+/// Tracker that was started on a frame without contrast.
 fn tracking(model: Model) -> Tracking {
     let frame = Frame::new(100, 80, vec![9; 3 * 100 * 80]);
-    Tracking::new(model, 1, &frame, &block(30.0, 20.0)).unwrap()
+    Tracking::new(model, 1, &frame, &Region::Rect(Rect::new(30.0, 20.0, 40.0, 40.0))).unwrap()
 }
 
 // By hand, with a basis that is orthogonal to what hides the target: 64, 300 and 700 of 1024 pixels are far beyond lambda, which are shares of .06, .29 and .68.
@@ -220,32 +192,6 @@ fn occluded_pixels_are_not_learned() {
         let expected = if replaced { &tracker.subspace.mean()[..hidden] } else { &window[..hidden] };
         assert_eq!(&cleaned[..hidden], expected, "{hidden}");
     }
-}
-
-#[trackfail_testing::needs(real_data)]
-#[test]
-fn a_real_face_is_followed() {
-    let root = trackfail_testing::real_data();
-    let sequence = otb::load(&root.join("otb/FaceOcc1"), &Default::default()).unwrap();
-    let config = ENTRY.build_from_text("{}").unwrap();
-    let frames: Vec<Frame> = (0..60).map(|t| sequence.frame(t).unwrap()).collect();
-    let states = testing::track(&*config, &sequence, 1, sequence.truth[0].as_ref().unwrap(), &frames);
-    let mut mean = 0.0;
-    for (state, truth) in states.iter().zip(sequence.truth.iter().flatten()) {
-        let both = state.region.intersection(truth);
-        mean += both / (state.region.area() + truth.area() - both) / 60.0;
-    }
-    assert!(mean > 0.75, "{mean}");
-}
-
-#[test]
-fn parameters_that_do_not_go_together_are_refused() {
-    let key =
-        |entry: &Entry<dyn TrackerConfig>, text: &str| entry.build_from_text(text).err().and_then(|e| e.key);
-    let still = "{ noise = [0, 0, 0, 0, 0, 0] }";
-    assert_eq!((key(&ENTRY, still), key(&ivt::ENTRY, still)), (Some("noise"), Some("noise")));
-    assert_eq!(key(&ENTRY, "{ noise = [4, nan, 0, 0, 0, 0] }"), Some("noise"));
-    assert_eq!(key(&ENTRY, "{ low = 0.7 }"), Some("high"));
 }
 
 proptest! {

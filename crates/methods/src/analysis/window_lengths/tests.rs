@@ -1,9 +1,10 @@
-//! Tests of the numbers by window length: by hand, and against SciPy.
+//! Numbers by window length, compared with values computed by hand and with SciPy.
 
 use super::*;
 use crate::analysis::Findings;
 
-/// A track of 120 frames: c_t of three frames without a reference, then a sawtooth squared; lost twice, nearly lost twice.
+/// c_t and errors of a track of 120 frames: three frames without a reference, then a squared sawtooth. The
+/// track is lost twice, and nearly lost twice.
 fn track(k: usize, scale: f64) -> (Vec<f64>, Vec<f64>) {
     let change = |t: usize| match t {
         0..3 => 0.0,

@@ -1,7 +1,7 @@
-//! A child process that gets lines and answers them, and that may misbehave in any way.
+//! A child process that gets lines and answers them. It may misbehave in any way.
 //!
-//! Each of its three streams has a thread, so that no call here waits longer than its time limit; buffers are
-//! bounded. It is [guarded](trackfail_dataset::guarded), so that it ends with this program.
+//! Each of its three streams has a thread, so that no call here waits longer than its time limit. Buffers are
+//! bounded. The process is [guarded](trackfail_dataset::guarded), so that it ends with this program.
 
 use super::peer::received;
 use std::io::{BufReader, Write};
@@ -12,20 +12,21 @@ use std::time::{Duration, Instant};
 use trackfail_dataset::guarded::{self, Guarded, STREAM_GRACE};
 use trackfail_dataset::text::{shorten_to, visible};
 
-/// Lines of stderr and characters per line that messages quote.
+/// Largest number of lines of stderr in a message; `MAX_LINE_CHARS` bounds the characters per line.
 const MAX_LINES: usize = 5;
 const MAX_LINE_CHARS: usize = 200;
-/// Messages under way to it or from it; there is one at a time, unless it misbehaves.
+/// Capacity of the queues of messages in each direction. More than one message waits only if the process
+/// misbehaves.
 const MAX_QUEUED: usize = 4;
-/// Time that a process has to end after it was asked to, or after its stdout has ended.
+/// Time for a process to end after it was asked to, or after its stdout has ended.
 const GRACE: Duration = Duration::from_secs(2);
 const TICK: Duration = Duration::from_millis(5);
-/// Time between two looks for an interruption.
+/// Time between two checks for an interruption.
 const PAUSE: Duration = Duration::from_millis(50);
 const UNASKED: &str = "it answered without being asked; one answer a frame was expected";
 
-/// Why a program gave no answer: it could not be started, ended, was silent or sent something else than the expected answer;
-/// with the last lines of its stderr.
+/// Reason why a program gave no answer (not started, ended, silent, or not the expected answer), with the
+/// last lines of its stderr.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct ProgramFault(pub String);
@@ -33,22 +34,23 @@ pub struct ProgramFault(pub String);
 /// A child process whose answers are of type `T`.
 pub struct Child<T: Send + 'static> {
     process: Guarded,
-    /// The first word of its command.
+    /// First word of the command.
     name: String,
     lines: Option<SyncSender<String>>,
     answers: Receiver<Result<T, ProgramFault>>,
     /// Time limit of the next answer.
     within: Duration,
-    /// Time limit of the answers after it.
+    /// Time limit of all later answers.
     later: Duration,
-    /// The line that asks it to end; without one the end of its stdin does.
+    /// Line that asks the process to end; `None`: the end of its stdin does.
     quit: Option<&'static str>,
 }
 
 impl<T: Send + 'static> Child<T> {
-    /// Starts the process. `read` takes one answer from its stdout, `None` at the end; `folder`, if there is one, is
-    /// deleted if this program dies. The first answer may take the time limit `first`, the others `later`; `quit` is the line
-    /// that asks it to end, if there is one.
+    /// Starts the process. `read` takes one answer from its stdout, `None` at the end. If there is a
+    /// `folder`, it is deleted when our own process dies. The time limit of the first answer is `first`, of
+    /// the others `later`. `quit` is the line that asks the process to end; `None`: the end of its stdin
+    /// does.
     pub fn start(
         command: Command,
         folder: Option<&Path>,
@@ -85,8 +87,11 @@ impl<T: Send + 'static> Child<T> {
         Ok(Self { process, name, lines: Some(lines), answers, within: first, later, quit })
     }
 
-    /// Sends a line without waiting for the answer.
+    /// Sends a line and does not wait for the answer.
     pub fn send(&mut self, line: String) -> Result<(), ProgramFault> {
+        if self.lines.is_none() {
+            return Err(ProgramFault("it has ended".into()));
+        }
         match self.answers.try_recv() {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
             Ok(Err(e)) => return Err(self.fault(e.to_string())),
@@ -100,7 +105,8 @@ impl<T: Send + 'static> Child<T> {
         }
     }
 
-    /// Waits for the next answer; `expected` describes it in messages. An [interruption](guarded::interrupt) ends the wait.
+    /// Waits for the next answer; `expected` describes it for messages. An [interruption](guarded::interrupt)
+    /// ends the wait.
     pub fn receive(&mut self, expected: &str) -> Result<T, ProgramFault> {
         let (start, within) = (Instant::now(), std::mem::replace(&mut self.within, self.later));
         let received = loop {
@@ -127,7 +133,7 @@ impl<T: Send + 'static> Child<T> {
         Err(self.fault(message))
     }
 
-    /// Kills the process; the error is `message` with the last lines of its stderr.
+    /// Kills the process. Returns the error: `message` and the last lines of its stderr.
     pub fn fault(&mut self, message: String) -> ProgramFault {
         self.kill();
         let text = self.process.stderr();
@@ -140,9 +146,9 @@ impl<T: Send + 'static> Child<T> {
         ProgramFault(format!("{message}; its stderr ends with: {}", last.join(" | ")))
     }
 
-    /// Ends it after its last answer: asks it to end, and gives it [`GRACE`]. A further answer, as `is_answer` has it, is a
-    /// fault: it may be the answer to the last frame, with all before it shifted. So is an end of its own with another status
-    /// than 0: it says that something went wrong.
+    /// Asks the process to end after its last answer, and waits up to [`GRACE`]. A further answer (for which
+    /// `is_answer` is true) is a fault: it may be the answer to the last frame, with all earlier ones
+    /// shifted. An exit status other than 0 is a fault, too.
     pub fn finish(&mut self, is_answer: fn(&T) -> bool) -> Result<(), ProgramFault> {
         self.ask_to_end();
         match self.ended(is_answer)? {
@@ -156,12 +162,13 @@ impl<T: Send + 'static> Child<T> {
         }
     }
 
-    /// Sends the line that asks it to end, and closes its stdin.
+    /// Sends the `quit` line, and closes the stdin of the process.
     fn ask_to_end(&mut self) {
         let _ = self.lines.take().zip(self.quit).map(|(lines, quit)| lines.try_send(quit.to_string()));
     }
 
-    /// The exit status, or nothing if it goes on for [`GRACE`]. An answer meanwhile, as `is_answer` has it, is a fault.
+    /// The exit status, or `None` if the process still runs after [`GRACE`]. A further answer (for which
+    /// `is_answer` is true) is a fault.
     fn ended(&mut self, is_answer: fn(&T) -> bool) -> Result<Option<ExitStatus>, ProgramFault> {
         let mut end = Instant::now() + GRACE;
         let mut ended = None;
@@ -190,7 +197,8 @@ impl<T: Send + 'static> Child<T> {
 }
 
 impl Child<String> {
-    /// Sends a line and reads the answer to it; `expected` describes it in messages, and `read` has a reason why it is none.
+    /// Sends a line and reads the answer. `expected` describes the answer for messages; `read` returns a
+    /// reason if the text is not an answer.
     pub fn ask<A>(
         &mut self,
         line: String,

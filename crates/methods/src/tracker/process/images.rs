@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use trackfail_core::image::{Frame, encode_png};
 use trackfail_dataset::leftover::TemporaryFolder;
 
-/// Number of written frames that are kept, the newest included.
+/// Number of written image files that are kept, the newest included.
 const MAX_WRITTEN: usize = 2;
 
-/// A temporary folder for frames without a file.
+/// Image files of frames: a temporary folder for frames that have no file.
 pub struct Images {
     folder: TemporaryFolder,
     written: VecDeque<PathBuf>,
@@ -17,19 +17,20 @@ pub struct Images {
 }
 
 impl Images {
-    /// An empty folder.
+    /// Creates the folder, which is empty.
     pub fn new() -> Result<Self, ProgramFault> {
         let fault = |e: std::io::Error| ProgramFault(format!("no temporary folder for its images: {e}"));
         let folder = TemporaryFolder::new("trackfail-frames-").map_err(fault)?;
         Ok(Self { folder, written: VecDeque::new(), count: 0 })
     }
 
-    /// The folder that the frames are written to.
+    /// Path of the folder.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Path of an image of the frame: its own file if the path has no control characters, else a new PNG file.
+    /// Path of an image file of the frame: the frame's own file if its path has no control characters, else a
+    /// new PNG file.
     pub fn path(&mut self, file: Option<&Path>, frame: &Frame) -> Result<PathBuf, ProgramFault> {
         let file = file.and_then(|file| std::path::absolute(file).ok());
         if let Some(file) = file.filter(|f| f.to_str().is_some_and(|t| !t.contains(char::is_control))) {

@@ -1,4 +1,5 @@
-//! The client's side of the protocol of signals and detectors: lines of JSON, of which the first is not answered.
+//! The client's side of the protocol of signals and detectors. Messages are lines of JSON, and the first one
+//! is not answered.
 
 use super::child::{Child, ProgramFault};
 use super::peer::{command, read_line};
@@ -12,7 +13,7 @@ use std::path::Path;
 /// - 1: first version.
 pub const PROTOCOL: u32 = 1;
 
-/// A running program. After an error it is dead.
+/// A running program. It cannot be used after an error.
 pub struct JsonPeer {
     child: Child<String>,
 }
@@ -20,7 +21,7 @@ pub struct JsonPeer {
 /// Parameters that are handed over to a program.
 pub type Handed = serde_json::Map<String, serde_json::Value>;
 
-/// The first line: protocol and track.
+/// The first message: protocol and track.
 #[derive(Serialize)]
 struct Meta<'a> {
     protocol: u32,
@@ -30,21 +31,21 @@ struct Meta<'a> {
     track: &'a Track<'a>,
 }
 
-/// Facts of a track that its program is told.
+/// Facts about a track that the program is told.
 #[derive(Serialize)]
 pub struct Track<'a> {
     /// Number of frames.
     pub frames: usize,
-    /// Width and height of the frames, for programs that look at them.
+    /// Width and height of the frames; `None` unless the program reads pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<(usize, usize)>,
-    /// Parameters that are handed over.
+    /// Parameters that are handed over to the program.
     pub params: &'a Handed,
 }
 
 impl JsonPeer {
-    /// Starts a program with further `variables` in its environment, and sends it the first line; `folder`, if there is
-    /// one, is deleted if this program dies.
+    /// Starts a program with additional `variables` in its environment, and sends the first message. If there
+    /// is a `folder`, it is deleted when our own process dies.
     pub fn start(
         program: &Program,
         variables: &[(&str, String)],
@@ -61,8 +62,8 @@ impl JsonPeer {
         Ok(Self { child })
     }
 
-    /// Sends the message of a frame and waits for the answer; `expected` describes it in messages. The index that is `given`
-    /// in the answer, if there is one, must be that of the frame.
+    /// Sends the message about a frame and waits for the answer; `expected` describes it for messages. If the
+    /// answer has an index, which `given` returns, it must be the index of the frame.
     pub fn ask<A: DeserializeOwned>(
         &mut self,
         index: usize,
@@ -79,10 +80,10 @@ impl JsonPeer {
         })
     }
 
-    /// Closes its stdin after the last answer.
+    /// Closes the stdin of the program after the last answer.
     ///
     /// # Errors
-    /// When it answers once more, or ends with another exit status than 0.
+    /// When the program answers once more, or ends with an exit status other than 0.
     pub fn finish(mut self) -> Result<(), ProgramFault> {
         self.child.finish(|_| true)
     }

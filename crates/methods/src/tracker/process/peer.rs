@@ -1,4 +1,4 @@
-//! The client's side of the two protocols.
+//! The client's side of the two protocols of trackers, TraX and lines.
 
 use super::child::{Child, ProgramFault};
 use super::programs::{Program, Protocol, Regions};
@@ -9,16 +9,16 @@ use std::process::Command;
 use trackfail_core::region::Region;
 use trackfail_dataset::text::{shorten_to, visible};
 
-/// Answer of a program to a frame.
+/// A program's answer to a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameAnswer {
     /// Region of the target.
     pub region: Region,
-    /// Its confidence, from programs that give one.
+    /// Confidence; `None` if the program gives none.
     pub confidence: Option<f64>,
 }
 
-/// A running program. After an error it is dead.
+/// A running program. It cannot be used after an error.
 pub trait Peer: Send {
     /// Starts tracking on an image.
     fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault>;
@@ -26,14 +26,14 @@ pub trait Peer: Send {
     /// Tracks the target in the next image.
     fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault>;
 
-    /// Asks it to quit after its last answer.
+    /// Asks the program to quit after its last answer.
     ///
     /// # Errors
-    /// When it answers once more, or ends with another exit status than 0.
+    /// When the program answers once more, or ends with an exit status other than 0.
     fn finish(&mut self) -> Result<(), ProgramFault>;
 }
 
-/// The command that starts a program, in its folder and with its environment.
+/// Command that starts a program in its folder and with its environment.
 pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
     let Some((name, arguments)) = program.command.split_first() else {
         return Err(ProgramFault("no command".into()));
@@ -48,7 +48,7 @@ pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
     Ok(command)
 }
 
-/// Starts a program; `folder` is deleted if this program dies.
+/// Starts a program; `folder` is deleted when our own process dies.
 pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, ProgramFault> {
     let mut command = command(program)?;
     command.env("TRACKFAIL_SEED", seed.to_string()).env("TRACKFAIL_RUN", run.to_string());
@@ -66,7 +66,7 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
     }
 }
 
-/// The region in the form that a program reads.
+/// The region in the form that the program reads.
 fn as_sent(region: &Region, regions: Regions) -> Region {
     match regions {
         Regions::Rectangle => Region::Rect(region.rect()),
@@ -77,7 +77,7 @@ fn as_sent(region: &Region, regions: Regions) -> Region {
 /// Longest answer in the lines protocol, in bytes.
 const MAX_LINE_BYTES: u64 = 16 << 10;
 
-/// The next line without its end.
+/// The next line without its end; `None` at the end of the stream.
 pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
     let mut bytes = Vec::new();
     match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
@@ -86,6 +86,11 @@ pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, Prog
         Ok(n) if n as u64 == MAX_LINE_BYTES => {
             let message = format!("received a line of {MAX_LINE_BYTES} bytes and more");
             return Some(Err(ProgramFault(message)));
+        }
+        // The rest of it is lost, and part of a number may be a number, too.
+        Ok(_) if !bytes.ends_with(b"\n") => {
+            let text = received(&String::from_utf8_lossy(&bytes));
+            return Some(Err(ProgramFault(format!("{text} without a line end"))));
         }
         Ok(_) => {}
     }
@@ -105,7 +110,7 @@ struct Lines {
     asked: u64,
 }
 
-/// Form of an answer, for messages.
+/// Form of the expected answer, for messages.
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence and `#N`, the message's number, behind";
 
 impl Lines {
@@ -116,7 +121,7 @@ impl Lines {
     }
 }
 
-/// The region and the confidence of an answer to the message of a number, or why it is none.
+/// Region and confidence in the answer to message number `message`; the error says why it is not an answer.
 fn parse_answer(line: &str, message: u64) -> Result<FrameAnswer, String> {
     let mut words: Vec<&str> = line.split_whitespace().collect();
     if let Some(word) = words.pop_if(|word| word.starts_with('#')) {
@@ -133,7 +138,7 @@ fn parse_answer(line: &str, message: u64) -> Result<FrameAnswer, String> {
     Ok(FrameAnswer { region, confidence })
 }
 
-/// Checks the number of a message in an answer to it.
+/// Checks that `word` is the number of this message.
 fn check_number(word: &str, message: u64) -> Result<(), String> {
     match word.parse::<u64>() {
         Ok(number) if number == message => Ok(()),
@@ -142,12 +147,12 @@ fn check_number(word: &str, message: u64) -> Result<(), String> {
     }
 }
 
-/// A word as a number, or why it is none.
+/// A word as a number; the error says why it is not one.
 fn number(word: &str) -> Result<f64, String> {
     word.parse::<f64>().map_err(|_| format!("`{}` is no number", visible(&shorten_to(word, 40))))
 }
 
-/// A word as a confidence, or why it is none.
+/// A word as a confidence; the error says why it is not one.
 fn confidence(word: &str) -> Result<f64, String> {
     let finite = number(word)?;
     if finite.is_finite() { Ok(finite) } else { Err("the confidence is not a finite number".into()) }
@@ -171,7 +176,7 @@ impl Peer for Lines {
 struct Trax {
     child: Child<Message>,
     hello: Hello,
-    /// Name of the property that is its confidence.
+    /// Name of the TraX property with the confidence; `None` if the program gives none.
     confidence: Option<String>,
     last: Option<Region>,
 }
@@ -236,12 +241,12 @@ impl Trax {
     }
 }
 
-/// Words from the program, quoted for messages.
+/// Words of the program, quoted for messages.
 fn listed(words: &str) -> String {
     format!("`{}`", visible(&shorten_to(words, 80)))
 }
 
-/// Describes a message of another kind than was expected.
+/// Describes a message that was not expected.
 fn in_words(message: &Message) -> String {
     match message {
         Message::Quit { properties } => match properties.get("trax.reason") {

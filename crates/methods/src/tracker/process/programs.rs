@@ -1,4 +1,5 @@
-//! Programs that may be run as trackers, signals and detectors; [`spec::programs`](crate::spec::programs) reads them.
+//! Programs that may run as trackers, signals and detectors. [`spec::programs`](crate::spec::programs) reads
+//! them.
 
 use crate::analysis::Analysis;
 use crate::tracker::TrackerError;
@@ -13,7 +14,7 @@ use std::time::Duration;
 use trackfail_core::plugin::{self, Configured, ParamError, Plugin, Range};
 use trackfail_dataset::text::shorten_to;
 
-/// Protocol between this program and another one.
+/// Protocol between this program and an external one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
@@ -22,12 +23,12 @@ pub enum Protocol {
     Trax,
     /// Lines of text.
     Lines,
-    /// Lines of JSON, of signals and detectors.
+    /// Lines of JSON, for signals and detectors.
     #[serde(skip)]
     Json,
 }
 
-/// Kinds of plugins that a program can stand for.
+/// Kind of plugin that a program stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// A tracker.
@@ -39,7 +40,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// The word for it in `plugins.toml`.
+    /// The word for this protocol in `plugins.toml`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Tracker => "tracker",
@@ -50,7 +51,7 @@ impl Role {
 }
 
 impl Protocol {
-    /// The word for it in `plugins.toml`.
+    /// The word for this role in `plugins.toml`.
     pub fn word(self) -> &'static str {
         match self {
             Self::Trax => "trax",
@@ -71,43 +72,43 @@ pub enum Regions {
     Polygon,
 }
 
-/// A checked program.
+/// A program of `plugins.toml`, after checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    /// Its role.
+    /// Kind of plugin that it stands for.
     pub role: Role,
-    /// Its name in experiments.
+    /// Name by which experiments refer to it.
     pub name: String,
-    /// Program and arguments, at least one word.
+    /// Program and arguments; not empty.
     pub command: Vec<String>,
-    /// Absolute path of the folder that it is started in.
+    /// Absolute path of the folder in which it is started.
     pub folder: PathBuf,
-    /// Its protocol.
+    /// Protocol that it speaks.
     pub protocol: Protocol,
-    /// Raised by its owner whenever its answers change.
+    /// Version, which its owner raises when its answers change.
     pub version: String,
-    /// Time limit until it is ready.
+    /// Time limit for the start.
     pub start_timeout: Duration,
-    /// Time limit of an answer to a frame.
+    /// Time limit for an answer to a frame.
     pub answer_timeout: Duration,
-    /// Form of the regions that it reads, in the lines protocol.
+    /// Form of the regions that it reads in the lines protocol.
     pub regions: Regions,
-    /// Name of its confidence, the property of TraX that has it; `None` if it gives none.
+    /// Name of the confidence, in TraX a property; `None` if the program gives none.
     pub confidence: Option<String>,
-    /// Whether its answers depend neither on the seed nor on the run.
+    /// True if the answers depend neither on the seed nor on the run.
     pub deterministic: bool,
     /// Variables that are added to the environment.
     pub environment: BTreeMap<String, String>,
-    /// Absolute paths of the files whose bytes are part of a track's address.
+    /// Absolute paths of files whose bytes are part of a track's address.
     pub digest: Vec<PathBuf>,
 }
 
-/// The programs of one file.
+/// The programs of one `plugins.toml`.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
-    /// The file as the user named it; empty if there is none.
+    /// Path of the file as the user gave it; empty if there is none.
     pub file: String,
-    /// Its programs, by role and name.
+    /// Programs, by role and name.
     pub list: Vec<Arc<Program>>,
 }
 
@@ -138,13 +139,13 @@ impl Programs {
     }
 }
 
-/// A plugin that may name a program.
+/// A kind of plugin whose configurations may name a program.
 pub trait Bind {
-    /// Binds a configuration that names a program to that program, one of those that the user of this computer allows;
-    /// others stay as they are.
+    /// Binds a configuration that names a program to that program, which must be in the user's own
+    /// `plugins.toml`. Other configurations stay unchanged.
     ///
     /// # Errors
-    /// When the program, or a file of its digest, is not there.
+    /// When the program, or a file in its `digest`, does not exist.
     fn bind(plugin: &mut Configured<Self>, programs: &Programs) -> Result<(), ParamError>;
 }
 
@@ -156,7 +157,7 @@ impl Bind for dyn Analysis {
 
 /// Parameters that name a program.
 pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + Send + Sync + 'static {
-    /// The kind of plugin that the program is.
+    /// Kind of plugin that the program stands for.
     const ROLE: Role;
 
     /// Ranges of the other parameters.
@@ -165,20 +166,20 @@ pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + S
     /// Name of the program.
     fn program(&self) -> &str;
 
-    /// Entries of the program among the shown parameters, beside its version.
+    /// Entries about the program for the shown parameters, besides its version.
     ///
     /// # Errors
-    /// When a file of its digest is not there.
+    /// When a file in its `digest` does not exist.
     fn facts(_program: &Program) -> Result<Vec<(&'static str, Value)>, ParamError> {
         Ok(Vec::new())
     }
 }
 
-/// A plugin that a program stands for.
+/// A plugin that runs an external program.
 pub struct Process<P> {
-    /// Its parameters.
+    /// Parameters, among them the name of the program.
     pub params: P,
-    /// `None` until it is bound; reports do not need it.
+    /// `None` until it is bound; reports do not need the program.
     program: Option<Arc<Program>>,
 }
 
@@ -196,14 +197,14 @@ impl<P: Named> Process<P> {
     /// The program.
     ///
     /// # Errors
-    /// When it has not been bound to one.
+    /// When it has not been bound.
     pub fn program(&self) -> Result<&Arc<Program>, TrackerError> {
         let name = self.params.program();
         let not_bound = || TrackerError::Missing(format!("the program {name} is not known here"));
         self.program.as_ref().ok_or_else(not_bound)
     }
 
-    /// Whether its answers may depend on the seed.
+    /// True if the answers may depend on the seed.
     pub fn depends_on_seed(&self) -> bool {
         self.program.as_ref().is_none_or(|p| !p.deterministic)
     }
@@ -214,7 +215,8 @@ impl<P: Named> Process<P> {
     }
 }
 
-/// Binds a configuration, if it is a [`Process`] with such parameters, to the program that they name.
+/// Binds a configuration to the program that its parameters name, if it is a [`Process`] with parameters of
+/// type `P`.
 ///
 /// # Errors
 /// As [`Bind::bind`].
@@ -237,7 +239,7 @@ where
     Ok(())
 }
 
-/// The error for a parameter `program` that cannot be bound.
+/// Error for a parameter `program` that cannot be bound.
 pub fn refused(message: String) -> ParamError {
     ParamError { message, key: Some("program"), span: None }
 }

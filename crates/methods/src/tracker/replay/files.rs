@@ -1,4 +1,4 @@
-//! The files of a sequence and run: one with boxes, and one with a confidence beside it where there is one.
+//! The files of a sequence and run: a file with boxes, and a file with a confidence if there is one.
 
 use super::Params;
 use crate::tracker::TrackerError;
@@ -7,18 +7,18 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use trackfail_dataset::SequenceInfo;
 
-/// Format of a file of boxes, as far as its name tells.
+/// Format of a file of boxes, as far as the name of the file tells it.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
-    /// OTB's JSON.
+    /// JSON of OTB.
     Json,
-    /// Lines of boxes, or rows of MOT.
+    /// Lines of boxes (OTB text), or rows of MOT.
     Text,
     /// Lines of boxes on VOT's long-term sequences.
     LongTerm,
-    /// OxUvA.
+    /// CSV of OxUvA.
     Csv,
-    /// In a folder named after the sequence: VOT or GOT-10k.
+    /// VOT or GOT-10k: a file in a folder named after the sequence.
     OwnFolder,
 }
 
@@ -26,13 +26,13 @@ pub enum Kind {
 pub struct Source {
     /// Format of the boxes.
     pub kind: Kind,
-    /// File of the boxes.
+    /// Path of the file of boxes.
     pub path: PathBuf,
-    /// File of the confidence.
+    /// Path of the file with the confidence.
     pub confidence: Option<PathBuf>,
 }
 
-/// The result files in the first data root that has them.
+/// The files in the first data root that has a file of boxes.
 pub fn find(
     params: &Params,
     sequence: &dyn SequenceInfo,
@@ -118,7 +118,8 @@ fn find_below(
     })
 }
 
-/// Paths below a folder that differ from `name` in capital letters alone, such as `BasketBall.json` in OTB's results of Struck.
+/// Paths below a folder that differ from `name` only in capital letters, such as `BasketBall.json` in OTB's
+/// results of Struck.
 fn in_other_case(folder: &Path, name: &str) -> Vec<PathBuf> {
     let mut found = vec![folder.to_path_buf()];
     for part in name.split('/') {
@@ -127,7 +128,7 @@ fn in_other_case(folder: &Path, name: &str) -> Vec<PathBuf> {
     found
 }
 
-/// Entries of a folder whose name is that of one of `paths`, capital letters aside; sorted.
+/// Entries of a folder whose names differ from one of `paths` at most in capital letters; sorted.
 fn alike(folder: &Path, paths: &[impl AsRef<Path>]) -> Vec<PathBuf> {
     let is_name = |name: &OsStr| {
         paths.iter().filter_map(|path| path.as_ref().file_name()).any(|n| n.eq_ignore_ascii_case(name))
@@ -139,7 +140,7 @@ fn alike(folder: &Path, paths: &[impl AsRef<Path>]) -> Vec<PathBuf> {
     found
 }
 
-/// The file of the confidence beside a file of boxes.
+/// The file with the confidence beside a file of boxes.
 fn confidence_beside(params: &Params, boxes: &Path) -> Result<Option<PathBuf>, TrackerError> {
     let property = params.confidence.as_deref();
     let wanted = confidence::beside(boxes, property);
@@ -173,7 +174,7 @@ fn two_exist(a: &Path, b: &Path, remedy: &str) -> TrackerError {
     TrackerError::Broken(format!("both {} and {} exist; {remedy}", a.display(), b.display()))
 }
 
-/// The name of a sequence and, if it ends in the number of a target, its other spellings.
+/// Spellings of the name of a sequence: the name itself, and others if it ends in the number of a target.
 pub fn spellings(name: &str) -> Vec<String> {
     let mut all = vec![name.to_owned()];
     if let Some((head, number)) = name.rsplit_once('-') {

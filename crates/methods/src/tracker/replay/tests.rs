@@ -1,11 +1,11 @@
 use super::*;
 use crate::tracker::testing;
 use trackfail_core::plugin::{RawParams, read_params};
-use trackfail_core::region::Rect;
 use trackfail_dataset::suite::Catalog;
 use trackfail_dataset::{Frames, Numbering, Sequence};
+use trackfail_testing::assert_says;
 
-/// The data roots of a test, one.
+/// The data roots of a test: one folder.
 fn roots(root: &tempfile::TempDir) -> Vec<PathBuf> {
     vec![root.path().to_path_buf()]
 }
@@ -14,17 +14,10 @@ fn replay(results: &str) -> Replay {
     configured(&format!("{{ results = \"{results}\" }}"))
 }
 
-/// Frames 3 and 4 of official 2..=5.
+/// A sequence that uses frames 3 and 4 of the official range 2..=5.
 fn sequence() -> Sequence {
-    Sequence {
-        name: "S".into(),
-        numbering: Numbering { first: 3, official: (2, 5) },
-        truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); 2],
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: "0".into(),
-        frames: Frames::Files(vec![].into()),
-    }
+    let numbering = Numbering { first: 3, official: (2, 5) };
+    Sequence { numbering, frames: Frames::Files(vec![].into()), ..testing::rendered("S", 2) }
 }
 
 fn configured(params: &str) -> Replay {
@@ -33,13 +26,16 @@ fn configured(params: &str) -> Replay {
 }
 
 fn with_files(files: &[(&str, &str)]) -> tempfile::TempDir {
-    let root = tempfile::tempdir().unwrap();
-    for (name, text) in files {
-        let path = root.path().join("results/a").join(name);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    root
+    trackfail_testing::folder(files.iter().map(|(name, text)| (format!("results/a/{name}"), text)))
+}
+
+/// The first run of a sequence in a folder with these files.
+fn read(files: &[(&str, &str)], sequence: &Sequence) -> Result<Vec<TrackerState>, TrackerError> {
+    replay("a").read(sequence, 0, &roots(&with_files(files)))
+}
+
+fn confidences(states: &[TrackerState]) -> Vec<Option<f64>> {
+    states.iter().map(|s| s.confidence).collect()
 }
 
 fn lefts(states: &[TrackerState]) -> Vec<f64> {
@@ -78,20 +74,6 @@ fn formats_and_runs() {
     }
 }
 
-// vot-toolkit 0.9.0 writes trajectories as bytes by default: struct.pack("<hI", 1, 2), and so on.
-#[test]
-fn what_is_not_read_has_a_remedy() {
-    let root = with_files(&[("S/S_001.bin", "\u{1}\0\u{2}\0\0\0")]);
-    let message = replay("a").read(&sequence(), 0, &roots(&root)).unwrap_err().to_string();
-    assert!(message.contains("S_001.bin: ") && message.contains("write_trajectory"), "{message}");
-    let root = with_files(&[("S.txt", "1,7,1,1,1\n2,8,1,1,1\n")]);
-    let message = replay("a").read(&sequence(), 0, &roots(&root)).unwrap_err().to_string();
-    assert!(
-        message.contains("S.txt, line 1: 5 numbers") && message.contains("leave the others out"),
-        "{message}"
-    );
-}
-
 #[test]
 fn the_first_pixel_may_be_given() {
     for (file, text, default, other) in [
@@ -127,12 +109,10 @@ fn a_targets_number_may_be_spelled_otherwise() {
     let boxes = "7,1,1,1\n8,1,1,1";
     let second = Sequence { name: "S-2".into(), ..sequence() };
     for file in ["S-2.txt", "S_2.txt", "S.2.txt", "S_2_001.txt", "S_2/S_2_001.txt", "../a_000/S_2.txt"] {
-        let root = with_files(&[(file, boxes), ("S.txt", "1,1,1,1"), ("S_1.txt", "")]);
-        let states = replay("a").read(&second, 0, &roots(&root)).unwrap();
+        let states = read(&[(file, boxes), ("S.txt", "1,1,1,1"), ("S_1.txt", "")], &second).unwrap();
         assert_eq!(lefts(&states), [6.0, 7.0], "{file}");
     }
-    let root = with_files(&[("S_2.txt", boxes), ("S.2.txt", boxes)]);
-    match replay("a").read(&second, 0, &roots(&root)) {
+    match read(&[("S_2.txt", boxes), ("S.2.txt", boxes)], &second) {
         Err(TrackerError::Broken(m)) => assert!(m.contains("S_2.txt") && m.contains("S.2.txt"), "{m}"),
         other => panic!("{other:?}"),
     }
@@ -150,27 +130,20 @@ fn a_name_may_differ_in_capital_letters() {
         ("Longterm/ball-2/BALL-2_001.txt", "Longterm/ball-2/ball-2_001_scores.txt"),
         ("../a_000/ball.2.txt", "../a_000/Ball.2_scores.txt"),
     ] {
-        let root = with_files(&[(file, boxes), (beside, "0.5\n0.25\n"), ("Ball-3.txt", boxes)]);
-        let states = replay("a").read(&ball, 0, &roots(&root)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let states = read(&[(file, boxes), (beside, "0.5\n0.25\n"), ("Ball-3.txt", boxes)], &ball);
+        let states = states.unwrap_or_else(|e| panic!("{file}: {e}"));
         assert_eq!(lefts(&states), [6.0, 7.0], "{file}");
-        let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
-        assert_eq!(values, [Some(0.5), Some(0.25)], "{file}");
+        assert_eq!(confidences(&states), [Some(0.5), Some(0.25)], "{file}");
     }
     // The very name comes first, and one of two others has to be meant.
     let root = with_files(&[("Ball-2.txt", boxes), ("ball-2.txt", "1,1,1,1")]);
     if root.path().join("results/a").read_dir().unwrap().count() == 2 {
         assert_eq!(lefts(&replay("a").read(&ball, 0, &roots(&root)).unwrap()), [6.0, 7.0]);
-        let root = with_files(&[("BALL-2.txt", boxes), ("ball-2.txt", boxes)]);
-        let error = replay("a").read(&ball, 0, &roots(&root)).unwrap_err().to_string();
-        assert!(
-            error.contains("both") && error.contains("BALL-2.txt") && error.contains("ball-2.txt"),
-            "{error}"
-        );
+        let error = read(&[("BALL-2.txt", boxes), ("ball-2.txt", boxes)], &ball).unwrap_err().to_string();
+        ["both", "BALL-2.txt", "ball-2.txt"].iter().for_each(|words| assert_says(&error, words));
     }
     // A short one is a fault, whatever its name.
-    let root = with_files(&[("BALL-2.txt", "1,1,1,1")]);
-    let error = replay("a").read(&ball, 0, &roots(&root)).unwrap_err().to_string();
-    assert!(error.contains("BALL-2.txt: 1 boxes"), "{error}");
+    assert_says(read(&[("BALL-2.txt", "1,1,1,1")], &ball).unwrap_err(), "BALL-2.txt: 1 boxes");
 }
 
 #[test]
@@ -194,6 +167,11 @@ fn files_that_do_not_fit_are_errors() {
         (&[("S.json", JSON)][..], 1, "start later"),
         (&[("S.json", JSON)], 2, "no run 2"),
         (&[("S.txt", "1,1,1,1")], 0, "1 boxes"),
+        // vot-toolkit 0.9.0 writes trajectories as bytes by default: struct.pack("<hI", 1, 2), and so on.
+        (&[("S/S_001.bin", "\u{1}\0\u{2}\0\0\0")], 0, "S_001.bin: "),
+        (&[("S/S_001.bin", "\u{1}\0\u{2}\0\0\0")], 0, "write_trajectory"),
+        (&[("S.txt", "1,7,1,1,1\n2,8,1,1,1\n")], 0, "S.txt, line 1: 5 numbers"),
+        (&[("S.txt", "1,7,1,1,1\n2,8,1,1,1\n")], 0, "leave the others out"),
         (&[("S.txt", "1,1,1,1\n1,1,1,1\n1,1,1,1")], 0, "3 boxes"),
         (&[("S.txt", "1,1,1,1\n1,1,0,1")], 0, "S.txt: line 2"),
         (&[("S.txt", "1,1,1,1\n1,nan,1,1")], 0, "S.txt: line 2: a coordinate is not"),
@@ -223,9 +201,7 @@ fn files_that_do_not_fit_are_errors() {
     ] {
         let root = with_files(files);
         match replay("a").read(&sequence(), run, &roots(&root)) {
-            Err(e @ (TrackerError::Broken(_) | TrackerError::File(_))) => {
-                assert!(e.to_string().contains(word), "{e}");
-            }
+            Err(e @ (TrackerError::Broken(_) | TrackerError::File(_))) => assert_says(e, word),
             other => panic!("{files:?}: {other:?}"),
         }
     }
@@ -277,8 +253,7 @@ fn a_confidence_is_read_with_the_boxes() {
         let root = with_files(files);
         let roots = roots(&root);
         let states = replay("a").read(&sequence, 0, &roots).unwrap();
-        let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
-        assert_eq!(values, [first, Some(0.75), Some(0.25)], "{files:?}");
+        assert_eq!(confidences(&states), [first, Some(0.75), Some(0.25)], "{files:?}");
         assert!(states[1..].iter().all(|s| s.status == Status::Tracked), "{files:?}");
         let context = RunContext { data_roots: &roots, ..testing::context(&sequence, 0) };
         assert!(replay("a").gives_confidence(&context));
@@ -288,9 +263,8 @@ fn a_confidence_is_read_with_the_boxes() {
     }
     // The official range is longer than the one used: as many values as boxes.
     let four = "1,1,1,1\n2,1,1,1\n3,1,1,1\n4,1,1,1";
-    let root = with_files(&[("S.txt", four), ("S_confidence.value", "1\n2\n3\n4")]);
-    let states = replay("a").read(&super::tests::sequence(), 0, &roots(&root)).unwrap();
-    assert_eq!(states.iter().map(|s| s.confidence).collect::<Vec<_>>(), [Some(2.0), Some(3.0)]);
+    let states = read(&[("S.txt", four), ("S_confidence.value", "1\n2\n3\n4")], &super::tests::sequence());
+    assert_eq!(confidences(&states.unwrap()), [Some(2.0), Some(3.0)]);
 }
 
 #[test]
@@ -305,27 +279,29 @@ fn two_confidences_are_an_error_unless_one_is_named() {
     assert!(error.contains("S_all_scores.txt") && error.contains("S_confidence.value"), "{error}");
     assert_eq!(read("{ results = \"a\", confidence = \"all_scores\" }"), Ok(Some(2.0)));
     assert_eq!(read("{ results = \"a\", confidence = \"confidence\" }"), Ok(Some(4.0)));
-    let error = read("{ results = \"a\", confidence = \"motion\" }").unwrap_err();
-    assert!(error.contains("S_motion.value or S_motion.txt"), "{error}");
+    assert_says(
+        read("{ results = \"a\", confidence = \"motion\" }").unwrap_err(),
+        "S_motion.value or S_motion.txt",
+    );
     for bad in ["", "../x", "a/b", "a.b"] {
         let error =
             ENTRY.build_from_text(&format!("{{ results = \"a\", confidence = \"{bad}\" }}")).err().unwrap();
         assert_eq!(error.key, Some("confidence"), "{bad}");
     }
     // A folder, and a link to nothing, in the place of a confidence or of boxes.
-    let folder = with_files(&[("S.txt", boxes), ("S_confidence.value/x", "")]);
-    let error = replay("a").read(&sequence(), 0, &roots(&folder)).unwrap_err().to_string();
-    assert!(error.contains("S_confidence.value") && error.contains("not a file"), "{error}");
-    let folder = with_files(&[("S.txt/x", "")]);
-    let error = replay("a").read(&sequence(), 0, &roots(&folder)).unwrap_err().to_string();
-    assert!(error.contains("S.txt") && error.contains("not a file"), "{error}");
+    for (files, name) in [
+        (&[("S.txt", boxes), ("S_confidence.value/x", "")][..], "S_confidence.value"),
+        (&[("S.txt/x", "")], "S.txt"),
+    ] {
+        let error = super::tests::read(files, &sequence()).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains("not a file"), "{error}");
+    }
     #[cfg(unix)]
     {
         let linked = with_files(&[("S.txt", boxes)]);
         let place = linked.path().join("results/a/S_scores.txt");
         std::os::unix::fs::symlink("gone.txt", &place).unwrap();
-        let error = replay("a").read(&sequence(), 0, &roots(&linked)).unwrap_err().to_string();
-        assert!(error.contains("S_scores.txt"), "{error}");
+        assert_says(replay("a").read(&sequence(), 0, &roots(&linked)).unwrap_err(), "S_scores.txt");
     }
     let boxes_alone = with_files(&[("S.txt", boxes)]);
     let alone = roots(&boxes_alone);
@@ -375,8 +351,8 @@ fn frames_without_a_box_may_be_absence() {
 // The frame of the start has no row, nor have those that nobody asked for.
 #[test]
 fn frames_that_nobody_asked_for_are_skipped() {
-    let root = with_files(&[("vid1_obj2.csv", "vid1,obj2,3,true,0.5,0.25,0.5,0.5,0.75\r\n")]);
-    let states = replay("a").read(&testing::rendered("vid1_obj2", 3), 0, &roots(&root)).unwrap();
+    let files = [("vid1_obj2.csv", "vid1,obj2,3,true,0.5,0.25,0.5,0.5,0.75\r\n")];
+    let states = read(&files, &testing::rendered("vid1_obj2", 3)).unwrap();
     let status: Vec<Status> = states.iter().map(|s| s.status).collect();
     assert_eq!(status, [Status::Initialized, Status::Skipped, Status::Tracked]);
     assert_eq!(lefts(&states), [9.0, 9.0, 80.0]);

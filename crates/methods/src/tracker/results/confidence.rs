@@ -1,4 +1,4 @@
-//! Files with a tracker's own confidence, beside its boxes: one number a line, a line a frame.
+//! Files with a tracker's own confidence beside the file of boxes: one number per line, one line per frame.
 //!
 //! | file beside `<name>.txt` | written by |
 //! |---|---|
@@ -8,24 +8,25 @@
 //! | `<name>_all_scores.txt` | STARK and what is built on it (`%.2f`; no line for the first frame) |
 //! | `<name>_scores.txt` beside `<name>_bboxes.txt` | long-term runs of SiamFC; the first frame has 10000 |
 //!
-//! An empty line and NaN are frames without a value. Of these files STARK's alone may have one line less than there are
-//! boxes: it has none for the first frame, in which the tracker was given its target. In others a line too few is a line
-//! that was lost, nobody knows where. High values are sure; their scale is the tracker's.
+//! An empty line or NaN means that the frame has no value. Only STARK's file may have one line fewer than
+//! there are boxes: it has no line for the first frame, in which the target was given. In other files a
+//! missing line is an error, since it may be missing anywhere. A high value means that the tracker is sure;
+//! the scale depends on the tracker.
 
 use super::rows;
 use std::path::{Path, PathBuf};
 use trackfail_dataset::DatasetError;
 
-/// End of the names of files that may lack a line for the first frame.
+/// End of the names of files without a line for the first frame.
 const WITHOUT_FIRST: &str = "_all_scores.txt";
 
 /// Ends of the names of files with a confidence.
 const ENDS: [&str; 4] = ["_confidence.value", "_object_presence_scores.txt", WITHOUT_FIRST, "_scores.txt"];
 
-/// End of the name of a file of boxes whose scores are in a file of their own.
+/// End of the name of a file of boxes whose scores are in a separate file.
 pub const BOXES_END: &str = "_bboxes";
 
-/// The files beside a file of boxes that may have its confidence; with a `property`, those of that name.
+/// Files beside a file of boxes that may have the confidence; with a `property`, only files of that name.
 pub fn beside(boxes: &Path, property: Option<&str>) -> Vec<PathBuf> {
     let stem = boxes.file_stem().unwrap_or_default().to_string_lossy();
     let name = stem.strip_suffix(BOXES_END).unwrap_or(&stem);
@@ -36,10 +37,10 @@ pub fn beside(boxes: &Path, property: Option<&str>) -> Vec<PathBuf> {
     ends.iter().map(|end| boxes.with_file_name(format!("{name}{end}"))).collect()
 }
 
-/// The confidence of each of `frames` frames; `path` names the file in messages.
+/// The confidence of each frame; `path` is for messages.
 ///
 /// # Errors
-/// A line that is neither empty nor one number, infinity, and another number of lines.
+/// When a line is neither empty nor one number, for infinity, and when the number of lines is wrong.
 pub fn parse(path: &Path, bytes: &[u8], frames: usize) -> Result<Vec<Option<f64>>, DatasetError> {
     let mut rows = rows::read(path, bytes)?;
     let read = rows.len();

@@ -1,33 +1,35 @@
-//! Results of MOTChallenge: a row for each frame and target, `frame,id,x,y,w,h,conf,...`.
+//! Results of MOTChallenge: one row per frame and target, `frame,id,x,y,w,h,conf,...`.
 //!
-//! Frames count from 1, the first of the official range, or from 0 in a file that has a frame 0; pixels count from 1. Rows
-//! have 7 columns, and up to three more, which are not read; `conf` is the confidence, or -1 where there is none, as
-//! everywhere in this format. A frame without a row is one in which the tracker has not found the target. Rows may be in
-//! any order.
+//! Frames count from 1, the first of the official range, or from 0 in a file that has a frame 0; pixels count
+//! from 1. Rows have 7 columns, and up to three more, which are not read. `conf` is the confidence; -1 means
+//! "no value", as everywhere in this format. If a frame has no row, the tracker has not found the target.
+//! Rows may be in any order.
 //!
-//! A track is of one target. In a file of several, `id` has to name it.
+//! A track has one target. In a file of several targets, `id` must choose one.
 
 use super::rows::{Row, by_target, drop_empty_end};
 use super::{Base, Boxes, NoBox, official_span, region};
 use std::path::Path;
 use trackfail_dataset::{DatasetError, SequenceInfo};
 
-/// Numbers of columns of a row.
+/// Possible numbers of columns.
 const COLUMNS: std::ops::RangeInclusive<usize> = 7..=10;
-/// A value that is not given.
+/// Value that means "not given".
 const NOT_GIVEN: f64 = -1.0;
-/// Identities that a message lists.
+/// Largest number of targets that a message lists.
 const MAX_LISTED: usize = 8;
 
-/// Whether rows are of this format, by the columns of the first. A row of eight may be a polygon, too.
+/// True if the number of columns of the first row is that of this format. Eight columns are not taken, since
+/// they may be a polygon.
 pub fn is_mot(rows: &[Row]) -> bool {
     rows.first().is_some_and(|(_, row)| row.len() != 8 && COLUMNS.contains(&row.len()))
 }
 
-/// Reads the rows of one target, the one of number `id` or the only one; `path` names the file in messages.
+/// Reads the rows of target `id`, or of the only target; `path` is for messages.
 ///
 /// # Errors
-/// Rows of another form, frames outside the official range, two rows of a target in a frame, and no target or several.
+/// When a row has another form, a frame is outside of the official range, a target has two rows in a frame,
+/// and when the target is missing or not chosen.
 pub fn parse(
     path: &Path,
     mut rows: Vec<Row>,
@@ -77,20 +79,15 @@ pub fn parse(
 mod tests {
     use super::*;
     use crate::tracker::results::rows;
+    use crate::tracker::testing;
     use trackfail_core::region::{Rect, Region};
     use trackfail_dataset::{Frames, Numbering, Sequence};
+    use trackfail_testing::assert_says;
 
-    /// Frames 11 to 13 of official 10 to 14.
+    /// A sequence that uses frames 11 to 13 of the official range 10 to 14.
     fn sequence() -> Sequence {
-        Sequence {
-            name: "S".into(),
-            numbering: Numbering { first: 11, official: (10, 14) },
-            truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); 3],
-            attributes: vec![],
-            frame_attributes: vec![],
-            digest: "0".into(),
-            frames: Frames::Absent,
-        }
+        let numbering = Numbering { first: 11, official: (10, 14) };
+        Sequence { numbering, frames: Frames::Absent, ..testing::rendered("S", 3) }
     }
 
     fn read(text: &str, id: Option<i64>) -> Result<Boxes, DatasetError> {
@@ -132,8 +129,7 @@ mod tests {
             ("2,3,5,nan,7,8,1", None, "not finite"),
             ("2,3,5,6,7,8,1,1,1,1,1", None, "10 columns"),
         ] {
-            let error = read(text, id).unwrap_err().to_string();
-            assert!(error.contains(words), "{text}: {error}");
+            assert_says(read(text, id).unwrap_err(), words);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Results in the JSON of the OTB authors' Python code: a list with one object a segment.
+//! Results in the JSON of the OTB authors' Python code: a list with one object per segment.
 //!
 //! ```text
 //! [{ "startFrame": 1, "endFrame": 252, "resType": "rect", "tmplsize": [0, 0],
@@ -12,8 +12,8 @@
 //! corner(u, v) = (p1 + p3 u + p4 v, p2 + p5 u + p6 v)      u = -w/2, w/2     v = -h/2, h/2
 //! ```
 //!
-//! Trackers start with the center at `x + w/2` of the 1-based box, so the corners are 1-based like the box
-//! and are shifted by one like it. Other kinds of rows are refused.
+//! Trackers start with the center at `x + w/2` of the 1-based box, so the corners are 1-based, too, and are
+//! shifted by one like the box. Other kinds of rows are refused.
 
 use super::{Base, BoxError, Boxes, align, region};
 use serde::Deserialize;
@@ -32,12 +32,12 @@ struct Wire {
     res: Vec<Vec<f64>>,
 }
 
-/// Reads entry `run` (0-based) of a file: a segment of a temporal-robustness run, or a repetition. `path` names the file in
-/// messages, `base` is its index of the left top pixel.
+/// Reads entry `run` (0-based) of a file: a segment of a temporal-robustness run, or a repetition. `path` is
+/// for messages, `base` is the number of the top left pixel in the file.
 ///
 /// # Errors
-/// A file of another format; a run that is not in it; a number of rows that is not the stated range's; a
-/// range that cannot be aligned with the sequence's frame numbers (see [`align`]).
+/// When the file has another format, the run is not in it, the number of rows is not that of the stated
+/// range, or the range cannot be aligned with the frame numbers of the sequence (see [`align`]).
 pub fn parse(
     path: &Path,
     bytes: &[u8],
@@ -96,7 +96,7 @@ pub fn parse(
     Ok(Boxes { first, regions, confidence: Vec::new() })
 }
 
-/// The corners of an affine box, clockwise from the template's left top one.
+/// Corners of an affine box, clockwise from the top left corner of the template.
 fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [f64; 8] {
     let mut corners = [0.0; 8];
     for (k, (u, v)) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].into_iter().enumerate() {
@@ -111,6 +111,7 @@ fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [f64; 8] {
 mod tests {
     use super::*;
     use trackfail_core::region::{Rect, Region};
+    use trackfail_testing::assert_says;
 
     const FIVE: Numbering = Numbering { first: 1, official: (1, 5) };
 
@@ -177,8 +178,7 @@ mod tests {
                 "tmplsize",
             ),
         ] {
-            let error = read_text(text.as_bytes(), 0).unwrap_err().to_string();
-            assert!(error.contains(word), "{text}: {error}");
+            assert_says(read_text(text.as_bytes(), 0).unwrap_err(), word);
         }
         let empty = format!("[{}]", entry(1, 2, "rect", "[1,1,4,4],[1,1,0,4]"));
         let boxes = read_text(empty.as_bytes(), 0).unwrap();

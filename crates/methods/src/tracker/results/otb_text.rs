@@ -1,9 +1,9 @@
-//! Plain text boxes: `x,y,w,h` in each line, as the OTB code base and most trackers write them.
+//! Plain text boxes: `x,y,w,h` on each line, as the OTB code base and most trackers write them.
 //!
-//! Toolkits differ in the separators of the numbers, and in little else: pysot and the LaSOT toolkit write commas,
-//! pytracking tabs between integers (its writer cuts the fractions off), others blanks. None of them shifts
-//! anything, so a result counts pixels as the annotation did that the tracker was started with. pysot's first
-//! line is half a pixel right of and below that annotation, its other lines are not.
+//! Toolkits differ in the separators: pysot and the LaSOT toolkit write commas, pytracking tabs between
+//! integers (it cuts the fractions off), others blanks. No toolkit shifts boxes, so a result counts pixels
+//! from the same number as the annotation with which the tracker was started. The first line of pysot is half
+//! a pixel to the right of and below that annotation; its other lines are not.
 
 use super::rows::{self, Row, drop_empty_end};
 use super::{BoxError, Boxes, official_span, region};
@@ -12,14 +12,14 @@ use std::path::Path;
 use trackfail_core::region::Region;
 use trackfail_dataset::{DatasetError, SequenceInfo};
 
-/// Index of the left top pixel; `0` or `1` in a file.
+/// Coordinates of the top left pixel; `0` or `1` in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(try_from = "u8", into = "u8")]
 #[schemars(extend("enum" = [0, 1]))]
 pub enum Base {
-    /// `(0, 0)`.
+    /// The top left pixel is (0, 0).
     Zero,
-    /// `(1, 1)`, as in OTB.
+    /// The top left pixel is (1, 1), as in OTB.
     #[default]
     One,
 }
@@ -33,7 +33,7 @@ impl From<Base> for u8 {
     }
 }
 
-/// A number that pixels are not counted from.
+/// Error: pixels are not counted from this number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{0}; pixels are counted from 0 or from 1")]
 pub struct BaseError(pub u8);
@@ -59,7 +59,7 @@ impl Base {
         }
     }
 
-    /// Converts a region of 0-based pixels to those of a file.
+    /// Converts a region from 0-based pixels to those of a file.
     pub fn from_zero(self, region: &Region) -> Region {
         match self {
             Self::Zero => region.clone(),
@@ -68,12 +68,12 @@ impl Base {
     }
 }
 
-/// Reads `x,y,w,h` a line, after an optional header such as `x,y,w,h`; `path` names the text in messages.
+/// Reads one `x,y,w,h` per line, after an optional header such as `x,y,w,h`; `path` is for messages.
 ///
 /// Boxes may leave the image.
 ///
 /// # Errors
-/// The line of whatever is no box: other counts of columns, NaN, infinity, sizes of zero or below.
+/// The first line that is not a box: another number of columns, NaN, infinity, a size of zero or below.
 pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>, DatasetError> {
     let mut rows = rows::read_after_header(path, bytes)?;
     drop_empty_end(&mut rows, |_| false);
@@ -84,10 +84,10 @@ pub fn parse_boxes(path: &Path, bytes: &[u8], base: Base) -> Result<Vec<Region>,
     rows.iter().map(of_row).collect()
 }
 
-/// The boxes of a sequence, of its official range or of the frames that it uses.
+/// The boxes of a sequence, from rows for the official range or for the used frames.
 ///
 /// # Errors
-/// A row of another number of columns than four, and another number of rows than frames.
+/// When a row has another number of columns than four, or the number of rows does not fit.
 pub fn parse(
     path: &Path,
     mut rows: Vec<Row>,

@@ -1,20 +1,22 @@
-//! Results of OxUvA (Valmadre et al., ECCV 2018): a row for each frame in which the tracker was asked.
+//! Results of OxUvA (Valmadre et al., ECCV 2018): one row per frame in which the tracker was asked.
 //!
 //! ```text
 //! video,object,frame_num,present,score,xmin,xmax,ymin,ymax
 //! ```
 //!
-//! The first row may be these words, in any order; without it the columns are in this one. `frame_num` is the dataset's
-//! number of the frame; `present` is `true` or `false` and what else the benchmark's reader takes for them. Coordinates
-//! are shares of the image's width and height, 0 to 1, so the size of the frames has to be known:
+//! The first row may be these words, in any order; without such a row the columns are in this order.
+//! `frame_num` is the number of the frame in the dataset. `present` is `true`, `false`, or another word that
+//! the benchmark's reader takes for one of them. Coordinates are fractions of the image's width and height, 0
+//! to 1, so the size of the frames must be known:
 //!
 //! ```text
 //! x = xmin W    y = ymin H    w = (xmax - xmin) W    h = (ymax - ymin) H      pixels from 0
 //! ```
 //!
-//! A row that says `false` may leave them out. The frame in which the tracker was started has no row, nor have those
-//! that nobody asked for. `score` is the confidence, high values are sure. Source: `oxuva/io_pred.py` of
-//! oxuva/long-term-tracking-benchmark, and pytracking, which writes the same.
+//! A row with `false` may leave the coordinates out. There is no row for the frame in which the tracker was
+//! started, nor for frames that were not asked for. `score` is the confidence; a high value means that the
+//! tracker is sure. Source: `oxuva/io_pred.py` of oxuva/long-term-tracking-benchmark, and pytracking, which
+//! writes the same.
 
 use super::{Boxes, NoBox};
 use std::collections::BTreeMap;
@@ -25,14 +27,14 @@ use trackfail_dataset::{DatasetError, SequenceInfo, text};
 const COLUMNS: [&str; 9] =
     ["video", "object", "frame_num", "present", "score", "xmin", "xmax", "ymin", "ymax"];
 
-/// A row: the frame's number, the answer and the score.
+/// A row: number of the frame, the answer, and the score.
 type Row = (u32, Result<Region, NoBox>, Option<f64>);
 
-/// Reads the rows of a sequence's frames; `path` names the file in messages.
+/// Reads the rows of a sequence; `path` is for messages.
 ///
 /// # Errors
-/// Rows of another form, frames outside the official range or not in ascending order, rows of two objects, and frames
-/// whose size is unknown.
+/// When a row has another form, a frame is outside of the official range, the frames do not ascend, rows have
+/// two objects, or the size of the frames is unknown.
 pub fn parse(path: &Path, bytes: &[u8], sequence: &dyn SequenceInfo) -> Result<Boxes, DatasetError> {
     let (width, height) = sequence.size().map_err(|e| DatasetError::content(path, e.to_string()))?;
     let size = (width as f64, height as f64);
@@ -68,7 +70,7 @@ pub fn parse(path: &Path, bytes: &[u8], sequence: &dyn SequenceInfo) -> Result<B
     Ok(Boxes::of_rows(sequence, answers, &NoBox::NotAsked))
 }
 
-/// For each column of [`COLUMNS`] its place in a first row of names; `None` for a row of values.
+/// For each of [`COLUMNS`] the index of the column, from a first row of names; `None` if the row has values.
 fn columns(line: &str) -> Option<[usize; 9]> {
     let names: Vec<&str> = line.split(',').map(str::trim).collect();
     if names.len() != COLUMNS.len() {
@@ -114,7 +116,7 @@ mod tests {
     use trackfail_core::region::Rect;
     use trackfail_dataset::{Frames, Numbering, Sequence};
 
-    /// Six frames of 320 x 240 pixels, numbers 1 to 6, of which 2 to 5 are used.
+    /// Six frames of 320 x 240 pixels with numbers 1 to 6; the sequence uses 2 to 5.
     fn sequence() -> Sequence {
         let mut sequence = testing::rendered("S", 4);
         sequence.numbering = Numbering { first: 2, official: (1, 6) };

@@ -1,28 +1,28 @@
-//! Rows of numbers: the lines of a text, and the frames and targets that they name.
+//! Rows of numbers: the lines of a text, and the frames and targets of rows.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use trackfail_dataset::text::NumbersError;
 use trackfail_dataset::{DatasetError, text};
 
-/// A line of a text: its number from 1, and its words without blanks around them.
+/// A line of a text: its number from 1, and its text without blanks around it.
 pub type Line<'t> = (usize, &'t str);
 
-/// A row: the number of its line from 1, and its numbers; none for an empty line.
+/// A row: number of the line from 1, and its numbers (empty for an empty line).
 pub type Row = (usize, Vec<f64>);
 
-/// The lines of a text; `path` names it in messages.
+/// The lines of a text; `path` is for messages.
 ///
 /// # Errors
-/// Bytes that are not text, and a text without any line.
+/// When the bytes are not text, or there is no line.
 pub fn lines<'t>(path: &Path, bytes: &'t [u8]) -> Result<Vec<Line<'t>>, DatasetError> {
     text::lines_or_empty(path, text::decode(path, bytes)?)
 }
 
-/// Takes a header away, which is a first line of words.
+/// Removes the first line if it is a header, that is, has words.
 ///
 /// # Errors
-/// A header without a row after it.
+/// When no row follows the header.
 pub fn take_header<'t>(path: &Path, lines: &mut Vec<Line<'t>>) -> Result<Option<Line<'t>>, DatasetError> {
     let is_word = |w: &&str| w.parse::<f64>().is_err() && w.contains(char::is_alphabetic);
     let is_header = |line: &str| {
@@ -39,7 +39,7 @@ pub fn take_header<'t>(path: &Path, lines: &mut Vec<Line<'t>>) -> Result<Option<
     Ok(Some(header))
 }
 
-/// The rows of lines, whose numbers `read` finds.
+/// The numbers of each line, found by `read`.
 ///
 /// # Errors
 /// The first line whose numbers cannot be read.
@@ -55,7 +55,7 @@ pub fn numbers(
     lines.into_iter().map(row).collect()
 }
 
-/// The rows of a text without a header; `path` names it in messages.
+/// The rows of a text without a header; `path` is for messages.
 ///
 /// # Errors
 /// As [`lines`] and [`numbers`].
@@ -63,7 +63,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, DatasetError> {
     numbers(path, lines(path, bytes)?, text::numbers)
 }
 
-/// The rows of a text that may have a header, which is passed over; `path` names it in messages.
+/// The rows of a text, without the header if there is one; `path` is for messages.
 ///
 /// # Errors
 /// As [`lines`], [`take_header`] and [`numbers`].
@@ -73,7 +73,7 @@ pub fn read_after_header(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, DatasetE
     numbers(path, lines, text::numbers)
 }
 
-/// The columns of a line of words: between commas, semicolons or tabs if it has any, else between blanks.
+/// The columns of a line: separated by commas, semicolons or tabs if it has any, else by blanks.
 pub fn cells(line: &str) -> Vec<&str> {
     match line.contains([',', ';', '\t']) {
         true => line.split([',', ';', '\t']).map(str::trim).collect(),
@@ -81,25 +81,26 @@ pub fn cells(line: &str) -> Vec<&str> {
     }
 }
 
-/// A line without the sign of a comment before it.
+/// A line without the comment sign at its start.
 pub fn without_sign(line: &str) -> &str {
     line.trim_start_matches(['#', '%']).trim_start()
 }
 
-/// Drops empty rows at the end: all of them, or as few as are needed for a number of rows that fits.
+/// Drops empty rows at the end: as many as possible so that `fits` is true for the number of rows, or all if
+/// it never is.
 pub fn drop_empty_end(rows: &mut Vec<Row>, fits: impl Fn(usize) -> bool) {
     let full = rows.iter().rposition(|(_, row)| !row.is_empty()).map_or(0, |last| last + 1);
     rows.truncate((full..=rows.len()).find(|n| fits(*n)).unwrap_or(full));
 }
 
-/// Target -> index of a frame -> its row.
+/// Rows by target and by index of the frame.
 pub type Targets<'r> = BTreeMap<Option<i64>, BTreeMap<usize, &'r Row>>;
 
-/// The rows of each target by frame, and the number of the first frame: 0 in a text that has a frame 0, else 1. `frame` and
-/// `target` are the columns that hold their numbers, `frames` is how many frames there are, where that is known.
+/// The rows of each target by frame, and the number of the first frame: 0 if the text has a frame 0, else 1.
+/// `frame` and `target` are indices of columns; `frames` is the number of frames, if it is known.
 ///
 /// # Errors
-/// Numbers that are not whole, frames that are not there, and two rows of a target in a frame.
+/// When a number is not whole, a frame does not exist, or a target has two rows in a frame.
 pub fn by_target<'r>(
     path: &Path,
     rows: &'r [Row],

@@ -1,4 +1,4 @@
-//! Laws of alignment, and of all readers on damaged texts.
+//! Property tests of the alignment of frames, and of all readers on damaged texts.
 
 use super::*;
 use crate::tracker::testing;
@@ -31,7 +31,7 @@ fn david_and_tiger1_are_counted_both_ways() {
     assert!(align((1, 1), numbering(9, 5)).is_err());
 }
 
-/// A text of each format.
+/// A valid text in each format.
 const VALID: [&[u8]; 6] = [
     b"\n0.998765\n\n0.25\n",
     b"1\r\n9,0,1,1\r\n2\n0\n1\n0,0,0,5,6,5,6,0\n",
@@ -42,7 +42,8 @@ const VALID: [&[u8]; 6] = [
         {"startFrame":2,"endFrame":2,"resType":"ivtAff","tmplsize":[32,32],"res":[[27,179,1.3,0,0,0.8]]}]"#,
 ];
 
-/// Gives bytes to every reader, for a sequence of so many frames; what is read has a value for each.
+/// Gives the bytes to all readers, for a sequence of this number of frames. What a reader accepts must have
+/// one value per frame.
 fn read_as_everything(bytes: &[u8], frames: usize) {
     let (path, sequence) = (Path::new("a.txt"), testing::rendered("S", frames));
     if let Ok(values) = confidence::parse(path, bytes, frames) {

@@ -1,4 +1,4 @@
-//! Scores of real result files against those of the VOT toolkit.
+//! Scores of real result files, compared with those of the VOT toolkit.
 
 use super::{Base, rows, vot};
 use crate::tracker::Status;
@@ -61,7 +61,7 @@ fn real_results_score_as_in_the_vot_toolkit() {
     }
 }
 
-/// Folder, repetitions, accuracy and failures of each sequence, EAO.
+/// Folder, number of repetitions, accuracy and failures of each sequence, and EAO.
 type Row = (&'static str, usize, &'static [(&'static str, f64, f64)], f64);
 const TOOLKIT: &[Row] = &[
     (

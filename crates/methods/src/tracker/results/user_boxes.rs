@@ -1,4 +1,4 @@
-//! Boxes as users have them, in the formats of common tools: one target, or several of MOTChallenge.
+//! Files of boxes from users, in the formats of common tools: one target, or several in MOTChallenge.
 //!
 //! | format | a line | pixels count from |
 //! |---|---|---|
@@ -9,9 +9,9 @@
 //! | `yolo` | center and size as shares of the frame's sides, perhaps after a class and before a confidence and a number | |
 //! | words for columns | such as `frame,x1,y1,x2,y2,confidence`; shares where all numbers of boxes are about 0 to 1 | 1, or 0 on request |
 //!
-//! A header line says the format in the same words. Without one it is found out from all numbers; where these fit several
-//! formats, that is an error which has them. A line is a frame, unless a column is the number of the frame. These
-//! count from 1, or from 0 in a file that has a frame 0.
+//! A header line gives the format in the same words. Without a header the format is found from all numbers.
+//! If they fit several formats, the error lists these. Each line is a frame, unless a column has the number
+//! of the frame. Frame numbers count from 1, or from 0 if the file has a frame 0.
 
 mod columns;
 mod evidence;
@@ -27,70 +27,71 @@ use trackfail_core::num::readable;
 use trackfail_core::region::{Rect, Region, RegionError};
 use trackfail_dataset::DatasetError;
 
-/// Content of the lines of a file.
+/// Meaning of the numbers on a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BoxFormat {
-    /// Columns of a box, `xywh`, `xyxy` and `mot` among them.
+    /// Named columns of a box, among them `xywh`, `xyxy` and `mot`.
     Columns(Columns),
-    /// VOT, polygons above all.
+    /// Lines of VOT, mostly polygons.
     Vot,
-    /// Center and size relative to the frame, in lines of 4 to 7 numbers.
+    /// Center and size as fractions of the frame, in lines of 4 to 7 numbers.
     Yolo,
 }
 
-/// How a file is read.
+/// How to read a file of boxes.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Its format.
+    /// Format; `None`: from the header or the numbers.
     pub format: Option<BoxFormat>,
-    /// Its format if nothing else, no header either, says one; without this it is found out.
+    /// Format to use if neither `format` nor a header gives one; `None`: it is found from the numbers.
     pub usual: Option<BoxFormat>,
-    /// Number of the left top pixel; without one, the format's own.
+    /// Number of the top left pixel; `None`: that of the format.
     pub base: Option<Base>,
-    /// Whether lines that are empty, have NaN, no area, or a box outside of the frame mean that the target is absent.
+    /// If true, a line that is empty, has NaN or no area, or has a box outside of the frame means that the
+    /// target is absent.
     pub absent: bool,
-    /// Number of frames, where known.
+    /// Number of frames, if it is known.
     pub frames: Option<usize>,
-    /// Width and height of the frames, where known.
+    /// Width and height of the frames, if they are known.
     pub size: Option<(usize, usize)>,
 }
 
-/// The boxes of a file.
+/// Boxes that were read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UserBoxes {
-    /// The format that the file has.
+    /// Format of the file.
     pub format: BoxFormat,
-    /// Number of the left top pixel, of formats in pixels.
+    /// Number of the top left pixel; `None` if the format is not in pixels.
     pub base: Option<Base>,
-    /// Number of the first frame, in a file that numbers them.
+    /// Number of the first frame; `None` if the file does not number frames.
     pub first: Option<usize>,
-    /// Number of its frames: of its lines, or the largest that is named.
+    /// Number of frames: of lines, or the largest that the file names.
     pub frames: usize,
-    /// Its targets, by number; a single one without a number in formats of one target.
+    /// Targets by number. A format of one target has a single one, without a number.
     pub targets: Vec<UserTarget>,
 }
 
-/// The boxes of a target.
+/// Boxes of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UserTarget {
-    /// Its number in a file of several.
+    /// Number of the target; `None` in a format of one target.
     pub id: Option<i64>,
-    /// A region in 0-based pixels for each frame; `None` where the target is absent.
+    /// One region per frame, in 0-based pixels; `None` where the target is absent.
     pub regions: Vec<Option<Region>>,
 }
 
-/// Why a file of boxes cannot be read.
+/// Reason why a file of boxes cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum UserBoxesError {
-    /// It has a fault.
+    /// The file has an error.
     #[error(transparent)]
     Data(#[from] DatasetError),
-    /// It may be several things.
+    /// The file fits several formats.
     #[error("{}: the numbers may be {}", path.display(), listed(candidates))]
     Doubt {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Formats that fit, the likeliest first.
+        /// Formats that fit, the most likely first.
         candidates: Vec<Candidate>,
     },
 }
@@ -98,13 +99,13 @@ pub enum UserBoxesError {
 /// A format that a file may have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// The format.
+    /// Format that fits the file.
     pub format: BoxFormat,
-    /// The first box in this format, if it is one.
+    /// The first box in this format; `None` if the first line has none.
     pub first: Option<Rect>,
 }
 
-/// The formats in words, with the box that each finds first.
+/// The formats in words, each with its first box.
 fn listed(candidates: &[Candidate]) -> String {
     let words = |candidate: &Candidate| {
         let first = candidate.first.map_or_else(String::new, |Rect { x, y, w, h }| {
@@ -116,7 +117,7 @@ fn listed(candidates: &[Candidate]) -> String {
     candidates.iter().map(words).collect::<Vec<_>>().join(" or ")
 }
 
-/// Words for the formats that have a name of their own.
+/// Formats that have a name.
 const NAMED: [&str; 5] = ["xywh", "xyxy", "mot", "vot", "yolo"];
 
 impl BoxFormat {
@@ -125,25 +126,25 @@ impl BoxFormat {
         Self::in_pixels(&[Role::Left, Role::Top, Role::Width, Role::Height], 0)
     }
 
-    /// Left, top, right, bottom in pixels.
+    /// Left, top, right and bottom edge in pixels.
     pub fn xyxy() -> Self {
         Self::in_pixels(&[Role::Left, Role::Top, Role::Right, Role::Bottom], 0)
     }
 
-    /// MOTChallenge.
+    /// Format of MOTChallenge.
     pub fn mot() -> Self {
         Self::in_pixels(&[Role::Frame, Role::Target, Role::Left, Role::Top, Role::Width, Role::Height], 4)
     }
 
-    /// Columns of boxes in pixels, and `spare` more that may be there and are not read.
+    /// Columns of boxes in pixels, and up to `spare` further columns, which are not read.
     fn in_pixels(roles: &[Role], spare: usize) -> Self {
         Self::Columns(Columns::new(roles.to_vec(), Some(false)).and_spare(spare))
     }
 
-    /// The format of a name such as `xywh`, or of words for columns, joined by commas.
+    /// The format with a name such as `xywh`, or with words for columns between commas.
     ///
     /// # Errors
-    /// Words that name no column, or no whole box.
+    /// When a word is not a column, or the columns do not make a box.
     pub fn read(text: &str) -> Result<Self, ColumnsError> {
         match text {
             "xywh" => Ok(Self::xywh()),
@@ -155,13 +156,13 @@ impl BoxFormat {
         }
     }
 
-    /// The text that [`BoxFormat::read`] takes for it.
+    /// Text from which [`BoxFormat::read`] gets this format.
     pub fn option(&self) -> String {
         let named = NAMED.into_iter().find(|name| Self::read(name).is_ok_and(|format| format == *self));
         named.map_or_else(|| self.words(), str::to_string)
     }
 
-    /// The content of a line in words.
+    /// Words for the content of a line, for messages.
     pub fn words(&self) -> String {
         match self {
             Self::Columns(columns) => columns.words(),
@@ -170,7 +171,7 @@ impl BoxFormat {
         }
     }
 
-    /// Words for columns that are not read.
+    /// Words for the columns that are not read.
     pub fn unread(&self) -> Vec<&'static str> {
         match self {
             Self::Columns(columns) => columns.unread(),
@@ -178,7 +179,7 @@ impl BoxFormat {
         }
     }
 
-    /// Number of the left top pixel where nobody says otherwise; `None` for shares of the frame's sides.
+    /// Usual number of the top left pixel; `None` if the format is in fractions of the frame.
     fn base(&self) -> Option<Base> {
         match self {
             Self::Columns(columns) => (columns.shares != Some(true)).then_some(Base::One),
@@ -192,11 +193,11 @@ impl BoxFormat {
     }
 }
 
-/// Reads the boxes of a file; `path` names it in messages.
+/// Reads the boxes of a file; `path` is for messages.
 ///
 /// # Errors
-/// File and line of whatever is no box in its format or lies outside of the frame, a format that is in doubt, and boxes
-/// that are shares of frames of unknown size.
+/// File and line of a box that is wrong or lies outside of the frame, a format that is in doubt, and boxes in
+/// fractions of frames whose size is unknown.
 pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, UserBoxesError> {
     // The number of its version, 1 in two bytes, begins a trajectory of the VOT toolkit.
     if bytes.starts_with(b"\x01\0") {
@@ -271,19 +272,19 @@ impl Reader<'_> {
         Ok(UserBoxes { format: self.format, base, first, frames, targets })
     }
 
-    /// The first box, in the file's pixels.
+    /// The first box, in the pixels of the file.
     fn first(&self, rows: &[Row]) -> Option<Rect> {
         let region = |(line, row): &Row| self.region(*line, row).ok().flatten();
         let region = rows.iter().find_map(region)?;
         Some(self.base().unwrap_or(Base::Zero).from_zero(&region).bounds())
     }
 
-    /// Number of the left top pixel; `None` for shares.
+    /// Number of the top left pixel; `None` for fractions of the frame.
     fn base(&self) -> Option<Base> {
         self.format.base().map(|own| self.options.base.unwrap_or(own))
     }
 
-    /// The region of a line; `None` for an absent target.
+    /// The region of a line; `None` if the target is absent.
     fn region(&self, line: usize, row: &[f64]) -> Result<Option<Region>, DatasetError> {
         let numbers = match (&self.format, row) {
             (_, []) => return self.without_box(line, NoBox::EmptyLine),
@@ -311,7 +312,7 @@ impl Reader<'_> {
         self.region_of(line, &numbers)
     }
 
-    /// Left, top, width and height in pixels, of such shares of the frame's sides.
+    /// Left, top, width and height in pixels, from fractions of the frame.
     fn in_pixels(&self, line: usize, shares: [f64; 4]) -> Result<Vec<f64>, DatasetError> {
         let Some((width, height)) = self.options.size else {
             let message =
@@ -328,7 +329,7 @@ impl Reader<'_> {
         Ok(shares.iter().zip(sides).map(|(share, side)| share * side as f64).collect())
     }
 
-    /// The region of numbers in the file's pixels.
+    /// The region of numbers in the pixels of the file.
     fn region_of(&self, line: usize, numbers: &[f64]) -> Result<Option<Region>, DatasetError> {
         let base = self.base().unwrap_or(Base::Zero);
         let region = match region(numbers, base) {
@@ -354,7 +355,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A frame without a box.
+    /// Result for a line without a box: `None` if such lines mean absence, else an error.
     fn without_box(&self, line: usize, reason: NoBox) -> Result<Option<Region>, DatasetError> {
         match reason.may_be_absence() {
             true if self.options.absent => Ok(None),
@@ -366,7 +367,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Number of frames, number of the first one and the targets of a file that numbers its frames in column `frame`.
+    /// Number of frames, number of the first frame, and targets of a file with frame numbers in column
+    /// `frame`.
     fn targets(
         &self,
         rows: &[Row],
@@ -401,10 +403,10 @@ impl Reader<'_> {
     }
 }
 
-/// Largest number of targets times frames of a file that names both.
+/// Largest product of targets and frames.
 const MAX_BOXES: usize = 5_000_000;
 
-/// Whether no part of a region lies in a frame of this width and height.
+/// True if no part of the region is inside a frame of this width and height.
 fn is_outside(region: &Region, (width, height): (usize, usize)) -> bool {
     let frame = Region::Rect(Rect::new(0.0, 0.0, width as f64, height as f64));
     region.intersection(&frame) <= 0.0

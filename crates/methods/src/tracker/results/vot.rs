@@ -1,10 +1,10 @@
 //! Result files of the VOT reset protocol (VOT2014 and its toolkit): one line per frame.
 //!
 //! A line with one number is a mark: `1`, initialized with the ground truth; `2`, failure in this frame; `0`,
-//! skipped or unknown. Other lines are regions: 4 values `x,y,w,h` or the corners of a polygon, in the
-//! ground truth's coordinates, which count from 0 unless the caller gives another [`Base`]. The failed box is not in
-//! the file, so frames marked `2` and `0` repeat the last region, with the status [`Status::Failed`] or
-//! [`Status::Skipped`].
+//! skipped or unknown. Other lines are regions: 4 values `x,y,w,h` or the corners of a polygon, in the ground
+//! truth's coordinates, which count from 0 unless the caller gives another [`Base`]. The box of the failure
+//! is not in the file, so frames marked `2` or `0` repeat the last region, with the status [`Status::Failed`]
+//! or [`Status::Skipped`].
 
 use super::rows::{Row, drop_empty_end};
 use super::{Base, region};
@@ -15,13 +15,14 @@ use trackfail_dataset::DatasetError;
 
 const NO_START: &str = "the run does not begin with an initialization (a line `1`)";
 
-/// Reads one run; `path` names its file in messages, `base` is the file's index of the left top pixel. `truth` is the
-/// sequence's, one 0-based entry a frame. `without_box` is the status of a frame whose line is empty, has NaN or no area, and
-/// whose region repeats the last one; without it they are errors.
+/// Reads one run. `path` is for messages, `base` is the number of the top left pixel in the file. `truth` is
+/// the ground truth of the sequence, one 0-based entry per frame. `without_box` is the status of a frame
+/// whose line is empty, has NaN or no area; its region repeats the last one. If it is `None`, such lines are
+/// errors.
 ///
 /// # Errors
-/// Another number of lines than frames, other marks, numbers that are not a region, a mark before the first
-/// initialization, and an initialization in a frame without ground truth.
+/// When the number of lines is not the number of frames, for other marks, numbers that are not a region, a
+/// mark before the first initialization, and an initialization in a frame without ground truth.
 pub fn parse(
     path: &Path,
     mut rows: Vec<Row>,

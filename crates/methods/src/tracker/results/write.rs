@@ -1,5 +1,5 @@
-//! Writers of result files in the formats of evaluation programs, for other programs and
-//! [`super::super::replay`]. A number that is written and read again has the same bits.
+//! Writers of result files in the formats of evaluation programs. Other programs and [`super::super::replay`]
+//! read these files. A number is the same bit for bit after it is written and read.
 
 use super::Base;
 use crate::tracker::Status;
@@ -8,11 +8,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
 
-/// Line of a frame in which the tracker says that the target is absent; the VOT toolkit and OTB's evaluation read it as
-/// a frame without a region, `replay` as absence if its `without_area` says so.
+/// Line of a frame in which the tracker says that the target is absent. The VOT toolkit and OTB's evaluation
+/// read it as a frame without a region, `replay` as absence if its `without_area` says so.
 const ABSENT: &str = "nan,nan,nan,nan";
 
-/// A run of the VOT reset protocol: marks 1 (start), 2 (failure), 0 (skipped), and regions, 0-based.
+/// A run of the VOT reset protocol: marks 1 (start), 2 (failure) and 0 (skipped), and 0-based regions.
 pub fn vot(regions: &[Region], status: &[Status]) -> String {
     let mut text = String::new();
     for (region, status) in regions.iter().zip(status) {
@@ -27,13 +27,13 @@ pub fn vot(regions: &[Region], status: &[Status]) -> String {
     text
 }
 
-/// A pass over a sequence in the format of OTB: one box per line, 1-based. The format has no word for a polygon: its
-/// upright bounding box is written, and no line has other than four numbers.
+/// A pass over a sequence in the format of OTB: one 1-based box per line, always four numbers. A polygon is
+/// written as its upright bounding box.
 pub fn otb(regions: &[Region], status: &[Status]) -> String {
     boxes(regions, status, Base::One)
 }
 
-/// The rectangles of regions, one `x,y,w,h` per line.
+/// Upright rectangles of regions, one `x,y,w,h` per line.
 pub fn boxes(regions: &[Region], status: &[Status], base: Base) -> String {
     let line = |(region, status): (&Region, &Status)| match status {
         Status::Absent => format!("{ABSENT}\n"),
@@ -42,12 +42,13 @@ pub fn boxes(regions: &[Region], status: &[Status], base: Base) -> String {
     regions.iter().zip(status).map(line).collect()
 }
 
-/// The confidence of each frame, as the VOT toolkit writes a property: a line a frame, empty where there is none.
+/// The confidence of each frame, as the VOT toolkit writes a property: one line per frame, empty where there
+/// is none.
 pub fn confidence(values: &[Option<f64>]) -> String {
     values.iter().map(|value| value.map(|v| v.to_string()).unwrap_or_default() + "\n").collect()
 }
 
-/// File of the confidence that belongs to a file of boxes.
+/// Path of the file with the confidence that belongs to a file of boxes.
 pub fn confidence_path(boxes: &Path) -> PathBuf {
     let stem = boxes.file_stem().unwrap_or_default().to_string_lossy();
     boxes.with_file_name(format!("{stem}_confidence.value"))
@@ -83,7 +84,8 @@ mod tests {
 
     type Frame = ((f64, f64, f64, f64), bool, Option<f64>);
 
-    /// Frames with a box, whether the target is there, and a confidence; the first one has the target.
+    /// Random frames: box, whether the target is there, and confidence; the target is there in the first
+    /// frame.
     fn track() -> impl Strategy<Value = Vec<Frame>> {
         let number = -99.0..99.0_f64;
         let size = 0.5..99.0_f64;

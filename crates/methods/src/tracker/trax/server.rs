@@ -1,8 +1,8 @@
 //! The server's side of TraX: serves a built-in tracker to any TraX client, in versions 1 to 3, with one target,
 //! images by path, rectangles and polygons.
 //!
-//! Every `initialize` starts the tracker anew. A state has the property `confidence` where the tracker's
-//! posterior has a likelihood. An error ends the session with `quit`, which has the error as `trax.reason`.
+//! Every `initialize` starts the tracker anew. A state has the property `confidence` if the tracker's
+//! posterior has a likelihood. An error ends the session: `quit` is sent with the error as `trax.reason`.
 
 use super::{Answer, Hello, Message, Properties, Reader, TraxError, numbers, write};
 use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
@@ -12,10 +12,10 @@ use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::{shorten_to, visible};
 use trackfail_dataset::{DatasetError, Frames, Numbering, Sequence};
 
-/// The version that the server announces.
+/// Version that the server announces.
 const VERSION: u32 = 3;
 
-/// Why a session ended early.
+/// Reason why a session ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// The client violates the protocol.
@@ -24,40 +24,40 @@ pub enum SessionError {
     /// An image cannot be read.
     #[error(transparent)]
     Image(#[from] DatasetError),
-    /// The target lies outside of the image in which it is given.
+    /// The target is outside of the image in which it is given.
     #[error("the region {region} lies outside of the image of {width}x{height} pixels {}", image.display())]
     Outside {
-        /// The region, as the client gives it.
+        /// The region as text, as the client gives it.
         region: String,
-        /// The image.
+        /// Path of the image.
         image: PathBuf,
-        /// Its width in pixels.
+        /// Width of the image in pixels.
         width: usize,
-        /// Its height in pixels.
+        /// Height of the image in pixels.
         height: usize,
     },
-    /// The tracker broke.
+    /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
 }
 
 /// A tracker to serve.
 pub struct Server<'a> {
-    /// Its kind.
+    /// Kind of the tracker.
     pub name: &'a str,
-    /// Its description, on one line.
+    /// Description of the tracker, on one line.
     pub description: &'a str,
-    /// Its parameters.
+    /// Configuration of the tracker.
     pub config: &'a dyn TrackerConfig,
-    /// Seed of every start.
+    /// Seed that every start uses.
     pub seed: u64,
 }
 
 impl Server<'_> {
-    /// Talks until the client quits or hangs up.
+    /// Answers messages until the client quits or closes the stream.
     ///
     /// # Errors
-    /// See [`SessionError`]; the client has got the error as the reason of a `quit`.
+    /// See [`SessionError`]. The client has got the error as the reason of `quit`.
     pub fn serve(&self, input: impl BufRead, mut output: impl Write) -> Result<(), SessionError> {
         let outcome = self.talk(Reader::new(input), &mut output);
         if let Err(e) = &outcome {
@@ -123,10 +123,10 @@ impl Server<'_> {
     }
 }
 
-/// A tracker from its start on.
+/// A tracker since its start.
 struct Session {
     tracker: Box<dyn Tracker>,
-    /// Width and height of its first image.
+    /// Width and height of the first image.
     size: (usize, usize),
 }
 
@@ -159,7 +159,7 @@ fn as_message(state: TrackerState) -> Message {
     }
 }
 
-/// A sequence of a single image.
+/// A sequence of one image.
 fn sequence(image: &Path, region: Option<Region>) -> Sequence {
     Sequence {
         name: "trax".into(),

@@ -8,13 +8,14 @@
 //!                          or there are too few sequences for an interval, or too many samples without a value
 //! ```
 //!
-//! Both numbers are computed again from the same samples, so that what all methods find hard cancels out of d (a paired
-//! interval). Numbers of which the bounds alone are known are added and subtracted as if they were independent (MOVER:
-//! Zou, Donner, Statistics in Medicine 27(10), 2008), which is too wide for methods on the same sequences; numbers
-//! without either are taken as they are. A sample without a value, such as a ratio whose lower part is 0 there, might lie
-//! anywhere: where there are more of them than lie beyond a bound, 2.5 %, a comparison of order has no interval. Outcomes
-//! are joined by Kleene's logic: `&&` takes the worse one, `||` the better one, `!` turns it. The level is that of each
-//! comparison by itself; nothing corrects for their number.
+//! Both numbers are computed from the same samples, so that the difficulty of sequences cancels out of d (a
+//! paired interval). If only bounds of the numbers are known, they are combined as if the numbers were
+//! independent (MOVER: Zou, Donner, Statistics in Medicine 27(10), 2008); this interval is too wide for
+//! methods on the same sequences. Numbers without samples and bounds are taken as exact. A sample without a
+//! value (such as a ratio with denominator 0) might lie anywhere. If more than 2.5 % of the samples have
+//! none, as many as lie beyond a bound, a comparison of order has no interval. Outcomes are combined by
+//! Kleene's logic: `&&` takes the worse one, `||` the better one, `!` inverts it. The level is that of a
+//! single comparison; there is no correction for their number.
 //!
 //! A missing number makes the claim untestable, never false.
 
@@ -23,62 +24,63 @@ use crate::sampling::LEVEL;
 use trackfail_core::num::pooled::percentiles;
 use trackfail_engine::spec::claim::{Claim, Expr, Op, Reference};
 
-/// Differences this close to 0 are rounding.
+/// Differences up to this size count as rounding errors.
 const EQUAL: f64 = 1e-12;
 
-/// A number of a claim.
+/// A number of a claim, with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// The number.
+    /// Value of the number.
     pub value: f64,
-    /// How far other sequences might move it.
+    /// Uncertainty that comes from the choice of sequences.
     pub spread: Spread,
 }
 
-/// How far other sequences of the same kind might move a number.
+/// Uncertainty of a number that comes from the choice of sequences.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spread {
-    /// Not at all, or nobody knows: it is taken as it is.
+    /// No uncertainty, or an unknown one: the number is taken as exact.
     Exact,
-    /// Its value for each sample of the sequences, NaN where it has none; the same samples for all numbers of a claim.
+    /// Value in each sample of the sequences, NaN if it has none. All numbers of a claim have the same
+    /// samples.
     Draws(Vec<f64>),
-    /// The bounds of its 95 % interval.
+    /// Lower and upper bound of the 95 % interval.
     Bounds(f64, f64),
-    /// There are too few sequences to tell.
+    /// Too few sequences to estimate the uncertainty.
     TooFew,
 }
 
-/// A comparison of a claim.
+/// A comparison of a claim, with its numbers and outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compared {
-    /// Its left side, with the sign: `recall[DTEF] >`.
+    /// Left side with the operator: `recall[DTEF] >`.
     pub left: String,
-    /// Its right side.
+    /// Right side.
     pub right: String,
-    /// The numbers of both sides.
+    /// Values of the left and the right side.
     pub values: [f64; 2],
-    /// The bounds of left minus right.
+    /// Bounds of left minus right; `None` without an interval.
     pub bounds: Option<(f64, f64)>,
-    /// The outcome.
+    /// Outcome of the comparison.
     pub outcome: ClaimOutcome,
 }
 
 /// Outcome of a claim for one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
-    /// The outcome.
+    /// Outcome with the uncertainty of the numbers.
     pub outcome: ClaimOutcome,
-    /// Whether the numbers as they are meet it.
+    /// True if the plain numbers meet the claim.
     pub is_met: bool,
-    /// Its comparisons, in the order of the claim.
+    /// Comparisons in the order of the claim.
     pub compared: Vec<Compared>,
 }
 
-/// Tests a claim for one tracker, as far as the sequences can tell with intervals of a level such as [`LEVEL`]; `measured`
-/// gives the number of a reference, if there is one.
+/// Tests a claim for one tracker with intervals of a level such as [`LEVEL`]. `measured` returns the number
+/// of a reference; `None` if there is none.
 ///
 /// # Errors
-/// Why it cannot be tested.
+/// The reason why the claim cannot be tested.
 pub fn judge(
     claim: &Claim,
     tracker: &str,
@@ -96,13 +98,13 @@ pub fn judge(
     Ok(Judgement { outcome, is_met, compared })
 }
 
-/// The numbers of a claim, and the level of their intervals.
+/// Source of the numbers of a claim, and the level of their intervals.
 struct Numbers<'a> {
     level: f64,
     of: &'a dyn Fn(&Reference) -> Result<Measured, String>,
 }
 
-/// The outcome of a part of a claim, and whether the numbers as they are meet it.
+/// Outcome of a part of a claim, and true if the plain numbers meet it.
 fn truth(
     e: &Expr,
     numbers: &Numbers<'_>,
@@ -173,7 +175,7 @@ fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Comp
     Ok(Compared { left: left_side, right: right_side, values: [left.value, right.value], bounds, outcome })
 }
 
-/// Whether a side of a comparison has a number that was measured.
+/// True if a side of a comparison contains a measured number.
 fn measures(e: &Expr) -> bool {
     !e.references().is_empty()
 }
@@ -219,7 +221,7 @@ fn combine(op: Op, (a, b): (&Measured, &Measured), level: f64) -> Result<Measure
     Ok(Measured { value: of(a.value, b.value), spread })
 }
 
-/// The bounds of two numbers of which no more than the bounds are known.
+/// Interval of the sum, difference, product or quotient of two numbers whose bounds alone are known.
 fn together(
     op: Op,
     (a, x): (f64, (f64, f64)),
@@ -238,9 +240,9 @@ fn together(
     }
 }
 
-/// The bounds of a number. Samples without a value are left out; too many of them leave none where the `order` of two
-/// numbers is asked for, while equality, such as that of an anchor with 1, is a matter of the samples that have a value.
-/// Bounds that are known alone stay as they are, whatever the level.
+/// Bounds of a number. Samples without a value are left out. If there are too many of them, a comparison of
+/// `order` gets no bounds; equality, such as that of an anchor with 1, concerns only samples with a value.
+/// Known bounds are returned whatever the level.
 fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
     match &m.spread {
         Spread::Exact => Some((m.value, m.value)),
@@ -277,7 +279,7 @@ mod tests {
         parse("a.toml", &text).unwrap_or_else(|e| panic!("{e}")).claims.remove(0)
     }
 
-    /// The subject of a number: a method or a finding.
+    /// Subject of a number: the name of the method or finding.
     fn subject(r: &Reference) -> String {
         match &r.quantity {
             Quantity::Metric(metric, method) if metric.name() == "recall" => method.clone(),
@@ -286,7 +288,7 @@ mod tests {
         }
     }
 
-    /// Whether numbers that are taken as they are meet a claim.
+    /// True if numbers without uncertainty meet a claim.
     fn met(holds: &str) -> Result<bool, String> {
         let value = |r: &Reference| match (subject(r).as_str(), r.tracker.as_deref()) {
             ("DTEF", Some("ncc")) => Some(0.7),
@@ -317,7 +319,7 @@ mod tests {
         assert_eq!(met("1 / (recall[RAW] - 0.4) > 0"), Err("a division by 0".to_string()));
     }
 
-    /// The outcome for draws of recall[DTEF] and recall[RAW] that are paired.
+    /// Outcome for paired samples of `recall[DTEF]` and `recall[RAW]`.
     fn tested(text: &str, dtef: &[f64], raw: &[f64]) -> Result<ClaimOutcome, String> {
         let mean = |draws: &[f64]| draws.iter().sum::<f64>() / draws.len() as f64;
         let measured = |r: &Reference| match &r.quantity {

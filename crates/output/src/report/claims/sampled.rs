@@ -1,4 +1,4 @@
-//! The numbers of claims, with how far other sequences might move them.
+//! Numbers of claims, with the uncertainty that comes from the choice of sequences.
 
 use super::judge::{Measured, Spread};
 use crate::results::{Measure, Results};
@@ -15,10 +15,11 @@ use trackfail_engine::spec::table::FindingName;
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::{Metric, TrackerMetric};
 
-/// A number of a sum over sequences, where it has one.
+/// Computes a number from counts summed over sequences; `None` if it has no value.
 type Statistic = fn(&[i64; 4]) -> Option<f64>;
 
-/// The statistic of a column by sequence that gives a number: the mean or the total.
+/// Statistic by which a column of values by sequence gives the number: the mean or the total; `None` if
+/// neither does.
 fn statistic_of(sum: &[i64; 4], value: f64) -> Option<Statistic> {
     // Values of a column are rounded to billionths.
     let gives = |statistic: &Statistic| {
@@ -27,27 +28,27 @@ fn statistic_of(sum: &[i64; 4], value: f64) -> Option<Statistic> {
     [mean_of_sum as Statistic, total_of_sum].into_iter().find(gives)
 }
 
-/// A metric by name, and of what tracker, method and grid point.
+/// Name of a metric, with tracker, method and grid point.
 type Drawn<'a> = (&'static str, [&'a str; 3]);
 
-/// Numbers of an experiment, computed from the same samples of its sequences.
+/// Numbers of an experiment, all computed from the same samples of its sequences.
 pub struct Samples<'a> {
     results: &'a Results,
     units: &'a Units,
     sequences: BTreeSet<&'a String>,
-    /// Numbers in the samples, kept since claims speak of the same ones again and again.
+    /// Samples computed so far. Claims use the same numbers again and again.
     known: RefCell<BTreeMap<Drawn<'a>, Spread>>,
 }
 
 impl<'a> Samples<'a> {
-    /// Those of results with their counts.
+    /// Numbers of `results`; `units` has their counts by sequence.
     pub fn new(results: &'a Results, units: &'a Units) -> Self {
         Self { results, units, sequences: units.sequences(), known: RefCell::default() }
     }
 
-    /// The number of a reference that names its tracker, with its spread: samples for what is made of counts, and for numbers
-    /// of analyses that are the mean or the total of their column by sequence; bounds for measures of frames; all others are
-    /// taken as they are.
+    /// Number of a reference that names its tracker, with its uncertainty. Numbers of counts have samples, as
+    /// have analysis numbers that are the mean or total of a column by sequence. Measures of frames have
+    /// bounds. All others are taken as exact.
     pub fn measured(&self, r: &Reference) -> Option<Measured> {
         let tracker = r.tracker.as_deref()?;
         match &r.quantity {
@@ -82,8 +83,8 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// The spread of a number of an analysis that is the mean or the total of its column in the table of sequences; `None`
-    /// where it is neither.
+    /// Samples of an analysis number that is the mean or the total of its column by sequence; `None` for
+    /// other numbers.
     fn of_column(&self, made: &FindingName, tracker: &str, value: f64) -> Option<Spread> {
         let column = |a: &'a Analysed| {
             let table = by_sequence(a).filter(|_| a.analysis == made.analysis)?;
@@ -100,7 +101,7 @@ impl<'a> Samples<'a> {
         Some(self.draws(Some(counts), sequences, statistic))
     }
 
-    /// Samples of a statistic over some sequences.
+    /// Values of a statistic in samples of some sequences.
     fn draws<'s>(
         &self,
         counts: Option<&BySequence>,

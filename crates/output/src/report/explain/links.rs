@@ -1,4 +1,4 @@
-//! The links of a page's numbers: the formula of each, and the command that takes it apart.
+//! Links of a page's numbers: the formula of each, and the command that explains it.
 
 use super::formula;
 use crate::report::sequences::Tallies;
@@ -6,7 +6,8 @@ use crate::results::Results;
 use crate::table::layout::{Cell, Link, Origin, TableLayout};
 use std::collections::BTreeMap;
 
-/// Explains every cell that shows a pooled number; `trackers` and `shown` are what the page shows sequence by sequence.
+/// Adds a link to each cell that shows a pooled number. `trackers` and `shown` are those of the page's table
+/// of sequences.
 pub fn link(results: &Results, layouts: &mut [TableLayout], trackers: &[String], shown: &Tallies) {
     let experiment = &results.experiment;
     let place = |of: &[String], name: &str| of.iter().position(|known| known == name);
@@ -36,7 +37,7 @@ pub fn link(results: &Results, layouts: &mut [TableLayout], trackers: &[String],
     }
 }
 
-/// The command line that explains a cell; `alike` are all cells of the table in the same row and column.
+/// Command line that explains a cell. `alike` are all cells of the table in the same row and column.
 fn command(table: &str, of: &Origin, alike: &[&Origin]) -> String {
     let mut words = vec!["trackfail".to_string(), "explain".to_string()];
     words.extend([table, &of.row, &of.column].map(quoted));
@@ -49,7 +50,7 @@ fn command(table: &str, of: &Origin, alike: &[&Origin]) -> String {
     words.join(" ")
 }
 
-/// A word quoted for a shell where it needs to be.
+/// Quotes a word for a shell, if needed.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_./@%+=:,-".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

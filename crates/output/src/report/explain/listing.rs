@@ -1,4 +1,4 @@
-//! The parts of a number as rows of text: sequences, events and detections, stretches, frames.
+//! Contributions to a number as rows of text: sequences, events and detections, stretches, frames.
 
 use super::{Explained, Part};
 use crate::report::sequences::counted_by;
@@ -10,29 +10,29 @@ use trackfail_engine::spec::table::Table;
 use trackfail_methods::score::Counts;
 use trackfail_methods::score::counts::Place;
 
-/// How many digits numbers have.
+/// Number of digits shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Digits {
     /// Four decimals, for people.
     Four,
-    /// All, for programs.
+    /// All digits, for programs.
     All,
 }
 
-/// Columns at the head of every listing, which name the number: tracker, method, params and metric.
+/// Number of leading columns in all listings, which name the number: tracker, method, params and metric.
 pub const NAMED: usize = 4;
 
 /// Headings and rows.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Listing {
-    /// Headings of the columns, [`NAMED`] of which name the number.
+    /// Headings of the columns; the first [`NAMED`] name the number.
     pub headings: Vec<&'static str>,
     /// Rows, a text for each heading.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Listing {
-    /// A listing of rows with these columns, separated by commas, behind those that name the number.
+    /// Listing of rows with these columns (separated by commas) after the columns that name the number.
     fn new(of: &Origin, columns: &'static str, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         let names = [of.tracker.as_str(), &of.method, &of.params, of.metric.name()];
         let named = |row: Vec<String>| names.map(String::from).into_iter().chain(row).collect();
@@ -41,7 +41,7 @@ impl Listing {
     }
 }
 
-/// A number as text; empty where there is none.
+/// A number as text; empty for `None`.
 fn number(digits: Digits, value: Option<f64>) -> String {
     match (value.filter(|v| v.is_finite()), digits) {
         (None, _) => String::new(),
@@ -73,7 +73,7 @@ pub fn about(results: &Results, table: &Table, explained: &Explained) -> String 
     lines.join("\n  ") + "\n"
 }
 
-/// Describes a number on one sequence, in lines.
+/// Describes a number on one sequence, in several lines.
 pub fn about_sequence(results: &Results, explained: &Explained, sequence: &str) -> String {
     let of = &explained.of;
     let mut lines =
@@ -87,7 +87,7 @@ pub fn about_sequence(results: &Results, explained: &Explained, sequence: &str) 
     lines.join("\n  ") + "\n"
 }
 
-/// The sequences of a number, those that move it most first.
+/// Contributions of the sequences, the largest first.
 pub fn sequences(explained: &Explained, digits: Digits) -> Listing {
     let row = |p: &Part| {
         let Counts { tp, fp, fn_, tn } = p.counts;
@@ -104,24 +104,24 @@ pub fn sequences(explained: &Explained, digits: Digits) -> Listing {
     Listing::new(&explained.of, columns, explained.parts.iter().map(row))
 }
 
-/// The number of a frame, as its sequence counts; empty without one.
+/// Number of a frame as the sequence counts it; empty for `None`.
 fn frame_number(trace: &Trace, t: Option<usize>) -> String {
     t.and_then(|t| trace.track.numbers.get(t)).map_or_else(String::new, i64::to_string)
 }
 
-/// The cells that say which track it is.
+/// Cells that name the track: sequence and run.
 fn track(trace: &Trace) -> [String; 2] {
     [trace.track.sequence.clone(), trace.track.run.to_string()]
 }
 
-/// The threshold of a method on a tracker, where it has one.
+/// Threshold of a method on a tracker; `None` if it has none.
 fn threshold(results: &Results, of: &Origin) -> Option<f64> {
     let records = &results.manifest.methods;
     let record = records.iter().find(|m| m.name == of.method && m.params == of.params)?;
     record.thresholds.get(&of.tracker).copied()
 }
 
-/// Events and detections with what became of them, and checks of the track by reverse runs.
+/// Events and detections with their outcomes, and checks of the track by reverse runs.
 pub fn moments(results: &Results, explained: &Explained, traces: &[Trace], digits: Digits) -> Listing {
     let threshold = threshold(results, &explained.of);
     let mut rows = Vec::new();
@@ -157,7 +157,7 @@ pub fn moments(results: &Results, explained: &Explained, traces: &[Trace], digit
     Listing::new(&explained.of, columns, rows)
 }
 
-/// Why an event or a detection has no partner; empty where it has one.
+/// Reason why an event or a detection has no partner; empty if it has one.
 fn note(trace: &Trace, moment: &Moment) -> String {
     let (this, other) = match moment.outcome {
         EventOutcome::Hit => return String::new(),
@@ -177,7 +177,7 @@ fn note(trace: &Trace, moment: &Moment) -> String {
     format!("nearest {other}: {} ({word}, {offset:+}){taken}", frame(near))
 }
 
-/// Stretches of frames that count alike, for protocols that count every frame.
+/// Stretches of frames that count the same, for protocols that count all frames.
 pub fn stretches(explained: &Explained, traces: &[Trace], frame: fn(f64, bool) -> Option<Place>) -> Listing {
     let row = |(trace, (run, (lost, alarm, counts))): (&Trace, (Range<usize>, Alike))| {
         let state = match lost {
@@ -197,7 +197,7 @@ pub fn stretches(explained: &Explained, traces: &[Trace], frame: fn(f64, bool) -
     Listing::new(&explained.of, columns, all.map(row))
 }
 
-/// The frames with these numbers, the first and the last included.
+/// Frames with the numbers `from` to `to`, both included.
 pub fn frames(explained: &Explained, traces: &[Trace], (from, to): (i64, i64), digits: Digits) -> Listing {
     let mut rows = Vec::new();
     for trace in traces {

@@ -1,4 +1,4 @@
-//! Finds the number of a table that is to be explained.
+//! Selection of the number in a table that is to be explained.
 
 use super::Explained;
 use crate::report::finished::{self, FinishedError};
@@ -13,45 +13,45 @@ use trackfail_core::plugin;
 use trackfail_engine::spec::table::Table;
 use trackfail_methods::score::{Counts, Metric};
 
-/// A number that cannot be explained.
+/// Reason why no number could be selected.
 #[derive(Debug, thiserror::Error)]
 pub enum SelectError {
     /// The experiment has no results, or they cannot be read.
     #[error(transparent)]
     Finished(#[from] FinishedError),
-    /// A name of nothing, of several tables, or of what has no parts; with the place where it was looked for.
+    /// An unknown or ambiguous name, or one of a number without parts; with the place where it was looked up.
     #[error("{0}")]
     Name(String),
-    /// The files of the results do not belong together.
+    /// Files of the results contradict each other.
     #[error("{0}; run it again")]
     Counts(String),
 }
 
 impl SelectError {
-    /// A name that is not among the known ones of a place.
+    /// Error for a name that is not among the known ones of a place.
     fn unknown<'k>(place: &str, what: &str, name: &str, known: impl Iterator<Item = &'k String>) -> Self {
         let message = plugin::unknown(what, name, known.map(String::as_str));
         Self::Name(format!("{place}: {message}"))
     }
 }
 
-/// A number of a table, by the words that name it.
+/// A number of a table, named by row, column and more.
 pub struct Selection<'a> {
     /// Row of the table.
     pub row: &'a str,
     /// Column of the table.
     pub column: &'a str,
-    /// Label of the tracker; all where it is left out.
+    /// Label of the tracker; `None` for all.
     pub tracker: Option<&'a str>,
-    /// Method, with or without its grid point; all where it is left out.
+    /// Method, with or without its grid point; `None` for all.
     pub method: Option<&'a str>,
 }
 
-/// Finds a table, named as `EXPERIMENT/TABLE` or by its name alone where one experiment has it: the results, and the
-/// table's place among those of the experiment.
+/// Finds a table by `EXPERIMENT/TABLE`, or by its name alone if only one experiment has it. Returns the
+/// results, and the table's index in the experiment.
 ///
 /// # Errors
-/// When there is none, or there are several.
+/// When there is no such table, or there are several.
 pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), SelectError> {
     let (place, experiments, table) = match name.rsplit_once('/') {
         Some((experiment, table)) => (experiment.to_string(), vec![experiment.to_string()], table),
@@ -78,13 +78,13 @@ pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), Select
     found.pop().ok_or_else(|| SelectError::unknown(&place, "table", table, known.iter()))
 }
 
-/// Reads one of a number's names.
+/// Function that reads one of the names of a number.
 type NameOf = fn(&Origin) -> String;
 
-/// The numbers of the table that are meant; `scores` are those of [`Results::scores`].
+/// Numbers of the table that `wanted` selects; `scores` come from [`Results::scores`].
 ///
 /// # Errors
-/// When there are none, with the nearest known name.
+/// When nothing is selected; the error has the nearest known name.
 pub fn find_cells(
     results: &Results,
     scores: &[CellScore],
@@ -125,10 +125,10 @@ pub fn find_cells(
     Ok(cells)
 }
 
-/// Checks that a number rests on a sequence.
+/// Checks that a sequence contributes to a number.
 ///
 /// # Errors
-/// When its run failed, or the sequence is not known.
+/// When the run on the sequence failed, or the sequence is unknown.
 pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), SelectError> {
     if explained.parts.iter().any(|p| p.sequence == wanted) {
         return Ok(());
@@ -142,10 +142,10 @@ pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), SelectE
     Err(SelectError::unknown(&format!("{method} on {tracker}"), "sequence", wanted, known))
 }
 
-/// Checks that the frames of a sequence give the counts that the table of scores has: one run writes both.
+/// Checks that the frames of a sequence give the same counts as the table of scores. One run writes both.
 ///
 /// # Errors
-/// When they do not.
+/// When they differ.
 pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> Result<(), SelectError> {
     let part = explained.parts.iter().find(|p| p.sequence == sequence);
     let (Some(part), Some(protocol)) = (part, explained.protocol) else { return Ok(()) };

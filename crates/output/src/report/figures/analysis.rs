@@ -1,8 +1,9 @@
-//! `chart`: a chart that an analysis makes, on every tracker.
+//! `chart`: a chart of an analysis, for all trackers.
 //!
-//! Trackers with a curve each share a panel, with a legend that begins with the best of them; where each has a point, names
-//! stand beside the points, and intervals are bars. A chart with several curves has a panel a tracker. Curves whose names
-//! differ in a number alone, such as the length of a window, have ordered colors.
+//! Trackers with one curve each share a panel, and the legend begins with the best. If each has a single
+//! point, the names are beside the points, and intervals are bars. A chart with several curves has one panel
+//! per tracker. Curves whose names differ only in a number, such as the length of a window, have ordered
+//! colors.
 
 use super::lines::{Line, Look, OPERATING, capitalized, compose, distinct};
 use super::metrics::SHORT;
@@ -17,10 +18,10 @@ type Points = Vec<(f64, f64)>;
 
 /// Width of the bar of an interval, in units.
 const BAR: f64 = 0.7;
-/// Most points of curves that have marks.
+/// Most points of a curve that has markers.
 const MAX_MARKED: usize = 16;
 
-/// Draws the chart.
+/// Draws the figure.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let shows = scope.given("shows", scope.params().shows.as_ref())?;
     let analyses = scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis);
@@ -60,21 +61,21 @@ fn is_precision_recall(chart: &Chart) -> bool {
     chart.x == "recall" && chart.y == "precision"
 }
 
-/// The only curve of a tracker.
+/// The single curve of a tracker.
 struct OfTracker {
     name: String,
-    /// The number in the legend; NaN without one.
+    /// Number shown in the legend; NaN without one.
     number: f64,
-    /// Its place among all trackers.
+    /// Index among all trackers.
     place: usize,
     points: Points,
-    /// Corners of the interval of its only point.
+    /// Corners of the interval of a single point.
     interval: Points,
 }
 
 impl OfTracker {
-    /// `None` where the tracker has several curves, or one of another name: a curve without a name, or with a number in
-    /// brackets, is its tracker's.
+    /// Finds the single curve of a tracker: a curve without a name, or with a number in brackets. `None` if
+    /// the tracker has several curves or one with another name.
     fn new(tracker: &str, chart: &Chart, place: usize) -> Option<Self> {
         let (name, points, interval) = match chart.curves.as_slice() {
             [(name, points)] => (name, points, Points::new()),
@@ -112,13 +113,13 @@ fn area(points: &[(f64, f64)]) -> f64 {
     points.windows(2).map(|p| (p[1].0 - p[0].0) * (p[0].1 + p[1].1) / 2.0).sum()
 }
 
-/// The point with the largest F of a curve of precision over recall.
+/// Point with the largest F on a curve of precision over recall.
 fn best(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let f = |p: &(f64, f64)| if p.0 + p.1 > 0.0 { 2.0 * p.0 * p.1 / (p.0 + p.1) } else { 0.0 };
     points.iter().copied().max_by(|a, b| f(a).total_cmp(&f(b)))
 }
 
-/// A point a tracker, with its name beside it.
+/// Draws one point per tracker, with the name beside it.
 fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
     let curves: Vec<(Look, Line)> = trackers.iter().map(|t| t.curve(Style::nth(t.place))).collect();
     let mut figure = compose(note, axes, &curves, None, Vec::new());
@@ -131,7 +132,7 @@ fn points(note: &str, axes: (Axis, Axis), trackers: &[OfTracker]) -> Figure {
     figure
 }
 
-/// The interval of a tracker's point on both axes.
+/// Bars of a tracker's interval on both axes.
 fn bars(of: &OfTracker) -> Vec<Mark> {
     let (&[(left, lower), (right, upper)], &[(x, y)]) = (of.interval.as_slice(), of.points.as_slice()) else {
         return Vec::new();
@@ -140,7 +141,8 @@ fn bars(of: &OfTracker) -> Vec<Mark> {
     [vec![(left, y), (right, y)], vec![(x, lower), (x, upper)]].map(|ends| Mark::line(ends, style)).into()
 }
 
-/// All trackers in one panel, the best one first in the legend. Line styles differ too, so that equal curves show.
+/// Draws all trackers in one panel, with the best first in the legend. Line styles differ, too, so that equal
+/// curves are visible.
 fn together(
     note: &str,
     axes: (Axis, Axis),
@@ -165,7 +167,7 @@ fn together(
     figure
 }
 
-/// Names that differ in one number alone: the numbers, in the order of the names.
+/// Numbers in the names, in their order, if the names differ only in one number; else `None`.
 fn numbers(names: &[&str]) -> Option<Vec<f64>> {
     let split = |name: &str| {
         let from = name.find(|c: char| c.is_ascii_digit())?;
@@ -180,9 +182,8 @@ fn numbers(names: &[&str]) -> Option<Vec<f64>> {
     (parts.len() > 2 && parts.iter().all(is_like) && grows).then(|| parts.iter().map(|p| p.1).collect())
 }
 
-/// The points of a curve, with a gap where the values of empty bins are left out: on a logarithmic axis these have no
-/// place, and a line over them would say that there is something. Points that are not the middles of equal bins are as
-/// they are.
+/// Points of a curve, with gaps where a logarithmic axis lacks values of empty bins: a line across would
+/// pretend that there are values. Points that are not centers of equal bins are unchanged.
 fn broken(points: &[(f64, f64)]) -> Points {
     let steps = || points.windows(2).map(|p| p[1].0 - p[0].0);
     let bin = steps().fold(f64::INFINITY, f64::min);
@@ -200,7 +201,7 @@ fn broken(points: &[(f64, f64)]) -> Points {
     out
 }
 
-/// Several curves by name: a panel a tracker.
+/// Curves of trackers with several named ones: one panel per tracker.
 fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<(Look, Line)> {
     let all =
         || found.iter().flat_map(|(of, chart)| chart.curves.iter().map(move |curve| (of, chart, curve)));

@@ -1,5 +1,6 @@
-//! Curves in panels: color is the method, line style or panel the tracker, and a map of ordered colors the values of a
-//! parameter. Where a panel would hold too many curves, each has a panel of its own, before the others in gray.
+//! Curves in panels. Colors are methods, line styles or panels are trackers, and ordered colors are values of
+//! a parameter. If a panel would hold too many curves, each gets a panel of its own, with the others in gray
+//! behind it.
 
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Mark, Marker, Panel, Style, Symbol};
 use crate::report::colors;
@@ -9,49 +10,49 @@ use trackfail_engine::spec::Experiment;
 /// A curve of a method on a tracker.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Line {
-    /// Method.
+    /// Name of the method.
     pub method: String,
     /// Label of the tracker.
     pub tracker: String,
-    /// Axes of the grid, other than that along the curve, with their values.
+    /// Axes of the grid with their values, without the axis along the curve.
     pub others: Vec<(String, f64)>,
     /// Points in drawing order.
     pub points: Vec<(f64, f64)>,
-    /// Bounds of each point's value; empty without any.
+    /// Bounds of each point; empty without any.
     pub band: Vec<(f64, f64)>,
-    /// Whether marks stand at its points.
+    /// True if the points have markers.
     pub marked: bool,
-    /// The point at which the method is operated.
+    /// Operating point of the method.
     pub operating: Option<(f64, f64)>,
-    /// The points that a paper prints.
+    /// Points that a paper prints.
     pub published: Vec<(f64, f64)>,
-    /// A number that sums the curve up, such as `AP .41`; may be empty.
+    /// Number that summarizes the curve, such as `AP .41`; may be empty.
     pub summary: String,
 }
 
-/// How a curve is drawn, and where.
+/// Look of a curve: panel, legend, line and marker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Look {
-    /// Heading of its panel; `None` where it is in all of them.
+    /// Heading of the panel; `None` for a curve in all panels.
     pub panel: Option<String>,
-    /// Its entry in the legend; equal ones are there once.
+    /// Legend entry. Equal entries are shown once.
     pub entry: Option<Entry>,
-    /// Its line.
+    /// How the line is drawn.
     pub style: Style,
-    /// The mark of its points.
+    /// Marker of the points.
     pub marker: Option<Marker>,
 }
 
-/// Name of the sign at the point at which a method is operated.
+/// Name of the operating point in legends.
 pub const OPERATING: &str = "operating point";
-/// Lines of other panels.
+/// Style of curves of other panels, drawn behind.
 const BEHIND: Style = Style { color: Color::Mapped([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
-/// Most curves of a panel whose bands are drawn; with more than this, each method has a panel of its own.
+/// Most curves of a panel with bands. With more curves, each method has a panel of its own.
 const MAX_CURVES: usize = 4;
-/// Most curves of a panel in which trackers are told apart by the line style.
+/// Most curves of a panel in which line styles distinguish trackers.
 const MAX_DASHED: usize = 8;
 
-/// What there is, each once, in the order in which it comes.
+/// The items without repetitions, in order of first occurrence.
 pub fn distinct<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut known: Vec<T> = Vec::new();
     for value in all {
@@ -62,8 +63,8 @@ pub fn distinct<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
     known
 }
 
-/// Puts curves into panels, in the order in which these come, and makes their legend; `more` is for its end. Where there are
-/// `others`, the curves of other panels stand behind, in gray.
+/// Arranges curves in panels, in order of first occurrence, and makes their legend; `more` is appended to it.
+/// With `others`, the curves of other panels are drawn behind, in gray, under that name.
 pub fn compose(
     note: &str,
     (x, y): (Axis, Axis),
@@ -122,14 +123,15 @@ pub fn compose(
     Figure { note: note.to_string(), rows: vec![panels], legend, ..Figure::default() }
 }
 
-/// What tells the curves of a panel apart, and what the panels.
+/// Rule by which curves are distinguished within a panel and spread over panels.
 #[derive(Debug, Clone, PartialEq)]
 enum Plan {
-    /// Colors are methods, line styles trackers, and panels are what is left.
+    /// Methods have their own colors, trackers their own line styles, and all other differences their own
+    /// panels.
     Methods { dashed: bool },
-    /// A panel for each method; the others stand behind.
+    /// One panel per method, with the other curves behind.
     PanelOfMethod,
-    /// Colors are the values of this axis.
+    /// Colors are the values of an axis.
     Ordered(String, Vec<f64>),
 }
 
@@ -161,7 +163,7 @@ fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
     }
 }
 
-/// Curves of methods, arranged.
+/// Arranges the curves of methods in a figure.
 pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &[Line]) -> Figure {
     let plan = plan(experiment, lines);
     let trackers = distinct(lines.iter().map(|l| l.tracker.as_str()));
@@ -231,7 +233,7 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
     figure
 }
 
-/// A name for an axis or a heading: a word begins with a capital, a symbol stays as it is.
+/// Name of an axis or heading: a word is capitalized, a symbol stays unchanged.
 pub fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     match (letters.next(), letters.clone().next()) {

@@ -1,11 +1,11 @@
-//! `machine`: the conditions of a tracker that ARTE follows, drawn from its own table of transitions.
+//! `machine`: the conditions of a tracker in ARTE, drawn from ARTE's table of transitions.
 
 use super::{DrawError, Scope};
 use crate::figure::{Axis, Figure, Form, Mark, Panel, Range};
 use trackfail_methods::detector::Condition;
 use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 
-/// The conditions, clockwise from the top.
+/// Conditions in clockwise order from the top.
 const STATES: [Condition; 3] = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
 
 /// Draws the diagram. Transitions between the same conditions in the same direction share an arrow.

@@ -1,5 +1,5 @@
-//! `sweep`, `curve`, `delay` and `warning`: a metric over a grid axis, one metric over another, how soon after an event it is
-//! found, and how long before.
+//! `sweep`, `curve`, `delay` and `warning`: a metric over a grid axis, one metric over another, how long
+//! after an event it is detected, and how long before.
 
 use super::lines::{Line, arrange, capitalized};
 use super::{DrawError, Scope, of_curves, published};
@@ -15,12 +15,13 @@ use trackfail_methods::score::frames::warning::HORIZONS;
 use trackfail_methods::score::khalid2016::TOLERANCE;
 use trackfail_methods::score::{FrameMeasures, Metric, TrackScore};
 
-/// How an average precision is printed: `.26`.
+/// Style of an average precision: `.26`.
 pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
-/// The line of a method that knows nothing.
+/// Line style of chance level.
 const CHANCE: Style = Style { color: Color::Gray, dash: Dash::Dotted, width: 1.1 };
 
-/// The line of a method on a tracker with these other axes of its grid, a new one where there is none yet.
+/// Finds or adds the line of a method on a tracker with these values of other grid axes. Returns its index
+/// and the line.
 fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) -> (usize, &'l mut Line) {
     let is_it = |l: &Line| (&l.method, &l.tracker, &l.others[..]) == (&m.method, &m.tracker, others);
     let k = lines.iter().position(is_it).unwrap_or_else(|| {
@@ -31,7 +32,7 @@ fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) 
     (k, &mut lines[k])
 }
 
-/// Draws a metric over a grid axis: a curve for each tracker, method and combination of the other axes.
+/// Draws a metric over a grid axis, with a curve for each tracker, method and combination of other axes.
 pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let params = scope.params();
     let metric = *scope.given("metric", params.metric.as_ref())?;
@@ -80,23 +81,23 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     of_curves(figure, remark, format!("{} has no value for any {x}", metric.name()))
 }
 
-/// Puts a mark into all panels, behind everything else.
+/// Adds a mark to all panels, behind all others.
 fn behind(figure: &mut Figure, mark: &Mark) {
     figure.rows.iter_mut().flatten().for_each(|panel| panel.marks.insert(0, mark.clone()));
 }
 
-/// The same with an entry at the end of the legend.
+/// Adds a mark to all panels, behind all others, with an entry at the end of the legend.
 fn rule(figure: &mut Figure, mark: &Mark, entry: Entry) {
     behind(figure, mark);
     figure.legend.push(entry);
 }
 
-/// The entry of what a method reaches that knows nothing.
+/// Legend entry of chance level.
 fn chance() -> Entry {
     Entry::new(Symbol::Line(CHANCE, None), "chance")
 }
 
-/// The values of an axis in order, each once.
+/// Values of an axis in ascending order, without repetitions.
 fn values(points: impl Iterator<Item = (String, f64)>, axis: &str) -> Vec<f64> {
     let mut values: Vec<f64> = points.filter(|(known, _)| known == axis).map(|(_, at)| at).collect();
     values.sort_by(f64::total_cmp);
@@ -104,8 +105,8 @@ fn values(points: impl Iterator<Item = (String, f64)>, axis: &str) -> Vec<f64> {
     values
 }
 
-/// Area under precision over recall, a sum of steps: of each point its precision, over the recall that it adds to the
-/// points before it (in order of recall, the first from 0).
+/// Area under precision over recall as a sum of steps. Each point contributes its precision times the recall
+/// that it adds to earlier points (in order of recall, from 0).
 fn average_precision(points: &[(f64, f64)]) -> f64 {
     let mut before = 0.0;
     let mut area = 0.0;
@@ -116,18 +117,19 @@ fn average_precision(points: &[(f64, f64)]) -> f64 {
     area
 }
 
-/// A point of a curve, with what it is made of.
+/// A point of a curve, with the measure behind it.
 #[derive(Clone, Copy)]
 struct At {
     point: (f64, f64),
     bounds: (f64, f64),
-    /// The metric that methods are ordered by, larger is better.
+    /// Value by which points are ordered; larger is better.
     worth: f64,
     is_published: bool,
 }
 
-/// Orders the points of a curve by recall where that is one of the metrics, so that it does not turn back where a threshold
-/// finds less than a stricter one; else by what is along x. Of equal ones the best is first.
+/// Sorts the points of a curve by recall if one of the metrics is recall, else by the metric along x. Thus
+/// the curve does not turn back where a threshold finds less than a stricter one. Of equal points the best is
+/// first.
 fn ordered(points: &mut [At], y: Metric) {
     let by_y = y == Metric::RECALL;
     let key = |at: &At| if by_y { (at.point.1, at.point.0) } else { (at.point.0, -at.point.1) };
@@ -137,7 +139,8 @@ fn ordered(points: &mut [At], y: Metric) {
     });
 }
 
-/// Draws one metric over another: a curve for each tracker, method and combination of the axes after the first.
+/// Draws one metric over another, with a curve for each tracker, method and combination of the axes after the
+/// first.
 pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let params = scope.params();
     let y = *scope.given("metric", params.metric.as_ref())?;
@@ -209,7 +212,8 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     of_curves(figure, &remark, reason)
 }
 
-/// Shares begin at 0 and end at 1, or before where there is nothing near; other values at what there is.
+/// Range of an axis. Shares begin at 0 and end at 1, or earlier if there are no values near 1; other metrics
+/// end at their values.
 fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
     let highest = values.clone().fold(0.0, f64::max);
     let end = [0.1, 0.2, 0.5, 1.0].into_iter().find(|end| highest <= *end);
@@ -221,8 +225,8 @@ fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
     }
 }
 
-/// Draws the share of events that a detection matched by a number of frames after them, one curve for each method without a
-/// grid, on every tracker that it runs on; first runs.
+/// Draws the share of events that are detected within a number of frames, with a curve for each method
+/// without a grid, for each of its trackers. Only first runs count.
 pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let (results, mut lines) = (scope.results, Vec::new());
     for tracker in &results.experiment.trackers {
@@ -248,8 +252,8 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     of_curves(figure, "", "no method has an event to find".to_string())
 }
 
-/// For every delay d in frames, from the tolerance before an event to the tolerance after it, the share of all
-/// events whose matched detection came at most d frames after them; it ends at the recall of events. None
+/// For each delay d in frames, the share of all events whose matched detection came at most d frames after
+/// the event. Delays go from minus to plus the tolerance, so that the curve ends at the recall. `None`
 /// without an event.
 fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
     let events: usize = scores.iter().map(|s| s.events.len()).sum();
@@ -259,7 +263,7 @@ fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
     (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
 }
 
-/// Bounds of each of these shares by bootstrap over the tracks, which are of a sequence each; NaN where there are none.
+/// Bounds of each of these shares by bootstrap over tracks, one per sequence; NaN if there are none.
 fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
     let tolerance = TOLERANCE as i64;
     let at = |d: i64| {
@@ -271,8 +275,9 @@ fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
     (-tolerance..=tolerance).map(at).collect()
 }
 
-/// Draws whether scores rise before a loss, as the area under the ROC curve of "a loss begins within k frames" over k. A curve for
-/// each method without a grid: on all trackers together where the experiment has them so, else on each.
+/// Draws if scores rise before a loss: the area under the ROC curve of "a loss begins within k frames" over
+/// k. There is a curve for each method without a grid, on all trackers together if the experiment pools them,
+/// else on each tracker.
 pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let experiment = &scope.results.experiment;
     let trackers: Vec<&str> = match experiment.leaderboard {
@@ -300,7 +305,7 @@ pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> 
 /// A point with its bounds.
 type Bounded = ((f64, f64), (f64, f64));
 
-/// The measure of each horizon; NaN where there is none.
+/// Measure of each horizon; NaN if there is none.
 fn warned(measures: &FrameMeasures) -> Vec<Bounded> {
     let point = |horizon: usize| {
         let estimate = Estimate::of_frames(measures, &format!("auroc_within_{horizon}"));

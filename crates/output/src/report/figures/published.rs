@@ -1,4 +1,4 @@
-//! What papers print of a figure's axes, from the `[[published]]` of its experiment.
+//! Published values for the axes of a figure, from the `[[published]]` of its experiment.
 
 use crate::results::Measure;
 use crate::table::number::printed_value;
@@ -6,24 +6,24 @@ use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::table::{Published, Side};
 use trackfail_methods::score::Metric;
 
-/// The printed value of a method in a row.
+/// Published value of a method in a row.
 fn value(published: &Published, method: &str) -> Option<f64> {
     published.values.iter().find(|(column, _)| column == method).and_then(|(_, text)| printed_value(text))
 }
 
-/// The value of a metric that is printed for a method on a tracker.
+/// Published value of a metric, for a method on a tracker.
 pub fn of_metric(experiment: &Experiment, tracker: &str, method: &str, metric: Metric) -> Option<f64> {
     let mine = experiment.published.iter().filter(|p| p.tracker == tracker);
     mine.filter(|p| p.row == metric.name()).find_map(|p| value(p, method))
 }
 
-/// The point of two metrics that is printed for a method on a tracker.
+/// Published values of two metrics, for a method on a tracker.
 pub fn point(experiment: &Experiment, measure: &Measure, x: Metric, y: Metric) -> Option<(f64, f64)> {
     let of = |metric| of_metric(experiment, &measure.tracker, &measure.method, metric);
     Some((of(x)?, of(y)?))
 }
 
-/// The values of a metric that are printed for a method on a tracker along an axis of its grid.
+/// Published values of a metric along a grid axis, for a method on a tracker.
 pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &str) -> Vec<(f64, f64)> {
     let is_along = |p: &&Published| {
         let table = experiment.tables.iter().find(|t| t.name == p.table);

@@ -1,10 +1,10 @@
-//! `radar`: a column of a table of attributes, which analyses make of both protocols: a spoke for each attribute, a polygon for
-//! each of the best trackers.
+//! `radar`: a column of a table by attribute, with one spoke for each attribute and one polygon for each of
+//! the best trackers.
 //!
-//! The first spoke is the value of all attributes together: the row `overall` of the table, or, where there is none, the number of
-//! the analysis. A spoke begins at 0 and ends at the largest value on it of the trackers shown, as in pysot (`draw_eao`), so
-//! that a share of it is a share of the best tracker where more is better, of the worst where less is. Both ends of the range
-//! stand in its label.
+//! The first spoke is the value over all attributes: the row `overall` of the table, or else the number of
+//! the analysis. A spoke begins at 0 and ends at the largest value of the trackers shown, as in pysot
+//! (`draw_eao`). A share of it is therefore relative to the best tracker if larger values are better, and to
+//! the worst otherwise. The label shows both ends of the range.
 
 use super::lines::{capitalized, distinct};
 use super::{DrawError, Scope};
@@ -20,12 +20,12 @@ use trackfail_methods::score::TrackerMetric;
 
 /// Most polygons.
 const MAX_TRACKERS: usize = 8;
-/// Fewest spokes.
+/// Least number of spokes of a radar chart.
 const MIN_SPOKES: usize = 3;
-/// The row of all attributes together.
+/// Name of the row over all attributes.
 const OVERALL: &str = "overall";
 
-/// Draws the chart.
+/// Draws the figure.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let shows = scope.given("shows", scope.params().shows.as_ref())?;
     let column = scope.given("column", scope.params().column.as_ref())?;
@@ -45,7 +45,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
 /// A tracker with its values by spoke.
 struct OfTracker {
     name: String,
-    /// Its place among all trackers.
+    /// Index among all trackers.
     place: usize,
     values: Vec<(String, f64)>,
 }
@@ -56,7 +56,7 @@ impl OfTracker {
     }
 }
 
-/// The values of a column by row, that of all together first.
+/// Values of a column by row, with that over all attributes first.
 fn values(findings: &Findings, table: &str, column: &str) -> Vec<(String, f64)> {
     let Some(grid) = findings.tables.iter().find(|t| t.name == table) else { return Vec::new() };
     let Some(k) = grid.columns.iter().position(|known| known == column) else { return Vec::new() };
@@ -71,7 +71,7 @@ fn values(findings: &Findings, table: &str, column: &str) -> Vec<(String, f64)> 
     values
 }
 
-/// The figure; `None` where there are too few spokes.
+/// The figure; `None` if there are too few spokes.
 fn radar(note: &str, column: &str, mut trackers: Vec<OfTracker>) -> Option<Figure> {
     trackers.retain(|t| !t.values.is_empty());
     let direction = Measured::column(column).direction;

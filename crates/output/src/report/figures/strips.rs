@@ -11,8 +11,9 @@ use trackfail_core::region::Region;
 use trackfail_engine::spec::figure as spec;
 use trackfail_methods::signal::distribution_field::{self, Displacement};
 
-/// Draws the figure: with stills and one row of panels it is laid out as Fig. 3 of Khalid, Cavallaro and Rinner (BMVC 2016),
-/// with a column a sequence as their Fig. 4, with two panels a row as their Fig. 5.
+/// Draws the figure. With stills and one row of panels the layout is that of Fig. 3 of Khalid, Cavallaro and
+/// Rinner (BMVC 2016); with one column per sequence, of their Fig. 4; with two panels per row, of their Fig.
+/// 5.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let (results, params) = (scope.results, scope.params());
     let tracker = stills::tracker(results, params.tracker.as_deref());
@@ -58,7 +59,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     Ok((figure, remark))
 }
 
-/// Legend of the marks that mean the same in every panel.
+/// Legend of the marks that have the same meaning in all panels.
 fn key(figure: &Figure) -> Vec<Entry> {
     let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
     let mut legend = box_legend(&figure.stills);

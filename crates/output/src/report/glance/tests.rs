@@ -2,7 +2,8 @@ use super::*;
 use crate::table::build::{group, table};
 use crate::testing::{self, items};
 
-/// Precision and F over thresholds, in tables and figures; the table of F lacks the method CovF.
+/// Experiment with precision and F over thresholds, in tables and figures. The table of F lacks the method
+/// CovF.
 fn experiment() -> Experiment {
     let tables = [
         "name = 'precision'; metric = 'precision'",

@@ -1,8 +1,8 @@
 //! The series of strips and viewer as JSON that is safe inside a page.
 //!
-//! Numbers are integers: boxes in tenths of a pixel, O_t in thousandths, scores in steps of a power of ten that keeps
-//! four digits of the threshold (or of the largest score); each column holds differences to the value before, `null`
-//! where there is none. An O_t below 1 stays below 1, because 1 means that the target is lost.
+//! Numbers are integers: boxes in tenths of a pixel, O_t in thousandths, scores in powers of ten that keep
+//! four digits of the threshold (or of the largest score). Each column holds differences to the value before,
+//! `null` for a missing value. An O_t below 1 is never rounded to 1, because 1 means that the target is lost.
 //!
 //! ```text
 //! index  {trackers, methods, sequences, start, tracks: [[sequence, tracker, file]], files, words, truth, data}
@@ -34,19 +34,19 @@ use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::visible;
 use trackfail_methods::score::{Counts, TrackScore};
 
-/// Words of the ends of a loss, where there is no ground truth.
+/// Words for both ends of a loss, if there is no ground truth.
 const STATE_WORDS: [&str; 2] = ["lost", "loss over"];
 
-/// Maximum size of a file of series in bytes, which only a single longer track exceeds.
+/// Largest file of series, in bytes. Only a single longer track exceeds it.
 const MAX_FILE: usize = 2 << 20;
 
-/// The rectangle of a frame without one.
+/// Rectangle of a frame without a box.
 pub const NOWHERE: Rect = Rect { x: f64::NAN, y: f64::NAN, w: f64::NAN, h: f64::NAN };
 
-/// A column of differences.
+/// Column of differences between neighboring values.
 type Column = Vec<Option<i64>>;
 
-/// A track as the page's script reads it.
+/// A track in the format that the script of the page reads.
 #[derive(Serialize)]
 struct Packed {
     #[serde(rename = "box")]
@@ -57,28 +57,28 @@ struct Packed {
     background: Vec<Column>,
 }
 
-/// What a method says of a track, and what its protocol counts there.
+/// Results of a method on a track, with the counts of its protocol.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Said {
     marks: Vec<(Option<usize>, Option<usize>, u8, u8)>,
     alarms: Vec<usize>,
     digits: i32,
     score: Column,
-    /// First and last frame of each run of frames in which the method's state is lost, one after the other.
+    /// First and last frame of each run of frames that the method calls lost, one after the other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lost: Vec<usize>,
-    /// The same of the runs in which the tracker gives no box.
+    /// First and last frame of each run of frames without a box, one after the other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<usize>,
     #[serde(skip)]
     counts: Counts,
-    /// Number of events, or of losses without ground truth.
+    /// Number of events; without ground truth, of losses.
     #[serde(skip)]
     events: usize,
 }
 
 impl Said {
-    /// The series of a method on a track, as its protocol judged them; `threshold` is that of the score.
+    /// Series of a method on a track, with the result of its protocol; `threshold` applies to the score.
     pub fn new(
         track: &TrackSeries,
         method: &MethodSeries,
@@ -98,8 +98,8 @@ impl Said {
         }
     }
 
-    /// The series of a method on a track without ground truth, with the runs of frames in which the target is lost and
-    /// absent.
+    /// Series of a method on a track without ground truth, with the runs of frames in which the target is
+    /// lost or absent.
     pub fn of_states(method: &JudgedMethod) -> Self {
         let absent = method.stretches().filter(|(state, _)| *state == TargetState::Absent);
         let absent: Vec<Range<usize>> = absent.map(|(_, run)| run).collect();
@@ -129,7 +129,7 @@ impl Said {
 }
 
 impl Track {
-    /// Packs the track of a tracker, with the regions of its background, if there are any, and what each method says of it.
+    /// Packs a track with its background regions (or none) and the results of each method.
     pub fn new(
         [sequence, tracker]: [usize; 2],
         track: &TrackSeries,
@@ -152,7 +152,7 @@ impl Track {
     }
 }
 
-/// Packs all series into the page; `None` where that takes more than `most` bytes.
+/// Packs all series into the page; `None` if that takes more than `most` bytes.
 pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
     if all.tracks.iter().map(|track| track.series.len()).sum::<usize>() > most {
         return None;
@@ -162,11 +162,12 @@ pub fn embedded(all: &Sequences, most: usize) -> Option<String> {
     Some(index(all, &vec![None; all.tracks.len()], &[], &parts)).filter(|index| index.len() <= most)
 }
 
-/// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file as fit;
-/// `keep` is given the name and the text of each. Returns the JSON in the page, and the number of files.
+/// Packs only names into the page, and series into files beside it, as many sequences of a tracker per file
+/// as fit. `keep` receives name and text of each file. Returns the JSON for the page, and the number of
+/// files.
 ///
 /// # Errors
-/// Those of `keep`.
+/// Errors of `keep`.
 pub fn beside<E>(
     all: &Sequences,
     mut keep: impl FnMut(&str, &str) -> Result<(), E>,
@@ -196,7 +197,7 @@ pub fn beside<E>(
     Ok((index(all, &places, &names, "{\"truth\":{},\"data\":{}}"), names.len()))
 }
 
-/// The ground truth of some sequences and the series of some tracks as one JSON object.
+/// JSON object with the ground truth of some sequences and the series of some tracks.
 fn parts<'a>(
     truths: impl Iterator<Item = (usize, &'a String)>,
     tracks: impl Iterator<Item = &'a Track>,
@@ -207,7 +208,7 @@ fn parts<'a>(
     format!("{{\"truth\":{{{}}},\"data\":{{{}}}}}", truths.join(","), series.join(","))
 }
 
-/// Numbers under names as JSON, which cannot fail.
+/// Serializes a value as JSON, which cannot fail for these types.
 fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
@@ -246,14 +247,14 @@ fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], parts: &str)
     in_a_page(&format!("{},{}", &names[..names.len() - 1], &parts[1..]))
 }
 
-/// JSON that is safe in a script element: characters that could end it, begin a comment or end a line are escaped, which
-/// JSON allows because they can only be in strings.
+/// JSON that is safe in a script element. Characters that could close the element, start a comment or end a
+/// line are escaped. They occur only in strings, where JSON allows escapes.
 pub fn in_a_page(json: &str) -> String {
     let escaped = |text: String, c: char| text.replace(c, &format!("\\u{:04x}", u32::from(c)));
     ['<', '>', '&', '\u{2028}', '\u{2029}'].into_iter().fold(json.to_string(), escaped)
 }
 
-/// The ground truth: four columns where all regions are upright, else the eight of their corners.
+/// Ground truth in four columns if all regions are upright, else in eight columns of corners.
 fn truth(sequence: &Sequence) -> String {
     let rect = |region: &Option<Region>| region.as_ref().map_or(NOWHERE, Region::rect);
     if sequence.truth.iter().flatten().all(is_upright) {
@@ -269,7 +270,7 @@ fn truth(sequence: &Sequence) -> String {
     text(&[x(0), y(0), x(1), y(1), x(2), y(2), x(3), y(3)])
 }
 
-/// Whether the corners are those of its rectangle, to the precision that is shown.
+/// True if the corners are those of the bounding rectangle, at the precision shown.
 fn is_upright(region: &Region) -> bool {
     let shown = |p: &(f64, f64)| (tenths(p.0), tenths(p.1));
     region.corners().iter().map(shown).eq(region.rect().corners().iter().map(shown))
@@ -280,7 +281,7 @@ fn boxes(rects: &[Rect]) -> Vec<Column> {
     sides.iter().map(|side| differences(rects.iter().map(|rect| tenths(side(rect))))).collect()
 }
 
-/// First and last frame of each run, one after the other.
+/// First and last index of each run, one after the other.
 fn ends(runs: &[Range<usize>]) -> Vec<usize> {
     runs.iter().flat_map(|run| [run.start, run.end - 1]).collect()
 }
@@ -289,13 +290,13 @@ fn tenths(v: f64) -> Option<i64> {
     whole(v * 10.0)
 }
 
-/// The nearest integer that JavaScript represents exactly; `None` for NaN and infinity.
+/// Nearest integer that JavaScript represents exactly; `None` for NaN and infinity.
 fn whole(v: f64) -> Option<i64> {
     const LARGEST: f64 = 1e15;
     v.is_finite().then(|| v.round().clamp(-LARGEST, LARGEST) as i64)
 }
 
-/// Each value less the one before.
+/// Difference of each value to the one before.
 fn differences(values: impl Iterator<Item = Option<i64>>) -> Column {
     let mut last = 0;
     values.map(|value| value.map(|v| v - std::mem::replace(&mut last, v))).collect()

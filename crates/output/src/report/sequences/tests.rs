@@ -15,7 +15,7 @@ fn track(frames: usize) -> TrackSeries {
     }
 }
 
-/// What a method says of a track whose alarm starts `late` frames later than the loss.
+/// Results of a method on a track; its alarm starts `late` frames after the loss.
 fn said(track: &TrackSeries, late: usize, threshold: Option<f64>) -> Said {
     let frames = track.error.len();
     let series = MethodSeries {
@@ -28,8 +28,8 @@ fn said(track: &TrackSeries, late: usize, threshold: Option<f64>) -> Said {
     Said::new(track, &series, &judged, threshold)
 }
 
-/// Two trackers on two sequences of `frames` frames; the alarm of the first method starts 2 frames after the loss, that
-/// of the second 12.
+/// Two trackers on two sequences of `frames` frames. The first method alarms 2 frames after the loss, the
+/// second 12.
 fn sequences(name: &str, frames: usize) -> Sequences {
     let truth = |slant: f64| {
         let polygon = vec![(0.0, slant), (4.04, 0.0), (4.04, 3.0), (0.0, 3.0)];
@@ -63,7 +63,7 @@ fn sequences(name: &str, frames: usize) -> Sequences {
     }
 }
 
-/// The values of a column of differences.
+/// Restores the values of a column of differences.
 fn column(differences: &Value) -> Vec<Option<i64>> {
     let mut sum = 0;
     let mut next = |v: &Value| {

@@ -1,10 +1,10 @@
-//! `reports/leaderboard.html`: every method on every experiment that asks for it (`leaderboard = true`), with all trackers
-//! of an experiment pooled. It answers which detector to use with what is at hand.
+//! `reports/leaderboard.html`: all methods of all experiments with `leaderboard = true`, with the trackers of
+//! an experiment pooled. The page tells which detector to use with the inputs at hand.
 //!
-//! Methods are ranked on the same data: by their AUROC in the one experiment of at least [`MIN_SEQUENCES`] sequences that ran
-//! most methods of the program, on real video where there is any. All methods of that experiment are, also those that it makes
-//! for itself; methods that were not run there have their place in an experiment that ran them; anchors have none. A best one
-//! is named only where its interval is above chance.
+//! All methods are ranked on the same data: by AUROC in the experiment with at least [`MIN_SEQUENCES`]
+//! sequences that ran most of the program's methods, on real video if there is any. Methods that only this
+//! experiment defines are ranked, too. Methods that it did not run are listed with their rank in another
+//! experiment. Anchors have no rank. A best method is named only if its interval is above chance.
 
 use super::{Site, Standing, Summary};
 use crate::report::page::{ReportError, fill};
@@ -17,7 +17,7 @@ use trackfail_methods::score::frames::bootstrap::MIN_SEQUENCES;
 /// Name of the page.
 pub const LEADERBOARD: &str = "leaderboard.html";
 
-/// The order in which needs are shown: what comes with any tracker first.
+/// Order in which needs are shown. Inputs that any tracker provides come first.
 const NEEDS: [&str; 6] = [
     "boxes alone",
     "frames",
@@ -29,44 +29,44 @@ const NEEDS: [&str; 6] = [
 
 #[derive(Serialize)]
 struct View<'s> {
-    /// The best method of the experiment of the ranks.
+    /// Best method in the ranking experiment.
     best: Option<Best<'s>>,
-    /// All experiments, that of the ranks first.
+    /// All experiments, the ranking one first.
     experiments: &'s [Experiment<'s>],
-    /// Those of them that are asked for the best method.
+    /// Experiments for which the best method is shown.
     asked: &'s [&'s Experiment<'s>],
-    /// The best method of each of them among those that need one thing.
+    /// For each kind of need, the best method in each of these experiments.
     answers: Vec<(&'s str, Vec<Option<Best<'s>>>)>,
     rows: Vec<Row<'s>>,
 }
 
-/// A column of the page.
+/// An experiment: a column of the page.
 #[derive(Serialize)]
 struct Experiment<'s> {
     folder: &'s str,
     summary: &'s Summary,
-    /// Its methods, the best first.
+    /// Methods of the experiment, the best first.
     standings: Vec<&'s Standing>,
-    /// The rank of each of them there, see [`rank_in`].
+    /// Rank of each method, see [`rank_in`].
     ranks: Vec<String>,
 }
 
-/// The best method of an experiment with some needs, or several that are equal.
+/// Best method of an experiment among those with certain needs, or several equal ones.
 #[derive(Serialize)]
 struct Best<'s> {
     standings: Vec<&'s Standing>,
-    /// Whether its interval is above chance.
+    /// True if the interval of the method is above chance.
     is_better: bool,
 }
 
 /// A method with its standing in each experiment.
 #[derive(Serialize)]
 struct Row<'s> {
-    /// `3`, or `3=` where another one has it too; empty where it is not ranked.
+    /// Rank, such as `3`, or `3=` if shared; empty for an unranked method.
     rank: String,
-    /// Why it is not.
+    /// Reason why the method is unranked; else empty.
     reason: String,
-    /// The standing that says its cost.
+    /// Standing from which the cost is shown.
     method: &'s Standing,
     standings: Vec<Option<&'s Standing>>,
 }
@@ -75,12 +75,12 @@ fn auroc(standing: &Standing) -> Option<f64> {
     standing.auroc.value.parse().ok()
 }
 
-/// Whether an experiment has enough sequences for ranks.
+/// True if an experiment has enough sequences for ranks.
 fn is_large(summary: &Summary) -> bool {
     summary.present >= MIN_SEQUENCES as u64
 }
 
-/// Rank of a method among those of an experiment, `3`, or `3=` where another one has it too; empty for anchors, without a value,
+/// Rank of a method within an experiment: `3`, or `3=` if shared. Empty for anchors, methods without a value,
 /// and with too few sequences.
 fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> String {
     let value = |s: &Standing| auroc(s).filter(|_| !s.anchor && is_large(summary));
@@ -90,13 +90,13 @@ fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> S
     format!("{}{}", 1 + above, if all().filter(|v| *v == mine).count() > 1 { "=" } else { "" })
 }
 
-/// Larger values first, as they are printed; what has none comes last.
+/// Sorts larger values first, as printed; missing values come last.
 fn better_first(a: Option<f64>, b: Option<f64>) -> Ordering {
     let key = |v: Option<f64>| v.unwrap_or(f64::NEG_INFINITY);
     key(b).total_cmp(&key(a))
 }
 
-/// The methods with these needs that have the largest AUROC as printed.
+/// Methods with these needs that have the largest AUROC, as printed.
 fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
     let fits = |s: &&&Standing| !s.anchor && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
     let first = experiment.standings.iter().find(fits)?;
@@ -107,8 +107,8 @@ fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>
     Some(Best { standings, is_better })
 }
 
-/// All experiments with standings, the one that the ranks are of first: of those on real video and of enough sequences it
-/// has most methods of the program.
+/// All experiments with standings, the ranking one first: among those on real video with enough sequences,
+/// the one with most of the program's methods.
 fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
     let experiment = |(folder, summary): &'s (String, Summary)| {
         let mut standings: Vec<&Standing> = summary.standings.iter().collect();
@@ -129,7 +129,7 @@ fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
     all
 }
 
-/// All methods: those that are ranked in their order, then the others with the reason, anchors last.
+/// All methods: the ranked ones in order, then the others with the reason, anchors last.
 fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
     let mut methods: Vec<&'s Standing> = Vec::new();
     for standing in experiments.iter().flat_map(|e| &e.standings) {
@@ -168,7 +168,7 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
     rows
 }
 
-/// Renders the page; `None` if no experiment asks for it.
+/// Renders the page; `None` if no experiment has `leaderboard = true`.
 ///
 /// # Errors
 /// When the template does not fit, which would be a bug.

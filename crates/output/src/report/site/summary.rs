@@ -1,9 +1,10 @@
-//! A report in short: the file `summary.json` beside its page, with the methods of an experiment of the leaderboard.
+//! Summary of a report: the file `summary.json` beside its page. For experiments of the leaderboard it
+//! includes the methods.
 
 use crate::report::claims::ClaimCounts;
 use crate::report::standings::{self, of_every_tracker};
 use crate::report::write::{SUMMARY, WriteError, WrittenReport};
-use crate::results::{self, Results};
+use crate::results::{self, Results, beside};
 use crate::sampling::{Units, metric_of_sum};
 use crate::table::layout::is_anchor;
 use crate::table::{self, number::Style};
@@ -20,16 +21,16 @@ use trackfail_methods::score::Metric;
 /// - 1: first version;
 /// - 2: undecided claims, and checks beside claims;
 /// - 3: the verdict;
-/// - 4: no best methods, which the verdict names.
+/// - 4: no best methods, since the verdict names them.
 pub const FORMAT: u32 = 4;
-/// Maximum size of a summary that is read, in bytes.
+/// Largest summary that is read, in bytes.
 pub(super) const MAX_SUMMARY: u64 = 1 << 20;
 
-/// An experiment's report in short.
+/// Summary of the report of an experiment.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Summary {
-    /// [`FORMAT`] of the writer.
+    /// [`FORMAT`] of the program that wrote the summary.
     pub format: u32,
     /// Name of the experiment.
     pub experiment: String,
@@ -39,53 +40,53 @@ pub struct Summary {
     pub paper: String,
     /// The table or figure of the paper; may be empty.
     pub object: String,
-    /// Numbers of its claims by outcome.
+    /// Numbers of the paper's claims, by outcome.
     pub claims: ClaimCounts,
-    /// Numbers of its checks of the arithmetic by outcome.
+    /// Numbers of the checks of the arithmetic, by outcome.
     #[serde(default)]
     pub checks: ClaimCounts,
-    /// The suite that the numbers are about.
+    /// Name of the test suite.
     pub suite: String,
-    /// How much of it was present, in words: `12 of 21 targets, 10 runs`.
+    /// Share of the suite that was present, in words: `12 of 21 targets, 10 runs`.
     pub data: String,
     /// Number of targets that were present.
     pub present: u64,
     /// Number of targets of the whole suite.
     pub wanted: u64,
-    /// Whether the suite is synthetic.
+    /// True if the suite is synthetic.
     pub synthetic: bool,
     /// Number of cells without a result.
     pub failed: u64,
-    /// The answer of its page in a sentence; may be empty.
+    /// Answer of the page in one sentence; may be empty.
     #[serde(default)]
     pub verdict: String,
-    /// Its methods on the leaderboard, for an experiment that asks for it.
+    /// Methods for the leaderboard; empty unless the experiment has `leaderboard = true`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standings: Vec<Standing>,
 }
 
-/// A method on all trackers of an experiment together. Numbers are as they are printed; empty where there is none.
+/// A method on all trackers of an experiment together. Numbers are texts as printed; empty if there is none.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Standing {
-    /// The method.
+    /// Name of the method.
     pub method: String,
-    /// What it needs: `boxes alone`, or all else that it reads, as in `frames, the tracker's confidence`; `nothing` for a
-    /// method without a signal.
+    /// Inputs that the method needs: `boxes alone`, or all other inputs, as in `frames, the tracker's
+    /// confidence`; `nothing` for a method without a signal.
     pub needs: String,
-    /// Whether it is an anchor, which does not compete.
+    /// True for an anchor, which does not compete.
     pub anchor: bool,
-    /// Number of trackers that it was run on.
+    /// Number of trackers that the method was run on.
     pub trackers: u64,
     /// Area under the ROC curve of lost frames against good ones.
     pub auroc: Estimate,
     /// Average precision of lost frames.
     pub auprc: Estimate,
-    /// False alarms per 1000 good frames where half of the losses are found.
+    /// False alarms per 1000 good frames, at the threshold that finds half of the losses.
     pub false_alarms: Estimate,
-    /// F-score beyond that of random detections, with the method's own threshold.
+    /// F-score above that of random detections, with the method's own threshold.
     pub f_over_chance: Estimate,
-    /// Milliseconds a frame, from an analysis of times; empty without one.
+    /// Milliseconds per frame, from an analysis of times; empty without one.
     pub cost: String,
 }
 
@@ -93,11 +94,11 @@ pub struct Standing {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimate {
-    /// The number.
+    /// The number, as printed.
     pub value: String,
-    /// Its lower bound.
+    /// Lower bound, as printed.
     pub low: String,
-    /// Its upper bound.
+    /// Upper bound, as printed.
     pub high: String,
 }
 
@@ -108,7 +109,7 @@ impl Estimate {
     }
 }
 
-/// The summary of a written report.
+/// Summary of a report that was written.
 pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
@@ -134,18 +135,22 @@ pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
     }
 }
 
-/// The methods of an experiment that asks for them, in its order; those without a result and the points of grids are left out.
+/// Methods of an experiment with `leaderboard = true`, in its order. Methods without a result and with a grid
+/// are left out.
 fn standings(results: &Results, units: &Units) -> Vec<Standing> {
     let experiment = &results.experiment;
     let standing = |method: &Method| {
         let variant = method.variants.first().filter(|_| !method.has_grid())?;
         let name = &method.name;
+        // A kept method has its own name on the leaderboard, unless the experiment has one of that name.
+        let shown = results.beside.as_ref().map_or(name.as_str(), |_| beside::plain(name));
+        let is_shown = shown == name || experiment.methods.iter().all(|m| m.name != shown);
         let frames = of_every_tracker(results, name)?;
         let trackers = results.measures.iter().filter(|m| m.method == *name && m.done > 0).count();
         let of = |style, measure| Estimate::printed(style, standings::Estimate::of_frames(frames, measure));
         let (needs, real) = (variant.needs(), Style::DEFAULT);
-        (trackers > 0).then(|| Standing {
-            method: name.clone(),
+        (trackers > 0 && is_shown).then(|| Standing {
+            method: shown.to_string(),
             needs: if needs.is_empty() { "nothing".to_string() } else { needs.join(", ") },
             anchor: is_anchor(experiment, name),
             trackers: trackers as u64,
@@ -160,15 +165,15 @@ fn standings(results: &Results, units: &Units) -> Vec<Standing> {
     asked.filter_map(standing).collect()
 }
 
-/// F over chance of the counts of all trackers.
+/// F over chance, from the counts of all trackers.
 fn f_over_chance(results: &Results, units: &Units, method: &str) -> standings::Estimate {
     let chance = results.experiment.chance_of(method);
     let of = |sum: &[i64; 4]| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum);
     standings::Estimate::of_counts(&units.pooled(method, None), of, &units.sampling)
 }
 
-/// Milliseconds a frame of a method, for its signal, detection and reverse runs, where an analysis of the experiment has timed
-/// it; else empty.
+/// Milliseconds per frame of a method's signal, detection and reverse runs, if an analysis of the experiment
+/// timed it; else empty.
 fn cost(results: &Results, method: &str) -> String {
     let tables = results.analyses.iter().flat_map(|a| &a.findings.tables).filter(|t| t.name == "stages");
     let total = |stages: &Grid| {
@@ -190,7 +195,7 @@ pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) 
     Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)
 }
 
-/// Reads the summary at `path`, of the report of the experiment `name`; or why it cannot be shown.
+/// Reads the summary of the experiment `name` at `path`. The error says why it cannot be shown.
 pub fn read_summary(path: &Path, name: &str) -> Result<Summary, String> {
     if !path.exists() {
         return Err(format!("it has no {SUMMARY}; `trackfail report {name}` writes it"));

@@ -1,4 +1,4 @@
-//! The best method or tracker in a sentence and as a figure, with how sure that is.
+//! The best method or tracker, in a sentence and as a figure, with the certainty.
 
 use super::frames::CHANCE;
 use super::{Estimate, Field, Standing, Standings};
@@ -14,37 +14,37 @@ use trackfail_engine::spec::Experiment;
 
 /// Most rows of the figure.
 const MAX_ROWS: usize = 16;
-/// Most trackers that are named one by one.
+/// Most trackers that are named singly.
 const MAX_NAMED: usize = 4;
-/// Most winners that are named where there are more trackers than that.
+/// Largest number of winners that the answer names, if there are more trackers than this.
 const MAX_WINNERS: usize = 3;
 
-/// Anchors that are drawn as lines through all rows; the first one where it is not known what chance gives.
+/// Anchors drawn as lines through all rows. `random` is drawn only if the level of chance is unknown.
 const ANCHORS: [(&str, Dash); 2] = [("random", Dash::Dashed), ("oracle", Dash::Dotted)];
 
-/// The best of a field, and the next one.
+/// Best standing of a field, and the next one.
 struct Best<'a> {
     /// Label of the field.
     field: &'a str,
     first: &'a Standing,
     next: &'a Standing,
-    /// Their numbers.
+    /// Numbers of the best standing and of the next one.
     values: [f64; 2],
-    /// Competitors behind these two that are as good as the first, as printed.
+    /// Number of further competitors that are equal to the first, as printed.
     more: usize,
-    /// Whether the two are equal as printed.
+    /// True if the two are equal, as printed.
     ties: bool,
-    /// How far the first is above the next, the other way round where smaller is better.
+    /// Lead of the first over the next; the difference is reversed if smaller values are better.
     lead: Estimate,
 }
 
 impl Best<'_> {
-    /// Whether all of the interval of the lead is on its side.
+    /// True if the whole interval of the lead is above 0.
     fn is_beyond_chance(&self) -> bool {
         self.lead.bounds.is_some_and(|(low, _)| low > 0.0)
     }
 
-    /// Itself in the templates of sentences.
+    /// Values for the templates of sentences.
     fn told(&self, style: Style) -> Value {
         let [value, other] = self.values;
         let range = |bounds: Option<(f64, f64)>, shown: fn(Style, f64) -> String| {
@@ -66,7 +66,7 @@ impl Best<'_> {
     }
 }
 
-/// The best of each field that has another one to be better than.
+/// Best standing of each field that has at least two.
 fn best(of: &Standings) -> Vec<Best<'_>> {
     let round = |v: f64| of.measured.style.round(v);
     let best = |field| {
@@ -89,12 +89,13 @@ fn best(of: &Standings) -> Vec<Best<'_>> {
     of.fields.iter().filter_map(best).collect()
 }
 
-/// The name of the best method of each field.
+/// Name of the best method in each field.
 pub fn best_names(of: &Standings) -> Vec<String> {
     best(of).iter().map(|best| best.first.name.clone()).collect()
 }
 
-/// `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` where nothing has a value and a rival.
+/// Sentence like `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` if no field has two
+/// standings with a value.
 pub fn verdict(of: &Standings) -> Option<String> {
     let (best, style) = (best(of), of.measured.style);
     // A tracker whose methods have several protocols is there for each of them.
@@ -110,7 +111,8 @@ pub fn verdict(of: &Standings) -> Option<String> {
     (!best.is_empty()).then(|| say("verdict", about))
 }
 
-/// Of many trackers only how many each of the first ones wins; those at the top that are equal as printed win none.
+/// For many trackers: how many trackers each of the top methods wins. Trackers with several equal methods at
+/// the top, as printed, count for none.
 fn won(best: &[Best<'_>], style: Style) -> Vec<String> {
     let most = if best.len() <= MAX_NAMED { MAX_NAMED } else { MAX_WINNERS };
     let mut winners = grouped(best.iter().filter(|b| !b.ties), |b| b.first.label.as_str());
@@ -133,13 +135,13 @@ fn won(best: &[Best<'_>], style: Style) -> Vec<String> {
     won
 }
 
-/// The best method frame by frame in a sentence, with how sure that is.
+/// Sentence that names the best method frame by frame, with the certainty.
 pub fn frames_verdict(of: &Standings) -> Option<String> {
     Some(say("frames verdict", best(of).pop()?.told(of.measured.style)))
 }
 
-/// The figure `headline` with its caption: those that can be the best with their intervals, the best at the top, a panel for
-/// each field.
+/// Figure `headline` with its caption: possible best standings with their intervals, the best at the top, one
+/// panel per field.
 pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dots, String)> {
     let Standings { measured, fields } = of;
     let mut rows: Vec<(&Standing, f64)> = Vec::new();

@@ -1,4 +1,4 @@
-//! The standings of an experiment: methods by counts and by measures of frames, and trackers.
+//! Standings of an experiment: methods by counts and by measures of frames, and trackers.
 
 use super::{Estimate, Field, Measured, Pair, Standing, Standings, field, ordering_metric};
 use crate::report::operating;
@@ -14,12 +14,12 @@ use trackfail_engine::spec::method::{Method, Variant};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::{FrameMeasures, Metric};
 
-/// The metric of frames that methods are ordered by.
+/// Metric of frames by which methods are ordered.
 pub fn frames_metric() -> Option<Metric> {
     Metric::from_name("auroc")
 }
 
-/// The methods on each tracker, by protocol, from summed counts.
+/// Standings of the methods on each tracker, by protocol, from summed counts.
 pub fn of_methods(results: &Results, units: &Units) -> Standings {
     let experiment = &results.experiment;
     let metric = ordering_metric(experiment);
@@ -45,7 +45,7 @@ pub fn of_methods(results: &Results, units: &Units) -> Standings {
     Standings { measured: Measured::metric(metric), fields }
 }
 
-/// A method at all points of its grid that have a result on a tracker.
+/// Standings of a method at all grid points that have a result on a tracker.
 fn at_points(experiment: &Experiment, method: &Method, tracker: &str, units: &Units) -> Vec<Standing> {
     let ranked = operating::ranked(experiment, method).map(Variant::params);
     let ranked = ranked.filter(|_| !is_anchor(experiment, &method.name));
@@ -58,18 +58,19 @@ fn at_points(experiment: &Experiment, method: &Method, tracker: &str, units: &Un
     method.variants.iter().filter_map(standing).collect()
 }
 
-/// The first analysis with a table of sequences, of its first tracker, and that table.
+/// First analysis with a table by sequence, for its first tracker, and that table.
 pub fn first_by_sequence(results: &Results) -> Option<(&Analysed, &Grid)> {
     results.analyses.iter().find_map(|a| Some((a, by_sequence(a)?)))
 }
 
-/// The sentence that says what the numbers of trackers rest on.
+/// Sentence that names the suite behind the numbers of trackers.
 pub fn suite_of_trackers(results: &Results) -> String {
     let compared = first_by_sequence(results).filter(|(a, _)| !a.shares.is_empty());
     compared.map_or_else(|| suite(results), |(a, _)| format!("Suite {}.", suites_note(a)))
 }
 
-/// The trackers that the [first analysis](first_by_sequence) scored, for each column of its table.
+/// Standings of the trackers that the [first analysis](first_by_sequence) scored, for each column of its
+/// table.
 pub fn of_trackers(results: &Results, sampling: &Sampling) -> Vec<Standings> {
     let Some((first, table)) = first_by_sequence(results) else { return Vec::new() };
     let mine = results.analyses.iter().filter(|a| a.analysis == first.analysis);
@@ -88,7 +89,8 @@ pub fn of_trackers(results: &Results, sampling: &Sampling) -> Vec<Standings> {
     table.columns.iter().enumerate().map(of_column).collect()
 }
 
-/// The methods without a grid by the area under the ROC curve, all trackers together; `None` for results without pairs.
+/// Standings of the methods without a grid by the area under the ROC curve, all trackers together; `None` for
+/// results without pairs.
 pub fn of_frames(results: &Results, pairs: &[frame_pairs::Pair]) -> Option<Standings> {
     let experiment = &results.experiment;
     let metric = frames_metric().filter(|_| !pairs.is_empty())?;

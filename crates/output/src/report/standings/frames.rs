@@ -1,5 +1,5 @@
-//! Standings frame by frame, all trackers together: how far each method is behind the best one, and what each is worth on
-//! each family of trackers and each source of videos.
+//! Standings frame by frame, all trackers together: the distance of each method to the best, and the value of
+//! each on each family of trackers and each source of videos.
 //!
 //! The numbers are those of `frame_measures.csv` and `frame_pairs.csv`; see [`crate::results::frame_measures`] for the pools,
 //! [`crate::results::frame_pairs`] for the statistics.
@@ -13,10 +13,10 @@ use crate::table::layout::{Cell, Label, TableLayout, is_anchor};
 use crate::table::number::Style;
 use trackfail_methods::score::FrameMeasures;
 
-/// The area under the ROC curve of a score that says nothing.
+/// Area under the ROC curve of a score without information.
 pub const CHANCE: f64 = 0.5;
 
-/// Columns of the table `breakdown`, and the measure in each.
+/// Columns of the table `breakdown`, with the measure in each.
 const MEASURES: [(&str, &str); 10] = [
     ("losses", "losses"),
     ("AUROC", "auroc"),
@@ -30,20 +30,20 @@ const MEASURES: [(&str, &str); 10] = [
     ("ECE", "ece"),
 ];
 
-/// The pair of a method and another one, whichever is first in the file.
+/// Pair of a method and another one, in either order of the file.
 pub fn pair_of(pairs: &[Pair], method: &str, other: &str) -> Option<Pair> {
     let found = pairs.iter().find(|p| p.method == method && p.other == other).cloned();
     found.or_else(|| pairs.iter().find(|p| p.method == other && p.other == method).map(Pair::turned))
 }
 
-/// The measures of a method on all trackers together.
+/// Measures of a method on all trackers together.
 pub fn of_every_tracker<'r>(results: &'r Results, method: &str) -> Option<&'r FrameMeasures> {
     let mut all = results.frame_measures.iter();
     let found = all.find(|([tracker, name, _], _)| tracker == EVERY_TRACKER && name == method);
     found.map(|(_, measures)| measures)
 }
 
-/// The table `differences`, from the standings of [`super::of_frames`] by the same pairs.
+/// Table `differences`: the standings of [`super::of_frames`] with the same pairs.
 pub fn differences(of: &Standings, results: &Results, pairs: &[Pair]) -> TableLayout {
     let ranked: Vec<&Standing> =
         of.fields.iter().flat_map(|field| of.best_first(field)).map(|(method, _)| method).collect();
@@ -77,7 +77,7 @@ pub fn differences(of: &Standings, results: &Results, pairs: &[Pair]) -> TableLa
     of_suite(table("differences", caption.into(), "method", columns, groups), results, &suite(results))
 }
 
-/// The table `breakdown`; `None` for results whose tracks are of one family and one source.
+/// Table `breakdown`; `None` for results with tracks of only one family and one source.
 pub fn breakdown(results: &Results) -> Option<TableLayout> {
     let rows_of = |method: &str| -> Vec<(String, Vec<Cell>)> {
         let row = |([tracker, name, _], measures): (&[String; 3], &FrameMeasures)| {
@@ -101,7 +101,7 @@ pub fn breakdown(results: &Results) -> Option<TableLayout> {
     })
 }
 
-/// A pool of all trackers in words; `None` for a tracker.
+/// Description of a pool of trackers; `None` for a single tracker.
 fn pool(tracker: &str) -> Option<&str> {
     let (first, pool) = tracker.split_once(' ').unwrap_or((tracker, "all"));
     (first == EVERY_TRACKER).then_some(pool)

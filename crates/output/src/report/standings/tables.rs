@@ -11,12 +11,12 @@ use crate::table::number::Style;
 use serde_json::json;
 use trackfail_core::num::ranks::{Friedman, critical_difference};
 
-/// A p-value as a table has it.
+/// A p-value as tables print it.
 fn p_text(p: f64) -> String {
     if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
 }
 
-/// A row with a number and its bounds, and three further cells.
+/// Row of a number, its bounds, and three further cells.
 fn row(
     label: String,
     estimate: Estimate,
@@ -30,13 +30,13 @@ fn count(n: usize) -> Cell {
     number(Some(n as f64), Style::COUNT)
 }
 
-/// The difference of mean ranks that is more than chance.
+/// Critical difference of mean ranks, above which two methods differ beyond chance.
 fn critical(friedman: &Friedman) -> f64 {
     let methods = friedman.mean_ranks.len();
     critical_difference(LEVEL, methods, friedman.blocks).unwrap_or(f64::INFINITY)
 }
 
-/// The table `uncertainty`: every number with its interval and its mean rank.
+/// Table `uncertainty`: each number with its interval and its mean rank.
 pub fn intervals(of: &Standings) -> TableLayout {
     let measured = &of.measured;
     let of_field = |field: &Field| {
@@ -59,7 +59,7 @@ pub fn intervals(of: &Standings) -> TableLayout {
     table("uncertainty", say("uncertainty", measured.told()), who, columns, groups)
 }
 
-/// The rows of the table `uncertainty` that are ranked, the best of each field first.
+/// Ranked rows of the table `uncertainty`, the best of each field first.
 pub fn ranked(of: &Standings, mut table: TableLayout) -> TableLayout {
     let of_field = |(group, field): (Group, &Field)| {
         let rows = group.rows.into_iter().zip(&field.standings);
@@ -75,7 +75,7 @@ pub fn ranked(of: &Standings, mut table: TableLayout) -> TableLayout {
     table
 }
 
-/// The table `pairs`: differences of two of a field, with their test; `None` without any.
+/// Table `pairs`: differences between two standings of a field, with tests; `None` without any.
 pub fn pairs(of: &Standings) -> Option<TableLayout> {
     let of_pair = |pair: &Pair| {
         let more = [cell(pair.p, p_text), cell(pair.corrected, p_text), count(pair.sequences)];
@@ -88,11 +88,11 @@ pub fn pairs(of: &Standings) -> Option<TableLayout> {
     (!groups.is_empty()).then(|| table("pairs", caption(), "pair", columns, groups))
 }
 
-/// Most methods of a ranking, and most rankings, that a figure can be read with.
+/// Most methods of a ranking, and most rankings, in a readable figure.
 const MAX: (usize, usize) = (12, 8);
 
-/// The mean ranks of a field as dots with bars as long as the critical difference of Nemenyi's test (Demsar, Journal of
-/// Machine Learning Research 7, 2006), so that two methods differ where their bars do not touch.
+/// Mean ranks of a field as dots, with bars of half the critical difference of Nemenyi's test (Demsar,
+/// Journal of Machine Learning Research 7, 2006) to each side. Two methods differ if their bars do not touch.
 fn ranking(field: &Field) -> Option<(Vec<&str>, DotPanel)> {
     let friedman = field.friedman.as_ref()?;
     let half = critical(friedman) / 2.0;
@@ -103,7 +103,8 @@ fn ranking(field: &Field) -> Option<(Vec<&str>, DotPanel)> {
     Some((names, DotPanel { label, values, ..DotPanel::default() }))
 }
 
-/// The mean ranks of all fields as a figure with its caption, or the reason why there is none; `None` without ranks.
+/// Mean ranks of all fields as a figure with its caption, or the reason why there is no figure; `None`
+/// without ranks.
 pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Figure, String), String>> {
     let title = &of.measured.title;
     let rankings: Vec<(Vec<&str>, DotPanel)> = of.fields.iter().filter_map(ranking).collect();

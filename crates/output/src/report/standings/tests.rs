@@ -7,7 +7,7 @@ use crate::testing::{experiment, items};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::chance::Chance;
 
-/// A competitor with true and false positives and misses, sequence by sequence.
+/// Competitor with true positives, false positives and misses by sequence.
 fn competitor(label: &str, competes: bool, counts: &[[i64; 3]]) -> Standing {
     let of = |(k, c): (usize, &[i64; 3])| (format!("s{k:02}"), [c[0], c[1], c[2], 90]);
     let counts = counts.iter().enumerate().map(of).collect();
@@ -25,7 +25,7 @@ fn competitors() -> Vec<Standing> {
     ]
 }
 
-/// The field of methods on a tracker by a metric.
+/// Field of methods on a tracker by a metric.
 fn field_of(tracker: &str, standings: Vec<Standing>, metric: Metric) -> Field {
     let of = |sum: &[i64; 4]| metric_of_sum(metric, Some(Chance::within(5)), sum);
     let names = (tracker.to_string(), tracker.to_string());
@@ -41,7 +41,7 @@ fn values(row: &Row) -> Vec<Option<f64>> {
     row.cells.iter().map(|c| c.value).collect()
 }
 
-/// The rows of a table's only group, with their labels.
+/// Rows and labels of a table with a single group.
 fn rows(table: &TableLayout) -> (&[Row], Vec<&str>) {
     let rows = &table.groups[0].rows;
     (rows, rows.iter().map(|row| row.label.name.as_str()).collect())

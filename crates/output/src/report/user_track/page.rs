@@ -1,4 +1,4 @@
-//! A user's tracks as one HTML file that needs nothing beside it.
+//! A user's tracks as one self-contained HTML file.
 
 use super::{UserTrack, UserVideo, telling_frames};
 use crate::report::page::{Page, ReportError, render};
@@ -17,18 +17,18 @@ use trackfail_core::image::patch::halved;
 use trackfail_core::region::Region;
 use trackfail_dataset::DatasetError;
 
-/// Largest number of pictures in a page.
+/// Most pictures in a page.
 const MAX_PICTURES: usize = 120;
-/// Most bytes of all pictures together, as the page has them.
+/// Most bytes of all pictures together, as encoded in the page.
 const MAX_PICTURE_BYTES: usize = 1_900_000;
 /// Largest width and height of a picture, in pixels.
 const MAX_PICTURE_SIDE: usize = 400;
-/// Quality of a picture, of 100.
+/// JPEG quality of a picture, out of 100.
 const QUALITY: u8 = 70;
 /// Most bytes of the series.
 const MAX_SERIES: usize = 64 << 20;
 
-/// A page that cannot be made.
+/// Reason why the page cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum UserPageError {
     /// A frame cannot be decoded.
@@ -43,7 +43,7 @@ pub enum UserPageError {
 }
 
 impl UserVideo<'_> {
-    /// The page.
+    /// Renders the page as HTML.
     ///
     /// # Errors
     /// See [`UserPageError`].
@@ -88,7 +88,7 @@ impl UserVideo<'_> {
         Ok(render(&page)?)
     }
 
-    /// Small pictures of the frames that say most, as many as have room, by frame.
+    /// Small pictures of the most telling frames, by frame, as many as fit.
     fn pictures(&self) -> Result<BTreeMap<usize, String>, UserPageError> {
         let telling = telling_frames(&self.tracks, self.sequence.len(), MAX_PICTURES);
         let mut ranked: Vec<(usize, usize)> = telling.into_iter().enumerate().collect();
@@ -109,7 +109,7 @@ impl UserVideo<'_> {
     }
 }
 
-/// The frame, halved until it is small, as an address `data:...`.
+/// The frame, halved until it is small, as a `data:...` URL.
 fn thumbnail(mut frame: Frame) -> Result<String, ::image::ImageError> {
     while frame.width().max(frame.height()) > MAX_PICTURE_SIDE {
         frame = halved(&frame);
@@ -121,7 +121,7 @@ fn thumbnail(mut frame: Frame) -> Result<String, ::image::ImageError> {
     Ok(format!("data:image/jpeg;base64,{}", BASE64_STANDARD.encode(bytes)))
 }
 
-/// A track as the page shows it.
+/// A track in the form that the page shows.
 fn shown((tracker, track): (usize, &UserTrack)) -> Track {
     let rect = |region: &Option<Region>| region.as_ref().map_or(NOWHERE, Region::rect);
     let series = TrackSeries {

@@ -9,10 +9,10 @@ use crate::results::detections::{JudgedMethod, TargetState};
 use trackfail_core::image::Frame;
 use trackfail_dataset::DatasetError;
 
-/// Stills of a figure.
+/// Number of stills in the figure.
 const STILLS: usize = 5;
 
-/// Color of a state: green, vermilion, gray.
+/// Color of a state: green for tracking, vermilion for lost, gray for absent.
 fn color(state: TargetState) -> Color {
     match state {
         TargetState::Tracking => Color::Green,
@@ -22,8 +22,9 @@ fn color(state: TargetState) -> Color {
 }
 
 impl UserVideo<'_> {
-    /// Frame `t`, from 0, whose pixels are `frame`: each box in the color of its state, dashed where it is the last one
-    /// again; above, the number of the frame, and for a single target the state and the score.
+    /// Frame `t` (0-based) with its boxes, drawn on the pixels `frame`. Each box has the color of its state
+    /// and is dashed where it repeats an earlier one. Above are the number of the frame and, for a single
+    /// target, the state and the score.
     pub fn drawn(&self, t: usize, frame: &Frame) -> Frame {
         let number = self.sequence.number(t);
         let (text, ground) = match self.lone() {
@@ -37,7 +38,7 @@ impl UserVideo<'_> {
         annotate(frame, &self.boxes(t), text.trim_end(), ground)
     }
 
-    /// The boxes of frame `t`.
+    /// Boxes of frame `t`, in the colors of their states.
     fn boxes(&self, t: usize) -> Vec<AnnotatedBox> {
         let several = self.tracks.len() > 1;
         let annotated = |track: &UserTrack| {
@@ -50,7 +51,7 @@ impl UserVideo<'_> {
         self.tracks.iter().filter_map(annotated).collect()
     }
 
-    /// The figure: the score of each method with its threshold, shaded where the target is lost.
+    /// Figure with the score of each method and its threshold. Frames with a lost target are shaded.
     ///
     /// # Errors
     /// When a frame cannot be decoded.

@@ -25,12 +25,12 @@ fn video(frames: usize) -> Sequence {
     Sequence { frames: rendered, ..user_frames::without_frames("a <video>", frames) }
 }
 
-/// A video of tracks.
+/// The tracks as a user's video.
 fn shown(sequence: &Sequence, tracks: Vec<UserTrack>) -> UserVideo<'_> {
     UserVideo { sequence, tracks, facts: vec![("boxes".to_string(), "a&b.txt".to_string())] }
 }
 
-/// A track that is lost in frames 20 to 29 and absent in the last five, as `methods` methods see it.
+/// Track that is lost in frames 20 to 29 and absent in the last five, with results of `methods` methods.
 fn track(target: Option<i64>, frames: usize, methods: usize) -> UserTrack {
     let state = |t: usize| match t {
         20..30 => TargetState::Lost,
@@ -118,7 +118,7 @@ fn a_figure_has_stills_panels_and_the_verdict() {
     assert!(figure.to_png().unwrap().starts_with(b"\x89PNG"));
 }
 
-/// A judged track by scores, alarms and boxes of its frames, as the program judges it.
+/// Judged track with these frames: the score of each, and true if it has a box.
 fn judged(frames: &[(f64, bool)]) -> JudgedTrack {
     let detector = plugin::find(DETECTORS, "level").unwrap();
     let detector = detector.build_from_text("{ above = 0.8 }").unwrap();

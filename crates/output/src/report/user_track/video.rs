@@ -1,4 +1,4 @@
-//! Frames as a video file, which `ffmpeg` encodes.
+//! Encodes frames as a video file, by `ffmpeg`.
 
 use crate::user_file;
 use std::cell::Cell;
@@ -16,34 +16,34 @@ use trackfail_dataset::text::visible;
 use trackfail_engine::limits::Interrupted;
 use trackfail_engine::store::{self, StoreError};
 
-/// Ends of the names of video files, with ffmpeg's names of their formats.
+/// Endings of video files, with ffmpeg's names of their formats.
 pub const CONTAINERS: [(&str, &str); 4] =
     [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska"), ("avi", "avi")];
 
-/// Encoders in the order in which they are tried: the second one is in every ffmpeg.
+/// Encoders in the order in which they are tried. All builds of ffmpeg have the second one.
 const ENCODERS: [(&str, &[&str]); 2] =
     [("libx264", &["-preset", "veryfast", "-crf", "20"]), ("mpeg4", &["-q:v", "3"])];
 
-/// Frames under way to ffmpeg.
+/// Most frames that wait for ffmpeg.
 const MAX_QUEUED: usize = 4;
-/// Longest time for it to take one, and to end after the last.
+/// Longest wait until ffmpeg takes a frame, and until it ends after the last one.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// A video that cannot be written.
+/// Reason why a video cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum VideoError<E: std::error::Error + 'static> {
-    /// There is no ffmpeg.
+    /// ffmpeg is not installed or cannot be started.
     #[error(
         "{0}: there is no `ffmpeg` on the PATH, which makes videos; install it (Debian, Ubuntu: apt install ffmpeg; macOS: \
          brew install ffmpeg; Windows: winget install ffmpeg), or name a folder for PNG files"
     )]
     NoFfmpeg(String),
-    /// ffmpeg refuses.
+    /// ffmpeg refuses the frames or the format.
     #[error("{path}: ffmpeg: {message}")]
     Ffmpeg {
-        /// The video file.
+        /// Path of the video file.
         path: String,
-        /// Text of its stderr.
+        /// Text from the stderr of ffmpeg.
         message: String,
     },
     /// The file cannot be written to.
@@ -52,19 +52,20 @@ pub enum VideoError<E: std::error::Error + 'static> {
     /// A frame cannot be made.
     #[error(transparent)]
     Frame(E),
-    /// The user interrupts.
+    /// The user interrupted.
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
 }
 
-/// The format of a video file, by its name; `None` for a name that is no video's.
+/// Format of a video file, by its name; `None` if the name is not that of a video.
 pub fn container(path: &Path) -> Option<&'static str> {
     let end = path.extension()?.to_ascii_lowercase();
     CONTAINERS.into_iter().find(|(known, _)| end == *known).map(|(_, format)| format)
 }
 
-/// Writes `count` frames of one size, `frame(t)` from 0 on, as a video of `rate` frames a second. A file of that name is
-/// replaced when the video is complete; a device, pipe or link is written to. It ends soon after `is_stopped` says so.
+/// Writes `count` frames of one size, `frame(t)` from 0 on, as a video of `rate` frames per second. A regular
+/// file is replaced when the video is complete; a device, pipe or link is written to. The call ends soon
+/// after `is_stopped` returns true.
 ///
 /// # Errors
 /// See [`VideoError`].
@@ -78,7 +79,7 @@ pub fn write<E: std::error::Error + Send + 'static>(
     write_by(OsStr::new("ffmpeg"), path, rate, &Source { count, frame: &frame, is_stopped })
 }
 
-/// Where the frames come from.
+/// Number and source of the frames, and the flag that stops.
 struct Source<'a, E> {
     count: usize,
     frame: &'a (dyn Fn(usize) -> Result<Frame, E> + Sync),
@@ -116,7 +117,8 @@ fn write_by<E: std::error::Error + Send + 'static>(
     Err(VideoError::Ffmpeg { path: shown, message })
 }
 
-/// Everything before the encoder. One thread, because the bytes depend on their number.
+/// Command up to the choice of encoder. It uses one thread, because the bytes would depend on the number of
+/// threads.
 fn command(program: &OsStr, size: &str, rate: f64, format: &str) -> Command {
     let mut command = Command::new(program);
     command
@@ -131,7 +133,7 @@ fn command(program: &OsStr, size: &str, rate: f64, format: &str) -> Command {
     command
 }
 
-/// Gives a program all frames and waits for its end; what it says if it refuses them.
+/// Sends all frames to a program and waits for its end. The error has its output.
 fn encode<E: std::error::Error + Send + 'static>(
     mut command: Command,
     folder: &Path,

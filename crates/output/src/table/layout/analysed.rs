@@ -1,4 +1,4 @@
-//! Tables that show what an analysis found.
+//! Tables of the findings of an analysis.
 
 use super::printed::Printed;
 use super::{Cell, Group, Label, Row, TableLayout, arrow, mark_best, sentence};
@@ -11,7 +11,7 @@ use trackfail_engine::spec::table::{FindingName, Table};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::TrackerMetric;
 
-/// Makes a table of an analysis, with a group for each tracker.
+/// Makes a table of an analysis, with one group for each tracker.
 pub fn analysed(
     experiment: &Experiment,
     table: &Table,
@@ -94,27 +94,27 @@ pub fn analysed(
     }
 }
 
-/// Whether larger or smaller is better in a column, where it is a metric of trackers.
+/// Direction in which values of a column are better; only for metrics of trackers.
 fn direction(column: &str) -> Direction {
     TrackerMetric::of_heading(column).map_or(Direction::Neither, |m| m.direction)
 }
 
-/// The heading of a column, with an arrow where it is a metric of trackers that has a direction.
+/// Heading of a column, with an arrow if it is a metric of trackers with a direction.
 fn heading(column: &str) -> Label {
     Label::shown_as(column.to_string(), format!("{column}{}", arrow(direction(column))))
 }
 
-/// The heading of a tracker's row or column.
+/// Heading of a tracker's row or column.
 fn tracker_heading(analysed: &Analysed) -> Label {
     Label::shown_as(analysed.tracker.clone(), tracker_note(analysed))
 }
 
-/// Rows without a heading, of all trackers together.
+/// Group without a heading, for rows of all trackers together.
 fn ungrouped(rows: Vec<Row>) -> Group {
     Group { label: String::new(), key: String::new(), published_tracker: None, has_ours: true, rows }
 }
 
-/// Column `k` of every tracker side by side; rows in the order in which they first occur.
+/// Column `k` of all trackers side by side. Rows are in order of first occurrence.
 fn side_by_side(of_trackers: &[Vec<Row>], k: usize) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for row in of_trackers.iter().flatten() {

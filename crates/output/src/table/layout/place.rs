@@ -1,4 +1,4 @@
-//! What the rows, columns and groups of a table fix: tracker, method, grid point, metric, attribute.
+//! Values that the rows, columns and groups of a table fix: tracker, method, grid point, metric, attribute.
 
 use crate::results::Measure;
 use std::collections::BTreeSet;
@@ -7,10 +7,10 @@ use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::table::{Side, Table};
 use trackfail_methods::score::Metric;
 
-/// Label of the step along the attributes that takes all sequences.
+/// Row label for all sequences, whatever their attributes.
 const ALL: &str = "all";
 
-/// What a row, column or group fixes; everything else varies.
+/// Values that a row, column or group fixes. Fields that are `None` vary.
 #[derive(Clone, Default)]
 pub(super) struct Place<'a> {
     pub(super) tracker: Option<&'a str>,
@@ -20,11 +20,11 @@ pub(super) struct Place<'a> {
     pub(super) axes: Vec<(String, f64)>,
 }
 
-/// A row, column or group: its label, and what it fixes.
+/// A row, column or group: its label, and the values that it fixes.
 pub(super) type Step<'a> = (String, Place<'a>);
 
 impl Place<'_> {
-    /// What both fix together.
+    /// Values that this place and the other one fix together.
     pub(super) fn and(&self, other: &Self) -> Self {
         Self {
             tracker: other.tracker.or(self.tracker),
@@ -36,7 +36,7 @@ impl Place<'_> {
     }
 }
 
-/// The steps along one side of a table.
+/// Steps along one side of a table.
 pub(super) fn steps<'a>(
     side: &Side,
     experiment: &'a Experiment,
@@ -72,7 +72,7 @@ pub(super) fn steps<'a>(
     }
 }
 
-/// The pooled numbers of a place; axes that the method's grid does not have are ignored.
+/// Pooled numbers of a place. Axes that the method's grid lacks are ignored.
 pub(super) fn find<'m>(measures: &'m [Measure], at: &Place<'_>) -> Option<&'m Measure> {
     measures.iter().find(|m| {
         at.tracker == Some(m.tracker.as_str())
@@ -82,7 +82,7 @@ pub(super) fn find<'m>(measures: &'m [Measure], at: &Place<'_>) -> Option<&'m Me
     })
 }
 
-/// The groups of a table: every combination of what varies and is on neither side.
+/// Groups of a table: all combinations of the values that vary and are on neither side.
 pub(super) fn groups<'a>(
     experiment: &'a Experiment,
     table: &'a Table,

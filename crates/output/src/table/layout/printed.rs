@@ -1,15 +1,15 @@
-//! The numbers that a paper prints beside those of a table, joined by tracker, row and column.
+//! Numbers printed in a paper, matched to a table by tracker, row and column.
 
 use super::Cell;
 use crate::table::number::{Style, bare, four_digits, printed_value};
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::table::{Published, Table};
 
-/// The published numbers of a table.
+/// Published numbers of a table.
 pub(super) struct Printed<'a> {
     experiment: &'a Experiment,
     rows: Vec<&'a Published>,
-    /// Whether the paper leaves zeros out before points; all numbers of the table then do.
+    /// True if the paper omits the zero before the point. Then all numbers of the table do.
     is_bare: bool,
 }
 
@@ -25,8 +25,8 @@ impl<'a> Printed<'a> {
         self.rows.iter().map(|p| p.tracker.as_str())
     }
 
-    /// The tracker whose numbers stand beside those of `tracker`: its own or, of a paper with only one that is not run,
-    /// that one's.
+    /// Tracker whose published numbers stand beside those of `tracker`: the tracker itself or, if the paper
+    /// has a single tracker that was not run, that one.
     pub(super) fn beside(&self, tracker: Option<&str>) -> Option<&'a str> {
         let first = self.trackers().next()?;
         let only = self.trackers().all(|t| t == first);
@@ -35,31 +35,31 @@ impl<'a> Printed<'a> {
         own.or((only && !is_run).then_some(first))
     }
 
-    /// The name of a tracker in the paper: for a reading that of the one that it is like.
+    /// Name of a tracker in the paper; for a reading, that of the tracker that it is like.
     pub(super) fn name(&self, label: &str) -> String {
         let tracker = self.experiment.trackers.iter().find(|t| t.label == label);
         tracker.and_then(|t| t.like.as_deref()).unwrap_or(label).to_string()
     }
 
-    /// The printed text of a cell.
+    /// Printed text of a cell.
     pub(super) fn text(&self, tracker: Option<&str>, row: &str, column: &str) -> Option<&'a str> {
         let mine = self.rows.iter().filter(|p| Some(p.tracker.as_str()) == tracker && p.row == row);
         mine.flat_map(|p| &p.values).find(|(known, _)| known == column).map(|(_, text)| text.as_str())
     }
 
-    /// How the paper prints a row, for whichever tracker it does: a row has one rounding.
+    /// Style in which the paper prints a row, for any tracker. A row is rounded uniformly.
     pub(super) fn style(&self, row: &str) -> Option<Style> {
         let of_row = self.rows.iter().filter(|p| p.row == row);
         of_row.flat_map(|p| &p.values).next().map(|(_, text)| Style::of(text))
     }
 
-    /// A number of ours; with four digits where there is no style.
+    /// Our number as printed; with four digits without a style.
     pub(super) fn shown(&self, v: f64, style: Option<Style>) -> String {
         let text = style.map_or_else(|| four_digits(v), |style| style.format(v));
         if self.is_bare { bare(&text) } else { text }
     }
 
-    /// A cell with our number, the published one and their difference as printed.
+    /// Cell with our number, the published one and their difference, as printed.
     pub(super) fn cell(&self, value: Option<f64>, style: Option<Style>, published: Option<&str>) -> Cell {
         let style = style.map(|style| Style { bare: self.is_bare, ..style });
         let printed = published.and_then(printed_value);

@@ -28,7 +28,7 @@ fn best_and_second_by_hand() {
     assert_eq!(marks(&[0.3, 0.2, 1.0], Direction::Neither), "...");
 }
 
-/// Precision and F1 of two methods on two trackers; the paper prints precision without zeros.
+/// Precision and F1 of two methods on two trackers. The paper prints precision without leading zeros.
 fn experiment() -> Experiment {
     let head = "protocol = 'khalid2016/1'\nsuites = { test = 'synthetic-otb' }\n".to_string();
     let published = "table = 't'; tracker = 'A'; row = 'precision'; values = { DTEF = '.110' }";

@@ -4,12 +4,12 @@ use proptest::prelude::*;
 use trackfail_core::num::pooled::Draws;
 use trackfail_methods::score::chance::Chance;
 
-/// True and false positives, misses and rejections.
+/// Counts of true positives, false positives and misses, without true negatives.
 fn counts(tp: i64, fp: i64, fn_: i64) -> [i64; 4] {
     [tp, fp, fn_, 10]
 }
 
-/// How sure the ranks of methods are, which have counts on as many sequences.
+/// Certainty of the ranks of methods that have counts on the same number of sequences.
 fn sure(methods: &[(&[[i64; 4]], Option<Chance>)], metric: Metric) -> Vec<Stability> {
     let sampling = Sampling::with_seed(7);
     let values = |(counts, chance): &(&[[i64; 4]], Option<Chance>)| {

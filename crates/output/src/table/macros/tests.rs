@@ -1,6 +1,7 @@
-use super::super::render::tests::sample;
+use super::super::render::tests::{in_latex, of_word, sample};
 use super::*;
 use proptest::prelude::*;
+use trackfail_testing::hostile;
 
 #[test]
 fn every_number_has_a_name() {
@@ -26,6 +27,24 @@ fn numbers_of_the_text_have_names_too() {
     let fact = Fact { parts: vec!["targets".into(), "present".into()], shown: "12".into() };
     let text = macros("a", &[fact], &[]);
     assert!(text.ends_with("\\tfset{a/about/targets/present}{12}\n"), "{text}");
+}
+
+#[test]
+fn any_word_is_the_text_of_its_numbers_and_a_plain_part_of_their_names() {
+    for word in hostile::words() {
+        let text = macros("a", &[], &[of_word(&word)]);
+        let numbers: Vec<(&str, &str)> = text
+            .lines()
+            .skip(3)
+            .map(|line| line.strip_prefix("\\tfset{").unwrap().split_once("}{").unwrap())
+            .collect();
+        assert_eq!(numbers.len(), 6);
+        for (k, (name, number)) in numbers.into_iter().enumerate() {
+            assert!(read(name).unwrap().contains(&word), "{name}");
+            let number = hostile::latex(number.strip_suffix('}').unwrap());
+            assert!(k > 2 || number == in_latex(&word), "{number}");
+        }
+    }
 }
 
 /// Reads a list of names back from what [`name`] made; `None` for other text.

@@ -1,8 +1,10 @@
 use super::*;
+use crate::table::latex::latex;
 use crate::table::layout::Label;
 use trackfail_core::direction::Direction;
 use trackfail_engine::spec::table::Latex;
 use trackfail_methods::score::Metric;
+use trackfail_testing::hostile::{self, assert_is_text};
 
 pub fn sample() -> TableLayout {
     let cell = |ours: &str, published: &str, best| Cell {
@@ -32,6 +34,37 @@ pub fn sample() -> TableLayout {
                 cells: vec![cell(".120", ".110", true), cell(".100", ".090", false)],
             }],
         }],
+    }
+}
+
+/// The sample with all its texts a word.
+pub fn of_word(word: &str) -> TableLayout {
+    let mut table = sample();
+    let text = || word.to_string();
+    (table.caption, table.data, table.corner, table.columns[0]) = (text(), text(), text(), word.into());
+    let group = &mut table.groups[0];
+    (group.label, group.key, group.published_tracker) = (text(), text(), Some(text()));
+    group.rows[0].label = word.into();
+    let cell = &mut group.rows[0].cells[0];
+    (cell.ours, cell.published, cell.difference) = (Some(text()), Some(text()), Some(text()));
+    table
+}
+
+/// A text as LaTeX shows it to [`hostile::latex`].
+pub fn in_latex(word: &str) -> String {
+    visible(word).replace('"', "''").replace('\u{fffd}', "?")
+}
+
+#[test]
+fn any_word_is_text_in_csv_markdown_and_latex() {
+    let csv = |word: &str| {
+        let fields = hostile::csv(&String::from_utf8(csv(&of_word(word)).unwrap()).unwrap());
+        fields.iter().map(|row| row.join("\u{1}")).collect::<Vec<_>>().join("\u{2}")
+    };
+    for word in hostile::words() {
+        assert_is_text(&word, &word, csv);
+        assert_is_text(&word, &visible(&word), |word| hostile::markdown(&markdown(&of_word(word))));
+        assert_is_text(&word, &in_latex(&word), |word| hostile::latex(&latex("a/b", &of_word(word))));
     }
 }
 

@@ -79,7 +79,7 @@ fn four_zeros_are_no_annotation() {
     assert_eq!((found.objects().count(), found.last()), (0, 1));
 }
 
-/// A document of boxes by (frame, object), in any order.
+/// CVML document of boxes, keyed by frame and object.
 fn document(boxes: &BTreeMap<(u32, u32), (i32, i32, u32, u32)>) -> String {
     let mut text = String::from("<dataset>");
     let frames: BTreeSet<u32> = boxes.keys().map(|k| k.0).collect();

@@ -6,11 +6,11 @@ fn events(list: &[Event]) -> Events {
     list.iter().fold(Events::default(), |events, event| events.with(*event, true))
 }
 
-/// One frame of a script: its events, the answer of a check, and what must come out: row of the table,
-/// successful, reference.
+/// One frame of a script: the events and the answer of a check, then the expected row of the table, success
+/// and reference.
 type Frame<'a> = (&'a [Event], bool, Option<usize>, bool, usize);
 
-/// Plays a script with frames from 0 and gives the rows that it used.
+/// Plays a script with frames from 0 and returns the rows that were applied.
 fn play(limit: usize, script: &[Frame<'_>]) -> Vec<usize> {
     let mut machine = Machine::new(limit, 1);
     let mut used = Vec::new();

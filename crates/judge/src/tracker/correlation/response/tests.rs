@@ -127,7 +127,7 @@ fn windows_as_large_as_the_map_leave_the_whole_map() {
     assert_eq!((response.peak, response.second_peak), (100.0, 99.0));
 }
 
-/// Maps of quarters, in which sums are exact, with one highest value.
+/// Maps of quarters, for which sums are exact, with a unique highest value.
 fn maps() -> impl Strategy<Value = (usize, Vec<f32>)> {
     (3..24_usize, 3..24_usize).prop_flat_map(|(w, h)| {
         let values = prop::collection::vec(-40..40_i16, w * h);

@@ -1,8 +1,8 @@
-//! Columns of a file of boxes: their content, in the words of its header or of the user.
+//! Columns of a file of boxes, and the words for them in a header or an option.
 
 use trackfail_core::plugin;
 
-/// What a column holds.
+/// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Number of the frame.
@@ -21,15 +21,15 @@ pub enum Role {
     Right,
     /// Bottom edge.
     Bottom,
-    /// Horizontal place of the center.
+    /// Horizontal coordinate of the center.
     CenterX,
-    /// Vertical place of the center.
+    /// Vertical coordinate of the center.
     CenterY,
-    /// Confidence, which is not read.
+    /// Confidence; it is not read.
     Confidence,
-    /// Class of the target, which is not read.
+    /// Class of the target; it is not read.
     Class,
-    /// Something else, which is not read.
+    /// Anything else; it is not read.
     Other,
 }
 
@@ -37,7 +37,7 @@ use Role::{
     Bottom, CenterX, CenterY, Class, Confidence, Frame, Height, Left, Other, Right, Target, Top, Width,
 };
 
-/// The words of headers for each role, our own first; see [`plain`].
+/// Words for each role, first the word that we write; see [`plain`].
 const WORDS: [(Role, &[&str]); 13] = [
     (Frame, &["frame", "frameid", "frameindex", "frameidx", "framenumber", "frameno", "imageid", "t"]),
     (Target, &["id", "trackid", "targetid", "trackerid", "objectid"]),
@@ -54,49 +54,49 @@ const WORDS: [(Role, &[&str]); 13] = [
     (Other, &["other"]),
 ];
 
-/// Words that make no box.
+/// Reason why words do not describe the columns of a box.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ColumnsError {
-    /// A word that names no column.
+    /// The word is not a column.
     #[error("{0}")]
     Unknown(String),
-    /// No box has these columns.
+    /// These columns do not make a box.
     #[error(
         "`{0}` names no whole box, which is x,y,w,h or x1,y1,x2,y2 or cx,cy,w,h in any order; the columns beside it may be \
          frame, id, confidence, class and other"
     )]
     Incomplete(String),
-    /// Two columns hold the same.
+    /// Two columns have the same role.
     #[error("`{0}` names two columns for one thing; call the one that does not count `other`")]
     Twice(String),
-    /// A polygon beside other columns.
+    /// Corners of a polygon stand beside other columns.
     #[error("`{0}` has more than two corners; a polygon is x1,y1,x2,y2,x3,y3,... with no column beside it")]
     Corners(String),
 }
 
-/// Columns with a whole box among them.
+/// Columns that include all parts of a box.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
     roles: Vec<Role>,
     /// Number of further columns that a row may have.
     spare: usize,
-    /// Whether the box is in shares of the frame's sides; where nobody says, its numbers do.
+    /// True if the box is in fractions of the frame, false if it is in pixels; `None`: its numbers tell.
     pub(super) shares: Option<bool>,
 }
 
 impl Columns {
-    /// Columns of a box that is in shares, in pixels, or in what its numbers tell.
+    /// Columns of a box with the given unit; see [`Columns::shares`].
     pub(super) fn new(roles: Vec<Role>, shares: Option<bool>) -> Self {
         Self { roles, spare: 0, shares }
     }
 
-    /// The same, before a number of columns that may be there and are not read.
+    /// The same columns, followed by up to `spare` further columns, which are not read.
     pub(super) fn and_spare(self, spare: usize) -> Self {
         Self { spare, ..self }
     }
 
-    /// The columns of words, of which those that are unknown are not read; `text` has them all. `None` for the corners of a
-    /// polygon.
+    /// The columns that the words name; unknown words are columns that are not read. `text` is the whole
+    /// text, for messages. `None` for the corners of a polygon.
     ///
     /// # Errors
     /// See [`ColumnsError`].
@@ -127,13 +127,13 @@ impl Columns {
         self.roles.iter().position(|other| *other == role)
     }
 
-    /// The columns that say where a side of the box begins and how long it is.
+    /// The two columns that define the box in one direction: two of start, end, center and size.
     fn side(&self, start: Role, end: Role, center: Role, size: Role) -> Option<[(usize, Role); 2]> {
         let pair = |a: Role, b: Role| Some([(self.position(a)?, a), (self.position(b)?, b)]);
         pair(start, size).or_else(|| pair(start, end)).or_else(|| pair(center, size))
     }
 
-    /// Left, top, width and height of a row, NaN where it has none.
+    /// Left, top, width and height of the box in a row; NaN if the row has none.
     pub(super) fn rect(&self, row: &[f64]) -> [f64; 4] {
         let of = |k: usize| row.get(k).copied().unwrap_or(f64::NAN);
         let along = |side: Option<[(usize, Role); 2]>| match side {
@@ -147,24 +147,24 @@ impl Columns {
         [left, top, width, height]
     }
 
-    /// Numbers of the box in a row, as they are written.
+    /// The numbers of the box in a row, unchanged.
     pub(super) fn of_box(&self, row: &[f64]) -> Vec<f64> {
         let is_of_box = |role: Role| is_read(role) && !matches!(role, Frame | Target);
         let columns = self.roles.iter().zip(row);
         columns.filter(|(role, _)| is_of_box(**role)).map(|(_, value)| *value).collect()
     }
 
-    /// Whether a row may have so many columns.
+    /// True if a row may have this number of columns.
     pub(super) fn fits(&self, count: usize) -> bool {
         (self.roles.len()..=self.roles.len() + self.spare).contains(&count)
     }
 
-    /// Whether a column is read.
+    /// True if this column is read.
     pub(super) fn reads(&self, column: usize) -> bool {
         self.roles.get(column).is_some_and(|role| is_read(*role))
     }
 
-    /// The same columns with the center in place of the left top corner.
+    /// The same columns with the center in place of the top left corner.
     pub(super) fn centered(&self) -> Self {
         let centered = |role: &Role| match role {
             Left => CenterX,
@@ -174,7 +174,7 @@ impl Columns {
         Self { roles: self.roles.iter().map(centered).collect(), ..self.clone() }
     }
 
-    /// The words for the columns, joined by commas.
+    /// Words for the columns, between commas.
     pub(super) fn words(&self) -> String {
         let words: Vec<&str> = self.roles.iter().map(|role| self.word(*role)).collect();
         words.join(",")
@@ -198,7 +198,7 @@ fn is_read(role: Role) -> bool {
     !matches!(role, Confidence | Class | Other)
 }
 
-/// A word in small letters and digits alone, without the `bbox` that stands before it in some headers.
+/// A word reduced to lower case letters and digits, without a leading `bbox`, `box`, `bb` or `rect`.
 fn plain(word: &str) -> String {
     let word: String =
         word.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
@@ -211,15 +211,15 @@ fn role(word: &str) -> Option<Role> {
     WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role)
 }
 
-/// Whether a header calls a corner of the box `x` and `y`, which some do with its center.
+/// True if a header has bare words `x` and `y`, which may mean a corner or the center.
 pub(super) fn is_bare(words: &[&str]) -> bool {
     ["x", "y"].iter().all(|bare| words.iter().any(|word| plain(word) == *bare))
 }
 
-/// The columns of words that the user gives; see [`Columns::of_words`].
+/// The columns that a user's words name; see [`Columns::of_words`].
 ///
 /// # Errors
-/// As there, and for a word that names no column.
+/// The same, and when a word is not a column.
 pub(super) fn of_user(text: &str) -> Result<Option<Columns>, ColumnsError> {
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
     let columns = Columns::of_words(&words, text);

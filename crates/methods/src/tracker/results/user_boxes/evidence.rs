@@ -1,11 +1,12 @@
-//! What the numbers of a file say about its format.
+//! Finds the format of a file from its numbers.
 //!
-//! A row is a box, perhaps after a frame, a target or a class, and before a confidence and the like. Every such shape is tried
-//! with boxes of left, top, width, height and of left, top, right, bottom, and kept if all rows allow it: numbers of
-//! frames rise, targets and classes are whole, confidences lie between 0 and 1, sizes are positive. Of what is left, boxes
-//! that reach far out of the frame go, if others do not. Where both kinds of boxes are left, sizes change little from row to
-//! row in the right one: that decides if it is clear. Four numbers and the rows of MOTChallenge are left, top, width, height
-//! by custom, which is only doubted.
+//! A row is a box, perhaps after a frame, a target or a class, and before a confidence or other columns. Each
+//! such order of columns is tried twice: with left, top, width, height, and with left, top, right, bottom. It
+//! is kept if it fits all rows: frame numbers ascend, targets and classes are whole numbers, confidences are
+//! between 0 and 1, sizes are positive. Formats whose boxes reach far outside of the frame are dropped if
+//! there are others. If both kinds of boxes are left, the kind is taken whose sizes change clearly less from
+//! row to row. Rows of four numbers and rows of MOTChallenge are usually left, top, width, height; they are
+//! read so unless the numbers speak against it.
 
 use super::columns::{Columns, Role};
 use super::header::Header;
@@ -17,21 +18,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::num::summary;
 use trackfail_core::region::{Rect, Region, RegionError};
 
-/// Where left, top, width and height are the custom, corners are doubted no more if their boxes change and differ in size by
-/// this share of what those of the custom do. Corners that are rounded, of a target that hardly moves, change by .9 and differ
-/// by .6; of 1274 results of trackers for OTB two may be corners at all, and none is doubted.
+/// Where left, top, width, height is the usual format, left, top, right, bottom is possible only if its sizes
+/// change less or spread less than this fraction of those of the usual format. Rounded corners of a target
+/// that hardly moves reach .9 in change and .6 in spread. Of 1274 results of trackers for OTB two may be
+/// corners, and none is doubted.
 const MUCH: f64 = 0.9;
 
-/// Columns before a box, and the largest number of columns behind it.
+/// Columns before a box, and the largest number of columns after it.
 const SHAPES: [(&[Role], usize); 5] =
     [(&[], 4), (&[Frame, Target], 4), (&[Frame], 2), (&[Class], 1), (&[Class, Confidence], 0)];
-/// Columns before a box in shares.
+/// Columns before a box that is in fractions of the frame.
 const SHAPES_OF_SHARES: [&[Role]; 3] = [&[], &[Frame], &[Class]];
 const SIDES: [Role; 4] = [Left, Top, Width, Height];
 const CENTERS: [Role; 4] = [CenterX, CenterY, Width, Height];
 const CORNERS: [Role; 4] = [Left, Top, Right, Bottom];
 
-/// The formats that rows without a header may have, the likeliest first; none if nothing fits.
+/// Formats that rows without a header may have, the most likely first; empty if none fits.
 pub(super) fn candidates(rows: &[Row], options: &Options) -> Vec<BoxFormat> {
     let count = rows.iter().map(|(_, row)| row.len()).max().unwrap_or(0);
     let rows = rows.iter().map(|(_, row)| row.as_slice());
@@ -49,7 +51,7 @@ pub(super) fn candidates(rows: &[Row], options: &Options) -> Vec<BoxFormat> {
     table.decided(in_frame(found, size))
 }
 
-/// The format that so many numbers have most often, or nothing where there is none.
+/// The most common format of rows with this number of columns, if there is one.
 pub(super) fn usual(count: usize) -> Option<BoxFormat> {
     match count {
         4 => Some(BoxFormat::xywh()),
@@ -60,7 +62,8 @@ pub(super) fn usual(count: usize) -> Option<BoxFormat> {
     }
 }
 
-/// The format with the unit of its boxes: shares of the frame's sides where their numbers are about 0 to 1, and not all whole.
+/// The format with a unit: fractions of the frame if the numbers of the boxes are about 0 to 1 and not all
+/// whole, else pixels.
 pub(super) fn with_unit(format: BoxFormat, rows: &[Row]) -> BoxFormat {
     let BoxFormat::Columns(mut columns) = format else { return format };
     if columns.shares.is_none() {
@@ -71,7 +74,7 @@ pub(super) fn with_unit(format: BoxFormat, rows: &[Row]) -> BoxFormat {
     BoxFormat::Columns(columns)
 }
 
-/// The formats that a header may mean: `x` and `y` in shares may be those of the center.
+/// Formats that a header may mean: in fractions of the frame, `x` and `y` may also be the center.
 pub(super) fn of_header(header: &Header, rows: &[Row], size: Option<(usize, usize)>) -> Vec<BoxFormat> {
     let format = with_unit(header.format.clone(), rows);
     let BoxFormat::Columns(columns) = &format else { return vec![format] };
@@ -87,20 +90,20 @@ pub(super) fn of_header(header: &Header, rows: &[Row], size: Option<(usize, usiz
     in_frame(found.into(), Some((1.0, 1.0))).into_iter().map(|found| found.format).collect()
 }
 
-/// Whether numbers are shares of sides: about 0 to 1, and not all whole. Those that are none are passed over.
+/// True if the numbers are fractions of the frame: about 0 to 1, and not all whole. NaN is ignored.
 fn are_shares(numbers: &[f64]) -> bool {
     let mut numbers = numbers.iter().filter(|v| v.is_finite());
     numbers.clone().any(|v| v.fract() != 0.0) && numbers.all(|v| (-0.5..=1.5).contains(v))
 }
 
-/// A format with the boxes that it finds in the rows.
+/// A format that fits the rows, and its boxes.
 struct Found {
     format: BoxFormat,
-    /// The columns, if a row has any but those of a polygon.
+    /// Columns; `None` for polygons alone.
     columns: Option<Columns>,
-    /// What stands before the box: an index into [`SHAPES`].
+    /// Index into [`SHAPES`] of the columns before the box; the length of [`SHAPES`] for polygons.
     shape: usize,
-    /// Whether the first format of this shape is the one by custom.
+    /// True if left, top, width, height is the usual format for these columns.
     is_custom: bool,
     /// Left, top, width and height of each row.
     boxes: Vec<[f64; 4]>,
@@ -112,13 +115,13 @@ impl Found {
         Self { format, columns: Some(columns), shape, is_custom, boxes }
     }
 
-    /// Whether no size is negative, and some are above a least one.
+    /// True if no size is negative, and at least one is above `least`.
     fn has_area(&self, least: f64) -> bool {
         self.boxes.iter().all(|[.., w, h]| *w >= 0.0 && *h >= 0.0)
             && self.boxes.iter().any(|[.., w, h]| *w > least && *h > least)
     }
 
-    /// The widths and the heights of each target, row by row; rows without area are left out.
+    /// Widths and heights of each target, row by row; rows without area are left out.
     fn sizes(&self, rows: &[&[f64]]) -> Vec<Vec<f64>> {
         let target = self.columns.as_ref().and_then(|columns| columns.position(Target));
         let mut sizes: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
@@ -132,12 +135,12 @@ impl Found {
     }
 }
 
-/// Sum of the changes of sizes from one to the next.
+/// Sum of the absolute changes from each size to the next.
 fn change(sizes: &[Vec<f64>]) -> f64 {
     sizes.iter().flat_map(|series| series.windows(2)).map(|pair| (pair[1] - pair[0]).abs()).sum()
 }
 
-/// Sum of the distances of sizes from their medians.
+/// Sum of the absolute differences of sizes from their median.
 fn spread(sizes: &[Vec<f64>]) -> f64 {
     let of = |series: &Vec<f64>| {
         let middle = summary::median(&mut series.clone()).unwrap_or_default();
@@ -146,7 +149,7 @@ fn spread(sizes: &[Vec<f64>]) -> f64 {
     sizes.iter().map(of).sum()
 }
 
-/// Leaves formats out whose boxes reach far out of the frame, if there are others.
+/// Drops formats whose boxes reach far outside of the frame, if there are others.
 fn in_frame(mut found: Vec<Found>, size: Option<(f64, f64)>) -> Vec<Found> {
     let Some((width, height)) = size else { return found };
     let is_far = |[x, y, w, h]: [f64; 4]| {
@@ -164,16 +167,16 @@ fn in_frame(mut found: Vec<Found>, size: Option<(f64, f64)>) -> Vec<Found> {
     found
 }
 
-/// Rows of finite numbers, so many in each.
+/// Rows of finite numbers, all of the same length.
 struct Table<'r> {
     rows: Vec<&'r [f64]>,
     count: usize,
-    /// Number of frames, where known.
+    /// Number of frames, if it is known.
     frames: Option<usize>,
 }
 
 impl Table<'_> {
-    /// Formats of boxes in shares of the frame's sides.
+    /// Formats of boxes in fractions of the frame that fit.
     fn shares(&self) -> Vec<Found> {
         let mut found = Vec::new();
         for (shape, before) in SHAPES_OF_SHARES.into_iter().enumerate() {
@@ -205,7 +208,7 @@ impl Table<'_> {
         found
     }
 
-    /// Formats of boxes in pixels.
+    /// Formats of boxes in pixels that fit.
     fn pixels(&self) -> Vec<Found> {
         let mut found = Vec::new();
         for (shape, (before, most)) in SHAPES.into_iter().enumerate() {
@@ -236,7 +239,7 @@ impl Table<'_> {
         found
     }
 
-    /// Polygons, if all rows are some.
+    /// Polygons, if they fit all rows.
     fn polygons(&self) -> Option<Found> {
         let bounds = |row: &&[f64]| match Region::from_numbers(row) {
             Ok(region) => {
@@ -252,7 +255,8 @@ impl Table<'_> {
         Some(found).filter(|found| found.has_area(0.0))
     }
 
-    /// The formats that are left where both kinds of boxes fit one shape.
+    /// Formats that are left after the choice between the two kinds of boxes, where both fit with the same
+    /// columns before them.
     fn decided(&self, found: Vec<Found>) -> Vec<BoxFormat> {
         let mut left = Vec::new();
         for pair in found.chunk_by(|a, b| a.shape == b.shape) {
@@ -276,7 +280,8 @@ impl Table<'_> {
         left
     }
 
-    /// The roles of columns: those before a box, its own, and those after it as their numbers suggest.
+    /// Roles of all columns: those before the box, those of the box, and those after it as their numbers
+    /// suggest.
     fn roles(&self, before: &[Role], sides: [Role; 4]) -> Vec<Role> {
         let first = before.len() + sides.len();
         let after = || first..self.count;
@@ -326,7 +331,7 @@ impl Table<'_> {
         self.column(k).all(|v| v.fract() == 0.0 && v.abs() < 1e9)
     }
 
-    /// Whether a column may be a confidence.
+    /// True if the column may be a confidence.
     fn is_share(&self, k: usize) -> bool {
         self.column(k).all(|v| (0.0..=1.0).contains(&v)) || self.column(k).all(|v| v == -1.0)
     }
@@ -339,7 +344,7 @@ impl Table<'_> {
         self.column(k).zip(self.column(k).skip(1)).all(|(a, b)| a < b)
     }
 
-    /// Whether a column counts rows from 0 or 1 on, perhaps with gaps.
+    /// True if the column counts rows from 0 or 1, perhaps with gaps.
     fn is_counter(&self, k: usize) -> bool {
         let span = self.column(k).last().unwrap_or(0.0) - self.rows[0][k];
         let steps = self.rows.len() - 1;
@@ -354,7 +359,8 @@ impl Table<'_> {
         self.is_whole(k) && least >= 0.0 && self.frames.is_none_or(|frames| most < end(frames))
     }
 
-    /// Whether the second column may be the targets of the frames in the first: none twice in a frame, some in several.
+    /// True if the second column may be the target, with the first one as the frame: no target is twice in a
+    /// frame, and some frame has several.
     fn names_targets(&self) -> bool {
         let rows: BTreeSet<_> = self.rows.iter().map(|row| (row[0].to_bits(), row[1].to_bits())).collect();
         let is_short = self.distinct(0) == 1;

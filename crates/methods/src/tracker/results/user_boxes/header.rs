@@ -1,4 +1,4 @@
-//! The header of a file of boxes, and the numbers of lines whose columns are known.
+//! The header of a file of boxes, and the numbers of lines with known columns.
 
 use super::columns::{self, Columns};
 use super::{BoxFormat, rows};
@@ -7,16 +7,16 @@ use std::path::Path;
 use trackfail_dataset::text::NumbersError;
 use trackfail_dataset::{DatasetError, text};
 
-/// A header line.
+/// A header line after reading.
 pub(super) struct Header {
-    /// The format that it names.
+    /// Format that the header names.
     pub format: BoxFormat,
-    /// Whether it calls the corner of the box `x` and `y`.
+    /// True if the header calls the place of the box `x` and `y`.
     pub is_bare: bool,
 }
 
 impl Header {
-    /// Reads a line of words.
+    /// Reads a line as a header.
     pub fn read(path: &Path, (number, line): Line<'_>) -> Result<Self, DatasetError> {
         let words = cells(rows::without_sign(line));
         let columns = Columns::of_words(&words, line);
@@ -26,8 +26,8 @@ impl Header {
     }
 }
 
-/// The numbers of a line. Where the columns are known, those that are not read may hold words, and those of a box may all be
-/// empty.
+/// The numbers of a line. If the columns are known, columns that are not read may hold words, and those of
+/// the box may all be empty.
 pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, NumbersError> {
     let (fault, columns) = match (text::numbers(line), columns) {
         (Err(fault), Some(columns)) if columns.fits(cells(line).len()) => (fault, columns),

@@ -1,10 +1,11 @@
-//! Notes to the user on the boxes that were read.
+//! Notes to the user about the boxes that were read.
 
 use super::{Base, Options, UserBoxes};
 use trackfail_core::region::{Rect, Region};
 
 impl UserBoxes {
-    /// Lines that tell what the file of this name is read as, unless `given` says all of it, and what speaks against that.
+    /// Lines that say how the file `name` was read, unless `given` sets all of it, and which signs speak
+    /// against it.
     pub fn notes(&self, name: &str, given: &Options) -> Vec<String> {
         let mut notes = Vec::new();
         let is_said = given.format.is_some() && (given.base.is_some() || self.base.is_none());

@@ -1,5 +1,6 @@
 use super::*;
 use proptest::prelude::*;
+use trackfail_testing::assert_says;
 
 fn read(text: &str, options: &Options) -> Result<UserBoxes, UserBoxesError> {
     parse(Path::new("a.txt"), text.as_bytes(), options)
@@ -21,7 +22,7 @@ fn named(format: &str) -> Option<BoxFormat> {
     Some(BoxFormat::read(format).unwrap())
 }
 
-/// The formats that a file may have, as the option takes them; one if there is no doubt.
+/// Formats that a file may have, as text for the option; one if there is no doubt.
 fn formats(text: &str, options: &Options) -> Vec<String> {
     match read(text, options) {
         Ok(boxes) => vec![boxes.format.option()],
@@ -65,7 +66,8 @@ fn one_box_in_every_format() {
     assert!(matches!(&only(found)[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
 }
 
-/// A target of 24x18 pixels that moves to the right and down through a frame of 160x120, as left, top, width, height.
+/// A target of 24 x 18 pixels that moves to the right and down through a frame of 160 x 120 pixels: index of
+/// the frame, and left, top, width, height.
 fn track() -> impl Iterator<Item = (usize, [f64; 4])> {
     (0..30).map(|t| (t, [21.0 + (4 * t) as f64, 31.0 + t as f64, 24.0, 18.0]))
 }
@@ -187,16 +189,14 @@ fn a_header_names_the_columns() {
     let regions = only(read("x,y,w,h,name\n11,21,40,30,car\n,,,,car\n", &absent).unwrap());
     assert_eq!(regions, [one.clone(), None]);
     assert!(read("x,y,w,h\n11,21,40,30\n11,21,40,\n", &absent).is_err());
-    for (text, words) in [
+    let refused = [
         ("a,b,c,d\n1,2,3,4", "`a,b,c,d` names no whole box"),
         ("x,y,w\n1,2,3", "names no whole box"),
         ("x,left,y,w,h\n1,2,3,4,5", "two columns for one thing"),
         ("frame,x1,y1,x2,y2,x3,y3\n1,2,3,4,5,6,7", "more than two corners"),
         ("x,y,w,h\n1,2,3,4,5", "line 2: 5 numbers, which are no box"),
-    ] {
-        let message = read(text, &SIZE).unwrap_err().to_string();
-        assert!(message.contains(words), "{text}: {message}");
-    }
+    ];
+    assert_refused(&SIZE, &refused);
     // Whoever names the format is obeyed, and a header beats the format of another file.
     let given = Options { format: named("x,y,x2,y2"), ..SIZE };
     assert_eq!(only(read("a,b,c,d\n11,21,51,51", &given).unwrap()), std::slice::from_ref(&one));
@@ -221,8 +221,7 @@ fn words_for_columns_are_checked() {
         ("x,y", "names no whole box"),
         ("", "unknown format or column ``"),
     ] {
-        let message = BoxFormat::read(text).unwrap_err().to_string();
-        assert!(message.contains(words), "{text}: {message}");
+        assert_says(BoxFormat::read(text).unwrap_err(), words);
     }
 }
 
@@ -248,26 +247,23 @@ fn targets_of_motchallenge() {
     let five = Options { frames: Some(5), ..SIZE };
     assert_eq!(read(text, &five).unwrap().targets[0].regions.len(), 5);
     let two = Options { frames: Some(2), ..SIZE };
-    let message = read(text, &two).unwrap_err().to_string();
-    assert!(message.contains("line 3: frame 3, but there are 2 frames"), "{message}");
+    assert_says(read(text, &two).unwrap_err(), "line 3: frame 3, but there are 2 frames");
     // Frames count from 0 where there is one of that number.
     let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
     let seven = rect(10.0, 20.0, 40.0, 30.0);
     assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven.clone(), None, seven][..]));
     let three = Options { frames: Some(3), ..SIZE };
-    let message = read("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", &three).unwrap_err().to_string();
-    assert!(message.contains("line 2: frame 3, but there are 3 frames, counted from 0"), "{message}");
-    for (text, words) in [
+    let beyond = "line 2: frame 3, but there are 3 frames, counted from 0";
+    assert_refused(&three, &[("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", beyond)]);
+    let refused = [
         ("1,1,1,1,5,5,1\n1,1,2,2,5,5,1\n", "line 2: a second row of target 1 in frame 1"),
         ("-1,1,1,1,5,5,1\n", "line 1: frame (from 0 or 1 on)"),
         ("1.5,1,1,1,5,5,1\n", "line 1: frame (from 0 or 1 on)"),
         ("1,1,1,1,5,5,1\n1,2,3\n", "line 2: 3 columns"),
         ("1,1,1,1,5,5,1\n\n2,1,1,1,5,5,1\n", "line 2: 0 columns"),
         ("999999999,1,1,1,5,5,1\n", "1 targets in 999999999 frames; at most 5000000"),
-    ] {
-        let message = read(text, &Options::default()).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-    }
+    ];
+    assert_refused(&Options::default(), &refused);
 }
 
 #[test]
@@ -296,13 +292,13 @@ fn absence_is_an_error_unless_it_is_expected() {
             other => panic!("{text}: {other}"),
         }
     }
-    let message = read("11,21,40,30\n202,21,40,30", &SIZE).unwrap_err().to_string();
-    assert!(message.contains("202,21,40,30") && message.contains("200x100"), "{message}");
+    let outside = "11,21,40,30\n202,21,40,30";
+    assert_refused(&SIZE, &[(outside, "202,21,40,30"), (outside, "200x100")]);
     // Never absent, whatever is expected.
     for text in ["11,21,inf,30", "11,21,40", "11,21,40,x", "1e16,1,1,1"] {
         assert!(read(&format!("11,21,40,30\n{text}"), &absent).is_err(), "{text}");
     }
-    assert!(read("nan,nan,nan,nan\n", &absent).unwrap_err().to_string().contains("no frame has a box"));
+    assert_refused(&absent, &[("nan,nan,nan,nan\n", "no frame has a box")]);
     // Marks of the VOT protocol are frames without a box by their format.
     let marks =
         read("1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n", &Options { format: Some(BoxFormat::Vot), ..SIZE });
@@ -316,21 +312,19 @@ fn absence_is_an_error_unless_it_is_expected() {
 #[test]
 fn shares_need_the_size_of_the_frames() {
     let yolo = Options { format: Some(BoxFormat::Yolo), ..Options::default() };
-    assert!(
-        read("x1,y1,x2,y2\n0.1,0.1,0.5,0.5", &Options::default())
-            .unwrap_err()
-            .to_string()
-            .contains("give --frames")
-    );
-    assert!(read("0 0.5 0.5 0.1 0.1", &yolo).unwrap_err().to_string().contains("give --frames"));
+    assert_refused(&Options::default(), &[("x1,y1,x2,y2\n0.1,0.1,0.5,0.5", "give --frames")]);
+    assert_refused(&yolo, &[("0 0.5 0.5 0.1 0.1", "give --frames")]);
     let sized = Options { size: Some((200, 100)), ..yolo.clone() };
-    assert!(read("11,21,40,30", &sized).unwrap_err().to_string().contains("are these pixels"));
-    assert!(
-        read("0 0.5 0.5 0.1 0.1 1 7 7", &sized)
-            .unwrap_err()
-            .to_string()
-            .contains("no box of the format yolo")
-    );
+    let refused =
+        [("11,21,40,30", "are these pixels"), ("0 0.5 0.5 0.1 0.1 1 7 7", "no box of the format yolo")];
+    assert_refused(&sized, &refused);
+}
+
+/// Fails unless each text is refused with its words.
+fn assert_refused(options: &Options, cases: &[(&str, &str)]) {
+    for (text, words) in cases {
+        assert_says(read(text, options).unwrap_err(), words);
+    }
 }
 
 const VALID: &[u8] = b"x,y,w,h\r\n5,2,10,2.5\r\n\r\n1e2\t1E-2\t1\t1\nnan nan nan nan\n7 8 9 10";

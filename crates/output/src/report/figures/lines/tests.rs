@@ -1,7 +1,7 @@
 use super::*;
 use crate::testing;
 
-/// An experiment with these methods, the last of them an anchor.
+/// Experiment with these methods; the last one is an anchor.
 fn experiment(methods: &[&str]) -> Experiment {
     let level = "signal = { kind = \"rgb-histogram\" }\ndetector = { kind = \"level\", below = 0.5 }";
     let mut all: Vec<(&str, &str)> = methods.iter().map(|method| (*method, level)).collect();
@@ -28,7 +28,7 @@ fn titles(figure: &Figure) -> Vec<&str> {
     figure.rows[0].iter().map(|panel| panel.title.as_str()).collect()
 }
 
-/// The styles of the lines of a panel, those behind aside.
+/// Styles of the lines of a panel, without those behind.
 fn styles(panel: &Panel) -> Vec<Style> {
     let style = |mark: &Mark| if let Mark::Line { style, .. } = mark { Some(*style) } else { None };
     panel.marks.iter().filter_map(style).filter(|style| *style != BEHIND).collect()
@@ -43,26 +43,21 @@ fn is_band(mark: &Mark) -> bool {
 }
 
 #[test]
-fn a_method_has_its_color_on_every_tracker_and_a_tracker_its_dash() {
-    let lines = ["A", "B"].iter().flat_map(|m| ["NCC", "SP"].map(|t| line(m, t, &[]))).collect();
-    let figure = arranged(&["A", "B"], lines);
-    let [panel] = figure.rows[0].as_slice() else { panic!("one panel") };
-    let shown: Vec<(Color, Dash)> = styles(panel).iter().map(|s| (s.color, s.dash)).collect();
-    let [first, second] = ["A", "B"].map(colors::of_name);
+fn a_method_has_its_color_on_every_tracker_and_a_tracker_its_dash_or_panel() {
+    let of = |methods: &[&str], trackers: &[&str]| {
+        let lines = methods.iter().flat_map(|m| trackers.iter().map(move |t| line(m, t, &[]))).collect();
+        let figure = arranged(methods, lines);
+        let styles = figure.rows[0].iter().flat_map(styles).map(|s| (s.color, s.dash));
+        (styles.collect::<Vec<_>>(), names(&figure).join(", "), titles(&figure).join(", "))
+    };
+    let [(a, b), (c, d)] = [("A", "B"), ("C", "D")].map(|(k, l)| (colors::of_name(k), colors::of_name(l)));
     let (whole, dashed) = (Dash::Solid, Dash::Dashed);
-    assert_eq!(shown, [(first, whole), (first, dashed), (second, whole), (second, dashed)]);
-    assert_eq!(names(&figure), ["A", "B", "NCC", "SP", "95 % bootstrap interval"]);
-}
-
-#[test]
-fn many_trackers_have_a_panel_each() {
-    let (methods, trackers) = (["A", "C", "D"], ["T1", "T2", "T3"]);
-    let lines = methods.iter().flat_map(|m| trackers.map(|t| line(m, t, &[]))).collect();
-    let figure = arranged(&methods, lines);
-    assert_eq!(titles(&figure), trackers);
-    let styles: Vec<Style> = figure.rows[0].iter().flat_map(styles).collect();
-    assert!(styles.len() == 9 && styles.iter().all(|s| s.dash == Dash::Solid));
-    assert_eq!(names(&figure), ["A", "C", "D", "95 % bootstrap interval"]);
+    let few = of(&["A", "B"], &["NCC", "SP"]);
+    assert_eq!(few.0, [(a, whole), (a, dashed), (b, whole), (b, dashed)]);
+    assert_eq!((few.1.as_str(), few.2.as_str()), ("A, B, NCC, SP, 95 % bootstrap interval", ""));
+    let many = of(&["A", "C", "D"], &["T1", "T2", "T3"]);
+    assert_eq!(many.0, [(a, whole), (c, whole), (d, whole)].repeat(3));
+    assert_eq!((many.1.as_str(), many.2.as_str()), ("A, C, D, 95 % bootstrap interval", "T1, T2, T3"));
 }
 
 #[test]

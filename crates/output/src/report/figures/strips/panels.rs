@@ -8,12 +8,12 @@ use trackfail_engine::spec::figure as spec;
 use trackfail_methods::detector::Condition;
 use trackfail_methods::score::{TrackScore, sanmiguel2015};
 
-/// Line where the target is lost.
+/// Style of the line at which the target is lost.
 pub const LOSS: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
-/// Line where it is found again.
+/// Style of the line at which the target is found again.
 pub const RECOVERY: Style = Style { color: Color::Gray, dash: Dash::DashDot, width: 1.0 };
 
-/// One panel over the frames of a track.
+/// Panel of one kind over the frames of a track.
 pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec::Panel) -> Panel {
     let first = track.numbers.first().and_then(|first| u32::try_from(*first).ok()).unwrap_or(1);
     let over = Over { results, tracker, track, first };
@@ -27,22 +27,22 @@ pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec:
     }
 }
 
-/// A track, and the results it is from.
+/// A track with its results.
 struct Over<'r> {
     results: &'r Results,
     tracker: &'r str,
     track: &'r TrackSeries,
-    /// Number of the first frame.
+    /// Number of the first frame, as the sequence counts it.
     first: u32,
 }
 
 impl Over<'_> {
-    /// The place of a frame, counted from 0, on the axis.
+    /// Place of frame `t` (0-based) on the axis.
     fn at(&self, t: usize) -> f64 {
         f64::from(self.first) + t as f64
     }
 
-    /// A panel without lines, with the frames shaded in which the target is lost.
+    /// Panel without lines. Frames with a lost target are shaded.
     fn blank(&self, label: &str, range: Range) -> Panel {
         let lost: Vec<bool> = self.track.error.iter().map(|e| *e >= 1.0).collect();
         let shade =
@@ -55,7 +55,7 @@ impl Over<'_> {
         }
     }
 
-    /// Events and detections of a method by its protocol; events alone where it raised no alarm.
+    /// Events and detections of a method by its protocol; events alone for a method without alarms.
     fn judged(&self, method: &str) -> TrackScore {
         let Some(protocol) = self.results.experiment.protocol_of(method) else {
             return TrackScore::default();
@@ -65,7 +65,8 @@ impl Over<'_> {
         self.track.judge(protocol, alarm, changes)
     }
 
-    /// The line of a method; it is whole unless another one has its color, as it steps up and down.
+    /// Line style of a method: solid, unless another method has the same color. Such curves step up and down,
+    /// so that dashes would be hard to see.
     fn style(&self, method: &str) -> Style {
         colors::style(&self.results.experiment, method).0
     }
@@ -74,7 +75,7 @@ impl Over<'_> {
         Mark::line(values.iter().enumerate().map(|(t, value)| (self.at(t), *value)).collect(), style)
     }
 
-    /// Events with what happens in them: the target is found where the tracker is not lost any more.
+    /// Marks of the events. A dash-dotted line is at the end of the loss.
     fn events(&self, events: &[usize]) -> Vec<Mark> {
         let found = sanmiguel2015::events(&self.track.error);
         let style = |t: usize| if found.get(t) == Some(&-1) { RECOVERY } else { LOSS };
@@ -104,7 +105,7 @@ impl Over<'_> {
         panel
     }
 
-    /// Lanes with the names of the methods, the first at the top; an alarm lifts a method's line.
+    /// Panel with one lane per method, the first at the top. An alarm lifts the line of its method.
     fn labels(&self, methods: &[String]) -> Panel {
         let base = |i: usize| (methods.len() - 1 - i) as f64;
         let mut panel = self.blank("alarm", Range::Fixed(0.0, methods.len() as f64));
@@ -120,7 +121,7 @@ impl Over<'_> {
         panel
     }
 
-    /// Rows with the names of the conditions, the best at the top. Lines of several methods lie a little apart.
+    /// Panel with one row per condition, the best at the top. Lines of several methods are shifted slightly.
     fn conditions(&self, methods: &[String]) -> Panel {
         let mut panel = self.blank("condition", Range::Fixed(-0.15, 1.15));
         let all = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
@@ -184,7 +185,7 @@ impl Over<'_> {
     }
 }
 
-/// The letter of the signal that a method reads.
+/// Symbol of the signal that a method reads.
 fn symbol(results: &Results, method: &str) -> &'static str {
     let method = results.experiment.methods.iter().find(|m| m.name == method);
     let signal = method.and_then(|m| m.variants.first()).and_then(|v| v.signal.as_ref());

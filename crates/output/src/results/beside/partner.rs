@@ -1,0 +1,177 @@
+//! Whether kept results can stand beside those of an experiment.
+//!
+//! Kinds, versions and runs of the kept results are those of their manifest. Their parameters are those of their experiment
+//! file as this version reads it: parameters that exist no more, which did not move the numbers, make no difference.
+
+use super::{MARK, Taken};
+use crate::results::{Results, ResultsError, manifest};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use trackfail_engine::spec::method::{Candidates, DetectorChoice, Method, Training, Variant};
+use trackfail_engine::spec::{Experiment, FoldsBy, OTHERS, TEST};
+
+/// What must not differ, what the experiment has of it, and what the kept results have.
+type Fact = (String, String, String);
+/// Kind, version and parameters.
+type Plugin = (String, u32, Value);
+
+/// Checks, before an experiment is run, that kept results can stand beside its own; `digests` are those of the sequences of
+/// its test suite.
+///
+/// # Errors
+/// Everything in which the two differ, with what each of them has.
+pub fn check(
+    experiment: &Experiment,
+    digests: &[(String, String)],
+    kept: &Results,
+) -> Result<(), ResultsError> {
+    let there = &kept.manifest;
+    let taken = Taken::of(experiment, &kept.experiment);
+    let protocol = experiment.protocol.map_or("", |protocol| protocol.name).to_string();
+    let mut facts = vec![
+        ("the protocol".to_string(), protocol, there.protocol.clone()),
+        ("the seed".to_string(), experiment.seed.to_string(), there.seed.to_string()),
+        ("the suite".to_string(), experiment.suites[TEST].clone(), there.suite.name.clone()),
+    ];
+    let known: BTreeMap<&String, &String> =
+        there.digests.get(&there.suite.name).into_iter().flatten().map(|of| (&of.0, &of.1)).collect();
+    // A sequence that cannot be read fails by itself.
+    for (name, digest) in digests.iter().filter(|(_, digest)| !digest.is_empty()) {
+        if let Some(kept) = known.get(name) {
+            facts.push((format!("sequence {name}"), digest.clone(), (*kept).clone()));
+        }
+    }
+    facts.extend(of_trackers(experiment, kept));
+    let common = taken.iter().filter(|taken| !taken.marks_methods).flat_map(|taken| &taken.methods);
+    facts.extend(common.flat_map(|name| of_method(name, experiment, kept)));
+    let differ = facts.into_iter().filter(differs);
+    let mut differences: Vec<String> =
+        differ.map(|(what, own, kept)| format!("{what} is {own} here and {kept} there")).collect();
+    if !digests.iter().any(|(name, _)| known.contains_key(name)) {
+        differences.push("they have no sequence in common".to_string());
+    }
+    if taken.is_none() {
+        differences.push("they have no tracker and no method in common".to_string());
+    }
+    let labels = experiment.trackers.iter().map(|tracker| &tracker.label);
+    let names = experiment.methods.iter().map(|method| &method.name).chain(labels);
+    let clash = names.filter(|name| name.ends_with(MARK));
+    differences.extend(clash.map(|name| format!("the name `{name}` is that of a kept one")));
+    if differences.is_empty() {
+        return Ok(());
+    }
+    let (experiment, kept) = (experiment.name.clone(), there.experiment.clone());
+    Err(ResultsError::Beside { experiment, kept, differences })
+}
+
+fn differs((_, own, kept): &Fact) -> bool {
+    own != kept
+}
+
+fn words((kind, version, params): &Plugin) -> String {
+    format!("{kind} version {version} {params}")
+}
+
+/// A plugin of the kept results: `recorded` in their manifest, with the parameters as they are `read` now. What a program tells
+/// of itself, which `own` has too, is in the manifest alone.
+fn as_run(read: Plugin, recorded: Option<&Plugin>, own: &Value) -> Plugin {
+    let Some((kind, version, written)) = recorded else { return read };
+    let (.., mut params) = read;
+    if let (Some(params), Some(own)) = (params.as_object_mut(), own.as_object()) {
+        for key in own.keys() {
+            if let Some(value) = written.get(key).filter(|_| !params.contains_key(key)) {
+                params.insert(key.clone(), value.clone());
+            }
+        }
+    }
+    (kind.clone(), *version, params)
+}
+
+/// The trackers of one label.
+fn of_trackers(experiment: &Experiment, kept: &Results) -> Vec<Fact> {
+    let with_runs = |plugin: &Plugin, runs: u32| format!("{}, {}", words(plugin), manifest::runs(runs));
+    let mut facts = Vec::new();
+    for own in &experiment.trackers {
+        let record = kept.manifest.trackers.iter().find(|record| record.label == own.label);
+        let read = kept.experiment.trackers.iter().find(|tracker| tracker.label == own.label);
+        let Some((record, read)) = record.zip(read) else { continue };
+        let plugin = (own.kind.to_string(), own.version, own.setup.params());
+        let recorded = (record.kind.clone(), record.version, record.params.clone());
+        let read = (read.kind.to_string(), read.version, read.setup.params());
+        let kept = as_run(read, Some(&recorded), &plugin.2);
+        let what = format!("tracker {}", own.label);
+        facts.push((what, with_runs(&plugin, own.runs), with_runs(&kept, record.runs)));
+    }
+    facts
+}
+
+/// Everything of the methods of one name that their numbers depend on: of the points of a grid, the first at which they differ.
+fn of_method(name: &str, experiment: &Experiment, kept: &Results) -> Vec<Fact> {
+    let find = |methods: &[Method]| methods.iter().position(|method| method.name == name);
+    let Some((own, there)) = find(&experiment.methods).zip(find(&kept.experiment.methods)) else {
+        return Vec::new();
+    };
+    let (own, there) = (&experiment.methods[own], &kept.experiment.methods[there]);
+    let points = |method: &Method| method.variants.iter().map(Variant::params).collect::<Vec<_>>().join(", ");
+    let fact = |what: &str, own: String, kept: String| (format!("{what} of method {name}"), own, kept);
+    let mut facts = vec![
+        fact("the protocol", own.protocol.name.to_string(), there.protocol.name.to_string()),
+        fact("the grid", points(own), points(there)),
+    ];
+    let records: Vec<_> = kept.manifest.methods.iter().filter(|record| record.name == name).collect();
+    let at_point = |(k, (own, there)): (usize, (&Variant, &Variant))| {
+        let record = records.get(k).filter(|record| record.params == there.params());
+        let detector = detector_of(own);
+        let recorded = record.map(|record| &record.detector);
+        let kept_detector = as_run(detector_of(there), recorded, &detector.2);
+        let signals = signals_of(own);
+        let mut kept_signals = signals_of(there);
+        // The manifest has the first one alone.
+        if let Some(first) = kept_signals.first_mut() {
+            let recorded = record.and_then(|record| record.signal.as_ref());
+            *first = as_run(first.clone(), recorded, signals.first().map_or(&Value::Null, |own| &own.2));
+        }
+        let list = |signals: &[Plugin]| signals.iter().map(words).collect::<Vec<_>>().join(" and ");
+        [
+            fact("the signal", list(&signals), list(&kept_signals)),
+            fact("the detector", words(&detector), words(&kept_detector)),
+            fact("the training", training(own, experiment), training(there, &kept.experiment)),
+        ]
+    };
+    let both = own.variants.iter().zip(&there.variants).enumerate();
+    facts.extend(both.map(at_point).find(|facts| facts.iter().any(differs)).into_iter().flatten());
+    facts
+}
+
+fn signals_of(variant: &Variant) -> Vec<Plugin> {
+    variant
+        .signals()
+        .map(|choice| (choice.kind.to_string(), choice.version, choice.signal.params()))
+        .collect()
+}
+
+fn detector_of(variant: &Variant) -> Plugin {
+    let fixed = variant.detector.example();
+    (fixed.kind.to_string(), fixed.version, fixed.detector.params())
+}
+
+/// What is trained or learned, on which suite, and how.
+fn training(variant: &Variant, experiment: &Experiment) -> String {
+    let Some(role) = variant.detector.role() else { return "none".to_string() };
+    let suite = experiment.suite_of(role).map_or(role, String::as_str);
+    let suite = match (role, experiment.folds) {
+        (OTHERS, FoldsBy::Video) => format!("others of {suite} by video"),
+        (OTHERS, FoldsBy::Source) => format!("others of {suite} by source"),
+        _ => suite.to_string(),
+    };
+    let DetectorChoice::Trained(Training { key, maximise, candidates, .. }) = &variant.detector else {
+        return format!("a model of {suite}");
+    };
+    let candidates = match candidates {
+        Candidates::Listed(list) => {
+            list.iter().map(|(value, _)| value.to_string()).collect::<Vec<_>>().join(", ")
+        }
+        Candidates::Quantiles { count, .. } => format!("{count} quantiles"),
+    };
+    format!("`{key}` on {suite}, by {} among {candidates}", maximise.name())
+}
