@@ -1,7 +1,7 @@
-//! Inputs of `trackfail detect` as people have them: boxes in several formats, frames in several forms, or none.
+//! Inputs of `trackfail detect` as people have them: boxes in several formats, frames in several forms, or none. The readers of
+//! boxes and of the order of frames have their own tests.
 
-use crate::tools::{Place, Ran, needs, rows};
-use std::collections::BTreeSet;
+use crate::tools::{Place, Ran, Row, rows, words};
 use trackfail::method::{Inputs, recommended};
 
 const FRAMES: usize = 60;
@@ -60,87 +60,58 @@ fn assert_same(ran: &Ran, want: &[f64], name: &str) {
     assert!(found.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-6), "{name}: {found:?} {want:?}");
 }
 
-/// The row of frame `t`, after a header in the first one.
-fn with_header(t: usize, header: &str, row: String) -> String {
-    if t == 0 { format!("{header}\n{row}") } else { row }
-}
-
-type Line = fn(usize, [f64; 4]) -> String;
-
-/// The center as YOLO has it.
-fn yolo([x, y, w, h]: [f64; 4]) -> String {
-    let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
-    format!("0 {} {} {} {}", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
-}
-
 #[test]
 fn one_track_in_every_format_has_one_score() {
     let clip = Clip::new();
     let want = clip.scores();
     assert_eq!(want.len(), FRAMES);
-    let zero: Line = |_, [x, y, w, h]| format!("{},{},{w},{h}", x - 1.0, y - 1.0);
-    let cases: [(&str, Line, &str); 7] = [
-        ("xyxy.txt", |_, [x, y, w, h]| format!("{x} {y} {} {}", x + w, y + h), "--boxes-format xyxy"),
+    type Line = fn(usize, [f64; 4]) -> String;
+    let cases: [(&str, Line, &str, &str); 6] = [
+        ("xyxy.txt", |_, [x, y, w, h]| format!("{x} {y} {} {}", x + w, y + h), "--boxes-format xyxy", ""),
+        ("zero.txt", |_, [x, y, w, h]| format!("{},{},{w},{h}", x - 1.0, y - 1.0), "--base 0", ""),
+        // The center as YOLO has it.
         (
-            "vot.txt",
+            "yolo.txt",
             |_, [x, y, w, h]| {
-                let (l, t, r, b) = (x - 1.0, y - 1.0, x + w - 1.0, y + h - 1.0);
-                format!("{l},{t},{r},{t},{r},{b},{l},{b}")
+                let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
+                format!("0 {} {} {} {}", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
             },
-            "--boxes-format vot",
+            "",
+            "",
         ),
-        ("yolo.txt", |_, b| yolo(b), ""),
-        ("mot.txt", |t, [x, y, w, h]| format!("{},3,{x},{y},{w},{h},1,-1,-1,-1", t + 1), ""),
-        ("zero.txt", zero, "--base 0"),
-        ("named.txt", zero, "--base 0 --boxes-format xywh"),
-        ("eight.txt", |t, [x, y, w, h]| format!("{},1,{x},{y},{w},{h},1,1", t + 1), ""),
+        ("mot.txt", |t, [x, y, w, h]| format!("{},3,{x},{y},{w},{h},1,-1,-1,-1", t + 1), "", ""),
+        (
+            "from0.txt",
+            |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1"),
+            "",
+            "frames counted from 0",
+        ),
+        // As TensorFlow has it, with a header.
+        (
+            "tf.csv",
+            |t, [x, y, w, h]| {
+                let header = if t == 0 { "ymin;xmin;ymax;xmax\n" } else { "" };
+                format!("{header}{y};{x};{};{}", y + h, x + w)
+            },
+            "",
+            "",
+        ),
     ];
-    for (name, line, more) in cases {
+    for (name, line, more, told) in cases {
         clip.file(name, line);
-        assert_same(&clip.frames(&format!("{name} --method CovF {more}")), &want, name);
+        let ran = clip.frames(&format!("{name} --method CovF {more}")).tells(told);
+        assert_eq!(ran.err.contains("frames counted from 0"), name == "from0.txt", "{}", ran.err);
+        assert_same(&ran, &want, name);
     }
     // Corners that would reach beyond the frame of 160 x 120 pixels as left, top, width and height.
     clip.file("corners.txt", |_, _| "100,70,150,110".into());
     let told = |more: &str| clip.frames(&format!("corners.txt --method CovF {more}"));
     let words = "corners.txt is read as x1,y1,x2,y2, pixels counted from 1 (--boxes-format xyxy --base 1)";
     ["", "--boxes-format xyxy"].into_iter().for_each(|more| drop(told(more).tells(words)));
-    assert_eq!(told("--boxes-format xyxy --base 1").err, "");
-    assert_eq!(told("--boxes-format xywh --base 1").err, "");
+    for format in ["xyxy", "xywh"] {
+        assert_eq!(told(&format!("--boxes-format {format} --base 1")).err, "");
+    }
     clip.boxes("yolo.txt").refuses(3, "give --frames");
-}
-
-// One track as tools write it: with header words in any order (TensorFlow's, pandas'), ultralytics' with a number of the
-// target, tables and MOTChallenge with frames from 0.
-#[test]
-fn headers_and_layouts_are_read_as_what_they_are() {
-    let clip = Clip::new();
-    let want = clip.scores();
-    let headers: [(&str, &str, Line); 4] = [
-        ("center.csv", "x_center,y_center,width,height", |_, [x, y, w, h]| {
-            format!("{},{},{w},{h}", x + w / 2.0, y + h / 2.0)
-        }),
-        ("tf.csv", "ymin;xmin;ymax;xmax", |_, [x, y, w, h]| format!("{y};{x};{};{}", y + h, x + w)),
-        ("yxhw.csv", "Y,X,H,W", |_, [x, y, w, h]| format!("{y},{x},{h},{w}")),
-        ("named.csv", ",frame,label,bbox_left,bbox_top,bbox_width,bbox_height", |t, [x, y, w, h]| {
-            format!("{t},{},traffic light,{x},{y},{w},{h}", t + 1)
-        }),
-    ];
-    for (name, header, line) in headers {
-        clip.file(name, |t, b| with_header(t, header, line(t, b)));
-        assert_same(&clip.frames(&format!("{name} --method CovF")), &want, name);
-    }
-    let layouts: [(&str, &str, Line); 3] = [
-        ("yolo_id.txt", "yolo", |_, b| yolo(b) + " 2"),
-        ("fxywh.txt", "frame,x,y,w,h", |t, [x, y, w, h]| format!("{},{x},{y},{w},{h}", t + 1)),
-        ("mot10_from0.txt", "mot", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1")),
-    ];
-    for (name, format, line) in layouts {
-        clip.file(name, line);
-        let ran = clip.frames(&format!("{name} --method CovF"));
-        let ran = ran.tells(" is read as ").tells(&format!("(--boxes-format {format}"));
-        assert_eq!(ran.err.contains("frames counted from 0"), name == "mot10_from0.txt", "{}", ran.err);
-        assert_same(&ran, &want, name);
-    }
 }
 
 #[test]
@@ -161,8 +132,6 @@ fn what_fits_two_formats_is_asked_with_a_command_for_each() {
     // The base that is assumed is told, and doubted where a box begins before the first pixel.
     clip.file("corner.txt", |t, _| format!("{},0,20,20", t % 3));
     clip.boxes("corner.txt").tells("pixels counted from 1").tells("is 0, but the first pixel 1");
-    clip.file("words.txt", |t, b| with_header(t, "a,b,c,d", format!("{b:?}")));
-    clip.frames("words.txt").refuses(3, "words.txt, line 1: `a,b,c,d` names no whole box");
 }
 
 #[test]
@@ -182,11 +151,9 @@ fn every_target_of_motchallenge_has_a_verdict() {
     assert_eq!(absent("8"), (1..=10).chain([31]).chain(51..=60).collect::<Vec<_>>());
     assert!(absent("3").is_empty());
     let told = clip.frames("mot.txt --method Displacement --format table").ends(0).out;
-    let lines: Vec<String> =
-        told.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    let lines: Vec<String> = told.lines().map(|line| words(line).join(" ")).collect();
     assert!(lines[0].starts_with("Target 3: ") && lines[1].starts_with("Target 8: "), "{told}");
-    assert_eq!(lines[3], "target from to state probability why");
-    for row in ["8 1 10 absent no box", "8 31 31 absent no box"] {
+    for row in ["target from to state probability why", "8 1 10 absent no box", "8 31 31 absent no box"] {
         assert!(lines.contains(&row.into()), "{told}");
     }
     clip.file("confidence.txt", |_, _| "0.5".into());
@@ -235,24 +202,19 @@ fn the_default_method_is_the_one_recommended_for_the_inputs() {
         0..30 => format!("{x},{y},{w},{h}"),
         _ => "2,2,6,6".into(),
     });
-    let one = Inputs { frames: true, ..Inputs::default() };
-    for (inputs, more) in [
-        (one, ""),
-        (Inputs { confidence: true, ..one }, "--confidence confidence.txt"),
-        (Inputs { companions: true, ..one }, "--companion companion.txt"),
-        (
-            Inputs { companions: true, confidence: true, ..one },
-            "--companion companion.txt --confidence confidence.txt",
-        ),
-    ] {
+    let options = ["--companion companion.txt", "--confidence confidence.txt"];
+    for (companions, confidence) in [(false, false), (false, true), (true, false), (true, true)] {
+        let inputs = Inputs { frames: true, companions, confidence };
+        let given = options.into_iter().zip([companions, confidence]).filter(|(_, is_given)| *is_given);
+        let more: Vec<&str> = given.map(|(option, _)| option).collect();
+        let more = more.join(" ");
         let ran = clip.frames(&format!("boxes.txt {more}")).ends(0);
         assert!(ran.rows().iter().all(|row| row["method"] == recommended(inputs)), "{more}");
         let all = clip.frames(&format!("boxes.txt --all {more}")).ends(0);
         assert_eq!(all.rows()[0]["method"], recommended(inputs));
         assert!(all.out.starts_with(&ran.out), "{more}");
-        let names: BTreeSet<String> = all.rows().iter().map(|r| r["method"].clone()).collect();
-        assert_eq!(names.contains("Confidence"), inputs.confidence);
-        assert_eq!(names.contains("Companions"), inputs.companions);
+        let has = |method: &str| all.rows().iter().any(|row| row["method"] == method);
+        assert_eq!((has("Confidence"), has("Companions")), (confidence, companions), "{more}");
     }
     for (method, more, first) in
         [("Confidence", "--confidence confidence.txt", 40), ("Companions", "--companion companion.txt", 30)]
@@ -280,17 +242,14 @@ fn an_absent_target_is_neither_lost_nor_tracked() {
         assert!(all[5..58].iter().all(|row| !row["score"].is_empty()));
     }
     // The track begins with its first box, as if there had been no frame before it.
-    let late = clip.frames("gaps.txt --absent --method CovF").ends(0).out;
+    let late = clip.frames("gaps.txt --absent --method CovF").ends(0);
     let text = clip.place.read("gaps.txt");
     clip.place.write("cut.txt", text.lines().skip(5).take(53).collect::<Vec<_>>().join("\n"));
     let later: Vec<String> = (6..=58).map(|t| format!("{IMAGES}/{t:04}.png")).collect();
     let alone = format!("cut.txt --absent --method CovF --frames {}", later.join(" "));
-    let alone = clip.boxes(&alone).ends(0).out;
-    let numberless = |line: &str| line.split_once(',').unwrap().1.to_string();
-    assert_eq!(
-        late.lines().skip(6).take(53).map(numberless).collect::<Vec<_>>(),
-        alone.lines().skip(1).map(numberless).collect::<Vec<_>>()
-    );
+    let numberless = |mut row: Row| row.remove("frame").map(|_| row);
+    let late: Vec<_> = late.rows().drain(5..58).map(numberless).collect();
+    assert_eq!(late, clip.boxes(&alone).ends(0).rows().into_iter().map(numberless).collect::<Vec<_>>());
     clip.frames("gaps.txt").refuses(3, "gaps.txt, line 1: an empty line");
 }
 
@@ -298,58 +257,16 @@ fn an_absent_target_is_neither_lost_nor_tracked() {
 fn frames_are_a_folder_a_pattern_or_files() {
     let clip = Clip::new();
     let of = |frames: &str| clip.boxes(&format!("boxes.txt --method CovF --frames {frames}"));
-    let want = of(IMAGES).ends(0).out;
-    let mut files: Vec<String> = (1..=FRAMES).map(|t| format!("{IMAGES}/{t:04}.png")).collect();
-    for frames in [format!("{IMAGES}/0*.png"), files.join(" ")] {
-        assert_eq!(of(&frames).ends(0).out, want, "{frames}");
-    }
+    assert_eq!(of(&format!("{IMAGES}/0*.png")).ends(0).out, of(IMAGES).ends(0).out);
     // An order that no shell gives is meant.
-    files.reverse();
+    let files: Vec<String> = (1..=FRAMES).rev().map(|t| format!("{IMAGES}/{t:04}.png")).collect();
     of(&files.join(" ")).ends(0).tells("60 frames in the order given: 0060.");
     of(&format!("{IMAGES}/*1.png")).refuses(3, "60 boxes").tells("has 6 frames");
     of(&format!("{IMAGES}/none.mp4")).refuses(3, "none.mp4");
-}
-
-/// Row C of public reports: cvat#6180, roboflow/trackers PR 558, and time stamps. The pictures are the same under each name,
-/// so the scores are, too.
-#[test]
-fn frames_are_in_the_order_of_all_numbers_in_their_names() {
-    let clip = Clip::new();
-    let want = clip.scores();
-    let files = clip.place.list(IMAGES);
-    let folder = |name: &str, file: &dyn Fn(usize) -> String| {
-        let folder = clip.place.folder(name);
-        for (t, path) in files.iter().enumerate() {
-            std::fs::copy(path, folder.join(format!("{}.png", file(t)))).unwrap();
-        }
-    };
-    folder("paren", &|t| format!("DJI_1000({})", t + 1));
-    folder("roboflow", &|t| format!("clip_mp4-{}_jpg.rf.{:x}", t + 1, (t + 7) * 40_503 % 65_536));
-    folder("date", &|t| format!("cam_2024-01-02_{:02}-59-{:02}", 9 + (40 + t) / 60, (40 + t) % 60));
-    let of = |frames: &str| clip.boxes(&format!("boxes.txt --method CovF --frames {frames}"));
-    for frames in ["paren", "paren/*.png", "roboflow", "roboflow/*.png", "date", "date/*.png"] {
-        assert_eq!(scores(&of(frames).ends(0)), want, "{frames}");
+    // Names that leave the order in doubt.
+    let folder = clip.place.folder("cameras");
+    for (t, path) in clip.place.list(IMAGES).iter().enumerate() {
+        std::fs::copy(path, folder.join(format!("cam{}_{:04}.png", 1 + t % 2, t + 1))).unwrap();
     }
-    folder("extra", &|t| (t + 1).to_string());
-    std::fs::copy(&files[0], clip.place.path("extra/background.png")).unwrap();
-    of("extra").refuses(3, "background.").tells("no number");
-    folder("cameras", &|t| format!("cam{}_{:04}", 1 + t % 2, t + 1));
     of("cameras").refuses(3, "the order of the frames is in doubt");
-}
-
-#[needs(ffmpeg)]
-#[test]
-fn frames_are_a_video() {
-    let clip = Clip::new();
-    let coded = "-c:v libx264 -qp 0 -pix_fmt yuv444p clip.mp4";
-    clip.place.shell(&format!("ffmpeg -nostdin -v error -i {IMAGES}/%04d.png {coded}")).ends(0);
-    let temporary = clip.place.folder("tmp");
-    let video = "detect --method RgbHist --boxes boxes.txt --frames clip.mp4";
-    let of_video = scores(&Ran::of(clip.place.command(video).env("TMPDIR", &temporary)).ends(0));
-    let of_files = scores(&clip.frames("boxes.txt --method RgbHist").ends(0));
-    // The colors of the video are those of the files but for their coding.
-    assert!(of_video.iter().zip(&of_files).all(|(a, b)| (a - b).abs() < 0.1), "{of_video:?} {of_files:?}");
-    assert!(clip.place.list("tmp").is_empty(), "no frame is a file");
-    let none = Ran::of(clip.place.command(video).env("TMPDIR", &temporary).env("PATH", "/nowhere"));
-    none.ends(3).tells("no `ffmpeg` on the PATH; install it");
 }

@@ -20,7 +20,7 @@ fn documents() -> Vec<String> {
     let mut names: Vec<String> =
         pages.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy())).collect();
     names.sort();
-    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
+    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"];
     others.map(String::from).into_iter().chain(names).collect()
 }
 

@@ -1,8 +1,7 @@
 //! Which results a change computes again; shards, merging, two runs at once.
 
-use crate::tools::{Place, Ran, assert_same_files};
+use crate::tools::{Place, Ran, assert_same_files, files};
 use std::collections::BTreeMap;
-use std::path::Path;
 use trackfail::image::{Frame, encode_png};
 
 const SPEC: &str = r#"schema = 1
@@ -15,34 +14,17 @@ tracker = [
     { name = "ncc" },
     { name = "scripted", losses = [{ frame = 40, length = 10 }], jitter = 2.0 },
 ]
-
-[[method]]
-name = "RAW"
-signal = { kind = "distribution-field", layers = 8 }
-detector = { kind = "level", below = 0.5 }
-
-[[method]]
-name = "Hist"
-signal = { kind = "rgb-histogram" }
-detector = { kind = "level", below = 0.9 }
-
-[[method]]
-name = "Trained"
-signal = { kind = "rgb-histogram" }
-detector = { kind = "level", below = { train = "train", maximise = "f_score", grid = { from = 0.5, to = 0.9, step = 0.1 } } }
-
-[[method]]
-name = "Random"
-detector = { kind = "random", rate = 0.05 }
-
-[[table]]
-name = "t"
-rows = ["recall"]
-columns = "method"
+table = [{ name = "t", rows = ["recall"], columns = "method" }]
+method = [
+    { name = "RAW", signal = { kind = "distribution-field", layers = 8 }, detector = { kind = "level", below = 0.5 } },
+    { name = "Hist", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
+    { name = "Trained", signal.kind = "rgb-histogram", detector = { kind = "level", below = { train = "train", maximise = "f_score", grid = { from = 0.5, to = 0.9, step = 0.1 } } } },
+    { name = "Random", detector = { kind = "random", rate = 0.05 } },
+]
 "#;
 
 /// Frames of the two sequences of the suite that a data root has.
-const SEQUENCES: [(&str, u32); 2] = [("Couple", 140), ("Crossing", 120)];
+const SEQUENCES: [(&str, usize); 2] = [("Couple", 140), ("Crossing", 120)];
 
 const IMAGE: &str = "data/otb/Couple/img/0007.png";
 
@@ -54,17 +36,15 @@ fn truth(sequence: &str) -> String {
 fn place() -> Place {
     let place = Place::with(&[("try.toml", SPEC)]);
     for (name, frames) in SEQUENCES {
-        let mut boxes = String::new();
-        for t in 0..frames {
-            let (x, y) = (8 + t / 5, 10 + t % 7);
-            let frame = Frame::from_fn(64, 48, |column, row| {
-                let inside = (x..x + 16).contains(&(column as u32)) && (y..y + 12).contains(&(row as u32));
-                let texture = ((column * 31 + row * 17) % 64) as u8;
-                if inside { [200, texture, 60 + 3 * (t % 20) as u8] } else { [texture, 90, 120] }
-            });
-            place.write(&format!("data/otb/{name}/img/{:04}.png", t + 1), encode_png(&frame).unwrap());
-            boxes += &format!("{},{},16,12\n", x + 1, y + 1);
-        }
+        let corner = |t: u32| (8 + t / 5, 10 + t % 7);
+        place.frames(&format!("data/otb/{name}/img/0000.png"), frames, (64, 48), |t, column, row| {
+            let (x, y) = corner(t);
+            let inside = (x..x + 16).contains(&column) && (y..y + 12).contains(&row);
+            let texture = ((column * 31 + row * 17) % 64) as u8;
+            if inside { [200, texture, 60 + 3 * (t % 20) as u8] } else { [texture, 90, 120] }
+        });
+        let line = |(x, y): (u32, u32)| format!("{},{},16,12\n", x + 1, y + 1);
+        let boxes: String = (0..frames as u32).map(corner).map(line).collect();
         place.write(&truth(name), boxes);
     }
     place
@@ -123,16 +103,6 @@ fn computed(tally: &Tally) -> (usize, usize, usize) {
     (tally["tracks"].0, tally["signals"].0, tally["labels"].0)
 }
 
-// Before: a signal with several values a frame was computed again by every run.
-#[test]
-fn signals_with_several_values_come_from_the_store() {
-    let place = place();
-    let wide = "[[method]]\nname = \"Wide\"\nsignal = { kind = \"watchdog-agreement\", values = [\"overlap\", \"score\"] }\ndetector = { kind = \"agreement\" }\n";
-    place.write("try.toml", SPEC.replacen("[[method]]", &format!("{wide}\n[[method]]"), 1));
-    assert_eq!(computed(&run(&place)), (4, 12, 20));
-    assert_eq!(computed(&run(&place)), (0, 0, 0));
-}
-
 #[test]
 fn a_change_computes_exactly_the_results_that_depend_on_it() {
     let place = place();
@@ -162,13 +132,7 @@ fn a_change_computes_exactly_the_results_that_depend_on_it() {
         // A threshold: the labels of its method.
         ("below = 0.5", "below = 0.4", "ncc,0,RAW", "detector level: below was 0.5, is 0.4", (0, 0, 4)),
         // A parameter of a signal: that signal and the labels of its methods.
-        (
-            "layers = 8",
-            "layers = 16",
-            "ncc,0,RAW",
-            "signal distribution-field: layers was 8, is 16",
-            (0, 4, 4),
-        ),
+        ("layers = 8", "layers = 16", "ncc,0,RAW", "distribution-field: layers was 8, is 16", (0, 4, 4)),
         // Candidates of training: the models, and the labels of trained methods, whose addresses hold the model's.
         ("to = 0.9", "to = 0.8", "ncc,0,Trained", "training of below: candidate", (0, 0, 4)),
         // The seed: the tracker and the detector that draw random numbers.
@@ -178,6 +142,12 @@ fn a_change_computes_exactly_the_results_that_depend_on_it() {
     }
     place.write("try.toml", SPEC);
     assert_eq!(computed(&run(&place)), (0, 0, 0), "what was there before still is");
+    // Before: a signal with several values a frame was computed again by every run.
+    let wide = "{ name = \"Wide\", signal = { kind = \"watchdog-agreement\", values = [\"overlap\", \"score\"] }, \
+                detector.kind = \"agreement\" },\n]\n";
+    place.write("try.toml", SPEC.trim_end_matches("]\n").to_string() + wide);
+    assert_eq!(computed(&run(&place)), (0, 4, 4));
+    assert_eq!(computed(&run(&place)), (0, 0, 0));
 
     // One byte of an image, and one of the annotation: all results of that sequence.
     let frame = trackfail::image::decode(&place.bytes(IMAGE)).unwrap();
@@ -217,7 +187,9 @@ fn a_damaged_store_is_reported_and_computed_again() {
     let place = place();
     run(&place);
     let clean = place.path("clean");
-    copy(&place.path("results/mine"), &clean);
+    for (name, bytes) in files(&place.path("results/mine")) {
+        place.write(&format!("clean/{}", name.display()), bytes);
+    }
     let packs = place.list("results/.store/packs");
     for (k, pack) in packs.iter().enumerate() {
         let bytes = std::fs::read(pack).unwrap();
@@ -232,21 +204,13 @@ fn a_damaged_store_is_reported_and_computed_again() {
     assert_eq!(ran.err.matches("are computed again").count(), packs.len(), "{}", ran.err);
     assert_same_files(&place.path("results/mine"), &clean);
     assert_eq!(computed(&run(&place)), (0, 0, 0));
+    // All is computed again on demand, with the same results.
+    assert_eq!(computed(&tally(&run_into(&place, "results", "--force"))), (4, 8, 16));
+    assert_same_files(&place.path("results/mine"), &clean);
+    assert_eq!(computed(&run(&place)), (0, 0, 0));
     // A store of another version is refused.
     place.write("results/.store/format", "trackfail-store 99\n");
     place.run(RUN).ends(1).tells("another program version");
-}
-
-fn copy(from: &Path, to: &Path) {
-    for entry in walkdir::WalkDir::new(from) {
-        let entry = entry.unwrap();
-        let target = to.join(entry.path().strip_prefix(from).unwrap());
-        if entry.file_type().is_dir() {
-            std::fs::create_dir_all(target).unwrap();
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
-    }
 }
 
 #[test]
@@ -288,34 +252,18 @@ fn two_runs_at_once_write_the_same_files() {
 }
 
 #[test]
-fn force_computes_everything_again_with_the_same_results() {
-    let place = place();
-    run(&place);
-    let before = place.path("before");
-    copy(&place.path("results/mine"), &before);
-    assert_eq!(computed(&tally(&run_into(&place, "results", "--force"))), (4, 8, 16));
-    assert_same_files(&place.path("results/mine"), &before);
-    assert_eq!(computed(&run(&place)), (0, 0, 0));
-}
-
-#[test]
-fn a_cell_that_takes_too_long_fails_and_the_tables_are_written() {
+fn cells_that_fail_leave_the_others_and_are_not_stored() {
     let place = place();
     place.run(&format!("{RUN} --timeout 1e-9")).ends(4).tells("took longer than 0.000000001 s");
     let scores = place.read("results/mine/try/scores.csv");
     assert!(scores.contains("failed: Couple: took longer") && !scores.contains(",ok"));
-    assert_eq!(states(&place), [("missing".to_string(), 16)].into(), "failures are not stored");
-}
-
-#[cfg(unix)]
-#[test]
-fn a_sequence_that_cannot_be_read_fails_alone() {
-    let place = place();
-    place.remove(IMAGE);
-    // Reading a pipe without a writer would block.
-    place.shell(&format!("mkfifo {IMAGE}")).ends(0);
-    place.run(RUN).ends(4).tells("0007.png: not a file");
-    assert_eq!(states(&place), [("absent".to_string(), 8), ("cached".to_string(), 8)].into());
+    assert_eq!(states(&place), [("missing".to_string(), 16)].into());
+    if cfg!(unix) {
+        // Reading a pipe without a writer would block.
+        place.shell(&format!("rm {IMAGE} && mkfifo {IMAGE}")).ends(0);
+        place.run(RUN).ends(4).tells("0007.png: not a file");
+        assert_eq!(states(&place), [("absent".to_string(), 8), ("cached".to_string(), 8)].into());
+    }
 }
 
 #[test]

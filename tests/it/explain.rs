@@ -13,7 +13,6 @@ table = [{ name = "t", rows = ["tp", "recall", "score_mean"], columns = "method"
 method = [
     { name = "level", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
     { name = "signed", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "sanmiguel2015/1" },
-    { name = "frames", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "sanmiguel2015-segmentation/1" },
 ]
 "#;
 
@@ -24,9 +23,10 @@ fn rows(place: &Place, words: &str) -> Vec<Value> {
 #[test]
 fn a_number_is_taken_apart_down_to_its_frames() {
     let place = Place::with(&[("a.toml", SPEC)]);
+    place.run("explain t tp level").refuses(2, "no finished experiment in results");
     place.run("run a.toml -q").ends(0);
     let pooled = place.read("results/mine/small/measures.csv");
-    for method in ["level", "signed", "frames"] {
+    for method in ["level", "signed"] {
         let line = pooled.lines().find(|l| l.split(',').nth(2) == Some(method)).unwrap();
         let counts: Vec<u64> = line.split(',').skip(6).take(4).map(|n| n.parse().unwrap()).collect();
         let parts = rows(&place, &format!("t tp {method}"));
@@ -44,13 +44,6 @@ fn a_number_is_taken_apart_down_to_its_frames() {
         for part in &parts {
             let name = part["sequence"].as_str().unwrap();
             let listed = rows(&place, &format!("mine/small/t tp {method} --sequence '{name}'"));
-            if method == "frames" {
-                for counted in ["tp", "fp", "fn", "tn"] {
-                    let mine = listed.iter().filter(|r| r["counts as"] == counted);
-                    assert_eq!(mine.map(|r| of(r, "frames")).sum::<u64>(), of(part, counted));
-                }
-                continue;
-            }
             let count = |outcome: &str| listed.iter().filter(|r| r["outcome"] == outcome).count() as u64;
             let outcomes = ["hit", "false alarm", "missed"].map(count);
             assert_eq!(outcomes, ["tp", "fp", "fn"].map(|n| of(part, n)), "{method} {name}");
@@ -69,14 +62,11 @@ fn a_number_is_taken_apart_down_to_its_frames() {
     // The mean of all scores does not come from counts; it is computed again from the frames.
     let parts = rows(&place, "t score_mean level");
     assert!(parts.iter().any(|p| p["moves"].as_f64().is_some_and(|m| m != 0.0)));
+    refuses_unknown_names(&place);
 }
 
-#[test]
-fn unknown_names_are_refused_with_the_nearest_known_one() {
-    let place = Place::with(&[("a.toml", SPEC)]);
-    let none = "no finished experiment in results: nothing has been run there yet";
-    place.run("explain t tp level").refuses(2, none);
-    place.run("run a.toml -q").ends(0);
+/// Unknown names are refused with the nearest known one.
+fn refuses_unknown_names(place: &Place) {
     for (words, told) in [
         ("x tp level", "unknown table `x`"),
         ("mine/smal/t tp level", "did you mean `mine/small`?"),
@@ -93,5 +83,30 @@ fn unknown_names_are_refused_with_the_nearest_known_one() {
         ("../t tp level", "unknown finished experiment"),
     ] {
         place.run(&format!("explain {words}")).refuses(2, told);
+    }
+}
+
+/// The page of an experiment and the command that it names explain a number alike.
+#[cfg(unix)]
+#[test]
+fn numbers_are_explained_as_the_command_explains_them() {
+    let place = crate::tools::page::page_of_a_run();
+    let html = place.read("reports/mine/page/index.html");
+    let marks =
+        [("&#x27;", "'"), ("&#x2f;", "/"), ("&quot;", "\""), ("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")];
+    let text =
+        |escaped: &str| marks.iter().fold(escaped.to_string(), |text, (from, to)| text.replace(from, to));
+    let links = html.split("<a class=\"origin\"").skip(1);
+    let titles = links.map(|rest| rest.split("title=\"").nth(1).unwrap().split('"').next().unwrap());
+    let titles: Vec<Vec<String>> = titles.map(|title| title.split("&#10;").map(text).collect()).collect();
+    // Three measures of two methods on two trackers, and of one more on the first.
+    assert_eq!(titles.len(), 3 * 5);
+    for title in titles {
+        let [number, formula, command] = &title[..] else { panic!("{title:?}") };
+        let out = place.shell(command).out;
+        assert!(out.lines().any(|line| line.trim() == formula), "{number}: {formula}\n{out}");
+        let (method, tracker) = number.split_once(" is ").unwrap().0.split_once(" on ").unwrap();
+        assert!(out.starts_with(&format!("mine/page/t, tracker {tracker}: {method} is ")), "{out}");
+        assert_eq!(out.matches(", tracker ").count(), 1, "{out}");
     }
 }

@@ -3,10 +3,8 @@
 use crate::download::fails;
 use crate::packed::{zip, zipped};
 use crate::server::{Server, full};
-use crate::tools::{files, output, trackfail};
-use base64::Engine as _;
+use crate::tools::{Place, files};
 use sha2::{Digest, Sha256};
-use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
 use trackfail::dataset::archive::{Archive, Packing};
@@ -17,27 +15,18 @@ use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
 use trackfail_testing::put;
 
-/// Keeps what it is told.
-#[derive(Default)]
-pub struct Told(pub RefCell<Vec<String>>);
+/// Tells nobody.
+struct Silent;
 
-impl FetchWatch for Told {
+impl FetchWatch for Silent {
     fn arrived(&self, _: &str, _: u64, _: Option<u64>) {}
-    fn note(&self, text: &str) {
-        self.0.borrow_mut().push(text.to_owned());
-    }
+    fn note(&self, _: &str) {}
 }
 
 /// Pauses that cost no time; nothing here waits for a timeout unless a test makes one short.
 pub fn options() -> FetchOptions {
-    let long = Duration::from_secs(60);
-    let patience = Patience {
-        stall: long,
-        attempts: 4,
-        pause: Duration::from_millis(1),
-        longest: Duration::from_millis(20),
-        limit: 1 << 20,
-    };
+    let (pause, longest) = (Duration::from_millis(1), Duration::from_millis(20));
+    let patience = Patience { stall: Duration::from_secs(60), attempts: 4, pause, longest, limit: 1 << 20 };
     FetchOptions { mirror: None, patience, caps: Caps::default() }
 }
 
@@ -61,7 +50,7 @@ pub fn job(url: &str, packing: Packing) -> FetchJob {
 
 /// Fetches into a new workspace in `root`.
 pub fn run(root: &Path, job: &FetchJob, options: &FetchOptions) -> Result<Fetched, FetchError> {
-    fetch(&Workspace::open(root)?, job, options, &Told::default())
+    fetch(&Workspace::open(root)?, job, options, &Silent)
 }
 
 pub fn sha256(bytes: &[u8]) -> String {
@@ -129,49 +118,6 @@ fn modes_are_the_usual_ones_whatever_the_archive_says() {
     for (name, like) in [("", &folder), ("a", &file), ("img", &folder), ("img/b", &file), (MARKER, &file)] {
         assert_eq!(mode(&root.path().join("otb/seq").join(name)), mode(like), "{name}");
     }
-}
-
-// import base64, io, zipfile; b = io.BytesIO()
-// with zipfile.ZipFile(b, 'w', zipfile.ZIP_DEFLATED) as z: z.writestr(...)   # images 0001 and an empty 0002
-// base64.b64encode(b.getvalue())
-const ZIP: &str = "UEsDBBQAAAAIAJYmdV11LfqMDwAAAJABAAAYAAAAc2VxL2dyb3VuZHRydXRoX3JlY3QudHh0M9Qx0jHWMeEyHKUHBQ0AUEsDBBQAAAAIAJYmdV2I4s7OEgAAABAAAAAQAAAAc2VxL2ltZy8wMDAxLmpwZ2NgZGJmYWVj5+Dk4ubh5eMHAFBLAwQUAAAACACWJnVdAAAAAAIAAAAAAAAAEAAAAHNlcS9pbWcvMDAwMi5qcGcDAFBLAQIUAxQAAAAIAJYmdV11LfqMDwAAAJABAAAYAAAAAAAAAAAAAACAAQAAAABzZXEvZ3JvdW5kdHJ1dGhfcmVjdC50eHRQSwECFAMUAAAACACWJnVdiOLOzhIAAAAQAAAAEAAAAAAAAAAAAAAAgAFFAAAAc2VxL2ltZy8wMDAxLmpwZ1BLAQIUAxQAAAAIAJYmdV0AAAAAAgAAAAAAAAAQAAAAAAAAAAAAAACAAYUAAABzZXEvaW1nLzAwMDIuanBnUEsFBgAAAAADAAMAwgAAALUAAAAAAA==";
-
-#[test]
-fn archives_of_another_writer_come_out_as_they_went_in() {
-    let bytes = base64::engine::general_purpose::STANDARD.decode(ZIP).unwrap();
-    let root = tempfile::tempdir().unwrap();
-    let mut job = job_of(&Server::file(bytes.clone(), "\"1\""));
-    job.archive.size = Some(bytes.len() as u64);
-    job.archive.sha256 = Some(sha256(&bytes).to_uppercase());
-    run(root.path(), &job, &options()).unwrap();
-    let folder = root.path().join("otb/seq");
-    assert_eq!(std::fs::read(folder.join("groundtruth_rect.txt")).unwrap(), b"1,2,3,4\n".repeat(50));
-    for (name, length) in [("0001.jpg", 16), ("0002.jpg", 0)] {
-        let wanted: Vec<u8> = (0..length).collect();
-        assert_eq!(std::fs::read(folder.join("img").join(name)).unwrap(), wanted);
-    }
-}
-
-#[test]
-fn only_folders_of_the_list_are_unpacked_and_all_of_them() {
-    let members = [
-        ("./all/README", "no"),
-        ("./all/seq/a", "yes"),
-        ("./all/sequel/a", "no"),
-        ("./all/deep/er/b", "yes"),
-        ("./other/seq/a", "no"),
-        ("./__MACOSX/all/seq/._a", "no"),
-    ];
-    let bytes = zip(&members.map(|(name, text)| zipped(name, text.as_bytes())));
-    let root = tempfile::tempdir().unwrap();
-    let mut job = job_of(&Server::file(bytes, "\"1\""));
-    job.archive.below = Some("all".into());
-    job.folders = vec!["otb/seq".into(), "otb/deep/er".into()];
-    let fetched = run(root.path(), &job, &options()).unwrap();
-    assert_eq!(fetched.placed.new, ["otb/seq", "otb/deep/er"]);
-    let texts = files(root.path()).into_iter().filter(|(_, b)| b == b"yes" || b == b"no");
-    let texts: Vec<_> = texts.map(|(p, b)| (p.display().to_string(), b.len())).collect();
-    assert_eq!(texts, [("otb/deep/er/b".into(), 3), ("otb/seq/a".into(), 3)]);
 }
 
 #[test]
@@ -253,48 +199,35 @@ fn listed(downloads: bool) -> Option<(String, lock::Entry)> {
 
 #[test]
 fn the_program_says_how_to_get_what_it_cannot_download() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().to_str().unwrap();
     let (name, entry) = listed(false).expect("a sequence without an address");
-    let (code, out, err) = output(&["data", "fetch", &name, "--data-root", folder]);
-    assert_eq!(code, 3, "{err}");
-    assert!(out.contains(&format!("{name}  by hand: ")) && out.contains(&entry.folder), "{out}");
-    assert!(err.contains(&name), "{err}");
+    let ran = Place::new().run(&format!("data fetch '{name}' --data-root .")).ends(3).tells(&name);
+    ran.says(&format!("{name}  by hand: ")).says(&entry.folder);
 }
 
 #[test]
 fn the_program_asks_for_consent_and_tells_what_is_not_there() {
-    let root = tempfile::tempdir().unwrap();
+    let place = Place::new();
     let (name, _) = listed(true).expect("a sequence with an address");
     let server = Server::always(full("404 Not Found", &[], b""));
-    let fetch = |more: &[&str]| {
-        let mut command = trackfail();
-        command.args(["data", "fetch", &name, "--mirror", &server.url, "--data-root"]).arg(root.path());
-        let output = command.args(more).output().unwrap();
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-    };
-    let (code, text) = fetch(&[]);
-    assert!(code == Some(2) && text.contains("licence: ") && text.contains("--accept-licence"), "{text}");
+    let fetch =
+        |more: &str| place.run(&format!("data fetch '{name}' --mirror {} --data-root . {more}", server.url));
+    fetch("").ends(2).tells("licence: ").tells("--accept-licence");
     assert!(server.asked().is_empty());
-    let (code, text) = fetch(&["--accept-licence"]);
-    assert!(code == Some(3) && text.contains("licence: ") && text.contains("404"), "{text}");
-    let (code, text) = fetch(&[]);
-    assert!(code == Some(3) && !text.contains("licence: "), "remembered: {text}");
+    fetch("--accept-licence").ends(3).tells("licence: ").tells("404");
+    // It is remembered.
+    assert!(!fetch("").ends(3).err.contains("licence: "));
 }
 
 #[test]
 fn the_program_wants_a_data_root_and_known_names() {
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().to_str().unwrap();
+    let place = Place::new();
     for (arguments, words) in [
-        (&["vot2014"][..], "--data-root"),
-        (&["vot2015x", "--data-root", folder], "vot201"),
-        (&["vot2014/bal", "--data-root", folder], "did you mean `ball`"),
-        (&["vot2014/", "--data-root", folder], "sequence"),
+        ("vot2014", "--data-root"),
+        ("vot2015x --data-root .", "vot201"),
+        ("vot2014/bal --data-root .", "did you mean `ball`"),
+        ("vot2014/ --data-root .", "sequence"),
     ] {
-        let (code, _, err) = output(&[&["data", "fetch"][..], arguments].concat());
-        assert!(code == 2 && err.contains(words), "{code} {err}");
+        place.run(&format!("data fetch {arguments}")).ends(2).tells(words);
     }
-    let (code, out, err) = output(&["data", "fetch", "synthetic-otb", "--data-root", folder]);
-    assert_eq!((code, out.as_str(), err.as_str()), (0, "", ""));
+    assert_eq!(place.run("data fetch synthetic-otb --data-root .").ends(0).all(), "");
 }

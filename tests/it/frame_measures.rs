@@ -10,35 +10,16 @@ title = "t"
 protocol = "frames/1"
 suites.test = "synthetic-otb"
 tracker = [{ name = "still" }]
-[[method]]
-name = "level"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.6 }
-[[method]]
-name = "turned"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", above = 0.6 }
-protocol = "frames-clear/1"
-[[method]]
-name = "losses"
-signal.kind = "rgb-histogram"
-detector = { kind = "level" }
-grid = { below = [0.5, 0.6] }
-protocol = "range/1"
-[[method]]
-name = "nab"
-signal.kind = "rgb-histogram"
-detector = { kind = "level", below = 0.6 }
-protocol = "nab/1"
-[[method]]
-name = "oracle"
-detector = { kind = "oracle" }
-[[method]]
-name = "always"
-detector = { kind = "always" }
-[[method]]
-name = "never"
-detector = { kind = "never" }
+method = [
+    { name = "level", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.6 } },
+    { name = "turned", signal.kind = "rgb-histogram", detector = { kind = "level", above = 0.6 }, protocol = "frames-clear/1" },
+    { name = "losses", signal.kind = "rgb-histogram", detector.kind = "level", grid = { below = [0.5, 0.6] }, protocol = "range/1" },
+    { name = "nab", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.6 }, protocol = "nab/1" },
+    { name = "oracle", detector.kind = "oracle" },
+    { name = "always", detector.kind = "always" },
+    { name = "never", detector.kind = "never" },
+]
+claim = [{ text = "Nothing is better than the truth", holds = "auroc[level] < auroc[oracle]" }]
 [[table]]
 name = "frames"
 rows = ["f_score", "f_over_chance", "auroc", "false_alarms_at_half", "range_f", "nab"]
@@ -47,9 +28,6 @@ methods = ["level", "turned", "nab", "oracle", "always", "never"]
 [[table]]
 name = "board"
 rank = "auroc"
-[[claim]]
-text = "Nothing is better than the truth"
-holds = "auroc[level] < auroc[oracle]"
 "#;
 
 /// A place with the results of an experiment.
@@ -94,8 +72,7 @@ fn every_method_has_measures_of_frames() {
     }
     let table = place.rows(&kept("tables/board.csv"));
     let value = |method: &str, column: &str| {
-        let cell = table.iter().find(|r| r["row"] == method && r["column"] == column).unwrap();
-        cell["ours"].clone()
+        table.iter().find(|r| r["row"] == method && r["column"] == column).unwrap()["ours"].clone()
     };
     // The score of `turned` has the other sign, those of the others are that of `level`.
     let first = if area > 0.5 { "1.0" } else { "2.0" };
@@ -104,11 +81,12 @@ fn every_method_has_measures_of_frames() {
     let page = place.read("reports/small/report.md");
     assert!(page.contains("Nothing is better than the truth"));
     assert!(page.contains("The columns low and high are a 95 % interval over sequences"), "{page}");
+    are_taken_apart(&place);
+    are_read_without_the_file(&place);
 }
 
-#[test]
-fn counts_of_frames_and_losses_are_taken_apart() {
-    let place = run(SPEC);
+/// The counts of frames and losses are those that `explain` lists.
+fn are_taken_apart(place: &Place) {
     let explain = |words: &str| -> Vec<Value> {
         let ran = place.run(&format!("explain small/frames auroc {words} --format json")).ends(0);
         serde_json::from_str(&ran.out).unwrap()
@@ -135,9 +113,7 @@ fn counts_of_frames_and_losses_are_taken_apart() {
 }
 
 /// Results of a program that did not have these measures.
-#[test]
-fn results_without_the_file_are_read() {
-    let place = run(SPEC);
+fn are_read_without_the_file(place: &Place) {
     let manifest = kept("manifest.json");
     let mut read = place.json(&manifest);
     assert!(read["files"].as_object_mut().unwrap().remove("frame_measures.csv").is_some());
@@ -148,31 +124,6 @@ fn results_without_the_file_are_read() {
     let ours = |row: &str| &table.iter().find(|r| r["row"] == row && r["column"] == "level").unwrap()["ours"];
     assert_eq!(ours("auroc"), "");
     assert_ne!(ours("f_score"), "");
-}
-
-/// Analyses that read a signal and the regions of the same tracks.
-#[test]
-fn trackers_are_scored_over_a_confidence() {
-    let part = |name: &str, rules: &str| {
-        format!(
-            "[[analysis]]\nname = \"{name}\"\nsuites = [\"test\"]\nsignal = {{ kind = \"rgb-histogram\" }}\n\
-             compute = {{ kind = \"longterm\", rules = \"longterm/{rules}/1\" }}\n\
-             [[table]]\nname = \"{name}\"\nshows = \"{name}.overall\"\n"
-        )
-    };
-    let claim = "[[claim]]\ntext = \"F lies between\"\nholds = \"finding[vot.lt_f] > 0 && finding[pysot.lt_f] < 1\"\nrequired = true\n";
-    let head = "schema = 1\nname = \"small\"\ntitle = \"t\"\n[suites]\ntest = \"synthetic-otb\"\n[[tracker]]\nname = \"ncc\"\n";
-    let parts = [part("vot", "vot-toolkit"), part("pysot", "pysot"), part("all", "pytracking")];
-    let spec = format!("{head}{}{claim}", parts.concat());
-    let place = run(&spec);
-    let [vot, pysot, all] = ["vot", "pysot", "all"].map(|name| {
-        let table = place.rows(&kept(&format!("tables/{name}.csv")));
-        number(table.iter().find(|r| r["column"] == "F").unwrap(), "ours")
-    });
-    assert!([vot, pysot, all].iter().all(|f| (0.0..=1.0).contains(f)));
-    assert_ne!(vot, all);
-    place.write("a.toml", spec.replace("signal = { kind = \"rgb-histogram\" }\n", ""));
-    place.run("run a.toml -q").ends(2);
 }
 
 // The oracle finds every loss: the difference to a method is what that method lacks.

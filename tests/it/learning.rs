@@ -1,6 +1,6 @@
 //! Methods that learn, methods of some trackers only, repetitions, and analyses.
 
-use crate::tools::{Place, Ran, assert_same_files};
+use crate::tools::{Place, Ran, Row, assert_same_files};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -23,37 +23,21 @@ figure = [
     { name = "sweep", kind = "sweep", metric = "f_score", x = "length", methods = ["AVU", "EmpTh"] },
     { name = "cuts", kind = "chart", shows = "sums.cuts-1" },
 ]
-
-[[method]]
-name = "AVU"
-trackers = ["PF"]
-grid = { length = [1, 5, 20] }
-
-[[method]]
-name = "normal"
-trackers = ["PF"]
-signal = { kind = "uncertainty-change", settling = 25 }
-detector = { kind = "accumulated-validation", length = 5, train = "train", approximation = "normal" }
-
-[[method]]
-name = "EmpTh"
-trackers = ["PF"]
-
-[[method]]
-name = "RgbHist"
-trackers = ["still"]
-protocol = "khalid2016/1"
-
+method = [
+    { name = "AVU", trackers = ["PF"], grid = { length = [1, 5, 20] } },
+    { name = "normal", trackers = ["PF"], signal = { kind = "uncertainty-change", settling = 25 }, detector = { kind = "accumulated-validation", length = 5, train = "train", approximation = "normal" } },
+    { name = "EmpTh", trackers = ["PF"] },
+    { name = "RgbHist", trackers = ["still"], protocol = "khalid2016/1" },
+]
+[[claim]]
+text = "the convolution is nearer"
+holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]"
 [[analysis]]
 name = "sums"
 signal = { kind = "uncertainty-change" }
 compute = { kind = "cut-values", lengths = [1, 5], shown_lengths = [1, 5, 20] }
 suites = ["train"]
 trackers = ["PF"]
-
-[[claim]]
-text = "the convolution is nearer"
-holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]"
 "#;
 
 fn run(place: &Place, spec: &str, more: &str) -> Ran {
@@ -75,22 +59,19 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     let (one, two) = (Place::new(), Place::new());
     // 18 sequences, 3 runs of training data, and one run of the other tracker; AVU's three lengths and `normal` share a
     // model; then a threshold and an analysis.
-    run(&one, SPEC, "--jobs 1")
-        .ends(0)
-        .tells("tracks 72 computed, 0 cached")
-        .tells("models 3 computed, 0 cached");
+    let first = run(&one, SPEC, "--jobs 1").ends(0).tells("tracks 72 computed, 0 cached");
+    first.tells("models 3 computed, 0 cached");
     run(&two, SPEC, "--jobs 2");
     assert_same_files(one.root(), two.root());
     run(&one, SPEC, "--jobs 1").tells("tracks 0 computed, 72 cached").tells("models 0 computed, 3 cached");
 
     let scores = one.rows("results/mine/learning/scores.csv");
-    let cells = |method: &str| {
-        scores.iter().filter(|r| r["method"] == method && r["sequence"] != "*").collect::<Vec<_>>()
-    };
-    assert_eq!(cells("AVU").len(), 18 * 2 * 3);
-    assert!(cells("AVU").iter().all(|r| r["tracker"] == "PF" && r["status"] == "ok"));
-    assert_eq!(cells("RgbHist").len(), 18);
-    assert!(cells("RgbHist").iter().all(|r| r["tracker"] == "still"));
+    for (method, tracker, count) in [("AVU", "PF", 18 * 2 * 3), ("RgbHist", "still", 18)] {
+        let is_cell = |r: &&Row| r["method"] == method && r["sequence"] != "*";
+        let cells: Vec<_> = scores.iter().filter(is_cell).collect();
+        assert_eq!(cells.len(), count, "{method}");
+        assert!(cells.iter().all(|r| r["tracker"] == tracker && r["status"] == "ok"), "{method}");
+    }
 
     let models = models(&one, "learning");
     assert_eq!(models.len(), 5);
@@ -103,9 +84,7 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     };
     assert!(0.0 < cut(1) && cut(1) < cut(5) && cut(5) < cut(20), "{} {} {}", cut(1), cut(5), cut(20));
     let model = &models.iter().find(|(name, _)| name.contains("avu")).unwrap().1;
-    assert_eq!(model["runs"], 3);
-    assert_eq!(model["tuned_on_test"], true);
-    assert!(model["threshold"].as_f64().unwrap() > 0.0);
+    assert_eq!((&model["runs"], &model["tuned_on_test"]), (&3.into(), &true.into()));
     let weights = model["model"]["consistency"]["mixture"]["components"].as_array().unwrap().iter();
     let total: f64 = weights.map(|c| c["weight"].as_f64().unwrap()).sum();
     assert!((total - 1.0).abs() < 1e-6);
@@ -134,25 +113,13 @@ fn a_reduced_number_of_runs_is_noted_in_every_table() {
     assert!(report.contains("was tuned on the test suite itself"), "{report}");
 }
 
-#[test]
-fn a_signal_of_the_posterior_is_not_run_on_a_tracker_without_one() {
-    let text = "schema = 1\nname = \"none\"\ntitle = \"None\"\nprotocol = \"sanmiguel2015/1\"\n\
-                suites.test = \"synthetic-vot\"\ntracker = [{ name = \"still\" }]\nmethod = [{ name = \"M-model\" }]\n";
-    let line = "M-model was not run on still (9 cells): it needs a tracker that gives its posterior";
-    run(&Place::new(), text, "").ends(0).says(line);
-}
-
 const OTHERS: &str = r#"schema = 1
 name = "mine/others"
 title = "A try"
 protocol = "khalid2016/1"
 seed = 7
 suites.test = "synthetic-d1"
-tracker = [
-    { name = "still" },
-    { name = "ncc" },
-    { name = "ncc", label = "NCC that looks near", search = 0.5 },
-]
+tracker = [{ name = "still" }, { name = "ncc" }, { name = "ncc", label = "NCC that looks near", search = 0.5 }]
 table = [{ name = "f", rows = ["f_score", "tp"], columns = "method" }]
 
 [[method]]
@@ -196,11 +163,7 @@ fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shard
 
     run(&one, OTHERS, "--compact").ends(0);
     assert!(!one.has("results/mine/others/models"));
-}
-
-#[test]
-fn a_detector_is_given_as_many_signals_as_it_reads() {
+    // A detector is given as many signals as it reads.
     let text = OTHERS.replace("below = [0.5, 0.5]", "below = [0.5]");
-    let words = "method `joint` reads 1 signals, and 2 are given";
-    run(&Place::new(), &text, "").ends(2).tells(words);
+    run(&one, &text, "").ends(2).tells("method `joint` reads 1 signals, and 2 are given");
 }

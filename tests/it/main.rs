@@ -19,7 +19,6 @@ mod hostile;
 mod learning;
 mod live;
 mod monitor;
-mod monitor_lines;
 mod monitor_state;
 mod needs;
 #[cfg(target_os = "linux")]
@@ -27,8 +26,6 @@ mod outputs;
 #[cfg(unix)]
 mod outside;
 mod packed;
-#[cfg(unix)]
-mod page;
 mod parquet;
 #[cfg(unix)]
 mod process;

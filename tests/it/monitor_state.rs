@@ -36,6 +36,7 @@ fn one_monitor_at_a_time_has_a_state() {
     monitor(&place, STATE, &lines(&all[2..3])).ends(0);
 }
 
+// The rules are tested where they are; here are the words of the command line and the file.
 #[test]
 fn a_state_goes_on_under_its_own_base_and_inputs() {
     let place = Place::new();
@@ -46,8 +47,7 @@ fn a_state_goes_on_under_its_own_base_and_inputs() {
     let state = place.bytes("track.state");
     for (arguments, words) in [
         ("--base 0", "boxes that count pixels from 1, not from 0; remove the file to begin anew"),
-        ("--inputs frames", "the state is one for boxes, confidence, not for boxes, frames"),
-        ("--inputs frames,confidence", "not for boxes, frames, confidence"),
+        ("--inputs frames,confidence", "one for boxes, confidence, not for boxes, frames, confidence"),
         ("--budget 3", "a budget of 2, not with a budget of 3"),
     ] {
         let ran = monitor(&place, &format!("{arguments} {kept}"), &boxes(5));
@@ -58,12 +58,4 @@ fn a_state_goes_on_under_its_own_base_and_inputs() {
     let rest = monitor(&place, kept, &boxes(5)).ends(0).out;
     let whole = monitor(&place, begun, &lines(&jumping(10, 99))).out;
     assert_eq!(whole.lines().skip(5).collect::<Vec<_>>(), rest.lines().collect::<Vec<_>>());
-    monitor(&place, &format!("{begun} {kept}"), "{}\n").ends(0);
-}
-
-#[test]
-fn a_state_of_the_first_format_is_refused_in_words() {
-    let place = Place::with(&[("track.state", "trackfail-monitor 1\n")]);
-    let told = "track.state: a state of format 1, which this program does not read; remove";
-    monitor(&place, "--state track.state", "{}\n").ends(3).tells(told);
 }

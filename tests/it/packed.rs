@@ -5,7 +5,7 @@ use flate2::write::DeflateEncoder;
 use std::io::Write;
 
 /// A member of a zip file, and what its headers say.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Zipped {
     pub name: Vec<u8>,
     pub data: Vec<u8>,
@@ -23,17 +23,8 @@ pub struct Zipped {
 }
 
 pub fn zipped(name: impl AsRef<[u8]>, data: &[u8]) -> Zipped {
-    Zipped {
-        name: name.as_ref().to_vec(),
-        data: data.to_vec(),
-        deflated: false,
-        mode: 0o100_644,
-        flags: 0,
-        method: None,
-        size: None,
-        checksum: None,
-        same_as: None,
-    }
+    let (name, data) = (name.as_ref().to_vec(), data.to_vec());
+    Zipped { name, data, mode: 0o100_644, ..Zipped::default() }
 }
 
 /// A zip file (PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12, 4.3.16, 4.5.3).

@@ -10,7 +10,6 @@ use std::path::Path;
 const FRAMES: usize = 60;
 
 const LOCK: &str = r#"schema = 2
-
 [[suite]]
 name = "my-boxes"
 title = "A square that walks"
@@ -39,29 +38,12 @@ grid = { tau_1 = [1.0, 2.0] }
 
 [[method-group]]
 trackers = ["T"]
-
-[[method-group.methods]]
-name = "plain"
-signal = { kind = "box-motion" }
-detector = { kind = "level", above = 5.0 }
-
-[[method-group.methods]]
-name = "levels"
-signal = { kind = "box-motion" }
-detector = { kind = "level", above = 5.0 }
-grid = { above = [1.0, 5.0, 9.0] }
-
-[[method-group.methods]]
-name = "bins"
-signal = { kind = "rgb-histogram" }
-detector = { kind = "level", below = 0.9 }
-grid = { bins = [4, 8] }
-
-[[method-group.methods]]
-name = "forecasts"
-signal = { kind = "box-motion" }
-detector = { kind = "naive-forecast", window = 20, threshold = 5.0 }
-grid = { horizon = [1, 5] }
+methods = [
+    { name = "plain", signal.kind = "box-motion", detector = { kind = "level", above = 5.0 } },
+    { name = "levels", signal.kind = "box-motion", detector = { kind = "level", above = 5.0 }, grid = { above = [1.0, 5.0, 9.0] } },
+    { name = "bins", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, grid = { bins = [4, 8] } },
+    { name = "forecasts", signal.kind = "box-motion", detector = { kind = "naive-forecast", window = 20, threshold = 5.0 }, grid = { horizon = [1, 5] } },
+]
 "#;
 
 /// A place with the results of the experiment in `r/mine/parquet`.
@@ -70,13 +52,9 @@ fn results() -> Place {
     let boxes =
         |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
     place.write("frames/Walk/groundtruth_rect.txt", boxes(|t| t + 1));
-    let images = place.folder("frames/Walk/img");
-    for t in 0..FRAMES as u32 {
-        let inside = |u: u32, v: u32| (t..t + 9).contains(&u) && v < 9;
-        let pixel = |u, v| image::Rgb(if inside(u, v) { [250, 80, 10] } else { [u as u8, v as u8, 99] });
-        let image = image::RgbImage::from_fn(120, 12, pixel);
-        image.save(images.join(format!("{:04}.png", t + 1))).unwrap();
-    }
+    place.frames("frames/Walk/img/0000.png", FRAMES, (120, 12), |t, x, y| {
+        if (t..t + 9).contains(&x) && y < 9 { [250, 80, 10] } else { [x as u8, y as u8, 99] }
+    });
     place.write("results/T/Walk.txt", boxes(|t| t + 1 + if t < 40 { 0 } else { 30 }));
     place.run("run spec.toml --results r --data-root .").ends(0);
     place
@@ -97,27 +75,24 @@ fn rows_of_points(table: &DataFrame) -> BTreeMap<(String, String), usize> {
     rows
 }
 
-/// As many rows for each method and grid point as there are frames.
-fn all_frames(points: &[(&str, &str)]) -> BTreeMap<(String, String), usize> {
-    points.iter().map(|(method, point)| (((*method).into(), (*point).into()), FRAMES)).collect()
+/// As many rows for each `method point` as there are frames.
+fn all_frames(points: &[&str]) -> BTreeMap<(String, String), usize> {
+    let split = |point: &&str| {
+        let (method, params) = point.split_once(' ').unwrap();
+        ((method.to_string(), params.to_string()), FRAMES)
+    };
+    points.iter().map(split).collect()
 }
 
 #[test]
 fn every_method_has_its_signal_once_where_its_grid_shares_it() {
     let place = results();
     let conditions = table(&place.path("r/mine/parquet/conditions.parquet"));
-    assert_eq!(rows_of_points(&conditions), all_frames(&[("followed", "tau_1=1"), ("followed", "tau_1=2")]));
+    assert_eq!(rows_of_points(&conditions), all_frames(&["followed tau_1=1", "followed tau_1=2"]));
     let table = table(&place.path("r/mine/parquet/signals.parquet"));
-    let expected = [
-        ("bins", "bins=4"),
-        ("bins", "bins=8"),
-        ("followed", ""),
-        ("forecasts", "horizon=1"),
-        ("forecasts", "horizon=5"),
-        ("levels", ""),
-        ("plain", ""),
-    ];
-    assert_eq!(rows_of_points(&table), all_frames(&expected));
+    let shared = ["followed ", "levels ", "plain "];
+    let apart = ["bins bins=4", "bins bins=8", "forecasts horizon=1", "forecasts horizon=5"];
+    assert_eq!(rows_of_points(&table), all_frames(&[&shared[..], &apart].concat()));
     let method = table.column("method").unwrap().str().unwrap().clone();
     let forecasts = table.column("forecast").unwrap().f64().unwrap().clone();
     let foreseen = method.iter().zip(forecasts.iter()).filter_map(|(method, f)| f.and(method));

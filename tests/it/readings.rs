@@ -1,9 +1,8 @@
-//! Readings beside published numbers, and restarts under both protocols, on rendered sequences.
+//! Readings beside published numbers, on rendered sequences.
 
 use crate::tools::{Place, Row, number};
 
-const EXPERIMENT: &str = r#"
-schema = 1
+const EXPERIMENT: &str = r#"schema = 1
 name = "mine/readings"
 title = "Readings"
 protocol = "khalid2016/1"
@@ -12,29 +11,12 @@ tracker = [
     { name = "ncc", label = "NCC", protocol = "vot-reset" },
     { name = "ncc", label = "NCC nearby", like = "NCC", search = 0.5, protocol = "vot-reset" },
 ]
-
-[[method]]
-name = "RgbHist"
-
-[[method]]
-name = "RgbHist 16 bins"
-like = "RgbHist"
-signal = { bins = 16 }
-
-[[method]]
-name = "RgbHist anew"
-like = "RgbHist"
-protocol = "khalid2016/2"
-
-[[method]]
-name = "oracle"
-detector = { kind = "oracle" }
-
-[[method]]
-name = "oracle anew"
-like = "oracle"
-protocol = "khalid2016/2"
-
+method = [
+    { name = "RgbHist" },
+    { name = "RgbHist 16 bins", like = "RgbHist", signal = { bins = 16 } },
+    { name = "RgbHist anew", like = "RgbHist", protocol = "khalid2016/2" },
+    { name = "oracle", detector = { kind = "oracle" } },
+]
 [[table]]
 name = "detection"
 rows = ["precision", "recall", "f_score", "score_mean_std"]
@@ -53,16 +35,10 @@ row = "score_mean_std"
 values = { RgbHist = ".67±.16" }
 "#;
 
-/// A place with the results of the experiment.
-fn finished() -> Place {
-    let place = Place::with(&[("my.toml", EXPERIMENT)]);
-    place.run("run my.toml --quiet").ends(0);
-    place
-}
-
 #[test]
 fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
-    let place = finished();
+    let place = Place::with(&[("my.toml", EXPERIMENT)]);
+    place.run("run my.toml --quiet").ends(0);
     let readings = place.rows("results/mine/readings/readings.csv");
     let of = |tracker: &str, method: &str, statistic: &str| {
         let is_it =
@@ -97,45 +73,21 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
 }
 
 #[test]
-fn nobody_is_paid_for_a_restart() {
-    let place = finished();
-    let scores = place.rows("results/mine/readings/scores.csv");
-    let pooled = |method: &str, key: &str| -> u64 {
-        let is_it = |r: &&Row| r["sequence"] == "*" && r["tracker"] == "NCC" && r["method"] == method;
-        scores.iter().find(is_it).unwrap()[key].parse().unwrap()
-    };
-    // The oracle finds every failure under both; pieces leave out what was skipped.
-    for method in ["oracle", "oracle anew"] {
-        assert_eq!((pooled(method, "fn"), pooled(method, "fp")), (0, 0), "{method}");
-    }
-    assert_eq!(pooled("oracle", "tp"), pooled("oracle anew", "tp"));
-    assert!(pooled("oracle", "tp") > 0 && pooled("oracle anew", "tn") < pooled("oracle", "tn"));
-    // The histogram jumps at a restart: without it fewer failures are found, and there are fewer detections.
-    assert!(pooled("RgbHist anew", "tp") <= pooled("RgbHist", "tp"));
-    assert!(pooled("RgbHist anew", "detections") < pooled("RgbHist", "detections"));
-    // `explain` counts as the run did.
-    let pieces = place.rows("results/mine/readings/pieces.csv");
-    assert!(pieces.iter().all(|p| p["first"].parse::<u32>().unwrap() <= p["last"].parse::<u32>().unwrap()));
-    let sequence = &pieces[0]["sequence"];
-    let explain = "explain mine/readings/detection recall 'RgbHist anew' --tracker NCC --sequence";
-    place.run(&format!("{explain} '{sequence}'")).ends(0);
-}
-
-#[test]
 fn wrong_readings_are_told_by_name() {
-    let wrong = |from: &str, to: &str, words: &[&str]| {
+    for (from, to, words) in [
+        ("like = \"RgbHist\", signal", "like = \"RbgHist\", signal", ["RbgHist", "RgbHist"]),
+        ("like = \"NCC\"", "like = \"KCF\"", ["KCF", "NCC"]),
+        ("signal = { bins = 16 }", "signal = { bin = 16 }", ["bin", ""]),
+        ("columns = \"method\"", "columns = \"method\"\npublished = \"table9\"", ["table9", ""]),
+        (
+            "detector = { kind = \"oracle\" }",
+            "protocol = \"khalid2016/2\", signal.kind = \"uncertainty\", detector.kind = \"arte\"",
+            ["backwards", "khalid2016/2"],
+        ),
+    ] {
         let text = EXPERIMENT.replace(from, to);
         assert_ne!(text, EXPERIMENT);
         let ran = Place::with(&[("my.toml", &text)]).run("run my.toml --quiet").ends(2);
-        words.iter().fold(ran, |ran, word| ran.tells(word));
-    };
-    wrong("like = \"RgbHist\"\nsignal", "like = \"RbgHist\"\nsignal", &["RbgHist", "RgbHist"]);
-    wrong("like = \"NCC\"", "like = \"KCF\"", &["KCF", "NCC"]);
-    wrong("signal = { bins = 16 }", "signal = { bin = 16 }", &["bin"]);
-    wrong("columns = \"method\"", "columns = \"method\"\npublished = \"table9\"", &["table9"]);
-    wrong(
-        "like = \"oracle\"\nprotocol",
-        "signal = { kind = \"uncertainty\" }\ndetector = { kind = \"arte\" }\nprotocol",
-        &["backwards", "khalid2016/2"],
-    );
+        ran.tells(words[0]).tells(words[1]);
+    }
 }

@@ -31,35 +31,32 @@ method = [
     { name = "signed", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "sanmiguel2015/1" },
     { name = "frames", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "frames/1" },
 ]
+table = [
+    { name = "t", rows = ["tp", "recall", "delay_median", "score_mean", "score_std", "auroc", "found_at_5", "aurc", "range_f", "nab"], columns = "method" },
+]
+figure = [
+    { name = "delays", kind = "delay", methods = ["late", "late anew", "early anew"] },
+    { name = "strip", kind = "strips", panels = [["error"], ["score:late anew"]] },
+]
 [[tracker]]
 name = "scripted"
 protocol = "vot-reset"
 losses = [{ frame = 42, length = 5 }, { frame = 88, length = 5 }]
-[[table]]
-name = "t"
-rows = ["tp", "recall", "delay_median", "score_mean", "score_std", "auroc", "found_at_5", "aurc", "range_f", "nab"]
-columns = "method"
-[[figure]]
-name = "delays"
-kind = "delay"
-methods = ["late", "late anew", "early anew"]
-[[figure]]
-name = "strip"
-kind = "strips"
-panels = [["error"], ["score:late anew"]]
 "#;
 
-fn run() -> (Place, Results) {
+#[test]
+fn pages_figures_and_explanations_count_as_the_run_did() {
     let place = Place::with(&[("a.toml", SPEC)]);
     place.run("run a.toml -q").ends(0);
     let results = Results::read(&place.path("results/mine/restarts")).unwrap();
-    (place, results)
+    the_table_of_counts_is_that_of_the_run(&results);
+    the_page_marks_what_the_run_counted(&place, &results);
+    figures_show_what_the_run_counted(&results);
+    explain_takes_the_frames_that_count(results);
 }
 
-#[test]
-fn the_table_of_counts_is_that_of_the_run() {
-    let (_place, results) = run();
-    let mut collector = Collector::new(&results);
+fn the_table_of_counts_is_that_of_the_run(results: &Results) {
+    let mut collector = Collector::new(results);
     results.each_track(|tracks| collector.add(tracks)).unwrap();
     let tallies = collector.finish().unwrap().tallies();
     let shown = |sequence: &str, method: &str| {
@@ -79,9 +76,7 @@ fn the_table_of_counts_is_that_of_the_run() {
     }
 }
 
-#[test]
-fn the_page_marks_what_the_run_counted() {
-    let (place, results) = run();
+fn the_page_marks_what_the_run_counted(place: &Place, results: &Results) {
     let page = place.read("reports/mine/restarts/index.html");
     let (_, series) = page.split_once("id=\"series\">").unwrap();
     let (series, _) = series.split_once("</script>").unwrap();
@@ -127,9 +122,7 @@ fn drawn(results: &Results, tracks: &[TrackSeries]) -> Vec<String> {
 }
 
 // An alarm in a restart's own frame counts for nothing, so figures are the same without it.
-#[test]
-fn figures_show_what_the_run_counted() {
-    let (_place, results) = run();
+fn figures_show_what_the_run_counted(results: &Results) {
     let tracks = results.all_tracks().unwrap();
     let without = |method: &str, frames: &[usize]| {
         let mut tracks = tracks.clone();
@@ -139,17 +132,15 @@ fn figures_show_what_the_run_counted() {
                 series.alarm[*t] = false;
             }
         }
-        drawn(&results, &tracks)
+        drawn(results, &tracks)
     };
-    let figures = drawn(&results, &tracks);
+    let figures = drawn(results, &tracks);
     assert!(figures == without("late anew", &[47, 93]));
     assert!(figures[0] != without("early anew", &[87])[0]);
     assert!(figures[1] != without("late anew", &[62])[1]);
 }
 
-#[test]
-fn explain_takes_the_frames_that_count() {
-    let (_place, mut results) = run();
+fn explain_takes_the_frames_that_count(mut results: Results) {
     // The number of an attribute that all sequences have is made of the frames again.
     let names: Vec<String> = results.manifest.suite.present.iter().map(|(name, _)| name.clone()).collect();
     results.manifest.suite.attributes =
@@ -161,10 +152,8 @@ fn explain_takes_the_frames_that_count() {
         let printed = explain(&results, &scores, cell).unwrap();
         let again = Origin { attribute: Some("any".to_string()), ..cell.clone() };
         let again = explain(&results, &scores, &again).unwrap().value;
-        let is_same = match (printed.value, again) {
-            (Some(one), Some(other)) => (one - other).abs() < 1e-9,
-            (one, other) => one == other,
-        };
+        let near = |(one, other): (f64, f64)| (one - other).abs() < 1e-9;
+        let is_same = printed.value.zip(again).map_or(printed.value == again, near);
         assert!(is_same, "{cell:?}: {:?} {again:?}", printed.value);
         // By hand: `ball` has 43 + 41 + 86 frames that count, alarms (score 1) in ten of them and in neither of the two that
         // are lost; the area is P(lost above good) + P(equal) / 2.

@@ -135,34 +135,37 @@ fn lines_of_the_user_neither_change_the_job_nor_set_what_the_script_sets() {
 
 #[test]
 fn what_sbatch_refuses_is_told() {
-    let refused = |sbatch: Option<&str>, said: &str, words: &[&str]| {
+    let second = r#"case $* in *dependency*) echo full >&2; exit 1;; esac; echo 41"#;
+    let refusing = "echo 'no such partition' >&2; exit 1";
+    for (sbatch, said, words) in [
+        (None, "", ["not found", SCRIPT, "not all is submitted"]),
+        (Some(refusing), "", ["no such partition\n", "exit status: 1", ""]),
+        (Some(second), "shards: job 41\n", ["full\n", "not all is submitted", ""]),
+    ] {
         let ran = slurm(Place::new().root(), sbatch, &["--submit"]).ends(1);
         assert_eq!(ran.out, said);
-        words.iter().fold(ran, |ran, words| ran.tells(words));
-    };
-    refused(None, "", &["sbatch", "not found", SCRIPT, "not all is submitted"]);
-    refused(Some("echo 'no such partition' >&2; exit 1"), "", &["no such partition\n", "exit status: 1"]);
-    let second = r#"case $* in *dependency*) echo full >&2; exit 1;; esac; echo 41"#;
-    refused(Some(second), "shards: job 41\n", &["full\n", "not all is submitted"]);
+        words.iter().fold(ran, |ran, word| ran.tells(word));
+    }
 }
 
 #[test]
 fn wrong_arguments_are_refused_before_anything_is_written() {
-    let refused = |code: i32, more: &[&str], words: &str| {
+    for (code, more, words) in [
+        (2, &["no-such-experiment", "--submit"][..], "no-such-experiment: no such file"),
+        (2, &["--time", "4 h"], "want letters, digits"),
+        (2, &["--memory", ""], "want letters, digits"),
+        (2, &["--partition", "a\n#SBATCH --uid=0"], "want letters, digits"),
+        (2, &["--cpus", "0"], "0 is not in 1..=1024"),
+        (2, &["--output", "100%"], "name another --output"),
+        (2, &["--output", "a\\b"], "name another --output"),
+        (2, &["--output", ""], "a value is required"),
+        (3, &["--data-root", "nowhere"], "the data root is no folder"),
+        (3, &["khalid2016/table1"], "sequences of suite otb-dtef20 are missing"),
+    ] {
         let place = Place::new();
         slurm(place.root(), Some(RECORD_CALL), more).ends(code).tells(words);
         assert_eq!(place.list(""), [place.path("bin")], "{more:?}");
-    };
-    refused(2, &["no-such-experiment", "--submit"], "no-such-experiment: no such file");
-    refused(2, &["--time", "4 h"], "want letters, digits");
-    refused(2, &["--memory", ""], "want letters, digits");
-    refused(2, &["--partition", "a\n#SBATCH --uid=0"], "want letters, digits");
-    refused(2, &["--cpus", "0"], "0 is not in 1..=1024");
-    refused(2, &["--output", "100%"], "name another --output");
-    refused(2, &["--output", "a\\b"], "name another --output");
-    refused(2, &["--output", ""], "a value is required");
-    refused(3, &["--data-root", "nowhere"], "the data root is no folder");
-    refused(3, &["khalid2016/table1"], "sequences of suite otb-dtef20 are missing");
+    }
     for shards in ["0", "1001", "-1", "two"] {
         Place::new().run(&format!("slurm quickstart --shards {shards}")).ends(2);
     }

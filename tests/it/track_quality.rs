@@ -1,11 +1,9 @@
 //! ARTE and ARTE* on rendered sequences whose losses, recoveries and distractors are scripted, with the color
 //! particle filter as the tracker and its reverse runs.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::{Frames, Numbering, Render, Sequence};
-use trackfail::detector::track_quality::machine::TRANSITIONS;
 use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
 use trackfail::engine::execute::pass::{PassOutput, Task, pass};
 use trackfail::engine::execute::reverse::{self, Reversal};
@@ -75,13 +73,6 @@ const BOTH: Scene = Scene {
     frames: 300,
     target: |t| (!(60..200).contains(&t)).then(|| path(t.min(140))),
     distractor: |t| (75..140).contains(&t).then_some((110.0, 95.0)),
-};
-
-/// Lost, seen for a moment and lost again.
-const GLIMPSE: Scene = Scene {
-    frames: 200,
-    target: |t| (t < 60 || (85..93).contains(&t) || t >= 150).then(|| path(t)),
-    distractor: |_| None,
 };
 
 fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
@@ -162,14 +153,8 @@ fn a_distractor_is_not() {
         assert!(said.alarm[75..].iter().all(|a| *a), "{method:?}");
         // It is locked on all the same, only not on its target.
         assert_eq!(quality.condition[179], Condition::LockedOn, "{method:?}");
-    }
-}
-
-#[test]
-fn after_a_distractor_the_target_is_credited() {
-    for method in [ARTE, ARTE_STAR] {
-        let said = on(BOTH, method, 1);
-        let checks = said.quality.unwrap().checks;
+        // The target itself is credited after it.
+        let checks = on(BOTH, method, 1).quality.unwrap().checks;
         assert!(checks.len() >= 2 && !checks[0].accepted, "{method:?} {checks:?}");
     }
 }
@@ -178,28 +163,14 @@ fn after_a_distractor_the_target_is_credited() {
 fn the_output_in_a_frame_needs_no_later_frame() {
     for method in [ARTE, ARTE_STAR] {
         let whole = on(RECOVERY, method, 3);
-        for frames in [1, 30, 70, 110, 125, 150] {
+        let quality = whole.quality.as_ref().unwrap();
+        for frames in [1, 70, 110, 130] {
             let part = judge(RECOVERY, frames, 3, method[0], method[1]);
-            let (whole, part) = (&whole.quality, &part.quality);
-            let (whole, part) = (whole.as_ref().unwrap(), part.as_ref().unwrap());
-            assert_eq!(part.condition, whole.condition[..frames]);
-            let before: Vec<_> = whole.checks.iter().filter(|c| c.frame < frames).copied().collect();
+            assert_eq!((&part.alarm[..], &part.score[..]), (&whole.alarm[..frames], &whole.score[..frames]));
+            let part = part.quality.unwrap();
+            assert_eq!(part.condition, quality.condition[..frames]);
+            let before: Vec<_> = quality.checks.iter().filter(|c| c.frame < frames).copied().collect();
             assert_eq!(part.checks, before);
         }
-        let cut = judge(RECOVERY, 130, 3, method[0], method[1]);
-        assert_eq!(cut.alarm, whole.alarm[..130]);
-        assert_eq!(cut.score, whole.score[..130]);
     }
-}
-
-#[test]
-fn every_transition_is_taken_on_some_scene() {
-    // Without large decreases every fall is a small one, and the machine keeps locking in.
-    let slow = [ARTE[0], ("arte", "{ settling = 25, tau_2 = -1000.0, smoothing = 1 }")];
-    let taken: BTreeSet<usize> = [RECOVERY, DISTRACTION, BOTH, GLIMPSE]
-        .into_iter()
-        .flat_map(|scene| [ARTE, ARTE_STAR, slow].map(|method| on(scene, method, 1).quality.unwrap()))
-        .flat_map(|quality| quality.transitions.into_iter().map(|(_, row)| row))
-        .collect();
-    assert_eq!(taken, (0..TRANSITIONS.len()).collect());
 }

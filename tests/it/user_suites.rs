@@ -9,22 +9,20 @@ const FRAMES: usize = 30;
 fn data_root() -> Place {
     let place = Place::new();
     for (name, lost) in [("GOT-10k_Val_000001", FRAMES), ("GOT-10k_Val_000002", 15)] {
-        let folder = place.folder(&format!("got/val/{name}"));
+        let folder = format!("got/val/{name}");
+        place.frames(&format!("{folder}/00000000.png"), FRAMES, (96, 48), |t, x, y| {
+            let inside = (2 * t..2 * t + 16).contains(&x) && (10..26).contains(&y);
+            [x as u8, y as u8, if inside { 255 } else { 0 }]
+        });
         let (mut truth, mut boxes) = (String::new(), String::new());
         for t in 0..FRAMES {
-            let x = 2 * t as u32;
-            let image = image::RgbImage::from_fn(96, 48, |u, v| {
-                let inside = (x..x + 16).contains(&u) && (10..26).contains(&v);
-                image::Rgb([u as u8, v as u8, if inside { 255 } else { 0 }])
-            });
-            image.save(folder.join(format!("{:08}.png", t + 1))).unwrap();
             // Pixels count from 1.
-            truth += &format!("{}.0000,11.0000,16.0000,16.0000\n", x + 1);
-            boxes += &format!("{:.3},11.000,16.000,16.000\n", if t < lost { x + 1 } else { 80 });
+            truth += &format!("{}.0000,11.0000,16.0000,16.0000\n", 2 * t + 1);
+            boxes += &format!("{:.3},11.000,16.000,16.000\n", if t < lost { 2 * t + 1 } else { 80 });
         }
-        place.write(&format!("got/val/{name}/groundtruth.txt"), truth);
+        place.write(&format!("{folder}/groundtruth.txt"), truth);
         for (file, label) in [("absence", "0\n"), ("cover", "8\n"), ("cut_by_image", "0\n")] {
-            place.write(&format!("got/val/{name}/{file}.label"), label.repeat(FRAMES));
+            place.write(&format!("{folder}/{file}.label"), label.repeat(FRAMES));
         }
         for run in 1..=3 {
             place.write(&format!("results/got/T/{name}/{name}_00{run}.txt"), &boxes);
@@ -97,24 +95,6 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
     }
 }
 
-/// Neither of two suites of one name is taken for the other, whatever the order of the data roots.
-#[test]
-fn two_roots_that_define_a_suite_differently_are_named() {
-    let other = BOXES_LOCK.replace("Walk.txt", "Run.txt");
-    let place = Place::with(&[
-        ("a/datasets.lock", BOXES_LOCK),
-        ("b/datasets.lock", BOXES_LOCK),
-        ("c/datasets.lock", &other),
-    ]);
-    let [a, b, c] = ["a", "b", "c"].map(|name| place.path(name).display().to_string());
-    let list =
-        |first: &str, second: &str| place.run(&format!("data list --data-root {first} --data-root {second}"));
-    list(&a, &b).ends(0);
-    for (first, second) in [(&a, &c), (&c, &a)] {
-        list(first, second).ends(3).tells("suite `my-boxes` is another one in ").tells(&a).tells(&c);
-    }
-}
-
 const BOXES_LOCK: &str = r#"schema = 2
 
 [[suite]]
@@ -172,74 +152,21 @@ fn boxes_alone_run_the_methods_that_need_no_more() {
     run("--results s --shard 1/1");
 }
 
-/// An absent result file is told as such by the table's note, the summary, the page and the exit code, whole or as a share.
-#[test]
-fn a_result_file_that_is_absent_is_not_there_and_has_not_failed() {
-    let two = BOXES_LOCK
-        .replace("sequence = [", "sequence = [\n    { name = \"Run\", folder = \"truth/Run.txt\" },");
-    let spec = r#"schema = 1
-name = "mine/absent"
-title = "Absent"
-protocol = "khalid2016/1"
-suites.test = "my-boxes"
-tracker = [{ name = "replay", results = "T", label = "T" }]
-method = [{ name = "always", detector = { kind = "periodic", period = 5 } }]
-table = [{ name = "t", rows = ["detections"], columns = "method" }]
-"#;
-    let boxes = "1,1,9,9\n".repeat(30);
-    let place = Place::with(&[("data/datasets.lock", &two), ("spec.toml", spec)]);
-    for name in ["truth/Walk", "truth/Run", "results/T/Walk"] {
-        place.write(&format!("data/{name}.txt"), &boxes);
-    }
-    let run = |more: &str| place.run(&format!("run spec.toml --data-root data {more}"));
-    let reason = "no result of `T` for Run, run 0: none of Run.json";
-    let told = "mine/absent: 1 of 2 cells are not there, the first: Run, T, always: ";
-    run("").ends(3).tells(&format!("{told}{reason}"));
-    let said = run("--allow-missing")
-        .ends(0)
-        .says("† The data of 1 cell is not there; it is left out.")
-        .says(&format!("not there: T, Run, always: {reason}"))
-        .out;
-    let table = place.read("results/mine/absent/tables/t.md");
-    let page = place.read("reports/mine/absent/index.html");
-    let index = place.read("reports/index.html");
-    for text in [&said, &table, &page, &index] {
-        assert!(!text.to_lowercase().contains("failed:") && !text.contains("<dt>Failed"), "{text}");
-    }
-    assert!(table.contains("is not there") && page.contains("not there: no result of"), "{table}");
-    let scores = place.read("results/mine/absent/scores.csv");
-    assert!(scores.contains(&format!("\"missing: {reason}")) && !scores.contains("failed"), "{scores}");
-    for (more, code) in [("--shard 1/1", 3), ("--shard 1/1 --allow-missing", 0)] {
-        let ran = run(more).ends(code).tells("not there: T, Run, always: ");
-        assert!(!ran.err.contains("failed"), "{}", ran.err);
-    }
-}
-
 const WITHOUT_BOX_SPEC: &str = r#"schema = 1
 name = "mine/boxes"
 title = "Frames without a box"
 suites.test = "my-boxes"
 analysis = [
-    { name = "got10k", compute = { kind = "success", rules = "got10k/1" }, suites = ["test"], trackers = ["boxes"] },
-    { name = "lasot", compute = { kind = "success", rules = "lasot/1" }, suites = ["test"], trackers = ["boxes"] },
-    { name = "overlap", compute.kind = "average-overlap", suites = ["test"], trackers = ["boxes"] },
-    { name = "vot", compute.kind = "longterm", signal.kind = "confidence", suites = ["test"], trackers = ["confidence"] },
+    { name = "got10k", compute = { kind = "success", rules = "got10k/1" }, suites = ["test"], trackers = ["absent", "repeat"] },
+    { name = "lasot", compute = { kind = "success", rules = "lasot/1" }, suites = ["test"], trackers = ["absent", "repeat"] },
+    { name = "overlap", compute.kind = "average-overlap", suites = ["test"], trackers = ["absent", "repeat"] },
+    { name = "vot", compute.kind = "longterm", signal.kind = "confidence", suites = ["test"], trackers = ["empty"] },
 ]
 table = [{ name = "overlap", shows = "overlap.overall" }, { name = "vot", shows = "vot.overall" }]
-
-[[tracker-group]]
-group = "boxes"
-trackers = [
+tracker = [
     { name = "replay", results = "T", label = "absent", without_area = "absent" },
     { name = "replay", results = "T", label = "repeat", without_area = "repeat" },
-]
-
-[[tracker-group]]
-group = "confidence"
-without_area = "absent"
-trackers = [
-    { name = "replay", results = "empty", label = "empty" },
-    { name = "replay", results = "zero", label = "zero" },
+    { name = "replay", results = "empty", label = "empty", without_area = "absent" },
 ]
 "#;
 
@@ -250,11 +177,9 @@ fn frames_without_a_box_count_as_the_words_of_the_experiment_say() {
     let place = Place::with(&[("datasets.lock", BOXES_LOCK), ("spec.toml", WITHOUT_BOX_SPEC)]);
     place.write("truth/Walk.txt", "1,1,9,9\n".repeat(30));
     place.write("results/T/Walk.txt", "1,1,9,9\n".to_string() + &"0,0,0,0\n".repeat(29));
-    for (name, none) in [("empty", "\n"), ("zero", "0\n")] {
-        let lines = |one: &str, none: &str| one.repeat(20) + &none.repeat(5) + &one.repeat(5);
-        place.write(&format!("results/{name}/Walk.txt"), lines("1,1,9,9\n", "nan,nan,nan,nan\n"));
-        place.write(&format!("results/{name}/Walk_confidence.value"), lines("0.9\n", none));
-    }
+    let lines = |one: &str, none: &str| one.repeat(20) + &none.repeat(5) + &one.repeat(5);
+    place.write("results/empty/Walk.txt", lines("1,1,9,9\n", "nan,nan,nan,nan\n"));
+    place.write("results/empty/Walk_confidence.value", lines("0.9\n", "\n"));
     place.run("run spec.toml --results r --data-root .").ends(0);
     let found = place.json("r/mine/boxes/analyses.json");
     for (analysis, tracker, name, expected) in [
@@ -266,8 +191,6 @@ fn frames_without_a_box_count_as_the_words_of_the_experiment_say() {
         ("overlap", "repeat", "ao", 1.0),
         ("vot", "empty", "lt_precision", 1.0),
         ("vot", "empty", "lt_recall", 25.0 / 30.0),
-        ("vot", "zero", "lt_precision", 1.0),
-        ("vot", "zero", "lt_recall", 25.0 / 30.0),
     ] {
         let is_it = |a: &&serde_json::Value| a["analysis"] == analysis && a["tracker"] == tracker;
         let numbers =

@@ -1,19 +1,8 @@
 //! Verbs that tell what there is and what would be done: schema, new, completions, list, dry runs.
 
-use crate::tools::{Place, output};
-
-#[test]
-fn the_schema_is_the_one_in_the_repository() {
-    let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/experiments/schema.json");
-    let schema = output(&["schema"]).1;
-    if std::env::var_os("UPDATE").is_some() {
-        std::fs::write(kept, &schema).unwrap();
-    }
-    assert!(
-        schema == std::fs::read_to_string(kept).unwrap(),
-        "experiments/schema.json is stale: UPDATE=1 cargo test"
-    );
-}
+use crate::tools::Place;
+use serde_json::Value;
+use trackfail::plugin::Entry;
 
 #[test]
 fn a_new_experiment_runs_and_is_not_overwritten() {
@@ -22,7 +11,7 @@ fn a_new_experiment_runs_and_is_not_overwritten() {
     assert!(told.starts_with("experiment: first.toml\n"), "{told}");
     let text = place.read("first.toml");
     let schema = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap();
-    assert_eq!(place.read(schema), output(&["schema"]).1);
+    assert_eq!(place.read(schema), place.run("schema").ends(0).out);
     place.run("run first.toml --quiet").ends(0);
     let scores = place.read("results/mine/first/scores.csv");
     assert!(scores.contains(",DTEF,") && !scores.contains("failed"), "{scores}");
@@ -30,13 +19,13 @@ fn a_new_experiment_runs_and_is_not_overwritten() {
     assert!(!kept.contains("#:schema") && text.ends_with(&kept), "{kept}");
 
     place.write("first.toml", "mine");
-    place.run("new first").ends(2).tells("first.toml is there already; --force replaces it");
+    place.run("new first").ends(2).tells("first.toml is there already");
     assert_eq!(place.read("first.toml"), "mine");
     place.run("new first --force").ends(0);
     // Before: the schema was replaced without a word.
     place.run("new second").ends(0);
     place.write(schema, "mine");
-    place.run("new third").ends(2).tells("trackfail.schema.json is there already; --force replaces it");
+    place.run("new third").ends(2).tells("trackfail.schema.json is there already; --force");
     assert_eq!(place.read(schema), "mine");
     assert!(!place.has("third.toml"));
     for bad in ["../first", "''", "First", "a//b", "/a", "quickstart", "khalid2016/table1"] {
@@ -54,31 +43,45 @@ fn a_verb_with_swapped_letters_is_recognized() {
 
 #[test]
 fn shells_complete_every_verb() {
+    let place = Place::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let ran = Place::new().run(&format!("completions {shell}")).ends(0);
+        let ran = place.run(&format!("completions {shell}")).ends(0);
         ran.says("detect").says("slurm").says("completions").says("dry-run");
     }
-    let check = |shell: &str, arguments: &[&str], script: &str| {
-        let Ok(output) = std::process::Command::new(shell).args(arguments).arg(script).output() else {
-            return;
-        };
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    };
-    let script = output(&["completions", "bash"]).1;
-    check("bash", &["-n", "-c"], &script);
+    let script = place.run("completions bash").out;
     let complete = "COMP_WORDS=(trackfail sl); COMP_CWORD=1; _trackfail trackfail sl trackfail; [ \"${COMPREPLY[*]}\" = slurm ]";
-    check("bash", &["-c"], &format!("{script}\n{complete}"));
+    if let Ok(ran) =
+        std::process::Command::new("bash").args(["-c", &format!("{script}\n{complete}")]).output()
+    {
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    }
 }
 
 #[test]
-fn list_alone_tells_what_can_be_listed() {
+fn lists_name_what_there_is() {
+    fn kinds<T: ?Sized>(list: &'static [Entry<T>]) -> Vec<&'static str> {
+        list.iter().map(|entry| entry.kind).collect()
+    }
     let place = Place::new();
-    let text = place.run("list").ends(0).out;
-    for what in
-        ["experiments", "suites", "methods", "trackers", "signals", "detectors", "analyses", "protocols"]
-    {
-        assert!(text.contains(&format!("\n {what} ")), "{text}");
-        place.run(&format!("list {what} --format json")).ends(0);
+    let told = place.run("list").ends(0).out;
+    for (what, words) in [
+        ("experiments", vec!["quickstart", "khalid2016/table1", "sanmiguel2015/fig13-d1"]),
+        (
+            "suites",
+            vec!["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
+        ),
+        ("methods", vec!["DTEF", "ARTE*"]),
+        ("trackers", kinds(trackfail::tracker::TRACKERS)),
+        ("signals", kinds(trackfail::signal::SIGNALS)),
+        ("detectors", kinds(trackfail::detector::DETECTORS)),
+        ("analyses", kinds(trackfail::analysis::ANALYSES)),
+        ("protocols", vec!["khalid2016/1", "sanmiguel2015/1"]),
+    ] {
+        assert!(told.contains(&format!("\n {what} ")), "{told}");
+        let csv = place.run(&format!("list {what} --format csv")).ends(0);
+        words.iter().fold(csv, |ran, word| ran.says(word));
+        let json = place.run(&format!("list {what} --format json")).ends(0).out;
+        assert!(serde_json::from_str::<Value>(&json).unwrap().is_array(), "{what}");
     }
 }
 
@@ -144,9 +147,6 @@ fn cells_that_fail_for_the_same_cause_are_told_once() {
             "{all}"
         );
         let last = all.lines().last().unwrap();
-        assert!(
-            last.starts_with("error: mine/try: 18") && last.contains("no module named numpy (process"),
-            "{all}"
-        );
+        assert!(last.starts_with("error: mine/try: 18") && last.contains("numpy (process"), "{all}");
     }
 }

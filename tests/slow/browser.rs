@@ -123,7 +123,7 @@ impl Browser {
                     let message = error["message"].as_str().unwrap_or_default();
                     let gone = ["navigated or closed", "context"].iter().any(|words| message.contains(words));
                     assert!(gone && Instant::now() < end, "{expression}: {error}");
-                    std::thread::sleep(Duration::from_millis(25));
+                    thread::sleep(Duration::from_millis(25));
                 }
             }
         };
@@ -137,25 +137,19 @@ impl Browser {
         value.as_str().unwrap_or_else(|| panic!("{expression}: {value}")).to_string()
     }
 
-    /// Asserts that an expression becomes true within five seconds.
-    pub fn becomes(&mut self, expression: &str) {
-        self.becomes_in(200, expression);
-    }
-
     /// Asserts that an expression becomes true, as long as that takes on a busy machine.
-    pub fn becomes_some_time(&mut self, expression: &str) {
-        self.becomes_in(2400, expression);
+    pub fn becomes(&mut self, expression: &str) {
+        let end = Instant::now() + PATIENCE;
+        while self.value(expression) != true {
+            let told = self.value("document.getElementById('readout')?.textContent");
+            assert!(Instant::now() < end, "not true: {expression}; {told}");
+            thread::sleep(Duration::from_millis(25));
+        }
     }
 
-    fn becomes_in(&mut self, times: usize, expression: &str) {
-        for _ in 0..times {
-            if self.value(expression) == true {
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(25));
-        }
-        let told = "document.getElementById('readout')?.textContent";
-        panic!("not true: {expression}; {}", self.value(told));
+    /// Puts the focus on what an expression gives.
+    pub fn focus(&mut self, expression: &str) {
+        self.value(&format!("{expression}.focus()"));
     }
 
     /// The number of the frame that the viewer shows.
@@ -206,10 +200,8 @@ impl Browser {
             _ => down["type"] = "rawKeyDown".into(),
         }
         self.call("Input.dispatchKeyEvent", down);
-        self.call(
-            "Input.dispatchKeyEvent",
-            json!({"type": "keyUp", "key": key, "windowsVirtualKeyCode": code}),
-        );
+        let up = json!({"type": "keyUp", "key": key, "windowsVirtualKeyCode": code});
+        self.call("Input.dispatchKeyEvent", up);
     }
 
     /// Clicks into the middle of what `expression` gives, at `share` of its width.

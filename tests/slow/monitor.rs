@@ -6,14 +6,9 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
 
 /// KiB by which the program grows between `early` lines and `all` of them.
-fn growth(
-    arguments: &[&str],
-    early: usize,
-    all: usize,
-    line: impl Fn(usize) -> String + Send + 'static,
-) -> u64 {
+fn growth(method: &[&str], early: usize, all: usize, line: fn(usize) -> String) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-    command.arg("monitor").args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    command.arg("monitor").args(method).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
     let mut input = BufWriter::new(child.stdin.take().unwrap());
     // The input stays open until the memory is measured.
@@ -38,32 +33,28 @@ fn growth(
     after.saturating_sub(before)
 }
 
-/// 24 hours at 30 frames a second. A number that is kept of each frame would be 20 MiB.
+// 24 hours of boxes at 30 frames a second, where a number that is kept of each frame would be 20 MiB; then frames of 24 x 20
+// pixels with another pattern each and a target that moves, where it would be 312 and 1406 KiB. A deep watchdog takes some
+// milliseconds a line.
 #[test]
-fn a_day_of_boxes_leaves_nothing_behind() {
-    let line =
+fn a_day_of_boxes_and_hours_of_frames_leave_nothing_behind() {
+    use base64::Engine as _;
+    let boxes =
         |t: usize| format!("{{\"box\": [{}, {}, 40, 30], \"confidence\": 0.{}}}", t % 500, t % 77, 1 + t % 9);
-    let grown = growth(&[], 100_000, 24 * 3600 * 30, line);
-    assert!(grown < 1024, "{grown} KiB");
-}
-
-/// Frames of 24 x 20 pixels with another pattern each, and a target that moves.
-#[test]
-fn hours_of_frames_leave_nothing_behind() {
-    let line = |t: usize| {
-        use base64::Engine as _;
+    let frames = |t: usize| {
         let pixels: Vec<u8> = (0..480).map(|k| ((k % 24 + t % 9) * (k / 24) * 11 % 251) as u8).collect();
         let data = base64::engine::general_purpose::STANDARD.encode(pixels);
         let raw = format!("{{\"width\": 24, \"height\": 20, \"format\": \"gray\", \"data\": \"{data}\"}}");
-        format!(
-            "{{\"frame\": {{\"raw\": {raw}}}, \"box\": [{}, 6, 9, 8], \"companions\": [[4, 5, 9, 8]]}}",
-            2 + t % 9
-        )
+        let rest = format!("\"box\": [{}, 6, 9, 8], \"companions\": [[4, 5, 9, 8]]", 2 + t % 9);
+        format!("{{\"frame\": {{\"raw\": {raw}}}, {rest}}}")
     };
-    // A number kept of each frame would be 312 and 1406 KiB; a deep watchdog takes some milliseconds a line.
-    let cases = [(&[][..], 5_000, 45_000, 256), (&["--method", "Watchdog"][..], 20_000, 200_000, 512)];
-    for (method, first, all, most) in cases {
-        let grown = growth(method, first, all, line);
+    let watchdog = ["--method", "Watchdog"];
+    for (method, line, early, all, most) in [
+        (&[][..], boxes as fn(usize) -> String, 100_000, 24 * 3600 * 30, 1024),
+        (&[], frames, 5_000, 45_000, 256),
+        (&watchdog, frames, 20_000, 200_000, 512),
+    ] {
+        let grown = growth(method, early, all, line);
         assert!(grown < most, "{method:?}: {grown} KiB");
     }
 }

@@ -11,7 +11,7 @@ use trackfail::report::sequences::{Method, Sequence, Sequences, Track};
 use trackfail::report::{FigureView, Page, render};
 use trackfail::results::{MethodSeries, TrackSeries};
 use trackfail::score::protocol;
-use trackfail_testing::hostile;
+use trackfail_testing::{assert_says, hostile};
 
 /// Scores of a tracker that loses its target in frames 20 to 29 of 60, and of a method that says so.
 fn series(names: [&str; 2]) -> Sequences {
@@ -54,6 +54,8 @@ fn series(names: [&str; 2]) -> Sequences {
     }
 }
 
+const VERDICTS: &str = "1 holds · 0 undecided · 1 does not hold";
+
 const SHOWN: &str = "document.querySelectorAll('#sequence-table tbody tr:not([hidden])').length";
 
 fn choose(browser: &mut Browser, id: &str, text: &str) {
@@ -89,10 +91,8 @@ fn a_page_works_from_disk() {
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
     let text = browser.text("document.body.innerText");
-    assert!(
-        text.contains("sum of rows shown") && text.contains("1 holds · 0 undecided · 1 does not hold"),
-        "{text}"
-    );
+    assert_says(&text, "sum of rows shown");
+    assert_says(&text, VERDICTS);
     // The target of a number's link is there as well, and the command that explains the number is in its title.
     let link = "document.querySelector('a.origin')";
     assert_eq!(browser.value(&format!("document.querySelector({link}.hash).id === 'sequences'")), true);
@@ -102,8 +102,7 @@ fn a_page_works_from_disk() {
 }
 
 fn works(browser: &mut Browser) {
-    let verdicts = browser.text("document.querySelector('.verdicts').innerText");
-    assert!(verdicts.contains("1 holds · 0 undecided · 1 does not hold"), "{verdicts}");
+    assert_says(browser.text("document.querySelector('.verdicts').innerText"), VERDICTS);
     headings_sort(browser);
     number_leads_to_its_sequences(browser);
     folded_table_opens(browser);
@@ -124,7 +123,7 @@ fn link_leads_to_a_frame(browser: &mut Browser) {
     assert_eq!(browser.text(chosen), "Bee / still too / hist");
     let link = "document.getElementById('link').hash";
     assert_eq!(browser.text(link), "#sequence=Bee&tracker=still+too&method=hist&frame=33");
-    browser.value("document.querySelector('.strip').focus()");
+    browser.focus("document.querySelector('.strip')");
     browser.press("ArrowRight");
     assert!(browser.text(link).ends_with("frame=34"), "{}", browser.text(link));
     browser.value("location.hash = '#sequence=Nobody&frame=2'");
@@ -151,8 +150,9 @@ fn headings_sort(browser: &mut Browser) {
     let mut counts: Vec<usize> = as_it_was.split(' ').map(|n| n.parse().unwrap()).collect();
     counts.sort_unstable();
     let joined = |all: &[usize]| all.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
-    browser.value("document.querySelector('#sequence-table thead th:nth-child(3) button').focus()");
-    let order = "document.querySelector('#sequence-table thead th:nth-child(3)').ariaSort";
+    let head = "document.querySelector('#sequence-table thead th:nth-child(3)')";
+    browser.focus(&format!("{head}.querySelector('button')"));
+    let order = &format!("{head}.ariaSort");
     browser.press("Enter");
     assert_eq!(browser.text(order), "descending");
     assert_eq!(browser.text(labels), joined(&counts.iter().rev().copied().collect::<Vec<_>>()));
@@ -167,12 +167,14 @@ fn headings_sort(browser: &mut Browser) {
     let row = "document.querySelector('table.both tbody tr:not(:has(.group))')";
     let values =
         format!("[...{row}.cells].slice(1).map(c => c.dataset.v === undefined ? -1 : Number(c.dataset.v))");
-    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
-    assert_eq!(browser.text(&format!("{row}.cells[0].ariaSort")), "descending");
-    assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] >= v)")), true);
-    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
-    assert_eq!(browser.value(&format!("{values}.every((v, k, all) => k === 0 || all[k - 1] <= v)")), true);
-    browser.click(&format!("{row}.querySelector('th button')"), 0.5);
+    let button = format!("{row}.querySelector('th button')");
+    for (order, sign) in [("descending", ">="), ("ascending", "<=")] {
+        browser.click(&button, 0.5);
+        assert_eq!(browser.text(&format!("{row}.cells[0].ariaSort")), order);
+        let is_sorted = format!("{values}.every((v, k, all) => k === 0 || all[k - 1] {sign} v)");
+        assert_eq!(browser.value(&is_sorted), true);
+    }
+    browser.click(&button, 0.5);
     assert_eq!(browser.text(heads), before);
 }
 
@@ -213,7 +215,7 @@ fn filters_hide_rows(browser: &mut Browser) {
 fn viewer_moves(browser: &mut Browser) {
     choose(browser, "show-method", "hist");
     browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
-    browser.value("document.querySelector('.strip').focus()");
+    browser.focus("document.querySelector('.strip')");
     browser.press("Home");
     let first = browser.frame();
     browser.press("ArrowRight");
@@ -268,15 +270,13 @@ fn picture_is_shown(browser: &mut Browser) {
     let name = browser.text(&format!("{with_stills}.name"));
     choose(browser, "show-sequence", &name);
     browser.becomes(&format!("document.querySelector('#show-sequence').selectedOptions[0].text === '{name}' && {READOUT}.startsWith('Frame')"));
-    browser.value("document.querySelector('.strip').focus()");
+    browser.focus("document.querySelector('.strip')");
     browser.press("Home");
     let still = browser.value(&format!("{with_stills}.stills[0]")).as_i64().unwrap();
     for _ in 0..still / 10 {
         browser.value("document.querySelector('.strip').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', shiftKey: true, bubbles: true}))");
     }
-    for _ in 0..still % 10 {
-        browser.press("ArrowRight");
-    }
+    (0..still % 10).for_each(|_| browser.press("ArrowRight"));
     assert_eq!(browser.value("document.querySelectorAll('#stage image').length"), 1);
     assert_eq!(browser.value(PICTURE_WIDTH), browser.value(&format!("{with_stills}.size[0]")));
 }
@@ -287,7 +287,7 @@ fn number_leads_to_its_sequences(browser: &mut Browser) {
     let told = browser.text(&format!("{link}.title"));
     let [number, formula, command] = told.split('\n').collect::<Vec<_>>()[..] else { panic!("{told}") };
     assert_eq!(command, "trackfail explain mine/page/t recall hist --tracker 'still too'");
-    browser.value(&format!("{link}.focus()"));
+    browser.focus(link);
     browser.press("Enter");
     let text = |id: &str| format!("document.getElementById('explained-{id}').textContent");
     browser.becomes(&format!("{} === {link}.title.split('\\n')[0]", text("number")));
@@ -296,11 +296,10 @@ fn number_leads_to_its_sequences(browser: &mut Browser) {
     assert!(browser.text(&text("by")).starts_with("counted by khalid2016/1: "));
     browser.becomes("document.getElementById('explained').getBoundingClientRect().top < innerHeight");
     let chosen = |id: &str| format!("document.getElementById('{id}').selectedOptions[0].text");
-    for id in ["by-tracker", "show-tracker"] {
-        assert_eq!(browser.text(&chosen(id)), "still too");
-    }
-    for id in ["by-method", "show-method"] {
-        assert_eq!(browser.text(&chosen(id)), "hist");
+    for (id, name) in [("tracker", "still too"), ("method", "hist")] {
+        for part in ["by", "show"] {
+            assert_eq!(browser.text(&chosen(&format!("{part}-{id}"))), name);
+        }
     }
     // The sum of the rows shown is what stands in the formula: TP / (TP + FN) = tp / (tp + fn).
     let sum = browser
@@ -391,13 +390,10 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     assert_eq!(files, 2);
     let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60\" height=\"40\"><rect width=\"60\" height=\"40\"/></svg>";
     let file = "figures/a #1 50%.svg".to_string();
+    let figure =
+        FigureView { name: "f".into(), svg: svg.into(), file: file.clone(), ..FigureView::default() };
     let page = Page {
-        figures: vec![FigureView {
-            name: "f".into(),
-            svg: svg.into(),
-            file: file.clone(),
-            ..FigureView::default()
-        }],
+        figures: vec![figure],
         figures_beside: true,
         sequences: all.tallies(),
         series,

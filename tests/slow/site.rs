@@ -5,7 +5,7 @@ use crate::tools::needs;
 use std::path::Path;
 use trackfail::report::claims::ClaimCounts;
 use trackfail::report::site;
-use trackfail_testing::hostile;
+use trackfail_testing::{hostile, put};
 
 /// A folder of reports of all kinds, without their pages.
 fn gallery(reports: &Path) {
@@ -22,10 +22,8 @@ fn gallery(reports: &Path) {
         ..site::Summary::default()
     };
     let write = |name: &str, summary: &site::Summary| {
-        let folder = reports.join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        std::fs::write(folder.join("index.html"), "<!DOCTYPE html><title>page</title>").unwrap();
-        std::fs::write(folder.join("summary.json"), serde_json::to_vec(summary).unwrap()).unwrap();
+        put(reports, format!("{name}/index.html"), "<!DOCTYPE html><title>page</title>");
+        put(reports, format!("{name}/summary.json"), serde_json::to_vec(summary).unwrap());
     };
     write("quickstart", &summary);
     summary.title = "Detecting tracking failures, all trackers of the paper".into();
@@ -39,8 +37,7 @@ fn gallery(reports: &Path) {
     summary.data.clone_from(&summary.title);
     summary.experiment = "x".repeat(64);
     write(&"x".repeat(64), &summary);
-    std::fs::create_dir_all(reports.join("old")).unwrap();
-    std::fs::write(reports.join("old/index.html"), "page").unwrap();
+    put(reports, "old/index.html", "page");
 }
 
 #[needs(chromium)]
@@ -57,8 +54,7 @@ fn the_site_works_in_a_browser() {
         assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
     });
     browser.click("document.querySelector('#reports .links a')", 0.5);
-    browser.becomes_some_time(
-        "document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')",
-    );
+    browser
+        .becomes("document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')");
     assert_eq!(browser.complaints(is_file), Vec::<String>::new());
 }

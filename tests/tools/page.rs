@@ -29,18 +29,13 @@ pub fn page_of_a_run() -> Place {
     let place = Place::with(&[("a.toml", SPEC)]);
     for (name, frames, attributes) in [("Ant", 60, "OCC"), ("Bee", 90, "OCC,SV"), ("Cat", 75, "SV")] {
         let folder = format!("d/otb/{name}");
-        let images = place.folder(&format!("{folder}/img"));
-        let mut truth = String::new();
-        for t in 0..frames {
-            let x = 3 * 20_u32.abs_diff(t % 40);
-            let image = image::RgbImage::from_fn(96, 48, |u, v| {
-                let inside = (x..x + 16).contains(&u) && (10..26).contains(&v);
-                image::Rgb([u as u8, 5 * v as u8, if inside { 255 } else { 0 }])
-            });
-            image.save(images.join(format!("{:04}.png", t + 1))).unwrap();
-            // Pixels count from 1.
-            truth += &format!("{},11,16,16\n", x + 1);
-        }
+        let left = |t: u32| 3 * 20_u32.abs_diff(t % 40);
+        place.frames(&format!("{folder}/img/0000.png"), frames, (96, 48), |t, x, y| {
+            let inside = (left(t)..left(t) + 16).contains(&x) && (10..26).contains(&y);
+            [x as u8, 5 * y as u8, if inside { 255 } else { 0 }]
+        });
+        // Pixels count from 1.
+        let truth: String = (0..frames as u32).map(|t| format!("{},11,16,16\n", left(t) + 1)).collect();
         place.write(&format!("{folder}/groundtruth_rect.txt"), truth);
         place.write(&format!("{folder}/attributes.txt"), attributes);
     }

@@ -63,6 +63,23 @@ impl Place {
         self.path(name)
     }
 
+    /// Writes frames with numbers from 1 in place of the zeros of `name`; a pixel is one of the index of the frame and a place.
+    pub fn frames(
+        &self,
+        name: &str,
+        count: usize,
+        size: (u32, u32),
+        pixel: impl Fn(u32, u32, u32) -> [u8; 3],
+    ) {
+        let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
+        let (zeros, ending) = file.split_once('.').unwrap();
+        let (folder, width) = (self.folder(folder), zeros.len());
+        for t in 0..count as u32 {
+            let frame = image::RgbImage::from_fn(size.0, size.1, |x, y| image::Rgb(pixel(t, x, y)));
+            frame.save(folder.join(format!("{:0width$}.{ending}", t + 1))).unwrap();
+        }
+    }
+
     #[track_caller]
     pub fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))

@@ -494,10 +494,8 @@ mod tests {
         let check = |value: f64| range.check(&serde_json::json!({ "response": { "threshold": value } }));
         assert_eq!(check(1.9), Ok(()));
         let error = check(2.0).unwrap_err();
-        assert_eq!(
-            (error.key, error.message.as_str()),
-            (Some("response.threshold"), "`response.threshold` must be below 2, not 2")
-        );
+        assert_eq!(error.key, Some("response.threshold"));
+        assert_eq!(error.message, "`response.threshold` must be below 2, not 2");
         assert_eq!(Range::of("x").rule(), "finite");
         assert_eq!(range.check(&serde_json::json!({})), Ok(()));
     }

@@ -172,7 +172,7 @@ mod tests {
     use crate::{Render, content_digest};
     use std::sync::Arc;
     use trackfail_core::region::{Rect, Region};
-    use trackfail_testing::{folder, put};
+    use trackfail_testing::{assert_says, folder, put};
 
     struct Ramp;
     impl Render for Ramp {
@@ -219,12 +219,10 @@ mod tests {
         assert_eq!(digest, content_digest(&rendered()).unwrap());
         assert_eq!(digest, rendered().digest().unwrap());
         assert_ne!(digest, files.digest().unwrap());
-        let mut other = rendered();
+        let (mut other, mut shifted) = (rendered(), rendered());
         other.truth[2] = other.truth[0].clone();
-        assert_ne!(digest, content_digest(&other).unwrap());
-        let mut other = rendered();
-        other.numbering.first = 2;
-        assert_ne!(digest, content_digest(&other).unwrap());
+        shifted.numbering.first = 2;
+        assert!([other, shifted].iter().all(|other| digest != content_digest(other).unwrap()));
     }
 
     // python3, on the same three files a, b, c:
@@ -261,9 +259,9 @@ mod tests {
         write_png(&folder.path().join("0002.png"), &Frame::new(7, 12, vec![0; 252]));
         let error = files.frame(1).unwrap_err();
         assert!(matches!(error, DatasetError::FrameSize { got: (7, 12), expected: (12, 7), .. }));
-        assert!(error.to_string().contains("0002.png"));
-        std::fs::write(folder.path().join("0003.png"), b"\x89PNG\r\n\x1a\n").unwrap();
-        assert!(files.frame(2).unwrap_err().to_string().contains("cut short"));
+        assert_says(error, "0002.png");
+        put(folder.path(), "0003.png", b"\x89PNG\r\n\x1a\n");
+        assert_says(files.frame(2).unwrap_err(), "cut short");
         std::fs::remove_file(folder.path().join("0003.png")).unwrap();
         assert!(matches!(files.frame(2), Err(DatasetError::Io { .. })));
     }
@@ -295,7 +293,7 @@ mod tests {
         assert!(matches!(files.frame(1), Err(DatasetError::Content { .. })));
         let third = std::fs::File::create(folder.path().join("0003.png")).unwrap();
         third.set_len(image::MAX_FILE_BYTES + 1).unwrap();
-        assert!(files.frame(2).unwrap_err().to_string().contains("larger than 64 MiB"));
+        assert_says(files.frame(2).unwrap_err(), "larger than 64 MiB");
     }
 
     #[cfg(unix)]
@@ -303,11 +301,9 @@ mod tests {
     fn links_to_images_are_followed() {
         let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         on_disk(folder.path());
-        for name in ["0001.png", "0002.png", "0003.png"] {
-            std::os::unix::fs::symlink(folder.path().join(name), linked.path().join(name)).unwrap();
-        }
+        std::os::unix::fs::symlink(folder.path().join("0003.png"), linked.path().join("0003.png")).unwrap();
         let paths: Vec<_> = numbered_images(linked.path()).unwrap().into_values().collect();
-        assert_eq!(sequence(Frames::Files(paths.into())).frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), Ramp.render(2));
     }
 
     #[test]
@@ -322,7 +318,7 @@ mod tests {
         assert!(take_range(folder.path(), &images, (9, 11)).is_err());
         for (more, words) in [("b09.jpg", "img_9.jpeg"), ("title.jpg", "title.jpg: no number")] {
             let path = put(folder.path(), more, "");
-            assert!(numbered_images(folder.path()).unwrap_err().to_string().contains(words));
+            assert_says(numbered_images(folder.path()).unwrap_err(), words);
             std::fs::remove_file(path).unwrap();
         }
     }

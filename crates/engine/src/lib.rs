@@ -21,6 +21,8 @@ pub mod observe;
 pub mod plan;
 pub mod spec;
 pub mod store;
+#[cfg(test)]
+mod testing;
 
 pub use error::{CellError, RunError};
 pub use execute::{Cell, CellName, Options, Outcome, ShardOutcome, run, run_shard};

@@ -36,6 +36,8 @@ mod conformance;
 #[cfg(test)]
 #[path = "../../../docs/examples/deviation.rs"]
 mod deviation;
+#[cfg(test)]
+mod testing;
 
 pub use example::Example;
 pub use labels::{EVEN, RECOVERY_FRAMES, StateOfTarget, changes, lost, run_starts};

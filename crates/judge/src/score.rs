@@ -31,6 +31,8 @@ pub mod restarts;
 pub mod sanmiguel2015;
 pub mod segmentation;
 pub mod success;
+#[cfg(test)]
+mod testing;
 pub mod tracker_metric;
 pub mod trajectory;
 

@@ -219,8 +219,8 @@ mod tests {
     // and read by cv2.imread(f): the same as the table of Exif 2.3, 4.6.4.
     #[test]
     fn frames_are_upright_as_their_file_says() {
-        let stored = DynamicImage::from(GrayImage::from_raw(3, 2, vec![1, 2, 3, 4, 5, 6]).unwrap());
-        let stored = encode(&stored, ImageFormat::Png);
+        let stored = GrayImage::from_raw(3, 2, vec![1, 2, 3, 4, 5, 6]).unwrap();
+        let stored = encode(&DynamicImage::from(stored), ImageFormat::Png);
         let upright: [(u8, usize, [u8; 6]); 9] = [
             (1, 3, [1, 2, 3, 4, 5, 6]),
             (2, 3, [3, 2, 1, 6, 5, 4]),
@@ -247,9 +247,8 @@ mod tests {
     #[test]
     fn jpeg_files_are_turned_as_png_files_are() {
         let file = encode(&picture(), ImageFormat::Jpeg);
-        let plain =
-            DynamicImage::from(RgbImage::from_raw(37, 23, decode(&file).unwrap().bytes().to_vec()).unwrap());
-        let png = encode(&plain, ImageFormat::Png);
+        let pixels = decode(&file).unwrap().bytes().to_vec();
+        let png = encode(&RgbImage::from_raw(37, 23, pixels).unwrap().into(), ImageFormat::Png);
         for orientation in 1..=8 {
             let block = exif(orientation, orientation % 2 == 0);
             let turned = decode(&with_exif(&file, &block)).unwrap();
@@ -257,8 +256,8 @@ mod tests {
         }
         // A second block, as of a thumbnail, counts for nothing, and neither does a damaged one.
         let twice = with_exif(&with_exif(&file, &exif(6, true)), &exif(1, true));
-        assert_eq!(size(&twice).unwrap(), (37, 23));
-        assert_eq!(size(&with_exif(&file, &exif(6, true)[..12])).unwrap(), (37, 23));
+        let damaged = with_exif(&file, &exif(6, true)[..12]);
+        assert_eq!([twice, damaged].map(|file| size(&file).unwrap()), [(37, 23); 2]);
     }
 
     #[test]
@@ -281,19 +280,20 @@ mod tests {
         ("optimized", include_bytes!("decode/samples/optimized.jpg")),
     ];
 
-    /// Lengths at which a JPEG file, truncated and given an end marker, is decoded. The pixels must then be
-    /// the same.
-    fn cuts_with_an_end(bytes: &[u8]) -> Vec<usize> {
-        let whole = decode(bytes).unwrap();
-        let ended = |n: usize| [&bytes[..n], &jpeg::END].concat();
-        (2..bytes.len() - 2).filter(|n| decode(&ended(*n)).is_ok_and(|frame| frame != whole)).collect()
-    }
-
+    // A file that is cut and given an end marker is refused, or has the same pixels.
     #[test]
     fn an_end_marker_does_not_hide_a_cut() {
         let large = encode(&picture_of(120, 90), ImageFormat::Jpeg);
         for bytes in [SAMPLES[0].1, SAMPLES[1].1, SAMPLES[2].1, CMYK_RED, &large] {
-            assert_eq!(cuts_with_an_end(bytes), Vec::<usize>::new());
+            let whole = decode(bytes).unwrap();
+            for n in 2..bytes.len() - 2 {
+                let ended = decode(&[&bytes[..n], &jpeg::END].concat());
+                assert!(
+                    ended.is_err() || ended.is_ok_and(|frame| frame == whole),
+                    "cut to {n} of {} bytes",
+                    bytes.len()
+                );
+            }
         }
     }
 
@@ -370,18 +370,7 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_missing_restart_interval_is_a_cut() {
-        let bytes = SAMPLES[1].1;
-        let restarts: Vec<usize> = (0..bytes.len() - 1)
-            .filter(|n| bytes[*n] == 0xFF && (0xD0..=0xD7).contains(&bytes[n + 1]))
-            .collect();
-        for at in restarts {
-            assert!(decode(&[&bytes[..at], &jpeg::END[..]].concat()).is_err(), "{at}");
-        }
-    }
-
-    /// JPEG file with another size in its header.
+    /// A JPEG file with another size in its header.
     fn resized(bytes: &[u8], width: u16, height: u16) -> Vec<u8> {
         let at = bytes.windows(2).position(|w| w[0] == 0xFF && matches!(w[1], 0xC0 | 0xC2)).unwrap();
         let mut bytes = bytes.to_vec();
@@ -466,9 +455,8 @@ mod tests {
             let [r, g, b] = frame.pixel(3, 2);
             assert!(r == g && g == b && r.abs_diff(62) <= 3, "{format:?} {r}");
         }
-        let alpha =
-            DynamicImage::from(RgbaImage::from_fn(9, 4, |x, _| ::image::Rgba([x as u8, 200, 7, x as u8])));
-        assert_eq!(decode(&encode(&alpha, ImageFormat::Png)).unwrap().pixel(3, 0), [3, 200, 7]);
+        let alpha = RgbaImage::from_fn(9, 4, |x, _| ::image::Rgba([x as u8, 200, 7, x as u8]));
+        assert_eq!(decode(&encode(&alpha.into(), ImageFormat::Png)).unwrap().pixel(3, 0), [3, 200, 7]);
         let deep = DynamicImage::from(picture().into_rgb16());
         assert_eq!(decode(&encode(&deep, ImageFormat::Png)).unwrap().pixel(5, 2), [35, 22, 10]);
     }
@@ -482,14 +470,7 @@ mod tests {
     }
     const CMYK_RED: &[u8] = include_bytes!("cmyk-red.jpg");
 
-    #[test]
-    fn sides_are_limited() {
-        let wide = DynamicImage::from(GrayImage::new(MAX_SIDE + 1, 1));
-        let decoded = decode(&encode(&wide, ImageFormat::Png));
-        assert!(matches!(decoded, Err(ImageError::TooLarge { width: 16_385, .. })));
-    }
-
-    /// Builds a chunk of a PNG file.
+    /// A chunk of a PNG file.
     fn chunk(kind: &[u8], data: &[u8]) -> Vec<u8> {
         let body = [kind, data].concat();
         let mut crc = flate2::Crc::new();
@@ -505,10 +486,12 @@ mod tests {
 
     #[test]
     fn a_few_bytes_that_claim_to_be_huge_are_refused_unread() {
-        for (width, height) in [(8192, 8192), (16_384, 16_384), (1, 16_385), (u32::MAX >> 1, u32::MAX >> 1)] {
-            let error = size(&empty_png(width, height)).unwrap_err();
-            assert!(decode(&empty_png(width, height)).is_err());
-            assert!(matches!(error, ImageError::TooLarge { .. }), "{error}");
+        let most = u32::MAX >> 1;
+        for (w, h) in [(8192, 8192), (16_384, 16_384), (1, 16_385), (MAX_SIDE + 1, 1), (most, most)] {
+            let empty = empty_png(w, h);
+            for error in [size(&empty).unwrap_err(), decode(&empty).unwrap_err()] {
+                assert!(matches!(error, ImageError::TooLarge { width, .. } if width == w), "{error}");
+            }
         }
         // The same in a JPEG: a frame header (8 bits, 65535x65535, one component) and the end marker.
         let jpeg = [0xFF, 0xD8, 0xFF, 0xC0, 0, 11, 8, 0xFF, 0xFF, 0xFF, 0xFF, 1, 1, 0x11, 0, 0xFF, 0xD9];

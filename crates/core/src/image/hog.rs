@@ -383,17 +383,13 @@ mod tests {
 
     /// Patch made by `pixels` in `hog.py`.
     fn pixels(width: usize, height: usize, planes: usize) -> Patch {
-        let mut values = Vec::new();
-        for c in 0..planes {
-            for y in 0..height {
-                for x in 0..width {
-                    let seed = x * 7919 + y * 104_729 + c * 1_299_709;
-                    let noise = ((seed * 1_664_525 + 1_013_904_223) % (1 << 32)) >> 26;
-                    values.push(((3 * x + x * y * (c + 1) / 2 + 40 * c) % 150 + noise) as f32);
-                }
-            }
-        }
-        Patch { width, height, values }
+        let value = |i: usize| {
+            let (x, y, c) = (i % width, i / width % height, i / width / height);
+            let seed = x * 7919 + y * 104_729 + c * 1_299_709;
+            let noise = ((seed * 1_664_525 + 1_013_904_223) % (1 << 32)) >> 26;
+            ((3 * x + x * y * (c + 1) / 2 + 40 * c) % 150 + noise) as f32
+        };
+        Patch { width, height, values: (0..planes * height * width).map(value).collect() }
     }
 
     fn hog(patch: &Patch, cell: usize) -> Vec<f32> {
@@ -421,9 +417,7 @@ mod tests {
     #[test]
     fn a_patch_without_contrast_has_no_features() {
         let flat = Patch { width: 17, height: 12, values: vec![200.0; 17 * 12 * 3] };
-        for cell in [1, 4] {
-            assert!(hog(&flat, cell).iter().all(|&v| v == 0.0));
-        }
+        assert!([1, 4].iter().all(|cell| hog(&flat, *cell).iter().all(|v| *v == 0.0)));
         assert!(hog(&Patch { width: 3, height: 9, values: vec![0.0; 27] }, 4).is_empty());
     }
 

@@ -85,15 +85,6 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    // python3: a = np.array([[0, 1, 2], [1, 1, 3]]); np.bincount(a[0:2, 1:3].ravel(), minlength=4)
-    #[test]
-    fn agrees_with_bincount() {
-        let mut integral = IntegralHistogram::default();
-        integral.build(&[0, 1, 2, 1, 1, 3], 3, 4);
-        let counts = integral.window([1, 0, 3, 2]);
-        assert_eq!([0, 1, 2, 3].map(|u| counts.of(u)), [0, 2, 1, 1]);
-    }
-
     proptest! {
         #[test]
         fn windows_agree_with_direct_counts(

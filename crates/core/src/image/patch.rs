@@ -301,6 +301,7 @@ pub fn is_gray(frame: &Frame) -> bool {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     /// A ramp in each color: `x + 2 y`, `3 x`, `200 - 2 y`.
     fn ramp() -> Frame {
@@ -333,13 +334,10 @@ mod tests {
         let patch = Patch::cut(&frame, &window, Colors::Rgb);
         assert_eq!((patch.width, patch.height, patch.planes()), (6, 5, 3));
         let gray = Patch::cut(&frame, &window, Colors::Gray);
-        for y in 0..5 {
-            for x in 0..6 {
-                let want = frame.pixel_clamped(x as i64 - 3, y as i64 + 27);
-                let got = [0, 1, 2].map(|c| patch.values[(c * 5 + y) * 6 + x]);
-                assert_eq!(got, want.map(f32::from));
-                assert_eq!(gray.values[y * 6 + x], f32::from(luma(want)));
-            }
+        for k in 0..30 {
+            let want = frame.pixel_clamped(k as i64 % 6 - 3, k as i64 / 6 + 27);
+            assert_eq!([0, 1, 2].map(|c| patch.values[c * 30 + k]), want.map(f32::from));
+            assert_eq!(gray.values[k], f32::from(luma(want)));
         }
     }
 
@@ -349,9 +347,8 @@ mod tests {
         let half = halved(&frame);
         assert_eq!((half.width(), half.height()), (2, 2));
         // (0 + 10 + 1 + 11) / 4 = 5.5; (0 + 0 + 0 + 1) / 4 = 0.25; beyond the border 20, 20, 21, 21; 2, 2, 4, 4.
-        assert_eq!(half.pixel(0, 0), [6, 7, 0]);
-        assert_eq!(half.pixel(1, 0), [21, 7, 1]);
-        assert_eq!(half.pixel(1, 1), [22, 7, 4]);
+        let pixels = [(0, 0), (1, 0), (1, 1)].map(|(x, y)| half.pixel(x, y));
+        assert_eq!(pixels, [[6, 7, 0], [21, 7, 1], [22, 7, 4]]);
         assert!(!is_gray(&frame) && is_gray(&Frame::new(2, 1, vec![4, 4, 4, 9, 9, 9])));
     }
 
@@ -391,15 +388,11 @@ mod tests {
             let place = |i: usize, from: usize, to: usize| {
                 ((i as f64 + 0.5) * from as f64 / to as f64 - 0.5).clamp(0.0, from as f64 - 1.0)
             };
-            for y in 0..height {
-                for x in 0..width {
-                    let (u, v) = (9.0 + place(x, w, width), 8.0 + place(y, h, height));
-                    let want = [u + 2.0 * v, 3.0 * u, 200.0 - 2.0 * v];
-                    for (c, want) in want.into_iter().enumerate() {
-                        let got = patch.values[(c * height + y) * width + x];
-                        prop_assert!((f64::from(got) - want).abs() < 1e-3, "{} {}", got, want);
-                    }
-                }
+            let n = width * height;
+            for k in 0..n {
+                let (u, v) = (9.0 + place(k % width, w, width), 8.0 + place(k / width, h, height));
+                let got = [0, 1, 2].map(|c| f64::from(patch.values[c * n + k]));
+                assert_near(got, [u + 2.0 * v, 3.0 * u, 200.0 - 2.0 * v], 1e-3, k);
             }
             let across = Axis { start, step, count: 20 };
             let down = Axis { start: 12.5, step: 0.5, count: 9 };

@@ -153,16 +153,13 @@ mod tests {
         ) {
             a.sort_unstable();
             b.sort_unstable();
-            let with = |f: fn(f64) -> f64| {
-                let of = |x: &[i32]| x.iter().map(|&v| f(f64::from(v))).collect::<Vec<_>>();
-                (of(&a), of(&b))
-            };
-            let (x, y) = with(|v| v);
+            let with = |f: fn(f64) -> f64| [&a, &b].map(|x| x.iter().map(|v| f(f64::from(*v))).collect::<Vec<_>>());
+            let [x, y] = with(|v| v);
             let d = two_samples(&x, &y);
             prop_assert!((0.0..=1.0).contains(&d));
             prop_assert_eq!(d, two_samples(&y, &x));
             prop_assert_eq!(two_samples(&x, &x), 0.0);
-            let (u, v) = with(f64::exp);
+            let [u, v] = with(f64::exp);
             prop_assert_eq!(d, two_samples(&u, &v));
             // Against the step function of the other sample, at the points of both.
             let step = |s: &[f64], at: f64| s.iter().filter(|&&v| v <= at).count() as f64 / s.len() as f64;

@@ -282,13 +282,9 @@ mod tests {
             cloud.weigh(likelihoods);
             prop_assert!((cloud.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             let c = cloud.posterior().covariance;
-            let mut form = 0.0;
-            for i in 0..5 {
-                for j in 0..5 {
-                    prop_assert_eq!(c[i][j], c[j][i]);
-                    form += direction[i] * c[i][j] * direction[j];
-                }
-            }
+            let pairs = || (0..25).map(|k| (k / 5, k % 5));
+            prop_assert!(pairs().all(|(i, j)| c[i][j] == c[j][i]));
+            let form: f64 = pairs().map(|(i, j)| direction[i] * c[i][j] * direction[j]).sum();
             prop_assert!(form >= -1e-9, "{}", form);
             let n = effective_number(&cloud.weights);
             prop_assert!(n >= 1.0 && n <= cloud.states.len() as f64);

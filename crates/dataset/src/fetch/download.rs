@@ -348,14 +348,8 @@ mod tests {
         };
         assert!(goes_on("bytes 42-1233/1234", "\"1\"") && goes_on("bytes 42-1233/*", "\"1\""));
         assert!(!goes_on("bytes 42-1233/1234", "\"2\""));
-        for bad in [
-            "bytes */1234",
-            "bytes 41-1233/1234",
-            "bytes 42-1234/1235",
-            "items 42-1233/1234",
-            "bytes 42-",
-            "",
-        ] {
+        let bad = "bytes */1234|bytes 41-1233/1234|bytes 42-1234/1235|items 42-1233/1234|bytes 42-|";
+        for bad in bad.split('|') {
             assert!(!goes_on(bad, "\"1\""), "{bad}");
         }
     }

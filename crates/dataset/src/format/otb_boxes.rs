@@ -42,6 +42,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
 mod tests {
     use super::*;
     use trackfail_core::region::{Rect, Region};
+    use trackfail_testing::assert_says;
 
     #[test]
     fn boxes_are_read_without_frames() {
@@ -55,9 +56,9 @@ mod tests {
         assert_eq!((sequence.name.as_str(), sequence.numbering.first), ("Tiger1", 4));
         assert_eq!(sequence.truth, [at(3.0), None, at(5.0)]);
         assert!(!sequence.has_frames());
-        assert!(sequence.frame(0).unwrap_err().to_string().contains("has no frames"));
+        assert_says(sequence.frame(0).unwrap_err(), "has no frames");
         assert_eq!(sequence.digest().unwrap(), sequence.digest_anew().unwrap());
         let short = Entry { official: Some((1, 7)), ..Entry::default() };
-        assert!(load(&file, &short).unwrap_err().to_string().contains("do not cover"));
+        assert_says(load(&file, &short).unwrap_err(), "do not cover");
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 use tempfile::TempDir;
 use trackfail_core::region::Rect;
-use trackfail_testing::{damaged, folder, put};
+use trackfail_testing::{assert_says, damaged, folder, put};
 
 /// Names of text files with their texts.
 pub(super) type Texts = [(&'static str, &'static str)];
@@ -125,12 +125,6 @@ fn faults_name_file_and_line_or_both_counts() {
             "",
             &["1,1,2,-2\n1,1,2,2", "1,1,2,2,3\n1,1,2,2", "x,y,w,h\n1,1,2,2"][..],
         ),
-        (
-            "otb",
-            "groundtruth_rect.txt, line 2",
-            "",
-            &["1,1,2,2\n1,1,0,2", "1,1,2,2\n1,1,2", "1,1,2,2\n1,1,inf,2", "1,1,2,2\n1,1,nan,2"],
-        ),
         ("otb", "groundtruth_rect.txt, line 2", "", &["1,1,2,2\n\n1,1,2,2"]),
         ("otb", "groundtruth_rect.txt", "empty", &["", "\n\r\n", "\u{feff}"]),
         (
@@ -138,21 +132,6 @@ fn faults_name_file_and_line_or_both_counts() {
             "attributes.txt, line 2",
             "`=cmd|A0`: an attribute is plain text",
             &["blur\nblur, =cmd|A0\n"],
-        ),
-        (
-            "vot",
-            "groundtruth.txt, line 2",
-            "",
-            &[
-                "1,2,3,4\n1,2,3,0",
-                "1,2,3,4\n1,2,3",
-                "1,2,3,4\n1,2,3,4,5,6,7",
-                "1,2,3,4\n0,0,1,1,0,1,1,0",
-                "1,2,3,4\n1,1,1,1,1,1,1,1",
-                "1,2,3,4\ninf,1,2,2",
-                "1,2,3,4\nnan,1,2,2",
-                "1,2,3,4\n1",
-            ],
         ),
         ("vot", "occlusion.label", "", &["0\n1\n0", "0\n2", "", "0 1 0"]),
         ("got10k", "groundtruth.txt, line 2", "3 numbers", &["1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2\n1,1,2,2"]),
@@ -167,16 +146,6 @@ fn faults_name_file_and_line_or_both_counts() {
         ("got10k", "cut_by_image.label", "0 labels for 5", &[""]),
         ("got10k", "meta_info.ini, line 2", "key: value", &["[METAINFO]\nurl"]),
         ("lasot", "groundtruth.txt, line 2", "3 numbers", &["1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2"]),
-        (
-            "lasot",
-            "groundtruth.txt, line 2",
-            "",
-            &[
-                "1,1,2,2\n1,inf,2,2\n1,1,2,2\n1,1,2,2",
-                "1,1,2,2\n1,nan,2,2\n1,1,2,2\n1,1,2,2",
-                "1,1,2,2\n1,1,-inf,2\n1,1,2,2\n1,1,2,2",
-            ],
-        ),
         ("lasot", "full_occlusion.txt", "3 labels for 4", &["0,0,0"]),
         ("lasot", "full_occlusion.txt, line 1", "`7`", &["0,0,0,7"]),
         ("lasot", "out_of_view.txt", "5 labels for 4", &["0,0,0,0,0"]),
@@ -185,6 +154,20 @@ fn faults_name_file_and_line_or_both_counts() {
         for text in texts {
             let error = read(word, &changed(word, &[(name, *text)])).unwrap_err().to_string();
             assert!(error.contains(file) && error.contains(words), "{word}, {file}, {text:?}: {error}");
+        }
+    }
+    // Second lines that are no box, and such that VOT has beside them.
+    let (of_all, of_vot) = ("1,1,2|1,1,inf,2|1,1,nan,2", "1|1,2,3,4,5,6,7|0,0,1,1,0,1,1,0|1,1,1,1,1,1,1,1");
+    for (word, lines, bad) in [
+        ("otb", 2, format!("{of_all}|1,1,0,2")),
+        ("vot", 2, format!("{of_all}|1,2,3,0|{of_vot}")),
+        ("lasot", 4, format!("{of_all}|1,1,-inf,2")),
+    ] {
+        let file = find(word).unwrap().truth_file;
+        for line in bad.split('|') {
+            let text = format!("1,1,2,2\n{line}{}", "\n1,1,2,2".repeat(lines - 2));
+            let error = read(word, &changed(word, &[(file, &text)])).unwrap_err().to_string();
+            assert!(error.contains(&format!("{file}, line 2")), "{word}, {line}: {error}");
         }
     }
     let error = read("otb", &place("otb", 1..=2, &[("groundtruth_rect.txt", b"1,1,2,2\n\xFF\xFE")]));
@@ -208,6 +191,8 @@ fn images_and_lines_are_as_many() {
         let error = read(word, &dir).unwrap_err().to_string();
         assert!(error.contains(words), "{word}, {images}, {lines}: {error}");
     }
+    let gap = place("got10k", [1, 3, 4], &[("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,2,2")]);
+    assert_says(read("got10k", &gap).unwrap_err(), "frame 2 is missing");
 }
 
 const BOXES: &[u8] =

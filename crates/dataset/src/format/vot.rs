@@ -94,6 +94,7 @@ mod tests {
     use super::super::tests::{place, read, rect};
     use super::*;
     use crate::Frames;
+    use trackfail_testing::assert_says;
 
     #[test]
     fn polygons_rectangles_and_frame_zero() {
@@ -120,9 +121,8 @@ mod tests {
         let truth = |text: &[u8]| parse_truth(Path::new("groundtruth.txt"), text);
         let found = truth(b"1,2,3,4\n0\n0.0\n5,6,7,8\n").unwrap();
         assert_eq!(found.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false, true]);
-        let error = truth(b"1,2,3,4\nm10,20,3,2,0,6\n").unwrap_err().to_string();
         for words in ["groundtruth.txt, line 2: a mask", "bounding boxes"] {
-            assert!(error.contains(words), "{error}");
+            assert_says(truth(b"1,2,3,4\nm10,20,3,2,0,6\n").unwrap_err(), words);
         }
         // Starts and failures are marks of results.
         for mark in ["1", "2", "0,0", "0,0,0"] {

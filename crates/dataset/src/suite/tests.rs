@@ -30,7 +30,13 @@ fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item
     }
 }
 
-/// Text of `data verify` for a copy that differs.
+/// What `data verify` finds of a sequence.
+fn checked(name: &str, sequence: &str, root: &TempDir) -> Finding {
+    let all = suite(name).verify(&at(root), |_| true);
+    all.into_iter().find(|c| c.name == sequence).unwrap().finding
+}
+
+/// The words of `data verify` for a copy that differs.
 fn difference(finding: Finding) -> String {
     match finding {
         Finding::Differs(fact) => fact,
@@ -100,11 +106,8 @@ fn inside(folder: &str) -> bool {
 #[test]
 fn archives_are_consistent_and_all_are_used() {
     let mut seen = BTreeSet::new();
-    let used: BTreeSet<&str> = pinned_suites()
-        .flat_map(|p| &p.sequence)
-        .flat_map(Entry::archives)
-        .map(|a| a.name.as_str())
-        .collect();
+    let entries = pinned_suites().flat_map(|p| &p.sequence);
+    let used: BTreeSet<&str> = entries.flat_map(Entry::archives).map(|a| a.name.as_str()).collect();
     for a in archives() {
         assert!(seen.insert(&a.name), "{} twice", a.name);
         assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
@@ -129,10 +132,8 @@ fn the_suites_have_the_published_sizes() {
     // wc -l of the 25 result files of a VOT2014 entry: 10213.
     let vot = suite("vot2014");
     assert_eq!((vot.entries().len(), vot.entries().iter().map(frames).sum::<usize>()), (25, 10_213));
-    let counts = [("otb-2013", 51), ("otb-100", 100), ("vot2013", 16), ("vot2015", 60), ("vot2016", 60)];
-    for (name, entries) in counts {
-        assert_eq!(suite(name).entries().len(), entries, "{name}");
-    }
+    let names = ["otb-2013", "otb-100", "vot2013", "vot2015", "vot2016"];
+    assert_eq!(names.map(|name| suite(name).entries().len()), [51, 100, 16, 60, 60]);
 }
 
 // Where the benchmark uses other frames than a folder has (notes on its page, and its start frames).
@@ -301,9 +302,9 @@ fn a_short_copy_is_broken_and_differs() {
     let loaded = vot.load(&at(&root));
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
-    let checked = vot.verify(&at(&root), |_| true);
-    assert!(matches!(&checked[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
-    assert!(matches!(checked[1].finding, Finding::Missing(_)));
+    let all = vot.verify(&at(&root), |_| true);
+    assert!(matches!(&all[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
+    assert!(matches!(all[1].finding, Finding::Missing(_)));
 }
 
 // OTB's sequence Deer has 71 frames.
@@ -312,8 +313,7 @@ fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
     let finding = |images: Vec<u32>| {
         let root = tempdir().unwrap();
         write(root.path(), "otb/Deer", 71, images);
-        let all = suite("otb-2013").verify(&at(&root), |_| true);
-        all.into_iter().find(|c| c.name == "Deer").unwrap().finding
+        checked("otb-2013", "Deer", &root)
     };
     assert_eq!(finding((1..=71).collect()), Finding::NoDigestPinned);
     let told = hint(finding((1..=50).collect()));
@@ -347,11 +347,9 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
 fn an_entry_without_range_takes_what_is_there() {
     let root = tempdir().unwrap();
     write(root.path(), "vot2013/cup", 3, 1..=3);
-    let vot = suite("vot2013");
-    let loaded = vot.load(&at(&root));
+    let loaded = suite("vot2013").load(&at(&root));
     assert_eq!((loaded.sequences.len(), loaded.sequences[0].len()), (1, 3));
-    let found = vot.verify(&at(&root), |_| true);
-    assert_eq!(found.iter().find(|c| c.name == "cup").unwrap().finding, Finding::NoDigestPinned);
+    assert_eq!(checked("vot2013", "cup", &root), Finding::NoDigestPinned);
 }
 
 #[needs(real_data)]

@@ -268,17 +268,9 @@ fn plaza(seed: u32, x: f64, y: f64) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use Ground::{Bricks, Hall, Meadow, Plaza, Road, Room, Street, Water};
 
-    const ALL: [Ground; 8] = [
-        Ground::Street,
-        Ground::Meadow,
-        Ground::Bricks,
-        Ground::Room,
-        Ground::Water,
-        Ground::Plaza,
-        Ground::Road,
-        Ground::Hall,
-    ];
+    const ALL: [Ground; 8] = [Street, Meadow, Bricks, Room, Water, Plaza, Road, Hall];
 
     #[test]
     fn whole_pixel_views_are_crops() {

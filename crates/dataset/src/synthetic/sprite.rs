@@ -224,30 +224,33 @@ fn blend(pixel: &mut [u8], [r, g, b, a]: [f32; 4]) {
 mod tests {
     use super::*;
 
-    fn half_red() -> Sprite {
-        Sprite::paint(20, 10, |u, _| (u < 0.5).then_some([200.0, 0.0, 0.0]))
+    /// The colors of 40 x 40 gray pixels on which a sprite is drawn whose left half is red.
+    fn drawn(x: f64, turn: f64, mirrored: bool) -> impl Fn(usize, usize) -> [u8; 3] {
+        let mut rgb = vec![10; 3 * 40 * 40];
+        let sprite = Sprite::paint(20, 10, |u, _| (u < 0.5).then_some([200.0, 0.0, 0.0]));
+        sprite.draw(&Pose { x, y: 20.0, w: 20.0, h: 10.0, turn }, mirrored, &mut rgb, 40);
+        move |x, y| std::array::from_fn(|c| rgb[3 * (40 * y + x) + c])
     }
 
-    #[test]
-    fn is_drawn_where_its_box_is() {
-        let mut rgb = vec![10; 3 * 40 * 40];
-        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 0.0 }, false, &mut rgb, 40);
-        let at = |x: usize, y: usize| &rgb[3 * (40 * y + x)..][..3];
-        assert_eq!(at(11, 16), [200, 0, 0]);
-        assert_eq!(at(18, 23), [200, 0, 0]);
-        for (x, y) in [(9, 20), (21, 20), (12, 13), (12, 26)] {
-            assert_eq!(at(x, y), [10, 10, 10], "{x} {y}");
-        }
-    }
+    const RED: [u8; 3] = [200, 0, 0];
+    const GRAY: [u8; 3] = [10; 3];
 
     #[test]
-    fn a_quarter_turn_moves_left_to_top() {
-        let mut rgb = vec![10; 3 * 40 * 40];
-        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 90.0 }, false, &mut rgb, 40);
-        let at = |x: usize, y: usize| rgb[3 * (40 * y + x)];
-        assert_eq!((at(20, 12), at(20, 28), at(12, 20)), (200, 10, 10));
+    fn is_drawn_where_its_box_is_and_turned_and_mirrored() {
+        let plain = drawn(20.0, 0.0, false);
+        assert_eq!([(11, 16), (18, 23)].map(|(x, y)| plain(x, y)), [RED; 2]);
+        assert_eq!([(9, 20), (21, 20), (12, 13), (12, 26)].map(|(x, y)| plain(x, y)), [GRAY; 4]);
+        // A quarter turn moves left to top.
+        let turned = drawn(20.0, 90.0, false);
+        assert_eq!([turned(20, 12), turned(20, 28), turned(12, 20)], [RED, GRAY, GRAY]);
         let c = Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 90.0 }.corners();
         assert!((c[0].0 - 25.0).abs() < 1e-6 && (c[0].1 - 10.0).abs() < 1e-6);
+        let mirrored = drawn(20.0, 0.0, true);
+        assert_eq!([mirrored(12, 20), mirrored(28, 20)], [GRAY, RED]);
+        // Far outside nothing is drawn.
+        for far in [-1e7, -60.0, 80.0, 1e7].map(|x| drawn(x, 45.0, false)) {
+            assert!((0..1600).all(|k| far(k % 40, k / 40) == GRAY));
+        }
     }
 
     #[test]
@@ -260,22 +263,5 @@ mod tests {
             let (a, b) = pose_place_fast(&p, x, y, &p.corners());
             assert!((a - u).abs() < 1e-8 && (b - v).abs() < 1e-8);
         }
-    }
-
-    #[test]
-    fn a_mirror_swaps_the_sides() {
-        let mut rgb = vec![10; 3 * 40 * 40];
-        half_red().draw(&Pose { x: 20.0, y: 20.0, w: 20.0, h: 10.0, turn: 0.0 }, true, &mut rgb, 40);
-        let at = |x: usize, y: usize| rgb[3 * (40 * y + x)];
-        assert_eq!((at(12, 20), at(28, 20)), (10, 200));
-    }
-
-    #[test]
-    fn far_outside_draws_nothing() {
-        let mut rgb = vec![10; 3 * 40 * 40];
-        for x in [-1e7, -60.0, 80.0, 1e7] {
-            half_red().draw(&Pose { x, y: 20.0, w: 20.0, h: 10.0, turn: 45.0 }, false, &mut rgb, 40);
-        }
-        assert!(rgb.iter().all(|&v| v == 10));
     }
 }

@@ -143,10 +143,8 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     mpeg(&root.path().join("short.mpg"), 10);
     std::fs::rename(root.path().join("short.mpg"), short).unwrap();
     let entry = Entry { folder: "caviar/Walk2".into(), ..Entry::default() };
-    assert_says(
-        cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err(),
-        "frame 11 is not in it, frames 6 to 20 are needed",
-    );
+    let error = cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err();
+    assert_says(error, "frame 11 is not in it, frames 6 to 20 are needed");
 }
 
 #[needs(ffmpeg)]
@@ -252,11 +250,8 @@ fn an_end_by_a_signal_is_no_damage() {
     let path = put(root.path(), "a.mpg", "x");
     let program = script(root.path(), "echo > 000001.png; kill -s KILL $$");
     let limits = VideoLimits { damage_ends_it: true, ..DEFAULT_LIMITS };
-    let folder = root.path().join("frames");
-    assert_says(
-        decode(&path, &folder, program.as_os_str(), limits, &|| false).unwrap_err(),
-        "ffmpeg did not finish (signal: 9",
-    );
+    let ended = decode(&path, &root.path().join("frames"), program.as_os_str(), limits, &|| false);
+    assert_says(ended.unwrap_err(), "ffmpeg did not finish (signal: 9");
 }
 
 #[cfg(unix)]

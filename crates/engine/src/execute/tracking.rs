@@ -236,20 +236,10 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::execute::{Options, load};
-    use crate::limits::Stop;
-    use crate::spec;
-    use crate::store::Store;
+    use crate::execute::Options;
+    use crate::testing::{experiment, with_plan};
 
-    const SPEC: &str = r#"schema = 1
-name = "mine/many"
-title = "A try"
-protocol = "khalid2016/1"
-
-[suites]
-test = "synthetic-d1"
-
-[[tracker]]
+    const METHODS: &str = r#"[[tracker]]
 name = "still"
 runs = RUNS
 
@@ -265,17 +255,15 @@ detector = { kind = "level", below = 0.1 }
     /// Tracks and signals of the first run of `still` and the only run of `ncc` on a sequence; `still` has
     /// `runs` runs.
     fn first_and_last(runs: usize) -> [(Vec<Region>, Vec<Vec<f64>>); 2] {
-        let experiment = spec::parse("many.toml", &SPEC.replace("RUNS", &runs.to_string())).unwrap();
-        let suites = load(&experiment, &[]).unwrap();
-        let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        let (store, options) = (Store::open(folder.path()).unwrap(), Options::default());
-        let unit: Unit = (0, 0, (0..plan.jobs.len()).collect());
-        let context = Context::new(&plan, &store, &options, std::slice::from_ref(&unit));
-        let made: Vec<Arc<Track>> =
-            tracks(&context, &unit).unwrap().into_iter().map(Result::unwrap).collect();
-        assert_eq!(made.len(), runs + 1);
-        [&made[0], &made[runs]].map(|track| (track.regions.clone(), track.signals.clone()))
+        let text = experiment("synthetic-d1", &METHODS.replace("RUNS", &runs.to_string()));
+        with_plan(&text, |plan, store| {
+            let (options, unit) = (Options::default(), (0, 0, (0..plan.jobs.len()).collect()));
+            let context = Context::new(plan, store, &options, std::slice::from_ref(&unit));
+            let made: Vec<Arc<Track>> =
+                tracks(&context, &unit).unwrap().into_iter().map(Result::unwrap).collect();
+            assert_eq!(made.len(), runs + 1);
+            [&made[0], &made[runs]].map(|track| (track.regions.clone(), track.signals.clone()))
+        })
     }
 
     #[test]

@@ -1,19 +1,10 @@
 //! Plans: tracks that training on others leaves out, and addresses of signals that read other trackers.
 
-use super::{ExperimentPlan, variants};
-use crate::execute::run;
-use crate::limits::Stop;
-use crate::spec;
+use super::variants;
 use crate::store::address::Recipe;
+use crate::testing::{experiment, with_plan};
 
-const SPEC: &str = r#"schema = 1
-name = "mine/others"
-title = "A try"
-protocol = "khalid2016/1"
-seed = 7
-
-[suites]
-test = "synthetic-d1"
+const METHODS: &str = r#"seed = 7
 
 [[tracker]]
 name = "still"
@@ -37,15 +28,9 @@ signal = { kind = "companion-overlap", at_most = 1 }
 detector = { kind = "level", below = 0.1 }
 "#;
 
-fn with_plan(text: &str, check: impl FnOnce(&ExperimentPlan<'_>)) {
-    let experiment = spec::parse("mine.toml", text).unwrap();
-    let suites = run::load(&experiment, &[]).unwrap();
-    check(&ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap());
-}
-
 #[test]
 fn others_are_other_videos_and_other_trackers() {
-    with_plan(SPEC, |plan| {
+    with_plan(&experiment("synthetic-d1", METHODS), |plan, _| {
         let (method, variant) = variants(plan.experiment).next().unwrap();
         let parts = plan.parts(variant);
         assert_eq!(parts, 10);
@@ -55,11 +40,8 @@ fn others_are_other_videos_and_other_trackers() {
             let sequences = (0..plan.test().sequences.len()).filter(|s| plan.part(variant, *s) != part);
             let jobs = plan.jobs.iter().filter(|job| job.tracker != tracker).count();
             assert_eq!(tracks.len(), sequences.count() * jobs, "{tracker} {part}");
-            assert!(
-                tracks
-                    .iter()
-                    .all(|(_, s, j)| plan.part(variant, *s) != part && plan.jobs[*j].tracker != tracker)
-            );
+            let is_other = |s, j: usize| plan.part(variant, s) != part && plan.jobs[j].tracker != tracker;
+            assert!(tracks.iter().all(|(_, s, j)| is_other(*s, *j)));
         }
         let (_, given) = variants(plan.experiment).nth(1).unwrap();
         assert_eq!((plan.parts(given), plan.part(given, 5)), (1, 0));
@@ -68,19 +50,17 @@ fn others_are_other_videos_and_other_trackers() {
 
 #[test]
 fn a_companion_signal_is_addressed_by_the_tracks_that_it_reads() {
-    let address = |text: &str| {
-        let mut found = String::new();
-        with_plan(text, |plan| {
-            let recipe = plan.signal_recipe(&plan.test().sequences[0], 0, 0).unwrap();
-            let companions = recipe.ingredients.iter().filter(|(name, _)| name == "companion").count();
-            let others: Vec<usize> = plan.companions(&plan.test().sequences[0], 0).collect();
-            assert_eq!(others.iter().map(|j| plan.jobs[*j].tracker).collect::<Vec<_>>(), [1, 2]);
-            assert_eq!(companions, 2);
-            found = Recipe::address(&recipe).to_string();
-        });
-        found
+    let address = |methods: &str| {
+        with_plan(&experiment("synthetic-d1", methods), |plan, _| {
+            let sequence = &plan.test().sequences[0];
+            let recipe = plan.signal_recipe(sequence, 0, 0).unwrap();
+            let others: Vec<usize> = plan.companions(sequence, 0).map(|j| plan.jobs[j].tracker).collect();
+            assert_eq!(others, [1, 2]);
+            assert_eq!(recipe.ingredients.iter().filter(|(name, _)| name == "companion").count(), 2);
+            Recipe::address(&recipe).to_string()
+        })
     };
-    let other = SPEC.replace("name = \"ncc\"", "name = \"ncc\"\nsearch = 1.5");
-    assert_eq!(address(SPEC), address(SPEC));
-    assert_ne!(address(SPEC), address(&other));
+    let other = METHODS.replace("name = \"ncc\"", "name = \"ncc\"\nsearch = 1.5");
+    assert_eq!(address(METHODS), address(METHODS));
+    assert_ne!(address(METHODS), address(&other));
 }

@@ -246,11 +246,13 @@ mod tests {
         }
     }
 
+    #[track_caller]
+    fn same(short: &str, long: &str) {
+        assert_eq!(parse(short, &words()).unwrap(), parse(long, &words()).unwrap(), "{short}");
+    }
+
     #[test]
     fn signs_bind_as_usual() {
-        let same = |short: &str, long: &str| {
-            assert_eq!(parse(short, &words()).unwrap(), parse(long, &words()).unwrap(), "{short}");
-        };
         same("1 > 2 || 1 < 2 && 3 != 3", "(1 > 2) || ((1 < 2) && (3 != 3))");
         same("1 - 2 - 3 * 4 / 5 < 0", "((1 - 2) - ((3 * 4) / 5)) < 0");
         same("-1 * 2>=-.5+1.4", "((-1) * 2) >= ((-0.5) + 1.4)");
@@ -264,9 +266,6 @@ mod tests {
 
     #[test]
     fn for_all_stands_for_the_claim_at_each_value() {
-        let same = |short: &str, long: &str| {
-            assert_eq!(parse(short, &words()).unwrap(), parse(long, &words()).unwrap(), "{short}");
-        };
         same(
             "for all length: recall[ARTE*] > recall[RAW] && fpr[ARTE*] < 1",
             "(recall[ARTE*, length=1] > recall[RAW] && fpr[ARTE*, length=1] < 1)

@@ -260,28 +260,23 @@ impl Detector for AccumulatedValidation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::testing::{self, alone};
     use crate::plugin::Configured;
     use rand::RngExt;
 
     fn built(text: &str) -> Configured<dyn Detector> {
-        ENTRY.build_from_text(text).unwrap()
+        testing::built(&ENTRY, text)
     }
 
     fn alarms(detector: &dyn Detector, signal: &[f64]) -> Vec<bool> {
-        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm
+        detector.detect(&alone(signal)).alarm
     }
 
     // By hand: s = 1, 3, 5, 7 for L = 2; only values above beta are alarms.
     #[test]
     fn the_sum_of_the_last_values_is_compared() {
         let detector = built("{ length = 2, beta = 5.0 }");
-        let output = detector.detect(&Input {
-            signal: &[1.0, 2.0, 3.0, 4.0],
-            error: &[],
-            seed: 0,
-            reverse: None,
-            more: &[],
-        });
+        let output = detector.detect(&alone(&[1.0, 2.0, 3.0, 4.0]));
         assert_eq!(output.score, [1.0, 3.0, 5.0, 7.0]);
         assert_eq!(output.alarm, [false, false, false, true]);
         assert_eq!(detector.threshold(), Some(5.0));
@@ -305,13 +300,16 @@ mod tests {
     }
 
     // The sum of L exponentials of mean 0.2 is Gamma(L, 0.2).
-    // scipy.stats.gamma.ppf(0.995, [1, 5, 20], scale=0.2) = [1.05966347, 2.51881796, 6.67659618]
+    // scipy.stats.gamma.ppf(0.995, [1, 5, 20], scale=0.2) = [1.05966347, 2.51881796, 6.67659618]; 0.95 and 5: 1.83070381
     #[test]
     fn a_model_of_exponential_values_has_the_cut_values_of_gamma() {
-        for (length, beta) in [(1, 1.05966347), (5, 2.51881796), (20, 6.67659618)] {
+        for (length, alpha, beta) in
+            [(1, 0.005, 1.05966347), (5, 0.005, 2.51881796), (20, 0.005, 6.67659618), (5, 0.05, 1.83070381)]
+        {
             for approximation in ["convolution", "sampled", "empirical"] {
-                let (_, ready) = learned(&format!("length = {length}, approximation = \"{approximation}\""));
-                let got = ready.threshold().unwrap();
+                let params =
+                    format!("length = {length}, alpha = {alpha}, approximation = \"{approximation}\"");
+                let got = learned(&params).1.threshold().unwrap();
                 // 18,000 samples, and a tenth as many independent windows of 20.
                 assert!((got / beta - 1.0).abs() < 0.06, "{approximation} {length}: {got}, not {beta}");
             }
@@ -322,34 +320,18 @@ mod tests {
     }
 
     #[test]
-    fn the_cut_value_grows_with_the_length_and_with_fewer_false_alarms() {
-        let (model, _) = learned("length = 1");
-        let cut = |length: usize, alpha: f64| {
-            let text = format!("{{ train = \"train\", components = 1, length = {length}, alpha = {alpha} }}");
-            built(&text).learner().unwrap().with_model(&model).unwrap().threshold().unwrap()
-        };
-        let lengths: Vec<f64> = [1, 2, 5, 10, 20, 60].map(|l| cut(l, 0.005)).to_vec();
-        assert!(lengths.is_sorted_by(|a, b| a < b), "{lengths:?}");
-        let rates: Vec<f64> = [0.1, 0.05, 0.01, 0.005, 0.001].map(|a| cut(10, a)).to_vec();
-        assert!(rates.is_sorted_by(|a, b| a < b), "{rates:?}");
-    }
-
-    #[test]
     fn lost_frames_alarm_and_consistent_ones_seldom_do() {
         let (signal, error) = drawn();
         let (model, ready) = learned("length = 5");
         let alarm = alarms(&*ready, &signal);
         let share = |frames: std::ops::Range<usize>| {
-            let chosen: Vec<bool> =
-                (0..error.len()).filter(|t| frames.contains(&(t % 400))).map(|t| alarm[t]).collect();
-            chosen.iter().filter(|a| **a).count() as f64 / chosen.len() as f64
+            let chosen: Vec<usize> = (0..error.len()).filter(|t| frames.contains(&(t % 400))).collect();
+            chosen.iter().filter(|t| alarm[**t]).count() as f64 / chosen.len() as f64
         };
         // Lost in frames 0..40 of every 400; the window has forgotten that 5 frames later.
         assert!(share(4..40) > 0.9 && share(45..400) < 0.01, "{} {}", share(4..40), share(45..400));
         // The model survives being written and read to the last bit.
-        let text = model.to_string();
-        let again: Value = serde_json::from_str(&text).unwrap();
-        assert_eq!(again, model);
+        assert_eq!(serde_json::from_str::<Value>(&model.to_string()).unwrap(), model);
     }
 
     #[test]

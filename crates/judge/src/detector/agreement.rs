@@ -154,10 +154,10 @@ fn inputs(values: &[f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::testing;
 
     fn output(text: &str, overlap: &[f64], score: &[f64]) -> DetectorOutput {
-        let detector = ENTRY.build_from_text(text).unwrap();
-        detector.detect(&Input { signal: overlap, more: &[score], error: &[], seed: 0, reverse: None })
+        testing::built(&ENTRY, text).detect(&Input { more: &[score], ..testing::alone(overlap) })
     }
 
     // By hand, with a window of two frames: apart from frame 2 on, news in 2 and 3; the alarm lasts while p does.

@@ -199,27 +199,20 @@ impl Alarms for Oracle {
 mod tests {
     use super::*;
     use crate::detector::run_starts;
-
-    fn detect(entry: &Entry<dyn Detector>, text: &str, input: &Input<'_>) -> DetectorOutput {
-        entry.build_from_text(text).unwrap().detect(input)
-    }
-
-    fn blank(signal: &[f64], seed: u64) -> Input<'_> {
-        Input { signal, error: &[], seed, reverse: None, more: &[] }
-    }
+    use crate::detector::testing::{alone, built, detect};
 
     fn alarms(rate: f64, seed: u64, frames: usize) -> Vec<bool> {
-        Random { rate }.alarms(&blank(&vec![0.0; frames], seed))
+        Random { rate }.alarms(&Input { seed, ..alone(&vec![0.0; frames]) })
     }
 
     #[test]
     fn periodic_alarms_by_hand() {
-        let output = detect(&PERIODIC, "{ period = 3, phase = 1 }", &blank(&[0.0; 8], 0));
+        let output = detect(&PERIODIC, "{ period = 3, phase = 1 }", &[0.0; 8]);
         assert_eq!(run_starts(&output.alarm), [1, 4, 7]);
         assert_eq!(output.score, [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
-        for text in ["{}", "{ period = 3, phase = 3 }"] {
-            assert!(PERIODIC.build_from_text(text).is_err(), "{text}");
-        }
+        assert!(
+            ["{}", "{ period = 3, phase = 3 }"].iter().all(|text| PERIODIC.build_from_text(text).is_err())
+        );
     }
 
     // P(alarm) = rate in every frame. Over 200000 frames the standard deviation of the mean is below
@@ -248,15 +241,13 @@ mod tests {
     fn random_alarms_depend_on_the_seed() {
         assert_ne!(alarms(0.2, 1, 500), alarms(0.2, 2, 500));
         assert!(alarms(0.0, 1, 500).iter().all(|a| !a));
-        for text in ["{}", "{ rate = nan }"] {
-            assert!(RANDOM.build_from_text(text).is_err(), "{text}");
-        }
+        assert!(["{}", "{ rate = nan }"].iter().all(|text| RANDOM.build_from_text(text).is_err()));
     }
 
     #[test]
     fn the_oracle_follows_the_error_and_keeps_the_label_without_one() {
         let error = [f64::NAN, 0.2, 1.0, f64::NAN, 1.0 - 1e-13, 0.999, f64::NAN, 1.0];
-        let output = detect(&ORACLE, "{}", &Input { error: &error, ..blank(&[0.0; 9], 0) });
+        let output = built(&ORACLE, "{}").detect(&Input { error: &error, ..alone(&[0.0; 9]) });
         assert_eq!(output.alarm, [false, false, true, true, true, false, false, true, true]);
     }
 }

@@ -162,16 +162,11 @@ impl Causal for ArmaForecast {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::testing::alone;
     use proptest::prelude::*;
 
     fn detect(params: Params, signal: &[f64]) -> DetectorOutput {
-        ArmaForecast::new(params).unwrap().detect(&Input {
-            signal,
-            error: &[],
-            seed: 0,
-            reverse: None,
-            more: &[],
-        })
+        ArmaForecast::new(params).unwrap().detect(&alone(signal))
     }
 
     // A step of 0.02 at frame 30, itself the first frame of a block: the model of the level before it cannot
@@ -186,28 +181,20 @@ mod tests {
         assert!(output.alarm[50..].iter().all(|a| !a));
     }
 
+    // Block forecasts of frame 24 and rolling ones five ahead share origin 19, and so on every five frames.
     #[test]
-    fn forecasts_begin_after_the_window() {
+    fn schemes_begin_after_the_window_and_agree_where_they_share_an_origin() {
         let signal: Vec<f64> = (0..40).map(|t| f64::from(t * 7 % 10) / 10.0).collect();
-        for (scheme, first) in [(Scheme::Block, 20), (Scheme::Rolling, 24)] {
-            let output = detect(Params { scheme, ..Params::default() }, &signal);
-            let forecast = output.forecast.unwrap();
-            assert!(forecast[..first].iter().all(|v| v.is_nan()));
-            assert!(forecast[first..].iter().all(|v| v.is_finite()));
-            assert!(output.score[..first].iter().all(|&z| z == 0.0));
-        }
-    }
-
-    // Block forecasts of frame 24 and rolling ones five ahead share origin 19.
-    #[test]
-    fn schemes_agree_where_they_share_an_origin() {
-        let signal: Vec<f64> = (0..40).map(|t| f64::from(t * 7 % 10) / 10.0).collect();
-        let block = detect(Params::default(), &signal).forecast.unwrap();
-        let rolling =
-            detect(Params { scheme: Scheme::Rolling, ..Params::default() }, &signal).forecast.unwrap();
-        for t in [24, 29, 34, 39] {
-            assert_eq!(block[t], rolling[t]);
-        }
+        let [block, rolling] =
+            [(Scheme::Block, 20), (Scheme::Rolling, 24)].map(|(scheme, first)| {
+                let output = detect(Params { scheme, ..Params::default() }, &signal);
+                let forecast = output.forecast.unwrap();
+                assert!((0..40).all(
+                    |t| forecast[t].is_finite() == (t >= first) && (t >= first || output.score[t] == 0.0)
+                ));
+                forecast
+            });
+        assert!([24, 29, 34, 39].iter().all(|t| block[*t] == rolling[*t]));
     }
 
     proptest! {

@@ -186,6 +186,7 @@ impl AdaptiveThreshold {
 mod tests {
     use super::*;
     use crate::detector::arma_forecast::ArmaForecast;
+    use crate::detector::testing::alone;
     use proptest::prelude::*;
 
     fn threshold(rate: f64, gamma: f64, warm_up: usize) -> AdaptiveThreshold {
@@ -200,10 +201,8 @@ mod tests {
     #[test]
     fn the_oldest_scores_are_forgotten() {
         let scores = [5.0, 5.0, 1.0, 1.0, 1.0, 2.0];
-        let last_is_alarm = |most| {
-            let threshold = AdaptiveThreshold { most, ..threshold(0.25, 0.0001, 3) };
-            alarms(threshold, &scores)[5]
-        };
+        let last_is_alarm =
+            |most| alarms(AdaptiveThreshold { most, ..threshold(0.25, 0.0001, 3) }, &scores)[5];
         assert_eq!([3, 5].map(last_is_alarm), [true, false]);
     }
 
@@ -214,16 +213,9 @@ mod tests {
     fn the_threshold_by_hand() {
         let scores = [1.0, 2.0, 3.0, 4.0, 3.5, 9.0, 9.0, 10.0, 11.0, 0.0, 0.0, 11.5];
         let mut adaptive = threshold(0.25, 0.5, 4);
-        let mut levels = Vec::new();
-        let alarm: Vec<bool> = scores
-            .iter()
-            .map(|z| {
-                levels.push(adaptive.level);
-                adaptive.is_alarm(*z)
-            })
-            .collect();
-        let numbered: Vec<usize> = (0..12).filter(|t| alarm[*t]).collect();
-        assert_eq!(numbered, [4, 7, 11]);
+        let steps = scores.map(|z| (adaptive.level, adaptive.is_alarm(z)));
+        assert_eq!((0..12).filter(|t| steps[*t].1).collect::<Vec<_>>(), [4, 7, 11]);
+        let levels = steps.map(|step| step.0);
         assert_eq!(levels[4..], [0.25, -0.125, 0.0, 0.125, -0.25, -0.125, 0.0, 0.125]);
     }
 
@@ -237,11 +229,9 @@ mod tests {
             let frames = (t + 1).saturating_sub(warm_up) as f64;
             // Rounding of a[t], of less than 1e-16 a frame.
             let slack = 1e-15 * frames / gamma + 1e-9;
-            assert!(count - rate * frames <= (rate + gamma) / gamma + slack, "{rate} {gamma} {t}: {count}");
-            assert!(
-                rate * frames - count <= (1.0 - rate + gamma) / gamma + slack,
-                "{rate} {gamma} {t}: {count}"
-            );
+            let bounds = [(rate + gamma) / gamma, (1.0 - rate + gamma) / gamma].map(|bound| bound + slack);
+            let over = count - rate * frames;
+            assert!(over <= bounds[0] && -over <= bounds[1], "{rate} {gamma} {t}: {count}");
         }
     }
 
@@ -267,26 +257,14 @@ mod tests {
         }
     }
 
-    // The bound leaves (0.05 + 0.02) / (0.02 * 20000) = 0.02 %.
-    #[test]
-    fn the_long_run_rate_is_the_one_asked_for() {
-        use rand::RngExt;
-        let mut rng = crate::num::seed::rng(2021);
-        let scores: Vec<f64> = (0..20_050).map(|_| rng.random_range(0.0_f64..1.0).powi(3)).collect();
-        let alarm = alarms(threshold(0.05, 0.02, 50), &scores);
-        let share = alarm.iter().filter(|a| **a).count() as f64 / 20_000.0;
-        assert!((share - 0.05).abs() < 0.003, "{share}");
-    }
-
     #[test]
     fn scores_and_forecasts_are_those_of_the_arma_forecast() {
         let signal: Vec<f64> = (0..150).map(|t| f64::from(t * 37 % 64) / 64.0).collect();
-        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
+        let input = alone(&signal);
         let conformal = ConformalForecast::new(Params::default()).unwrap().detect(&input);
         let fixed = ArmaForecast::new(arma_forecast::Params::default()).unwrap().detect(&input);
-        assert_eq!(conformal.score, fixed.score);
-        let shown = |output: DetectorOutput| -> Vec<u64> {
-            output.forecast.unwrap().into_iter().map(f64::to_bits).collect()
+        let shown = |output: DetectorOutput| -> (Vec<f64>, Vec<u64>) {
+            (output.score, output.forecast.unwrap().into_iter().map(f64::to_bits).collect())
         };
         assert_eq!(shown(conformal), shown(fixed));
     }
@@ -296,7 +274,7 @@ mod tests {
     fn a_jump_after_the_warm_up_is_an_alarm() {
         let signal: Vec<f64> =
             (0..120).map(|t| f64::from(t * 37 % 64) / 640.0 + if t < 100 { 0.0 } else { 5.0 }).collect();
-        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
+        let input = alone(&signal);
         let output = ConformalForecast::new(Params::default()).unwrap().detect(&input);
         assert!(output.alarm[..70].iter().all(|a| !a) && output.alarm[100]);
     }

@@ -32,16 +32,10 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<false>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::Input;
+    use crate::detector::testing::detect;
 
     fn scores(text: &str, signal: &[f64]) -> Vec<f64> {
-        let output = ENTRY.build_from_text(text).unwrap().detect(&Input {
-            signal,
-            error: &[],
-            seed: 0,
-            reverse: None,
-            more: &[],
-        });
+        let output = detect(&ENTRY, text, signal);
         assert!(output.score.iter().zip(&output.alarm).all(|(s, alarm)| *alarm == (*s >= 2.0)), "{text}");
         output.score
     }
@@ -67,9 +61,7 @@ mod tests {
         let mut rng = crate::num::seed::rng(1954);
         let signal: Vec<f64> = (0..2_100_000).map(|_| StandardNormal.sample(&mut rng)).collect();
         let text = "{ above = 5.0, start = 100000, release = 1000.0 }";
-        let detector = ENTRY.build_from_text(text).unwrap();
-        let alarm =
-            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm;
+        let alarm = detect(&ENTRY, text, &signal).alarm;
         let runs = alarm.iter().filter(|a| **a).count() as f64;
         // Some 2150 runs, whose lengths have a standard deviation near their mean; mu is known to 0.003 sigma.
         assert!((2e6 / runs / 930.0 - 1.0).abs() < 0.12, "{}", 2e6 / runs);

@@ -119,7 +119,7 @@ impl Causal for JointDrop {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::relative_drop;
+    use crate::detector::{relative_drop, testing::alone};
     use proptest::prelude::*;
 
     fn detect(below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
@@ -128,13 +128,7 @@ mod tests {
 
     fn detect_within(window: Option<usize>, below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
         let detector = JointDrop::new(Params { below: below.to_vec(), window, least: 1 }).unwrap();
-        detector.detect(&Input {
-            signal: signals[0],
-            more: &signals[1..],
-            error: &[],
-            seed: 0,
-            reverse: None,
-        })
+        detector.detect(&Input { more: &signals[1..], ..alone(signals[0]) })
     }
 
     // By hand: the means are 10 and 1 in frames 1 and 2; the alarm in frame 2 keeps both values out of the means.
@@ -171,7 +165,7 @@ mod tests {
             below in 0.1..0.9_f64,
         ) {
             let params = relative_drop::Params { below: Some(below), ..relative_drop::Params::default() };
-            let input = Input { signal: &signal, more: &[], error: &[], seed: 0, reverse: None };
+            let input = alone(&signal);
             let alone = relative_drop::RelativeDrop::new(params).unwrap().detect(&input);
             let joint = detect(&[below], &[&signal]);
             let away = |(a, s): (&f64, &f64)| (a - below).abs() > 1e-9 || (s - 1.0).abs() > 1e-9;

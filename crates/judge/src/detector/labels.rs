@@ -141,10 +141,13 @@ mod tests {
     /// States of frames, given for each frame `has_box`, `lost` and `raised`.
     fn states(frames: impl IntoIterator<Item = (bool, bool, bool)>) -> Vec<TargetState> {
         let mut state = StateOfTarget::default();
-        frames
-            .into_iter()
-            .map(|(has_box, lost, raised)| state.push(has_box, lost, raised, f64::NAN))
-            .collect()
+        let of = |(has_box, lost, raised)| state.push(has_box, lost, raised, f64::NAN);
+        frames.into_iter().map(of).collect()
+    }
+
+    /// The first letter of a state's word.
+    fn letter(state: TargetState) -> char {
+        state.word().chars().next().unwrap_or_default()
     }
 
     // By hand: the alarm is over after one frame; .6 says that the target is still more likely lost than not. An alarm of an
@@ -154,12 +157,7 @@ mod tests {
         let of = |boxes: &str, probabilities: &[f64]| -> String {
             let mut state = StateOfTarget::default();
             let frames = boxes.chars().zip(probabilities);
-            let letter = |(b, p): (char, &f64)| match state.push(b == 'b', *p >= 0.9, *p >= 0.9, *p) {
-                TargetState::Tracking => 't',
-                TargetState::Lost => 'l',
-                TargetState::Absent => 'a',
-            };
-            frames.map(letter).collect()
+            frames.map(|(b, p)| letter(state.push(b == 'b', *p >= 0.9, *p >= 0.9, *p))).collect()
         };
         let p = |list: &[(f64, usize)]| -> Vec<f64> {
             list.iter().flat_map(|(p, n)| std::iter::repeat_n(*p, *n)).collect()
@@ -175,7 +173,6 @@ mod tests {
     fn an_alarm_of_an_absence_ends_with_it_by_hand() {
         let of = |boxes: &str, alarms: &str| -> String {
             let frame = |(b, a): (char, char)| (b == 'b', a != '.', a == '!');
-            let letter = |state: TargetState| state.word().chars().next().unwrap_or_default();
             states(boxes.chars().zip(alarms.chars()).map(frame)).into_iter().map(letter).collect()
         };
         assert_eq!(of("bb---bbbb", "..!!!hhh."), "ttaaatttt");
@@ -189,9 +186,8 @@ mod tests {
 
     #[test]
     fn states_have_the_same_word_in_json() {
-        for state in [TargetState::Tracking, TargetState::Lost, TargetState::Absent] {
-            assert_eq!(serde_json::to_value(state).unwrap(), state.word());
-        }
+        let states = [TargetState::Tracking, TargetState::Lost, TargetState::Absent];
+        assert!(states.iter().all(|state| serde_json::to_value(state).unwrap() == state.word()));
     }
 
     proptest! {

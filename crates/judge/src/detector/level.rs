@@ -133,11 +133,7 @@ mod tests {
     use super::*;
 
     fn alarms(text: &str, signal: &[f64]) -> Vec<bool> {
-        ENTRY
-            .build_from_text(text)
-            .unwrap()
-            .detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
-            .alarm
+        crate::detector::testing::detect(&ENTRY, text, signal).alarm
     }
 
     #[test]

@@ -96,34 +96,18 @@ impl Causal for NaiveForecast {
 mod tests {
     use super::*;
 
-    // By hand: origins are frames 1, 3 and 5.
+    // By hand: origins are frames 1, 3 and 5; rolling forecasts compare each frame with the one two before it, from frame 3
+    // on.
     #[test]
-    fn blocks_by_hand() {
+    fn schemes_by_hand() {
         let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0, 4.5];
-        let params = Params { window: 2, horizon: 2, threshold: 1.0, ..Params::default() };
-        let output = NaiveForecast::new(params).unwrap().detect(&Input {
-            signal: &signal,
-            error: &[],
-            seed: 0,
-            reverse: None,
-            more: &[],
-        });
-        assert_eq!(output.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
-        assert_eq!(output.alarm, [false, false, true, true, false, true, false]);
-    }
-
-    // By hand: each frame is compared with the one two before it, from frame 3 on.
-    #[test]
-    fn rolling_by_hand() {
-        let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0];
-        let params = Params { window: 2, horizon: 2, threshold: 1.0, scheme: Scheme::Rolling };
-        let output = NaiveForecast::new(params).unwrap().detect(&Input {
-            signal: &signal,
-            error: &[],
-            seed: 0,
-            reverse: None,
-            more: &[],
-        });
-        assert_eq!(output.score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0]);
+        let output = |scheme| {
+            let params = Params { window: 2, horizon: 2, threshold: 1.0, scheme };
+            NaiveForecast::new(params).unwrap().detect(&crate::detector::testing::alone(&signal))
+        };
+        let block = output(Scheme::Block);
+        assert_eq!(block.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
+        assert_eq!(block.alarm, [false, false, true, true, false, true, false]);
+        assert_eq!(output(Scheme::Rolling).score, [0.0, 0.0, 0.0, 4.0, 3.0, 1.0, 0.5]);
     }
 }

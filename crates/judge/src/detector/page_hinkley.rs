@@ -34,7 +34,8 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<true>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::Input;
+    use crate::detector::testing::detect;
+    use trackfail_testing::assert_near;
 
     // By hand: the start has mean 0 and standard deviation 1. Frame 3 moves the mean to 1: S = 4 - 1 - 0.5.
     // The mean stays 1 in the alarm: S grows by 2 - 1 - 0.5, and frame 5 ends the alarm. Frame 7 is the sixth in the mean:
@@ -43,11 +44,8 @@ mod tests {
     fn sums_by_hand() {
         let signal = [-1.0, 0.0, 1.0, 4.0, 2.0, 1.0, 1.0, 6.0];
         let want = [0.0, 0.0, 0.0, 2.5, 3.0, 0.0, 0.0, 11.0 / 3.0];
-        let detector = ENTRY.build_from_text("{ above = 2.5, start = 3 }").unwrap();
-        let input = Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] };
-        let output = detector.detect(&input);
-        let near = |(got, want): (&f64, &f64)| (got - want).abs() < 1e-14;
-        assert!(output.score.iter().zip(&want).all(near), "{:?}", output.score);
+        let output = detect(&ENTRY, "{ above = 2.5, start = 3 }", &signal);
+        assert_near(&output.score, want, 1e-14, "");
         assert_eq!(output.alarm, want.map(|s| s >= 2.5));
     }
 
@@ -57,11 +55,8 @@ mod tests {
     fn a_slow_drift_is_followed() {
         let signal: Vec<f64> =
             (0..4000).map(|t: i32| f64::from(t % 2) + f64::from((t - 25).max(0)) * 3e-4).collect();
-        let alarms = |entry: &Entry<dyn Detector>| {
-            let detector = entry.build_from_text("{ above = 5.0, k = 2.0 }").unwrap();
-            detector.detect(&Input { signal: &signal, error: &[], seed: 0, reverse: None, more: &[] }).alarm
-        };
-        assert!(alarms(&ENTRY).iter().all(|a| !a));
-        assert!(alarms(&crate::detector::cusum::ENTRY).iter().any(|a| *a));
+        let any = [&ENTRY, &crate::detector::cusum::ENTRY]
+            .map(|entry| detect(entry, "{ above = 5.0, k = 2.0 }", &signal).alarm.contains(&true));
+        assert_eq!(any, [false, true]);
     }
 }

@@ -222,8 +222,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
-        let detector = ENTRY.build_from_text(text).unwrap();
-        detector.detect(&Input { signal, error: &[], seed: 0, reverse: None, more: &[] })
+        crate::detector::testing::detect(&ENTRY, text, signal)
     }
 
     // By hand: the mean is 4 until 2.5 is in it, as the alarm of 1 is not; then (4 + 4 + 2.5) / 3 = 3.5.

@@ -141,8 +141,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
-        let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
-        ENTRY.build_from_text(text).unwrap().detect(&input)
+        crate::detector::testing::detect(&ENTRY, text, signal)
     }
 
     // scipy.stats.zscore([1, 2, 4, 1]): -0.8164966, 0, 1.6329932, -0.8164966 (SciPy 1.17; the deviation of the population).
@@ -150,9 +149,7 @@ mod tests {
     fn scores_of_a_track_agree_with_scipy() {
         let output = detect("{ above = 1.0, over = \"track\" }", &[1.0, 2.0, 4.0, 1.0]);
         let want = [-0.816_496_580_927_726, 0.0, 1.632_993_161_855_452, -0.816_496_580_927_726];
-        for (found, want) in output.score.iter().zip(want) {
-            assert!((found - want).abs() < 1e-14);
-        }
+        trackfail_testing::assert_near(&output.score, want, 1e-14, "");
         assert_eq!(output.alarm, [false, false, true, false]);
     }
 

@@ -51,7 +51,9 @@ pub fn rates(overlaps: &[f64]) -> [Option<f64>; 3] {
 mod tests {
     use super::*;
     use crate::region::Region;
+    use crate::score::testing::rect;
     use crate::tracker::Status;
+    use trackfail_testing::assert_near;
 
     fn of(
         boxes: &[[f64; 4]],
@@ -60,17 +62,11 @@ mod tests {
         frame: Option<(usize, usize)>,
     ) -> Vec<f64> {
         // 1-based, as in the files.
-        let region = |r: &[f64; 4]| Region::Rect(Rect::new(r[0] - 1.0, r[1] - 1.0, r[2], r[3]));
+        let region = |r: &[f64; 4]| rect(r[0] - 1.0, r[1] - 1.0, r[2], r[3]);
         let regions: Vec<Region> = boxes.iter().map(region).collect();
         let truth: Vec<Option<Region>> = truth.iter().map(|t| t.as_ref().map(region)).collect();
-        overlaps(&Trajectory {
-            sequence: "a",
-            regions: &regions,
-            status,
-            truth: &truth,
-            frame,
-            ..Trajectory::default()
-        })
+        let (regions, truth) = (&regions, &truth);
+        overlaps(&Trajectory { sequence: "a", regions, status, truth, frame, ..Trajectory::default() })
     }
 
     // python3 with got10k 0.1.3: from got10k.utils.metrics import rect_iou; rect_iou(b[1:], g[1:], bound=(160, 120)) of the
@@ -86,22 +82,18 @@ mod tests {
             [150.0, 100.0, 30.0, 40.0],
         ];
         let truth = [
-            Some([10.0, 20.0, 30.0, 40.0]),
-            Some([10.0, 22.0, 30.0, 40.0]),
-            Some([10.0, 25.0, 20.0, 60.0]),
-            Some([140.0, 95.0, 40.0, 40.0]),
-            Some([50.0, 50.0, 20.0, 20.0]),
+            [10.0, 20.0, 30.0, 40.0],
+            [10.0, 22.0, 30.0, 40.0],
+            [10.0, 25.0, 20.0, 60.0],
+            [140.0, 95.0, 40.0, 40.0],
+            [50.0, 50.0, 20.0, 20.0],
         ];
         let status = [Initialized, Tracked, Tracked, Tracked, Absent];
         for (frame, expected) in [
             (Some((160, 120)), [0.747_126_436_781_609_2, 0.411_764_705_882_353, 0.4, 0.0]),
             (None, [0.747_126_436_781_609_2, 0.170_731_707_317_073_2, 0.6, 0.0]),
         ] {
-            let found = of(&boxes, &truth, &status, frame);
-            assert_eq!(found.len(), 4);
-            for (found, expected) in found.iter().zip(expected) {
-                assert!((found - expected).abs() < 1e-12, "{frame:?}: {found} {expected}");
-            }
+            assert_near(of(&boxes, &truth.map(Some), &status, frame), expected, 1e-12, format!("{frame:?}"));
         }
     }
 

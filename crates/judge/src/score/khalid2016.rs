@@ -84,36 +84,24 @@ fn score(error: &[f64], alarm: &[bool], _: &[i32]) -> TrackScore {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::testing::{counts, error, set};
     use proptest::prelude::*;
-
-    fn series(length: usize, ones: &[std::ops::Range<usize>]) -> Vec<f64> {
-        (0..length).map(|t| if ones.iter().any(|r| r.contains(&t)) { 1.0 } else { 0.3 }).collect()
-    }
-
-    fn alarms(length: usize, on: &[std::ops::Range<usize>]) -> Vec<bool> {
-        series(length, on).iter().map(|e| *e == 1.0).collect()
-    }
 
     // Worked by hand on 60 frames: failures start at 20 and 45; alarms start at 18 (matches 20),
     // 30 (false), 52 (too late for 45). TN = 50 late frames - 3 detections - 1 missed event.
     #[test]
     fn counts_a_hand_worked_track() {
-        let s = score(&series(60, &[20..30, 45..60]), &alarms(60, &[18..22, 30..31, 52..60]), &[]);
+        let s = score(&error(60, &[[20, 30], [45, 60]]), &set(60, &[[18, 22], [30, 31], [52, 60]]), &[]);
         assert_eq!(s.events, [20, 45]);
         assert_eq!(s.detections, [18, 30, 52]);
         assert_eq!(s.matches, [(0, 0)]);
-        assert_eq!(s.counts, Counts { tp: 1, fp: 2, fn_: 1, tn: 46 });
+        assert_eq!(s.counts, counts(1, 2, 1, 46));
     }
 
     #[test]
-    fn a_track_that_starts_lost_has_no_event_until_it_was_on_target() {
-        assert_eq!(events(&[1.0, 1.0, 0.2, 1.0, 1.0]), [3]);
-        assert!(events(&[]).is_empty());
-    }
-
-    #[test]
-    fn frames_without_annotation_keep_the_state() {
+    fn events_follow_a_frame_on_target_and_frames_without_annotation_keep_the_state() {
         let n = f64::NAN;
+        assert_eq!(events(&[1.0, 1.0, 0.2, 1.0, 1.0]), [3]);
         assert_eq!(events(&[0.1, n, 1.0, n, 1.0, n, 0.5, 1.0]), [2, 7]);
     }
 
@@ -121,11 +109,10 @@ mod tests {
     // detection in frame 0; `never` has none; `oracle` is perfect.
     #[test]
     fn anchors_have_their_closed_forms() {
-        let error: Vec<f64> = (0..100).map(|t| if (50..60).contains(&t) { 1.0 } else { 0.3 }).collect();
-        assert_eq!(score(&error, &[true; 100], &[]).counts, Counts { tp: 0, fp: 1, fn_: 1, tn: 89 });
-        assert_eq!(score(&error, &[false; 100], &[]).counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 89 });
-        let oracle: Vec<bool> = error.iter().map(|e| *e >= 1.0).collect();
-        assert_eq!(score(&error, &oracle, &[]).counts, Counts { tp: 1, fp: 0, fn_: 0, tn: 89 });
+        let (error, oracle) = (error(100, &[[50, 60]]), set(100, &[[50, 60]]));
+        let found =
+            [&[true; 100][..], &[false; 100], &oracle[..]].map(|alarm| score(&error, alarm, &[]).counts);
+        assert_eq!(found, [counts(0, 1, 1, 89), counts(0, 0, 1, 89), counts(1, 0, 0, 89)]);
     }
 
     proptest! {

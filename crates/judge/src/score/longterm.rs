@@ -175,30 +175,10 @@ pub fn best(curve: &[Point]) -> Option<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::testing::value;
     use proptest::prelude::*;
-    use serde::Deserialize;
-
-    #[derive(Deserialize)]
-    struct Case {
-        sequences: Vec<Sequence>,
-        vot: Values,
-        pysot: Values,
-    }
-
-    #[derive(Deserialize)]
-    struct Sequence {
-        overlap: Vec<f64>,
-        confidence: Vec<f64>,
-        visible: usize,
-    }
-
-    #[derive(Deserialize)]
-    struct Values {
-        precision: f64,
-        recall: f64,
-        f: f64,
-        thresholds: Vec<f64>,
-    }
+    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     fn rules(name: &str) -> &'static Rules {
         RULES.iter().find(|r| r.name == name).unwrap()
@@ -208,27 +188,23 @@ mod tests {
     // their equations.
     #[test]
     fn agrees_with_vot_toolkit_and_pysot() {
-        let cases: Vec<Case> =
+        let cases: Vec<Value> =
             serde_json::from_str(include_str!("../../../../tests/oracles/longterm.json")).unwrap();
         for case in cases {
-            let track = |s: &Sequence| {
-                let (overlap, confidence) = (s.overlap.clone(), s.confidence.clone());
-                vec![ConfidentTrack { overlap, confidence, visible: s.visible }]
+            let track = |s: &Value| {
+                let (overlap, confidence) = (value(s, "overlap"), value(s, "confidence"));
+                vec![ConfidentTrack { overlap, confidence, visible: value(s, "visible") }]
             };
-            let sequences: Vec<_> = case.sequences.iter().map(track).collect();
-            for (name, expected) in [("longterm/vot-toolkit/1", &case.vot), ("longterm/pysot/1", &case.pysot)]
+            let sequences: Vec<_> = case["sequences"].as_array().unwrap().iter().map(track).collect();
+            for (name, expected) in
+                [("longterm/vot-toolkit/1", &case["vot"]), ("longterm/pysot/1", &case["pysot"])]
             {
                 let curve = rules(name).curve(&sequences);
                 let inner: Vec<f64> = curve[1..curve.len() - 1].iter().map(|p| p.threshold).collect();
-                assert_eq!(inner, expected.thresholds, "{name}");
+                assert_eq!(inner, value::<Vec<f64>>(expected, "thresholds"), "{name}");
                 let found = best(&curve).unwrap();
-                for (ours, theirs) in [
-                    (found.precision, expected.precision),
-                    (found.recall, expected.recall),
-                    (found.f_score(), expected.f),
-                ] {
-                    assert!((ours - theirs).abs() < 1e-12, "{name}: {ours} {theirs}");
-                }
+                let theirs = ["precision", "recall", "f"].map(|part| value::<f64>(expected, part));
+                assert_near([found.precision, found.recall, found.f_score()], theirs, 1e-12, name);
             }
         }
     }

@@ -46,19 +46,13 @@ pub fn errors(states: &[TrackerState], truth: &[Option<Region>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
+    use crate::score::testing::{rect, square};
     use proptest::prelude::*;
-
-    fn rect(x: f64, y: f64, w: f64, h: f64) -> Region {
-        Region::Rect(Rect::new(x, y, w, h))
-    }
 
     // Worked by hand: 10x10 boxes, 5 columns shared: 1 - 2*50/200.
     #[test]
     fn half_shifted_boxes() {
-        assert_eq!(error(&rect(0.0, 0.0, 10.0, 10.0), &rect(5.0, 0.0, 10.0, 10.0)), 0.5);
-        assert_eq!(error(&rect(0.0, 0.0, 10.0, 10.0), &rect(10.0, 0.0, 10.0, 10.0)), 1.0);
-        assert_eq!(error(&rect(3.0, 4.0, 10.0, 10.0), &rect(3.0, 4.0, 10.0, 10.0)), 0.0);
+        assert_eq!([0.0, 5.0, 10.0].map(|x| error(&square(0.0), &square(x))), [0.0, 0.5, 1.0]);
     }
 
     // Turned boxes side by side, the common edge a part of each: without the margin about one in nine

@@ -72,20 +72,18 @@ impl Presence {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     // assess.py at 0137356, quality_metrics({"TP": tp, "FN": fn, "TN": tn, "FP": fp}): its equations in Python 3.11.
     #[test]
     fn agrees_with_the_benchmark() {
         let rates = |tp, fn_, tn, fp| Presence { tp, fn_, tn, fp }.rates().unwrap();
-        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        let r = rates(30, 10, 1, 9);
-        assert!(close(r.tpr, 0.75) && close(r.tnr, 0.1) && close(r.gm, 0.075_f64.sqrt()), "{r:?}");
+        let near = |r: Rates, want: [f64; 4]| assert_near([r.tpr, r.tnr, r.gm, r.max_gm], want, 1e-12, "");
         // p = 4/9: sqrt(5/9 3/4 (1/18 + 4/9)) = sqrt(5/24).
-        assert!(close(r.max_gm, (5.0_f64 / 24.0).sqrt()), "{r:?}");
+        near(rates(30, 10, 1, 9), [0.75, 0.1, 0.075_f64.sqrt(), (5.0_f64 / 24.0).sqrt()]);
         // A tracker that never says absent has half of the root of its TPR.
-        assert!(close(rates(16, 9, 0, 5).max_gm, 0.4) && rates(16, 9, 0, 5).gm == 0.0);
-        let sure = rates(9, 1, 9, 1);
-        assert!(close(sure.gm, 0.9) && close(sure.max_gm, 0.9));
+        near(rates(16, 9, 0, 5), [0.64, 0.0, 0.0, 0.4]);
+        near(rates(9, 1, 9, 1), [0.9; 4]);
         assert_eq!(Presence { tp: 3, ..Presence::default() }.rates(), None);
     }
 

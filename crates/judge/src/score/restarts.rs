@@ -93,33 +93,20 @@ pub fn counted_errors<'e>(pieces: &[Range<usize>], error: &'e [f64]) -> Cow<'e, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Counts, PROTOCOLS, khalid2016};
+    use super::super::testing::{counts, error, set, status};
+    use super::super::{PROTOCOLS, khalid2016};
     use super::*;
     use proptest::prelude::*;
-
-    /// Statuses from letters, one per frame: start, tracked, failed, skipped, waiting.
-    fn status(letters: &str) -> Vec<Status> {
-        let of = |letter| match letter {
-            'i' => Status::Initialized,
-            'f' => Status::Failed,
-            's' => Status::Skipped,
-            'w' => Status::Waiting,
-            _ => Status::Tracked,
-        };
-        letters.chars().map(of).collect()
-    }
 
     #[test]
     fn pieces_by_hand() {
         let pieces = |letters: &str| -> Vec<(usize, usize)> {
             pieces(&status(letters)).into_iter().map(|piece| (piece.start, piece.end)).collect()
         };
-        assert_eq!(pieces("itttfssssittt"), [(0, 5), (9, 13)]);
         // Two failures in a row, the track ends among skipped frames.
         assert_eq!(pieces("itfssssifss"), [(0, 3), (7, 9)]);
-        assert_eq!(pieces("wwitt"), [(0, 5)]);
-        assert_eq!(pieces("tttt"), [(0, 4)]);
-        assert_eq!(pieces(""), []);
+        let of = ["itttfssssittt", "wwitt", "tttt", ""].map(pieces);
+        assert_eq!(of, [vec![(0, 5), (9, 13)], vec![(0, 5)], vec![(0, 4)], vec![]]);
     }
 
     // Worked by hand on 40 frames with a failure in 15 and a restart in 20. The alarm of 13 finds it. Those of 17 (skipped)
@@ -129,30 +116,26 @@ mod tests {
     fn a_restart_pays_nobody() {
         let status = status("ittttttttttttttfssssittttttttttttttttttt");
         assert_eq!(status.len(), 40);
-        let error: Vec<f64> = (0..40).map(|t| if (15..20).contains(&t) { 1.0 } else { 0.2 }).collect();
-        let alarm: Vec<bool> = (0..40).map(|t| [13, 17, 20, 21, 30].contains(&t)).collect();
+        let (error, alarm) = (error(40, &[[15, 20]]), set(40, &[[13, 14], [17, 18], [20, 22], [30, 31]]));
         let pieces = pieces(&status);
         let s = khalid2016::NEW_TRACK.judge(&error, &alarm, &[0; 40], &pieces);
         assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
         assert_eq!(s.matches, [(0, 0)]);
-        assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 5 + 9 });
+        assert_eq!(s.counts, counts(1, 1, 0, 5 + 9));
         assert_eq!(frames(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
         let numbers: Vec<f64> = (0..40).map(f64::from).collect();
         let those_that_count: Vec<f64> = (0..16).chain(21..40).map(f64::from).collect();
         assert_eq!(counted(&pieces, &numbers), those_that_count);
         let errors = counted_errors(&pieces, &error);
-        assert!((0..40).all(|t| if (16..=20).contains(&t) {
-            errors[t].is_nan()
-        } else {
-            errors[t] == error[t]
-        }));
+        assert!((0..40).all(|t| errors[t] == error[t] || errors[t].is_nan() && (16..=20).contains(&t)));
+        assert!(errors[16..=20].iter().all(|e| e.is_nan()));
         assert_eq!((&*counted(&[], &numbers), &*counted_errors(&[], &error)), (&*numbers, &*error));
         // As one track the restart alone finds the failure, whatever pieces there are.
-        let jump: Vec<bool> = (0..40).map(|t| t == 20).collect();
+        let jump = set(40, &[[20, 21]]);
         let as_one = khalid2016::PROTOCOL.judge(&error, &jump, &[], &pieces);
         assert_eq!((as_one.counts.tp, as_one), (1, khalid2016::PROTOCOL.judge(&error, &jump, &[], &[])));
         let anew = khalid2016::NEW_TRACK.judge(&error, &jump, &[0; 40], &pieces);
-        assert_eq!(anew.counts, Counts { tp: 0, fp: 0, fn_: 1, tn: 5 + 10 });
+        assert_eq!(anew.counts, counts(0, 0, 1, 5 + 10));
     }
 
     proptest! {

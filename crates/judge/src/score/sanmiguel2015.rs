@@ -102,12 +102,8 @@ fn score(error: &[f64], changes: &[i32], signs: &[i32]) -> TrackScore {
 mod tests {
     use super::*;
     use crate::detector::changes as changes_of;
+    use crate::score::testing::{counts, error, set};
     use proptest::prelude::*;
-
-    fn lost(length: usize, runs: &[(usize, usize)]) -> Vec<f64> {
-        let is_lost = |t| runs.iter().any(|&(from, to)| (from..to).contains(&t));
-        (0..length).map(|t| if is_lost(t) { 1.0 } else { 0.3 }).collect()
-    }
 
     fn reported(length: usize, at: &[(usize, i32)]) -> Vec<i32> {
         let mut changes = vec![0; length];
@@ -121,33 +117,28 @@ mod tests {
     #[test]
     fn counts_a_hand_worked_track() {
         let changes = reported(60, &[(18, 1), (19, 1), (34, -1), (46, -1), (55, 1)]);
-        let error = lost(60, &[(20, 30), (45, 60)]);
+        let error = error(60, &[[20, 30], [45, 60]]);
         let s = (SIGNED.score)(&error, &[], &changes);
         assert_eq!(s.events, [20, 30, 45]);
         assert_eq!(s.detections, [18, 19, 34, 46, 55]);
         assert_eq!(s.matches, [(0, 1), (1, 2)]);
-        assert_eq!(s.counts, Counts { tp: 2, fp: 3, fn_: 1, tn: 53 });
+        assert_eq!(s.counts, counts(2, 3, 1, 53));
         let s = (UNSIGNED.score)(&error, &[], &changes);
         assert_eq!(s.matches, [(0, 1), (1, 2), (2, 3)]);
-        assert_eq!(s.counts, Counts { tp: 3, fp: 2, fn_: 0, tn: 54 });
+        assert_eq!(s.counts, counts(3, 2, 0, 54));
     }
 
     // By hand: a missed event in the frame of a false detection is one frame that is not silent.
     #[test]
     fn a_frame_is_counted_once() {
-        let s = (SIGNED.score)(&lost(40, &[(20, 40)]), &[], &reported(40, &[(20, -1)]));
-        assert_eq!(s.counts, Counts { tp: 0, fp: 1, fn_: 1, tn: 38 });
+        let s = (SIGNED.score)(&error(40, &[[20, 40]]), &[], &reported(40, &[(20, -1)]));
+        assert_eq!(s.counts, counts(0, 1, 1, 38));
     }
 
     #[test]
-    fn a_track_that_starts_lost_has_an_event_when_it_is_found() {
-        assert_eq!(events(&[1.0, 1.0, 0.2, 1.0, 1.0]), [0, 0, -1, 1, 0]);
-        assert!(events(&[]).is_empty());
-    }
-
-    #[test]
-    fn frames_without_annotation_keep_the_state() {
+    fn a_found_target_is_an_event_and_frames_without_annotation_keep_the_state() {
         let n = f64::NAN;
+        assert_eq!(events(&[1.0, 1.0, 0.2, 1.0, 1.0]), [0, 0, -1, 1, 0]);
         assert_eq!(events(&[0.1, n, 1.0, n, 1.0, n, 0.5, 1.0]), [0, 0, 1, 0, 0, 0, -1, 1]);
         assert_eq!(events(&[n, 1.0, n, 0.0]), [0, 1, 0, -1]);
     }
@@ -155,19 +146,17 @@ mod tests {
     // Closed forms on 100 frames with one failure from 50 to 60: `always` reports +1 in frame 0 only.
     #[test]
     fn anchors_have_their_closed_forms() {
-        let error = lost(100, &[(50, 60)]);
+        let error = error(100, &[[50, 60]]);
         let of = |alarm: &[bool]| (SIGNED.score)(&error, alarm, &changes_of(alarm)).counts;
-        assert_eq!(of(&[true; 100]), Counts { tp: 0, fp: 1, fn_: 2, tn: 97 });
-        assert_eq!(of(&[false; 100]), Counts { tp: 0, fp: 0, fn_: 2, tn: 97 });
-        let oracle: Vec<bool> = error.iter().map(|e| *e >= 1.0).collect();
-        assert_eq!(of(&oracle), Counts { tp: 2, fp: 0, fn_: 0, tn: 97 });
+        let found = [&[true; 100][..], &[false; 100], &set(100, &[[50, 60]])[..]].map(of);
+        assert_eq!(found, [counts(0, 1, 2, 97), counts(0, 0, 2, 97), counts(2, 0, 0, 97)]);
     }
 
     // By hand: events +10 and -16, detections +6 and -12. By sign both pairs are 4 apart; without, 10 and
     // 12 are nearest, and 6 and 16 are left alone.
     #[test]
     fn signs_can_help_the_greedy_matching() {
-        let error = lost(40, &[(10, 16)]);
+        let error = error(40, &[[10, 16]]);
         let changes = reported(40, &[(6, 1), (12, -1)]);
         assert_eq!((SIGNED.score)(&error, &[], &changes).counts.tp, 2);
         assert_eq!((UNSIGNED.score)(&error, &[], &changes).counts.tp, 1);
@@ -225,8 +214,7 @@ mod tests {
             let mut error = vec![0.3];
             let mut changes = vec![0; 3];
             for (k, (gap, there, right)) in gaps.iter().enumerate() {
-                let sign = if k % 2 == 0 { 1 } else { -1 };
-                let value = if k % 2 == 0 { 0.3 } else { 1.0 };
+                let (sign, value) = if k % 2 == 0 { (1, 0.3) } else { (-1, 1.0) };
                 error.extend(vec![value; *gap]);
                 changes.extend(vec![0; *gap]);
                 if let Some(last) = changes.last_mut().filter(|_| *there) {

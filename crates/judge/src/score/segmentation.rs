@@ -43,7 +43,7 @@ fn score(error: &[f64], alarm: &[bool], changes: &[i32]) -> TrackScore {
 mod tests {
     use super::*;
     use crate::detector::changes;
-    use crate::score::Counts;
+    use crate::score::testing::counts;
     use proptest::prelude::*;
 
     // By hand: frames 0-3 and 8-9 are successful, 4-7 lost, 5 is not annotated; the alarm is on in 5-8.
@@ -53,7 +53,7 @@ mod tests {
         let error = [0.1, 0.2, 0.99, 0.4, 1.0, n, 1.0, 1.0, 0.3, 0.0];
         let alarm: Vec<bool> = (0..10).map(|t| (5..9).contains(&t)).collect();
         let s = (PROTOCOL.score)(&error, &alarm, &changes(&alarm));
-        assert_eq!(s.counts, Counts { tp: 5, fp: 1, fn_: 1, tn: 2 });
+        assert_eq!(s.counts, counts(5, 1, 1, 2));
         assert_eq!((s.counts.recall(), s.counts.fpr()), (Some(5.0 / 6.0), Some(1.0 / 3.0)));
         assert_eq!((s.counts.accuracy(), s.counts.informedness()), (Some(7.0 / 9.0), Some(0.5)));
         assert_eq!((s.events, s.detections, s.matches), (vec![4, 8], vec![5, 9], vec![(0, 0), (1, 1)]));
@@ -72,10 +72,10 @@ mod tests {
             let of = |alarm: Vec<bool>| (PROTOCOL.score)(&error, &alarm, &changes(&alarm)).counts;
             let known = error.iter().filter(|e| !e.is_nan()).count() as u64;
             let lost = error.iter().filter(|e| **e >= 1.0).count() as u64;
-            prop_assert_eq!(of(vec![false; error.len()]), Counts { tp: known - lost, fp: lost, fn_: 0, tn: 0 });
-            prop_assert_eq!(of(vec![true; error.len()]), Counts { tp: 0, fp: 0, fn_: known - lost, tn: lost });
-            let oracle = of(error.iter().map(|e| *e >= 1.0).collect());
-            prop_assert_eq!(oracle, Counts { tp: known - lost, fp: 0, fn_: 0, tn: lost });
+            let oracle = error.iter().map(|e| *e >= 1.0).collect();
+            let found = [vec![false; error.len()], vec![true; error.len()], oracle].map(of);
+            let good = known - lost;
+            prop_assert_eq!(found, [counts(good, lost, 0, 0), counts(0, 0, good, lost), counts(good, 0, 0, lost)]);
         }
 
         #[test]
@@ -83,9 +83,9 @@ mod tests {
             let (error, alarm): (Vec<f64>, Vec<bool>) = track.into_iter().unzip();
             let turned: Vec<f64> = error.iter().map(|e| if *e == 1.0 { 0.4 } else { e * 2.5 }).collect();
             let silent: Vec<bool> = alarm.iter().map(|a| !a).collect();
-            let one = (PROTOCOL.score)(&error, &alarm, &changes(&alarm)).counts;
-            let other = (PROTOCOL.score)(&turned, &silent, &changes(&silent)).counts;
-            prop_assert_eq!(one, Counts { tp: other.tn, fp: other.fn_, fn_: other.fp, tn: other.tp });
+            let of = |error: &[f64], alarm: &[bool]| (PROTOCOL.score)(error, alarm, &changes(alarm)).counts;
+            let other = of(&turned, &silent);
+            prop_assert_eq!(of(&error, &alarm), counts(other.tn, other.fn_, other.fp, other.tp));
         }
     }
 }

@@ -75,17 +75,12 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
+    use crate::score::testing::square;
     use Status::{Absent, Failed, Initialized, Repeated, Skipped, Tracked, Waiting};
-    use proptest::prelude::*;
-
-    fn regions(frames: usize) -> Vec<Region> {
-        (0..frames).map(|t| Region::Rect(Rect::new(t as f64, 0.0, 1.0, 1.0))).collect()
-    }
 
     /// Index of the frame whose region each frame counts as having.
     fn counted(status: &[Status], missing: Missing) -> Vec<Option<usize>> {
-        let regions = regions(status.len());
+        let regions: Vec<Region> = (0..status.len()).map(|t| square(t as f64)).collect();
         let trajectory = Trajectory { sequence: "a", regions: &regions, status, ..Trajectory::default() };
         trajectory.counted(missing).into_iter().map(|r| r.map(|r| r.rect().x as usize)).collect()
     }
@@ -97,20 +92,5 @@ mod tests {
         let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
         assert_eq!(miss, [None, Some(1), Some(2), None, Some(4), None, None, Some(7)]);
         assert_eq!(last, [None, Some(1), Some(2), Some(2), Some(4), Some(4), Some(4), Some(7)]);
-    }
-
-    proptest! {
-        #[test]
-        fn a_region_is_that_of_the_frame_or_the_one_before(
-            status in prop::collection::vec(
-                prop::sample::select(vec![Initialized, Tracked, Absent, Repeated, Failed, Skipped]), 1..40),
-        ) {
-            let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
-            for t in 0..status.len() {
-                prop_assert_eq!(miss[t], status[t].has_box().then_some(t));
-                let before = if t == 0 { None } else { last[t - 1] };
-                prop_assert_eq!(last[t], miss[t].or(before));
-            }
-        }
     }
 }

@@ -66,17 +66,6 @@ fn l1_by_definition(layers: usize, kernels: &Kernels, border: Border, w: usize, 
 }
 
 #[test]
-fn one_pixel_by_hand() {
-    // Without neighbors the spatial kernel only scales by its middle weight.
-    let kernels = kernels((1, 1, 0));
-    let middle = kernels[0][0] * kernels[1][0];
-    let s = smoothing(8, &kernels, Border::Common);
-    assert!((l1(&s, 1, &[3], &[5]) - 2.0 * middle).abs() < 2e-7);
-    // Repeated pixels complete it to 1.
-    assert_eq!(l1(&smoothing(8, &kernels, Border::Replicate), 1, &[3], &[5]), 2.0);
-}
-
-#[test]
 fn lost_mass_is_spread_evenly() {
     // Layers 0 and 3 of 4, no spatial smoothing, g = (a, b, a): both lose `a`, the even parts cancel
     // and the difference is (b, a, -a, -b).

@@ -55,15 +55,6 @@ mod tests {
     use trackfail_testing::assert_near;
 
     #[test]
-    fn the_first_sums_are_over_fewer_values() {
-        let doubled = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
-        assert_eq!(sums(&doubled, 3), [1.0, 3.0, 7.0, 14.0, 28.0, 56.0, 112.0]);
-        assert_eq!(sums(&[1.0, 2.0], 5), [1.0, 3.0]);
-        assert_eq!(sums(&[1.0, 2.0], 1), sums(&[1.0, 2.0], 0));
-        assert_eq!(sums(&[], 3), [0.0; 0]);
-    }
-
-    #[test]
     fn a_value_is_gone_when_its_windows_are() {
         let got = sums(&[0.1, 1e300, 0.1, 0.1, 0.25, f64::NAN, 0.5, 0.5, 0.5], 2);
         assert_eq!(got[3..5], [0.2, 0.35]);
@@ -97,9 +88,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn sums_are_those_of_the_windows(x in prop::collection::vec(0..1000_i32, 0..60), length in 1..20_usize) {
+        fn sums_are_those_of_the_windows(x in prop::collection::vec(0..1000_i32, 0..60), length in 0..20_usize) {
             let x: Vec<f64> = x.into_iter().map(f64::from).collect();
-            let want: Vec<f64> = (0..x.len()).map(|t| x[(t + 1).saturating_sub(length)..=t].iter().sum()).collect();
+            let want: Vec<f64> = (0..x.len()).map(|t| x[(t + 1).saturating_sub(length.max(1))..=t].iter().sum()).collect();
             prop_assert_eq!(sums(&x, length), want);
         }
 

@@ -208,9 +208,7 @@ mod tests {
             }
             m.iter_mut().flatten().for_each(|v| *v /= norm);
             log += norm.ln() / power;
-            let square =
-                (0..k).map(|i| (0..k).map(|j| (0..k).map(|l| m[i][l] * m[l][j]).sum()).collect()).collect();
-            m = square;
+            m = (0..k).map(|i| (0..k).map(|j| (0..k).map(|l| m[i][l] * m[l][j]).sum()).collect()).collect();
             power *= 2.0;
         }
         log.exp()

@@ -9,14 +9,8 @@ const STARTS: [Presample; 2] = [Presample::Backcast, Presample::DropFirst];
 fn given(y: &[f64], constant: f64, ar: &[f64], ma: &[f64], start: Presample) -> Result<Fit, ArmaError> {
     check(y, [ar.len(), ma.len()])?;
     let innovations = recursion::innovations(y, constant, ar, ma, start);
-    Ok(Fit {
-        constant,
-        ar: ar.to_vec(),
-        ma: ma.to_vec(),
-        sse: innovations.iter().map(|e| e * e).sum(),
-        innovations,
-        recent: newest(y, ar.len()),
-    })
+    let (sse, recent) = (innovations.iter().map(|e| e * e).sum(), newest(y, ar.len()));
+    Ok(Fit { constant, ar: ar.to_vec(), ma: ma.to_vec(), sse, innovations, recent })
 }
 
 fn spread(y: &[f64]) -> f64 {

@@ -252,12 +252,8 @@ mod tests {
 
     fn cells(seed: u64, n: usize) -> Cells {
         let component = |weight, shape, scale| Component { weight, shape, scale };
-        let mixture = Mixture::new(vec![
-            component(0.6, 0.5, 0.1),
-            component(0.3, 3.0, 0.2),
-            component(0.1, 40.0, 0.05),
-        ]);
-        let (mixture, mut rng) = (mixture.unwrap(), seed::rng(seed));
+        let all = vec![component(0.6, 0.5, 0.1), component(0.3, 3.0, 0.2), component(0.1, 40.0, 0.05)];
+        let (mixture, mut rng) = (Mixture::new(all).unwrap(), seed::rng(seed));
         Binned::new((0..n).map(|_| mixture.sample(&mut rng))).unwrap().cells(1)
     }
 

@@ -175,8 +175,8 @@ mod tests {
 
     #[test]
     fn the_cube_root_start_separates_distant_groups() {
-        let x = (0..1000)
-            .map(|i| if i % 4 == 0 { 8.0 + 0.001 * f64::from(i) } else { 0.5 + 0.0001 * f64::from(i) });
+        let x =
+            (0..1000).map(f64::from).map(|i| if i % 4.0 == 0.0 { 8.0 + 0.001 * i } else { 0.5 + 0.0001 * i });
         let start = cube_root(&Binned::new(x).unwrap().cells(1), 2);
         assert!((start[0].weight - 0.75).abs() < 1e-9 && (start[1].mean() - 8.498).abs() < 1e-6, "{start:?}");
     }

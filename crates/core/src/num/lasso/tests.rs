@@ -50,29 +50,6 @@ const FREE: [f64; 9] = [
 ];
 const POSITIVE: [f64; 9] = [0.0, 0.0, 0.08402870529283697, 0.6823360277052, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-const FREE_ERRORS: [f64; 6] = [2.9152151888023425, -0.0, 0.0, 0.020345061014852603, -0.0, 0.0];
-const POSITIVE_ERRORS: [f64; 6] = [3.1068299030031215, 0.0, 0.0, 0.0, 0.0, 0.0];
-
-// python3, as above: t=2*np.pi*i/21; U=np.sqrt(2/21)*np.c_[np.cos(t),np.sin(t),np.cos(2*t)]
-// Lasso(alpha=.08/21,...).fit(np.c_[U,np.eye(21)],y).coef_[[0,1,2,3,8,20]], for both signs
-#[test]
-fn with_errors_agrees_with_scikit_learn() {
-    let (_, y) = example();
-    let atoms = [0, 1, 2].map(|k| {
-        let wave = |i: usize| {
-            let t = std::f64::consts::TAU * i as f64 / 21.0;
-            ((2.0_f64 / 21.0).sqrt() * [t.cos(), t.sin(), (2.0 * t).cos()][k]) as f32
-        };
-        (0..LENGTH).map(wave).collect()
-    });
-    for (sign, want) in [(Sign::Free, FREE_ERRORS), (Sign::NonNegative, POSITIVE_ERRORS)] {
-        let (z, e, outcome) = lasso(0.08, sign).with_errors(&atoms, &y);
-        assert!(outcome.residual <= 1e-6);
-        let ours = [z[0], z[1], z[2], e[0], e[5], e[17]].map(f64::from);
-        assert_near(ours, want, 2e-5, format!("{sign:?}"));
-    }
-}
-
 // By hand: orthogonal atoms of length 2 decouple, b = S(c, lambda) / 4.
 #[test]
 fn orthogonal_atoms_take_a_round_each() {
@@ -153,7 +130,8 @@ proptest! {
         let problem = lasso(lambda, sign);
         let mut b = vec![0.0; LENGTH + 2];
         solved(&problem, &dictionary, &x, &mut b);
-        let (z, e, _) = problem.with_errors(&atoms, &x);
+        let (z, e, outcome) = problem.with_errors(&atoms, &x);
+        prop_assert!(outcome.residual <= 1e-6 || outcome.rounds == 100_000);
         // Minimisers need not be unique, minima are.
         let value = |z: &[f32], e: &[f32]| -> f64 {
             let square: f64 = (0..LENGTH)

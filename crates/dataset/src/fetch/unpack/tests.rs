@@ -6,15 +6,8 @@ use std::path::Component;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 fn archive() -> Archive {
-    Archive {
-        name: "try".into(),
-        url: "http://h/try.zip".into(),
-        packing: Packing::Zip,
-        size: None,
-        sha256: None,
-        into: "otb".into(),
-        below: Some("all/of".into()),
-    }
+    let [name, url, into, below] = ["try", "http://h/try.zip", "otb", "all/of"].map(String::from);
+    Archive { name, url, packing: Packing::Zip, size: None, sha256: None, into, below: Some(below) }
 }
 
 #[test]
@@ -90,11 +83,7 @@ fn members_go_where_the_list_says() {
     let file = folder.path().join("try.zip");
     fs::write(&file, zip.finish().unwrap().into_inner()).unwrap();
     let into = folder.path().join("into");
-    let unpacked = |folders: &[&str]| {
-        let folders: Vec<String> = folders.iter().map(|f| String::from(*f)).collect();
-        unpack(&file, &archive(), &folders, &Caps::default(), &into)
-    };
-    unpacked(&["otb/a", "otb/b/c"]).unwrap();
+    unpack(&file, &archive(), &["otb/a", "otb/b/c"].map(String::from), &Caps::default(), &into).unwrap();
     let files = walkdir::WalkDir::new(&into).into_iter().map(Result::unwrap);
     let mut files: Vec<_> = files.filter(|e| e.file_type().is_file()).map(|e| e.into_path()).collect();
     files.sort();

@@ -49,8 +49,6 @@ fn overlaps_are_those_of_the_got10k_toolkit() {
     let want = [1.0, 0.8181818181818182, 0.5810276679841897, 0.5625, 0.0, 1.0];
     assert_near(&overlaps, want, 1e-12, "");
     assert_near([overlaps.iter().sum::<f64>() / 6.0], [0.6602849143610013], 1e-12, "mean");
-    let above = overlaps.iter().filter(|o| **o > 0.5).count();
-    assert_eq!(above, 5, "5 of 6 are 0.8333333333333334");
 }
 
 #[test]
@@ -74,10 +72,4 @@ fn files_beside_the_truth_may_be_missing() {
     let s = read("got10k", &place("got10k", 1..=2, &truth)).unwrap();
     assert!(s.attributes.is_empty() && s.frame_attributes.is_empty());
     assert_eq!(s.truth[1], rect(0.0, 0.0, 3.0, 2.0));
-}
-
-#[test]
-fn a_gap_is_told() {
-    let dir = place("got10k", [1, 3, 4], &[("groundtruth.txt", "1,1,2,2\n1,1,2,2\n1,1,2,2")]);
-    assert!(read("got10k", &dir).unwrap_err().to_string().contains("frame 2 is missing"));
 }

@@ -1,6 +1,6 @@
 use super::super::tests::{place, read, rect};
 use super::*;
-use trackfail_testing::put;
+use trackfail_testing::{assert_says, put};
 
 fn folder(images: std::ops::RangeInclusive<u32>, truth: &str) -> tempfile::TempDir {
     place("otb", images, &[("groundtruth_rect.txt", truth)])
@@ -8,15 +8,15 @@ fn folder(images: std::ops::RangeInclusive<u32>, truth: &str) -> tempfile::TempD
 
 #[test]
 fn counts_from_one_in_the_file_and_from_zero_in_memory() {
-    let s = read("otb", &folder(1..=3, "\u{feff}1,1,10,20\r\n-4\t7\t1.5\t2\r\n3 4, 5 6")).unwrap();
-    assert_eq!(s.truth, [rect(0.0, 0.0, 10.0, 20.0), rect(-5.0, 6.0, 1.5, 2.0), rect(2.0, 3.0, 5.0, 6.0)]);
-    assert_eq!(s.numbering, Numbering { first: 1, official: (1, 3) });
-}
-
-#[test]
-fn not_annotated_is_none() {
-    let s = read("otb", &folder(1..=3, "1,1,2,2\n0,0,0,0\nNaN,NaN,NaN,NaN\n")).unwrap();
-    assert_eq!(s.truth, [rect(0.0, 0.0, 2.0, 2.0), None, None]);
+    let text = "\u{feff}1,1,10,20\r\n-4\t7\t1.5\t2\r\n3 4, 5 6\n0,0,0,0\nNaN,NaN,NaN,NaN\n";
+    let s = read("otb", &folder(1..=5, text)).unwrap();
+    let boxes = [rect(0.0, 0.0, 10.0, 20.0), rect(-5.0, 6.0, 1.5, 2.0), rect(2.0, 3.0, 5.0, 6.0)];
+    assert_eq!(
+        (&s.truth[..3], &s.truth[3..]),
+        (&boxes[..], &[None, None][..]),
+        "what is not annotated is none"
+    );
+    assert_eq!(s.numbering, Numbering { first: 1, official: (1, 5) });
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn the_first_line_is_the_first_official_frame() {
     let other = Entry { range: Some((4, 5)), official: Some((3, 5)), ..Entry::default() };
     assert_eq!(load(dir.path(), &other).unwrap().truth[0], rect(0.0, 0.0, 6.0, 1.0));
     let outside = Entry { range: Some((2, 4)), ..Entry::default() };
-    assert!(load(dir.path(), &outside).unwrap_err().to_string().contains("frame 2 is missing"));
+    assert_says(load(dir.path(), &outside).unwrap_err(), "frame 2 is missing");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn a_number_in_brackets_is_the_frame() {
     assert!(files.iter().eq(&(1..=12).map(frame).collect::<Vec<_>>()));
     assert_eq!(s.truth[9], rect(9.0, 0.0, 2.0, 2.0));
     std::fs::remove_file(frame(7)).unwrap();
-    assert!(read("otb", &dir).unwrap_err().to_string().contains("frame 7 is missing"));
+    assert_says(read("otb", &dir).unwrap_err(), "frame 7 is missing");
 }
 
 // Values read off groundtruth_rect.txt and OTB2013.json (an independent copy of the annotation).

@@ -1,6 +1,7 @@
 use super::super::Catalog;
 use super::*;
 use crate::lock::pinned_suites;
+use std::collections::BTreeMap;
 use trackfail_testing::{needs, put, real_data};
 
 fn format(word: &str) -> &'static FormatEntry {
@@ -8,12 +9,7 @@ fn format(word: &str) -> &'static FormatEntry {
 }
 
 fn entry(line: &str) -> Entry {
-    #[derive(serde::Deserialize)]
-    struct One {
-        sequence: [Entry; 1],
-    }
-    let One { sequence: [entry] } = toml::from_str(&format!("sequence = [{line}]")).unwrap();
-    entry
+    toml::from_str::<BTreeMap<String, Entry>>(&format!("entry = {line}")).unwrap().remove("entry").unwrap()
 }
 
 /// Root with one folder of files, each containing its own name, and the folder's section.
@@ -34,10 +30,8 @@ fn a_section_is_written_and_read_back() {
         ("img/0004.jpg", "c9e133f6"),
         ("img/0006.png", "81304915"),
     ];
-    assert_eq!(
-        text,
-        "a/b\n".to_string() + &expected.map(|(name, digest)| format!(" {name} {digest}\n")).concat()
-    );
+    let lines = expected.map(|(name, digest)| format!(" {name} {digest}\n")).concat();
+    assert_eq!(text, format!("a/b\n{lines}"));
     let among_others = format!("# seen\na\n b 12345678\n{text}a/b/c\n d 12345678\n");
     assert_eq!(listed(&among_others, "a/b"), expected);
     assert!(listed(&among_others, "b").is_empty());

@@ -4,21 +4,12 @@
 use super::{Remaining, Standing};
 use crate::error::RunError;
 use crate::execute::{self, Options};
-use crate::limits::{RunLimits, Stop};
+use crate::limits::RunLimits;
 use crate::observe::costs::Costs;
-use crate::plan::{CellState, ExperimentPlan, Shard};
-use crate::spec;
-use crate::store::Store;
+use crate::plan::{CellState, Shard};
+use crate::testing::{experiment, with_plan};
 
-const SPEC: &str = r#"schema = 1
-name = "mine/try"
-title = "A try"
-protocol = "khalid2016/1"
-
-[suites]
-test = "synthetic-vot"
-
-[[tracker]]
+const METHODS: &str = r#"[[tracker]]
 name = "still"
 
 [[method]]
@@ -34,54 +25,48 @@ detector = { kind = "level", below = { train = "others", maximise = "f_score", g
 
 #[test]
 fn the_work_that_is_left_is_known_before_and_after_a_share() {
-    let experiment = spec::parse("try.toml", SPEC).unwrap();
-    let suites = execute::load(&experiment, &[]).unwrap();
-    let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let store = Store::open(folder.path()).unwrap();
-    let sequences = plan.test().sequences.len();
-    let shards = [1, 2].map(|number| Shard { number, of: 2 });
-    let left = |standing: &Standing<'_>, shard| -> Remaining { standing.remaining(shard) };
+    with_plan(&experiment("synthetic-vot", METHODS), |plan, store| {
+        let sequences = plan.test().sequences.len();
+        let shards = [1, 2].map(|number| Shard { number, of: 2 });
+        let left = |standing: &Standing<'_>, shard| -> Remaining { standing.remaining(shard) };
 
-    let before = Standing::new(&plan, &store, Costs::read(&store));
-    let whole = left(&before, None);
-    assert_eq!((whole.tracks, whole.tracks_at_hand, whole.all_cells()), (sequences, 0, 2 * sequences));
-    assert_eq!((whole.seconds, whole.is_done()), (None, false));
-    // Shares leave trained methods to the run behind them.
-    let parts = shards.map(|shard| left(&before, Some(shard)));
-    assert_eq!(parts.iter().map(|p| p.tracks).sum::<usize>(), sequences);
-    assert_eq!(parts.iter().map(|p| p.all_cells()).sum::<usize>(), sequences);
-    assert_eq!(parts.iter().map(|p| p.frames).sum::<u64>(), whole.frames);
+        let before = Standing::new(plan, store, Costs::read(store));
+        let whole = left(&before, None);
+        assert_eq!((whole.tracks, whole.tracks_at_hand, whole.all_cells()), (sequences, 0, 2 * sequences));
+        assert_eq!((whole.seconds, whole.is_done()), (None, false));
+        // Shares leave trained methods to the run behind them.
+        let parts = shards.map(|shard| left(&before, Some(shard)));
+        assert_eq!(parts.iter().map(|p| p.tracks).sum::<usize>(), sequences);
+        assert_eq!(parts.iter().map(|p| p.all_cells()).sum::<usize>(), sequences);
+        assert_eq!(parts.iter().map(|p| p.frames).sum::<u64>(), whole.frames);
 
-    execute::run_shard(&plan, &store, &Options::default(), shards[0]).unwrap();
-    let after = Standing::new(&plan, &store, Costs::read(&store));
-    assert!(left(&after, Some(shards[0])).is_done());
-    assert_eq!(left(&after, Some(shards[0])).seconds, Some(0.0));
-    assert!(!left(&after, Some(shards[1])).is_done());
-    assert_eq!(left(&after, None).tracks_at_hand, parts[0].tracks);
-    // The share has found the cost.
-    assert!(left(&after, Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
+        execute::run_shard(plan, store, &Options::default(), shards[0]).unwrap();
+        let after = Standing::new(plan, store, Costs::read(store));
+        assert!(left(&after, Some(shards[0])).is_done());
+        assert_eq!(left(&after, Some(shards[0])).seconds, Some(0.0));
+        assert!(!left(&after, Some(shards[1])).is_done());
+        assert_eq!(left(&after, None).tracks_at_hand, parts[0].tracks);
+        // The share has found the cost.
+        assert!(left(&after, Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
+    });
 }
 
 #[test]
 fn an_interrupted_share_has_stored_the_labels_of_the_sequences_that_it_was_done_with() {
-    let experiment = spec::parse("try.toml", SPEC).unwrap();
-    let suites = execute::load(&experiment, &[]).unwrap();
-    let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    let store = Store::open(folder.path()).unwrap();
-    let stop = Stop::default();
-    let limits = RunLimits { stop: stop.clone(), ..RunLimits::default() };
-    let in_the_middle = move |done: u64, all: u64| {
-        if done * 2 > all {
-            stop.set();
-        }
-    };
-    let options = Options { limits, progress: std::sync::Arc::new(in_the_middle), ..Options::default() };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let whole = Shard { number: 1, of: 1 };
-    let ended = pool.install(|| execute::run_shard(&plan, &store, &options, whole));
-    assert!(matches!(ended, Err(RunError::Interrupted)));
-    let cached = plan.states(&store).into_iter().filter(|state| *state == CellState::Cached).count();
-    assert!(cached > 0 && cached < plan.test().sequences.len(), "{cached}");
+    with_plan(&experiment("synthetic-vot", METHODS), |plan, store| {
+        let limits = RunLimits::default();
+        let stop = limits.stop.clone();
+        let in_the_middle = move |done: u64, all: u64| {
+            if done * 2 > all {
+                stop.set();
+            }
+        };
+        let options = Options { limits, progress: std::sync::Arc::new(in_the_middle), ..Options::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let whole = Shard { number: 1, of: 1 };
+        let ended = pool.install(|| execute::run_shard(plan, store, &options, whole));
+        assert!(matches!(ended, Err(RunError::Interrupted)));
+        let cached = plan.states(store).into_iter().filter(|state| *state == CellState::Cached).count();
+        assert!(cached > 0 && cached < plan.test().sequences.len(), "{cached}");
+    });
 }

@@ -237,27 +237,10 @@ fn labels_are_no_formulas_and_no_control_sequences() {
     assert_eq!(refused(&joined).line, 9);
 }
 
-const WHOLE: &str = include_str!("../../../../../experiments/khalid2016/figures.toml");
-
 proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let _ = parse("a", &String::from_utf8_lossy(&bytes));
         let _ = parse("a", &format!("{HEAD}{}", String::from_utf8_lossy(&bytes)));
-    }
-
-    #[test]
-    fn damaged_experiments_are_read_or_refused(
-        at in any::<prop::sample::Index>(), from in any::<prop::sample::Index>(), length in 0..60_usize,
-        insert in "(\\PC{0,3}|-?[0-9]{1,20}|\\[{1,9}|1e999|\"\\\\u0000\"|\\[\\[method\\]\\]|inf|\\.\\.)",
-    ) {
-        let characters: Vec<char> = WHOLE.chars().collect();
-        let (at, from) = (at.index(characters.len()), from.index(characters.len()));
-        let piece = characters.iter().skip(from).take(length).collect::<String>();
-        let cut: String = characters.iter().skip(at + length).collect();
-        let head: String = characters.iter().take(at).collect();
-        for text in [format!("{head}{insert}{cut}"), format!("{head}{piece}{cut}"), format!("{head}{insert}")] {
-            let _ = parse("a", &text);
-        }
     }
 }

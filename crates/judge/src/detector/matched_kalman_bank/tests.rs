@@ -1,16 +1,11 @@
 use super::*;
+use crate::detector::testing::{self, alone};
 use crate::num::seed;
 use proptest::prelude::*;
 use rand_distr::{Distribution, Gamma, Normal};
 
 fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
-    ENTRY.build_from_text(text).unwrap().detect(&Input {
-        signal,
-        error: &[],
-        seed: 0,
-        reverse: None,
-        more: &[],
-    })
+    testing::detect(&ENTRY, text, signal)
 }
 
 #[derive(Deserialize)]
@@ -90,8 +85,7 @@ fn skewed_noise_makes_false_changes_and_normal_noise_few() {
 #[test]
 fn there_are_two_more_filters_than_frames_of_life() {
     let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-    assert_eq!(key("{ life = 4 }"), Some("models"));
-    assert_eq!(key("{ life = 3 }"), None);
+    assert_eq!(["{ life = 4 }", "{ life = 3 }"].map(key), [Some("models"), None]);
 }
 
 proptest! {
@@ -130,7 +124,7 @@ proptest! {
                 start_window: 9,
                 ..Params::default()
             };
-            MatchedKalmanBank::new(params).unwrap().detect(&Input { signal: y, error: &[], seed: 0, reverse: None, more: &[] })
+            MatchedKalmanBank::new(params).unwrap().detect(&alone(y))
         };
         let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
         let (a, b) = (run(&y, 1.0), run(&scaled, by));

@@ -56,19 +56,14 @@ mod tests {
     }
 
     #[test]
-    fn the_limit_is_the_longest_run() {
+    fn without_an_answer_or_beyond_the_limit_it_is_rejected() {
+        let none = |frame| Check { frame, reference: 10, error: None, accepted: false };
+        assert_eq!(RECOVERY.check(None, 19, 10), none(19));
+        assert_eq!(RECOVERY.check(Some(&Fake::always(None)), 19, 10), none(19));
         let reverse = Fake::always(Some(0.0));
         assert!(RECOVERY.check(Some(&reverse), 210, 10).accepted);
-        let far = RECOVERY.check(Some(&reverse), 211, 10);
-        assert_eq!(far, Check { frame: 211, reference: 10, error: None, accepted: false });
+        assert_eq!(RECOVERY.check(Some(&reverse), 211, 10), none(211));
         // Nothing was run for it.
         assert_eq!(reverse.asked(), [(210, 10)]);
-    }
-
-    #[test]
-    fn without_an_answer_it_is_rejected() {
-        let none = Check { frame: 9, reference: 4, error: None, accepted: false };
-        assert_eq!(RECOVERY.check(None, 9, 4), none);
-        assert_eq!(RECOVERY.check(Some(&Fake::always(None)), 9, 4), none);
     }
 }

@@ -2,7 +2,8 @@
 
 use super::machine::{Events, Machine, TRANSITIONS};
 use super::{Condition, Quality};
-use crate::detector::Reverse;
+use crate::detector::{DetectorOutput, Reverse};
+use proptest::prelude::*;
 use std::cell::RefCell;
 
 /// Scripted reverse runs that record their calls.
@@ -22,7 +23,12 @@ impl Fake {
         Self::new(move |_, _| answer)
     }
 
-    /// Frames `from` and `to` of all calls.
+    /// Answers that depend on the frames alone, about half of them good.
+    pub fn mixed() -> Self {
+        Self::new(|from, to| Some(((from * 7 + to * 3) % 16) as f64 / 10.0))
+    }
+
+    /// The frames `from` and `to` of every question.
     pub fn asked(&self) -> Vec<(usize, usize)> {
         self.asked.borrow().clone()
     }
@@ -63,4 +69,34 @@ pub fn rows(locking_in_limit: usize, events: &[Events], quality: &Quality) -> Ve
         assert_eq!(machine.condition(), quality.condition[t], "frame {t}");
     }
     used
+}
+
+/// Checks the law of both detectors: alarms begin with a rise above the threshold and end with an accepted check, whose
+/// reference is the last frame without one.
+pub fn check_alarms(output: &DetectorOutput, threshold: f64) {
+    let quality = output.quality.as_ref().unwrap();
+    for (t, alarm) in output.alarm.iter().enumerate() {
+        let before = t.checked_sub(1).is_some_and(|t| output.alarm[t]);
+        let accepted = quality.checks.iter().any(|c| c.frame == t && c.accepted);
+        if *alarm && !before {
+            assert!(output.score[t] > threshold && quality.condition[t] == Condition::Scanning, "frame {t}");
+        }
+        assert_eq!(before && !alarm, accepted, "frame {t}");
+    }
+    for check in &quality.checks {
+        // The first frame, where the alarm is on from there.
+        let last = (0..check.frame).rev().find(|t| !output.alarm[*t]);
+        assert_eq!(last.unwrap_or(0), check.reference);
+    }
+}
+
+/// Values that stay at a level for a while, with noise.
+pub fn levels(
+    level: impl Strategy<Value = f64>,
+    noise: std::ops::Range<f64>,
+    pieces: std::ops::Range<usize>,
+) -> impl Strategy<Value = Vec<f64>> {
+    let piece = (level, prop::collection::vec(noise, 1..25));
+    prop::collection::vec(piece, pieces)
+        .prop_map(|all| all.iter().flat_map(|(level, noise)| noise.iter().map(move |n| level * n)).collect())
 }

@@ -174,6 +174,7 @@ fn false_runs(track: &ScoredTrack<'_>, threshold: f64) -> usize {
 mod tests {
     use super::super::sweep::Sorted;
     use super::*;
+    use crate::score::testing::error;
     use proptest::prelude::*;
 
     fn at_half(tracks: &[ScoredTrack<'_>]) -> Option<AtHalf> {
@@ -188,11 +189,7 @@ mod tests {
     // (peak 1). Two of three are half or more: h = 3, delays 3 and 0. Good frames with s >= 3: 36 (9) and 45, 46 (4).
     #[test]
     fn the_hand_worked_track() {
-        let mut error = vec![0.3; 100];
-        let mut score = vec![0.0; 100];
-        error[20..36].fill(1.0);
-        error[50..90].fill(1.0);
-        error[69] = 0.3;
+        let (error, mut score) = (error(100, &[[20, 36], [50, 69], [70, 90]]), vec![0.0; 100]);
         (score[23], score[36], score[50]) = (5.0, 9.0, 3.0);
         (score[45], score[46], score[71], score[86]) = (4.0, 4.0, 1.0, 8.0);
         let found = at_half(&[track(&error, &score)]).unwrap();
@@ -211,8 +208,7 @@ mod tests {
     // By hand: 1 of 8 good frames reaches the loss, which are 125 of 1000.
     #[test]
     fn a_budget_that_is_used_up_is_kept() {
-        let (error, score) =
-            ([0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 0.3, 1.0], [9., 0., 0., 0., 0., 0., 0., 0., 5.]);
+        let (error, score) = (error(9, &[[8, 9]]), [9., 0., 0., 0., 0., 0., 0., 0., 5.]);
         let tracks = [track(&error, &score)];
         let (losses, swept) = (Losses::new(&tracks), Sorted::new(&tracks).sweep(Rule::NoOverlap));
         let found = [125.0, 124.0].map(|budget| losses.reached(&swept).found(budget));
@@ -222,7 +218,7 @@ mod tests {
     // The window ends with the sixteenth frame of a loss.
     #[test]
     fn a_score_counts_up_to_the_fifteenth_frame_after_the_start() {
-        let error: Vec<f64> = (0..60).map(|t| f64::from(t >= 20)).collect();
+        let error = error(60, &[[20, 60]]);
         let at = |t: usize| (0..60).map(|k| f64::from(k == t)).collect::<Vec<_>>();
         assert_eq!(at_half(&[track(&error, &at(35))]).unwrap().delay, 15.0);
         // The peak is that of a quiet frame, which all frames reach.
@@ -257,17 +253,17 @@ mod tests {
             let all: Vec<ScoredTrack<'_>> =
                 split.iter().enumerate().map(|(k, (e, s))| ScoredTrack { sequence: k, ..track(e, s) }).collect();
             let samples = Samples::new(all.len(), seed);
-            let of = |weights: Vec<u64>| {
-                let drawn: Vec<_> = all.iter().flat_map(|t| vec![*t; weights[t.sequence] as usize]).collect();
-                at_half(&drawn).and_then(|a| a.false_alarms).unwrap_or(f64::NAN)
+            let drawn = |weights: Vec<u64>| -> Vec<ScoredTrack<'_>> {
+                all.iter().flat_map(|t| vec![*t; weights[t.sequence] as usize]).collect()
             };
+            let of = |weights| at_half(&drawn(weights)).and_then(|a| a.false_alarms).unwrap_or(f64::NAN);
             let expected = interval(samples.each().map(of).collect());
             let swept = Sorted::new(&all).sweep(Rule::NoOverlap);
             let losses = Losses::new(&all);
             let reached = losses.reached(&swept);
             prop_assert_eq!(reached.interval(&samples), expected);
             for (weights, found) in samples.each().zip(reached.found_in(200.0, &samples)) {
-                let drawn: Vec<_> = all.iter().flat_map(|t| vec![*t; weights[t.sequence] as usize]).collect();
+                let drawn = drawn(weights);
                 let again = Losses::new(&drawn);
                 let expected = again.reached(&Sorted::new(&drawn).sweep(Rule::NoOverlap)).found(200.0);
                 prop_assert_eq!(Some(found).filter(|f| f.is_finite()), expected);

@@ -214,12 +214,13 @@ mod tests {
         let all: Vec<f64> =
             samples.each().map(|w| auroc(&sweep_of(&repeated(&sequences, &w))).unwrap()).collect();
         assert_eq!(all.len(), SAMPLES);
-        let (low, high) = interval(samples.auroc(&swept)).unwrap();
-        let (a, b) = interval(all).unwrap();
-        assert!((low - a).abs() < 1e-12 && (high - b).abs() < 1e-12);
-        assert!(low < auroc(&swept).unwrap() && auroc(&swept).unwrap() < high);
-        let (low, high) = samples.average_precision(&swept).unwrap();
-        assert!(low < average_precision(&swept).unwrap() && average_precision(&swept).unwrap() < high);
+        let bounds = interval(samples.auroc(&swept)).unwrap();
+        let expected = interval(all).unwrap();
+        trackfail_testing::assert_near(<[f64; 2]>::from(bounds), <[f64; 2]>::from(expected), 1e-12, "");
+        let precision = samples.average_precision(&swept).unwrap();
+        for ((low, high), value) in [(bounds, auroc(&swept)), (precision, average_precision(&swept))] {
+            assert!(low < value.unwrap() && value.unwrap() < high, "{low} {value:?} {high}");
+        }
         assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_empty());
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0]), None);
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0, 3.0]), Some((1.05, 2.95)));

@@ -31,6 +31,9 @@ pub fn expected_calibration_error(frames: impl IntoIterator<Item = (f64, bool)>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::testing::{oracle, value};
+    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     // By hand: bin 0 has a mean of .05 and no good frame, bin 9 a mean of .95 and 2 of 4 good.
     #[test]
@@ -45,10 +48,10 @@ mod tests {
     // tests/oracles/frames.py: numpy.digitize and means, NumPy 1.26.4.
     #[test]
     fn agrees_with_numpy() {
-        for case in crate::score::frames::measures::tests::oracle().calibration {
-            let good = case.good.iter().map(|g| *g == 1);
-            let ece = expected_calibration_error(case.p.iter().copied().zip(good)).unwrap();
-            assert!((ece - case.ece).abs() < 1e-14, "{ece} {}", case.ece);
+        for case in &oracle::<Vec<Value>>("calibration") {
+            let (p, good): (Vec<f64>, Vec<u8>) = (value(case, "p"), value(case, "good"));
+            let ece = expected_calibration_error(p.into_iter().zip(good.iter().map(|g| *g == 1)));
+            assert_near(ece, [value::<f64>(case, "ece")], 1e-14, "");
         }
     }
 }

@@ -56,41 +56,36 @@ pub fn areas(sweep: &Sweep) -> Option<Areas> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sweep::tests::{frames, sweep};
+    use super::super::sweep::tests::{frames, scored, sweep};
     use super::*;
+    use crate::score::testing::{oracle, value};
     use proptest::prelude::*;
+    use serde_json::Value;
+
+    /// Checks both areas of some frames.
+    fn near(frames: &[(f64, bool)], want: [f64; 2]) {
+        let areas = areas(&sweep(frames)).unwrap();
+        trackfail_testing::assert_near([areas.aurc, areas.augrc], want, 1e-13, "");
+    }
 
     // torch-uncertainty's test of AUGRC and AURC: probabilities .1 .4 .7 against targets 0 1 1 are confidences .9 .6
     // .7, and the second is wrong. AURC is ((0 + 0) / 2 + (0 + 1/3) / 2) / 2 = .0833.
     #[test]
     fn the_example_of_three_samples() {
-        let swept = sweep(&[(-0.9, false), (-0.6, true), (-0.7, false)]);
-        let areas = areas(&swept).unwrap();
-        assert!(
-            (areas.aurc - 1.0 / 12.0).abs() < 1e-15 && (areas.augrc - 1.0 / 12.0).abs() < 1e-15,
-            "{areas:?}"
-        );
+        near(&[(-0.9, false), (-0.6, true), (-0.7, false)], [1.0 / 12.0; 2]);
     }
 
     // By hand: the wrong sample first gives risks 1, 1/2, 1/3 and generalized risks 1/3.
     #[test]
     fn a_confident_error_costs_most() {
-        let swept = sweep(&[(-0.9, true), (-0.6, false), (-0.7, false)]);
-        let areas = areas(&swept).unwrap();
-        assert!((areas.aurc - (0.75 + 5.0 / 12.0) / 2.0).abs() < 1e-15, "{areas:?}");
-        assert!((areas.augrc - 1.0 / 3.0).abs() < 1e-15, "{areas:?}");
+        near(&[(-0.9, true), (-0.6, false), (-0.7, false)], [(0.75 + 5.0 / 12.0) / 2.0, 1.0 / 3.0]);
     }
 
     // tests/oracles/frames.py: the equations of torch-uncertainty at 7df97be in NumPy 1.26.4, on cases without ties.
     #[test]
     fn agrees_with_torch_uncertainty() {
-        for case in crate::score::frames::measures::tests::oracle().coverage {
-            let lost = case.lost.iter().map(|l| *l == 1);
-            let areas = areas(&sweep(&case.score.iter().copied().zip(lost).collect::<Vec<_>>())).unwrap();
-            assert!(
-                (areas.aurc - case.aurc).abs() < 1e-13 && (areas.augrc - case.augrc).abs() < 1e-13,
-                "{areas:?}"
-            );
+        for case in &oracle::<Vec<Value>>("coverage") {
+            near(&scored(case), ["aurc", "augrc"].map(|name| value(case, name)));
         }
     }
 

@@ -187,67 +187,14 @@ fn ece(tracks: &[ScoredTrack<'_>], direction: Direction) -> Option<f64> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-    use serde::Deserialize;
+    use crate::score::testing::oracle;
     use std::collections::BTreeMap;
+    use trackfail_testing::assert_near;
 
-    /// Values computed by reference programs in `tests/oracles/frames.py`.
-    #[derive(Deserialize)]
-    pub struct Oracle {
-        pub ranking: Vec<Ranking>,
-        pub coverage: Vec<Coverage>,
-        pub calibration: Vec<Calibration>,
-        pub range: Vec<RangeCase>,
-        pub nab: Vec<Nab>,
-        measures: BTreeMap<String, f64>,
-    }
-
-    #[derive(Deserialize)]
-    pub struct Ranking {
-        pub lost: Vec<u8>,
-        pub score: Vec<f64>,
-        pub auroc: f64,
-        pub average_precision: f64,
-    }
-
-    #[derive(Deserialize)]
-    pub struct Coverage {
-        pub lost: Vec<u8>,
-        pub score: Vec<f64>,
-        pub aurc: f64,
-        pub augrc: f64,
-    }
-
-    #[derive(Deserialize)]
-    pub struct Calibration {
-        pub good: Vec<u8>,
-        pub p: Vec<f64>,
-        pub ece: f64,
-    }
-
-    #[derive(Deserialize)]
-    pub struct RangeCase {
-        pub lost: Vec<u8>,
-        pub alarm: Vec<u8>,
-        pub alpha: f64,
-        pub bias: String,
-        pub precision: f64,
-        pub recall: f64,
-    }
-
-    #[derive(Deserialize)]
-    pub struct Nab {
-        pub lost: Vec<u8>,
-        pub alarm: Vec<u8>,
-        pub score: f64,
-        pub windows: u64,
-    }
-
-    pub fn oracle() -> Oracle {
-        serde_json::from_str(include_str!("../../../../../tests/oracles/frames.json")).unwrap()
-    }
-
+    const GOOD_IS_LOW: Method = Method { direction: Direction::LowerIsBetter, is_probability: false };
+    const PROBABILITY: Method = Method { is_probability: true, ..GOOD_IS_LOW };
     const SIGNAL: [f64; 8] = [0.9, 0.8, 0.9, 0.2, 0.3, 0.1, 0.7, 0.9];
     const ERROR: [f64; 8] = [0.0, 0.1, 0.2, 1.0, 1.0, f64::NAN, 0.4, 0.1];
 
@@ -258,21 +205,20 @@ pub(super) mod tests {
     #[test]
     fn signals_of_which_low_values_are_bad_are_turned() {
         let alarm = SIGNAL.map(|y| y < 0.5);
-        let good = Method { direction: Direction::HigherIsBetter, is_probability: true };
+        let good = Method { direction: Direction::HigherIsBetter, ..PROBABILITY };
         let found = measure(&tracks(&SIGNAL, &alarm), None, good, Some(1));
+        for name in "auroc auprc auroc_clear auroc_low auroc_high range_precision range_recall".split(' ') {
+            assert_eq!(found.get(name), Some(1.0), "{name}");
+        }
         assert_eq!(
-            (found.get("auroc"), found.get("auprc"), found.get("auroc_clear")),
-            (Some(1.0), Some(1.0), Some(1.0))
+            ["false_alarms_at_half", "delay_at_half"].map(|name| found.get(name)),
+            [Some(0.0), Some(2.0)]
         );
-        assert_eq!((found.get("false_alarms_at_half"), found.get("delay_at_half")), (Some(0.0), Some(2.0)));
-        assert_eq!((found.good_frames, found.lost_frames, found.losses), (Some(20.0), Some(8.0), Some(4.0)));
-        assert_eq!((found.get("auroc_low"), found.get("auroc_high")), (Some(1.0), Some(1.0)));
-        assert_eq!((found.get("range_precision"), found.get("range_recall")), (Some(1.0), Some(1.0)));
+        assert_eq!([found.good_frames, found.lost_frames, found.losses], [20.0, 8.0, 4.0].map(Some));
         assert!(found.get("nab").is_some() && found.get("ece").is_some_and(|e| e > 0.0));
         // Suspicion in place of confidence is the same detector.
         let turned = SIGNAL.map(|y| 1.0 - y);
-        let bad = Method { direction: Direction::LowerIsBetter, is_probability: true };
-        let other = measure(&tracks(&turned, &alarm), None, bad, Some(1));
+        let other = measure(&tracks(&turned, &alarm), None, PROBABILITY, Some(1));
         assert!((found.get("ece").unwrap() - other.get("ece").unwrap()).abs() < 1e-15);
         let without_ece = |mut measures: FrameMeasures| {
             measures.set("ece", None);
@@ -313,19 +259,18 @@ pub(super) mod tests {
 
     fn of_varied(kinds: &[u32], seed: Option<u64>) -> FrameMeasures {
         let all: Vec<_> = kinds.iter().map(|kind| varied(*kind)).collect();
-        let tracks: Vec<ScoredTrack<'_>> = all
-            .iter()
-            .enumerate()
-            .map(|(sequence, (error, score, alarm))| ScoredTrack { sequence, error, score, alarm })
-            .collect();
-        let method = Method { direction: Direction::LowerIsBetter, is_probability: true };
-        measure(&tracks, None, method, seed)
+        let track = |sequence: usize| {
+            let (error, score, alarm) = &all[sequence];
+            ScoredTrack { sequence, error, score, alarm }
+        };
+        let tracks: Vec<ScoredTrack<'_>> = (0..all.len()).map(track).collect();
+        measure(&tracks, None, PROBABILITY, seed)
     }
 
     // Sequences that are all the same have the same value in every sample.
     #[test]
     fn every_measure_has_its_own_value_and_bounds() {
-        let (found, expected) = (of_varied(&[0], None), oracle().measures);
+        let (found, expected) = (of_varied(&[0], None), oracle::<BTreeMap<String, f64>>("measures"));
         assert_eq!(expected.len(), FRAME_METRICS.len());
         let copies = of_varied(&[0; 3], Some(1));
         for measure in FRAME_METRICS {
@@ -334,7 +279,7 @@ pub(super) mod tests {
             assert!((value - expected[name]).abs() < 1e-12, "{name}: {value}, not {}", expected[name]);
             let bounds = copies.bounds(name);
             let is_near =
-                |(low, high): (f64, f64)| (low - repeated).abs() < 1e-12 && (high - repeated).abs() < 1e-12;
+                |(low, high): (f64, f64)| [low, high].iter().all(|end| (end - repeated).abs() < 1e-12);
             assert_eq!(bounds.map(is_near), measure.bounds.map(|_| true), "{name}: {bounds:?} {repeated}");
         }
     }
@@ -361,14 +306,11 @@ pub(super) mod tests {
         let error: Vec<f64> = (0..120).map(|t| f64::from(u8::from(t % 40 >= 35))).collect();
         let score: Vec<f64> = (0..120).map(|t| f64::from(u8::from((33..35).contains(&(t % 40))))).collect();
         let track = |sequence| ScoredTrack { sequence, error: &error, score: &score, alarm: &[] };
-        let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
-        let found = measure(&[0, 1, 2].map(track), None, method, Some(1));
+        let found = measure(&[0, 1, 2].map(track), None, GOOD_IS_LOW, Some(1));
         let of = |name| found.get(name).unwrap();
         // Imminent: 5, 15 and 30 frames of each loss, of which 2 are high; no safe frame is.
-        for (name, frames) in [("auroc_within_5", 5.0), ("auroc_within_15", 15.0), ("auroc_within_30", 30.0)]
-        {
-            assert!((of(name) - (0.5 + 1.0 / frames)).abs() < 1e-12, "{name} {}", of(name));
-        }
+        let within = ["auroc_within_5", "auroc_within_15", "auroc_within_30"].map(of);
+        assert_near(within, [5.0, 15.0, 30.0].map(|frames| 0.5 + 1.0 / frames), 1e-12, "");
         assert!((of("auroc_within_15_low") - of("auroc_within_15")).abs() < 1e-12);
         assert!(of("auroc") < 0.5);
     }
@@ -376,15 +318,14 @@ pub(super) mod tests {
     // A state that is right everywhere, and alarms that are raised in good frames alone, or in the first of each loss.
     #[test]
     fn the_state_has_its_measures_and_alarms_have_theirs() {
-        let method = Method { direction: Direction::LowerIsBetter, is_probability: true };
         let score = SIGNAL.map(|y| 1.0 - y);
         let of = |compared: [f64; 8]| {
-            measure(&tracks(&score, &[false; 8]), Some(&[&compared[..]; 4]), method, Some(1))
+            measure(&tracks(&score, &[false; 8]), Some(&[&compared[..]; 4]), PROBABILITY, Some(1))
         };
         let (wrong, right) = (of(ERROR.map(|e| f64::from(e < 1.0))), of([0., 0., 0., 1., 0., 0., 0., 0.]));
         for found in [&wrong, &right] {
             assert_eq!(found.get("auroc"), Some(1.0));
-            assert_eq!(found.get("ece"), measure(&tracks(&score, &[]), None, method, None).get("ece"));
+            assert_eq!(found.get("ece"), measure(&tracks(&score, &[]), None, PROBABILITY, None).get("ece"));
         }
         let found = |measures: &FrameMeasures| {
             ["found_at_5", "false_alarms_at_half", "delay_at_half"].map(|name| measures.get(name))
@@ -395,37 +336,35 @@ pub(super) mod tests {
 
     #[test]
     fn what_says_nothing_has_half_the_area_and_no_track_has_no_measure() {
-        let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
         for says in [false, true] {
             let score = [f64::from(u8::from(says)); 8];
-            let found = measure(&tracks(&score, &[says; 8]), None, method, Some(1));
+            let found = measure(&tracks(&score, &[says; 8]), None, GOOD_IS_LOW, Some(1));
             assert_eq!((found.get("auroc"), found.get("ece")), (Some(0.5), None));
         }
-        let nothing = measure(&[], None, method, Some(1));
-        assert_eq!((nothing.get("auroc"), nothing.get("nab"), nothing.get("auroc_low")), (None, None, None));
+        let nothing = measure(&[], None, GOOD_IS_LOW, Some(1));
+        assert_eq!(["auroc", "nab", "auroc_low"].map(|name| nothing.get(name)), [None; 3]);
     }
 
     #[test]
     fn the_order_of_tracks_does_not_matter() {
-        let scores: Vec<Vec<f64>> =
-            (0..5).map(|k| (0..40).map(|t| f64::from((t * (k + 3)) % 11)).collect()).collect();
-        let errors: Vec<Vec<f64>> =
-            (0..5).map(|k| (0..40).map(|t| if (t + k) % 13 > 8 { 1.0 } else { 0.1 }).collect()).collect();
-        let alarms: Vec<Vec<bool>> = scores.iter().map(|s| s.iter().map(|s| *s > 6.0).collect()).collect();
+        // Scores of which many are equal.
+        let rounded = |kind| {
+            let (error, score, alarm) = varied(kind);
+            (error, score.iter().map(|s| (10.0 * s).round()).collect::<Vec<f64>>(), alarm)
+        };
+        let all: Vec<_> = (0..5).map(rounded).collect();
         let track =
-            |k: usize| ScoredTrack { sequence: k, error: &errors[k], score: &scores[k], alarm: &alarms[k] };
-        let method = Method { direction: Direction::LowerIsBetter, is_probability: false };
-        let of = |order: [usize; 5]| measure(&order.map(track), None, method, Some(3));
+            |k: usize| ScoredTrack { sequence: k, error: &all[k].0, score: &all[k].1, alarm: &all[k].2 };
+        let of = |order: [usize; 5]| measure(&order.map(track), None, GOOD_IS_LOW, Some(3));
         let (one, other) = (of([0, 1, 2, 3, 4]), of([3, 1, 4, 0, 2]));
-        assert_eq!(
-            (one.get("auroc"), one.get("auroc_low"), one.get("arl0_at_half")),
-            (other.get("auroc"), other.get("auroc_low"), other.get("arl0_at_half"))
-        );
-        let near = |a: Option<f64>, b: Option<f64>| (a.unwrap() - b.unwrap()).abs() < 1e-12;
-        assert!(
-            near(one.get("auprc"), other.get("auprc"))
-                && near(one.get("nab"), other.get("nab"))
-                && near(one.get("range_f"), other.get("range_f"))
-        );
+        for name in ["auroc", "auroc_low", "arl0_at_half", "auprc", "nab", "range_f"] {
+            let [one, other] = [&one, &other].map(|measures| measures.get(name).unwrap());
+            // What is not a count of frames is rounded in another order.
+            let is_count = ["auroc", "auroc_low", "arl0_at_half"].contains(&name);
+            assert!(
+                (one - other).abs() < if is_count { f64::MIN_POSITIVE } else { 1e-12 },
+                "{name}: {one} {other}"
+            );
+        }
     }
 }

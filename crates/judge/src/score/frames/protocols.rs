@@ -104,15 +104,8 @@ fn score_ranges(lost: &[bool], alarm: &[bool], first: usize) -> TrackScore {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::testing::{counts, error, set};
     use proptest::prelude::*;
-
-    fn set(frames: usize, on: &[[usize; 2]]) -> Vec<bool> {
-        (0..frames).map(|t| on.iter().any(|[from, to]| (*from..*to).contains(&t))).collect()
-    }
-
-    fn error(frames: usize, lost: &[[usize; 2]]) -> Vec<f64> {
-        set(frames, lost).iter().map(|l| if *l { 1.0 } else { 0.2 }).collect()
-    }
 
     // By hand: 100 frames, lost in 20-49 and 80-89, alarms in 15-24 (begins too early), 36-39 (the sixteenth frame after
     // 20 is 35), 85-99.
@@ -120,14 +113,14 @@ mod tests {
     fn counts_a_hand_worked_track() {
         let (error, alarm) = (error(100, &[[20, 50], [80, 90]]), set(100, &[[15, 25], [36, 40], [85, 100]]));
         let s = (FRAMES.score)(&error, &alarm, &[]);
-        assert_eq!(s.counts, Counts { tp: 5 + 4 + 5, fp: 5 + 10, fn_: 26, tn: 45 });
+        assert_eq!(s.counts, counts(5 + 4 + 5, 5 + 10, 26, 45));
         assert_eq!((s.events, s.detections, s.matches), (vec![20, 80], vec![15, 36, 85], vec![(1, 2)]));
         let s = (RANGE.score)(&error, &alarm, &[]);
-        assert_eq!(s.counts, Counts { tp: 1, fp: 2, fn_: 1, tn: 96 });
+        assert_eq!(s.counts, counts(1, 2, 1, 96));
         assert_eq!((s.events, s.matches), (vec![20, 80], vec![(1, 2)]));
         // From frame 15 on the first alarm begins in frame 15 of the track.
         let s = (NAB.score)(&error, &alarm, &[]);
-        assert_eq!(s.counts, Counts { tp: 1, fp: 2, fn_: 1, tn: 81 });
+        assert_eq!(s.counts, counts(1, 2, 1, 81));
         assert_eq!((s.events, s.detections), (vec![20, 80], vec![15, 36, 85]));
     }
 
@@ -136,18 +129,18 @@ mod tests {
     fn frames_of_little_overlap_are_lost_or_left_out() {
         let error = [0.2, 0.95, 0.6, 0.6, 0.2, f64::NAN];
         let s = (FRAMES_CLEAR.score)(&error, &[false, true, true, false, true, true], &[]);
-        assert_eq!(s.counts, Counts { tp: 1, fp: 1, fn_: 0, tn: 1 });
+        assert_eq!(s.counts, counts(1, 1, 0, 1));
         assert_eq!((s.events, s.matches), (vec![1], vec![(0, 0)]));
         let s = (FRAMES.score)(&error, &[false, true, true, false, true, true], &[]);
-        assert_eq!(s.counts, Counts { tp: 0, fp: 3, fn_: 0, tn: 2 });
+        assert_eq!(s.counts, counts(0, 3, 0, 2));
     }
 
     // An alarm in one of 50 lost frames finds one frame, or one range, and not 50 frames.
     #[test]
     fn one_alarm_does_not_stand_for_a_whole_loss() {
         let (error, alarm) = (error(100, &[[30, 80]]), set(100, &[[40, 41]]));
-        assert_eq!((FRAMES.score)(&error, &alarm, &[]).counts, Counts { tp: 1, fp: 0, fn_: 49, tn: 50 });
-        assert_eq!((RANGE.score)(&error, &alarm, &[]).counts, Counts { tp: 1, fp: 0, fn_: 0, tn: 99 });
+        assert_eq!((FRAMES.score)(&error, &alarm, &[]).counts, counts(1, 0, 49, 50));
+        assert_eq!((RANGE.score)(&error, &alarm, &[]).counts, counts(1, 0, 0, 99));
     }
 
     #[test]
@@ -155,17 +148,19 @@ mod tests {
         let error = error(100, &[[50, 60]]);
         let of = |p: &Protocol, alarm: &[bool]| (p.score)(&error, alarm, &[]).counts;
         let oracle = set(100, &[[50, 60]]);
-        for p in [&FRAMES, &FRAMES_CLEAR] {
-            assert_eq!(of(p, &[true; 100]), Counts { tp: 10, fp: 90, fn_: 0, tn: 0 });
-            assert_eq!(of(p, &[false; 100]), Counts { tp: 0, fp: 0, fn_: 10, tn: 90 });
-            assert_eq!(of(p, &oracle), Counts { tp: 10, fp: 0, fn_: 0, tn: 90 });
-            assert_eq!(p.chance.f_over_chance(&of(p, &[true; 100])), Some(0.0));
+        let of_frames = [counts(10, 90, 0, 0), counts(0, 0, 10, 90), counts(10, 0, 0, 90)];
+        let of_losses = |tn| [counts(0, 1, 1, tn - 1), counts(0, 0, 1, tn), counts(1, 0, 0, tn)];
+        for (p, want) in
+            [(FRAMES, of_frames), (FRAMES_CLEAR, of_frames), (RANGE, of_losses(99)), (NAB, of_losses(84))]
+        {
+            assert_eq!(
+                [&[true; 100][..], &[false; 100], &oracle[..]].map(|alarm| of(&p, alarm)),
+                want,
+                "{}",
+                p.name
+            );
         }
-        for (p, frames) in [(&RANGE, 100), (&NAB, 85)] {
-            assert_eq!(of(p, &[true; 100]), Counts { tp: 0, fp: 1, fn_: 1, tn: frames - 2 });
-            assert_eq!(of(p, &[false; 100]), Counts { tp: 0, fp: 0, fn_: 1, tn: frames - 1 });
-            assert_eq!(of(p, &oracle), Counts { tp: 1, fp: 0, fn_: 0, tn: frames - 1 });
-        }
+        assert_eq!(FRAMES.chance.f_over_chance(&of_frames[0]), Some(0.0));
     }
 
     proptest! {

@@ -65,7 +65,10 @@ pub fn score(tracks: &[ScoredTrack<'_>]) -> RangeScore {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::score::testing::{oracle, value};
     use proptest::prelude::*;
+    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     fn of(lost: &[u8], alarm: &[u8]) -> RangeScore {
         let error: Vec<f64> = lost.iter().map(|l| f64::from(*l)).collect();
@@ -77,26 +80,22 @@ mod tests {
     // TimeSeriesRecall(alpha, "reciprocal", bias).score(lost, alarm).
     #[test]
     fn agrees_with_prts() {
-        let cases = crate::score::frames::measures::tests::oracle().range;
-        let flat: Vec<_> =
-            cases.into_iter().filter(|case| case.bias == "flat" && case.alpha == 0.0).collect();
+        let is_flat = |case: &Value| case["bias"] == "flat" && case["alpha"] == 0.0;
+        let flat: Vec<Value> = oracle::<Vec<Value>>("range").into_iter().filter(is_flat).collect();
         assert!(!flat.is_empty());
         for case in flat {
-            let found = of(&case.lost, &case.alarm);
-            assert!(
-                (found.precision.unwrap() - case.precision).abs() < 1e-12,
-                "{found:?} {}",
-                case.precision
-            );
-            assert!((found.recall.unwrap() - case.recall).abs() < 1e-12, "{found:?} {}", case.recall);
+            let [lost, alarm] = ["lost", "alarm"].map(|name| value::<Vec<u8>>(&case, name));
+            let (found, want) =
+                (of(&lost, &alarm), ["precision", "recall"].map(|name| value::<f64>(&case, name)));
+            assert_near(found.precision.into_iter().chain(found.recall), want, 1e-12, "");
         }
     }
 
     // One alarm in a loss of 50 frames has found one frame of it; with point adjustment its recall would be 1.
     #[test]
     fn one_alarm_does_not_stand_for_a_whole_loss() {
-        let mut alarm = [0; 100];
-        let lost: Vec<u8> = (0..100).map(|t| u8::from((30..80).contains(&t))).collect();
+        let (mut lost, mut alarm) = ([0; 100], [0; 100]);
+        lost[30..80].fill(1);
         alarm[60] = 1;
         let found = of(&lost, &alarm);
         assert_eq!((found.precision, found.recall), (Some(1.0), Some(0.02)));

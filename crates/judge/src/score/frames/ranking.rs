@@ -40,19 +40,25 @@ pub fn average_precision(sweep: &Sweep) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sweep::tests::{frames, sweep};
+    use super::super::sweep::tests::{frames, scored, sweep};
     use super::*;
+    use crate::score::testing::{oracle, value};
     use proptest::prelude::*;
+    use serde_json::Value;
+    use trackfail_testing::assert_near;
 
     // tests/oracles/frames.py, scikit-learn 1.9.1: roc_auc_score(lost, score), average_precision_score(lost, score).
     #[test]
     fn agree_with_scikit_learn() {
-        for case in crate::score::frames::measures::tests::oracle().ranking {
-            let lost = case.lost.iter().map(|l| *l == 1);
-            let swept = sweep(&case.score.iter().copied().zip(lost).collect::<Vec<_>>());
-            let (roc, ap) = (auroc(&swept).unwrap(), average_precision(&swept).unwrap());
-            assert!((roc - case.auroc).abs() < 1e-14, "{roc} {}", case.auroc);
-            assert!((ap - case.average_precision).abs() < 1e-14, "{ap} {}", case.average_precision);
+        for case in &oracle::<Vec<Value>>("ranking") {
+            let swept = sweep(&scored(case));
+            let found = [auroc(&swept), average_precision(&swept)].map(Option::unwrap);
+            assert_near(
+                found,
+                ["auroc", "average_precision"].map(|name| value::<f64>(case, name)),
+                1e-14,
+                "",
+            );
         }
     }
 

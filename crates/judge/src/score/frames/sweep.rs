@@ -124,7 +124,9 @@ impl Sweep {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::score::testing::value;
     use proptest::prelude::*;
+    use serde_json::Value;
 
     /// Sweep over frames of one sequence, given by score and true for lost frames.
     pub fn sweep(frames: &[(f64, bool)]) -> Sweep {
@@ -143,7 +145,13 @@ pub(super) mod tests {
         Sorted::new(&tracks).sweep(Rule::NoOverlap)
     }
 
-    /// Frames with many equal scores.
+    /// The frames of a case of the reference programs.
+    pub fn scored(case: &Value) -> Vec<(f64, bool)> {
+        let (score, lost): (Vec<f64>, Vec<u8>) = (value(case, "score"), value(case, "lost"));
+        score.into_iter().zip(lost.iter().map(|l| *l == 1)).collect()
+    }
+
+    /// Frames with scores that tie often.
     pub fn frames() -> impl Strategy<Value = Vec<(f64, bool)>> {
         prop::collection::vec(((-4..5_i32).prop_map(|s| f64::from(s) / 2.0), any::<bool>()), 0..60)
     }
@@ -163,10 +171,8 @@ pub(super) mod tests {
         let (error, score) = ([1.0, 0.5, 0.0, f64::NAN], [3.0, 2.0, 1.0, 2.5]);
         let sorted = Sorted::new(&[ScoredTrack { sequence: 1, error: &error, score: &score, alarm: &[] }]);
         let clear = sorted.sweep(Rule::Clear);
-        assert_eq!(
-            clear.frames.iter().map(|f| (f.score, f.lost)).collect::<Vec<_>>(),
-            [(3.0, true), (1.0, false)]
-        );
+        let frames: Vec<(f64, bool)> = clear.frames.iter().map(|f| (f.score, f.lost)).collect();
+        assert_eq!(frames, [(3.0, true), (1.0, false)]);
         assert_eq!((sorted.sweep(Rule::NoOverlap).totals(), clear.good), ((1, 2), vec![0, 1]));
     }
 

@@ -27,19 +27,13 @@ fn every_formula_gives_the_number() {
     // Every quotient that a formula ends with is the value.
     for metric in METRICS.iter().filter(|m| m.kind == Kind::Ratio) {
         let filled = metric.filled(&pooled);
-        let Some((numerator, denominator)) = filled.rsplit_once(" = ").and_then(|(_, q)| q.split_once(" / "))
-        else {
-            continue;
-        };
+        let quotient = filled.rsplit_once(" = ").and_then(|(_, quotient)| quotient.split_once(" / "));
+        let Some((numerator, denominator)) = quotient else { continue };
         let number = |text: &str| -> f64 {
-            let terms = |c| {
-                move |t: &str| {
-                    t.trim_matches(['(', ')', ' ']).split(c).map(str::to_string).collect::<Vec<_>>()
-                }
+            let factors = |term: &str| -> Vec<f64> {
+                term.trim_matches(['(', ')', ' ']).split('*').map(|f| f.trim().parse().unwrap()).collect()
             };
-            let product =
-                |t: String| terms('*')(&t).iter().map(|f| f.trim().parse::<f64>().unwrap()).product::<f64>();
-            terms('+')(text).into_iter().map(product).sum()
+            text.split('+').map(|term| factors(term).iter().product::<f64>()).sum()
         };
         let (value, expected) = (metric.value(&pooled).unwrap(), number(numerator) / number(denominator));
         assert!((value / expected - 1.0).abs() < 1e-12, "{filled}: {value}");
@@ -63,9 +57,8 @@ fn what_is_unknown_has_no_value() {
 fn every_metric_reads_its_own_number() {
     let mut measures = FrameMeasures::default();
     for (measure, k) in FRAME_METRICS.iter().zip(1..) {
-        for (end, number) in [("", 0.0), ("_low", -0.25), ("_high", 0.5)] {
-            let number = f64::from(k) + number;
-            measures.set(&format!("{}{end}", measure.metric.name), Some(number));
+        for (end, more) in [("", 0.0), ("_low", -0.25), ("_high", 0.5)] {
+            measures.set(&format!("{}{end}", measure.metric.name), Some(f64::from(k) + more));
         }
     }
     let pooled = Pooled {
@@ -112,11 +105,8 @@ fn every_metric_reads_its_own_number() {
     for ((metric, measure), k) in METRICS[of_counts.len()..].iter().zip(FRAME_METRICS).zip(1..) {
         let number = f64::from(k);
         assert_eq!((metric.name, metric.source), (measure.metric.name, Source::Frames));
-        assert_eq!(
-            (metric.value(&pooled), metric.value(&Pooled::default())),
-            (Some(number), None),
-            "{metric:?}"
-        );
+        let values = [&pooled, &Pooled::default()].map(|pooled| metric.value(pooled));
+        assert_eq!(values, [Some(number), None], "{metric:?}");
         let bounds = measure.bounds.map(|_| (number - 0.25, number + 0.5));
         assert_eq!(metric.interval(&pooled), bounds, "{metric:?}");
     }

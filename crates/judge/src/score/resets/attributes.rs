@@ -109,40 +109,30 @@ pub fn overall(attributes: &[OfAttribute], weights: Weights) -> (Option<f64>, Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Areas, Rect, Region};
+    use crate::region::{Areas, Region};
     use crate::score::resets::Rules;
-    use Status::{Failed, Initialized as Started, Skipped, Tracked};
+    use crate::score::testing::{square, status};
+    use trackfail_testing::assert_near;
 
     const RULES: Rules = Rules { areas: Areas::Exact, bounded: false, burn_in: 1 };
-
-    fn square(x: f64) -> Region {
-        Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
-    }
 
     fn labels(list: &[(&str, &[u8])]) -> Vec<(String, Vec<bool>)> {
         list.iter().map(|(name, on)| (name.to_string(), on.iter().map(|v| *v == 1).collect())).collect()
     }
 
-    /// Measures of one sequence's runs, all with the regions `square(shift)` over a static target.
+    /// Measures of one sequence's runs, all with the same regions over a target that stands still.
     fn runs<'a>(
-        shift: &'a [Region],
+        regions: &'a [Region],
         truth: &'a [Option<Region>],
-        status: &[&'a [Status]],
+        statuses: &'a [Vec<Status>],
         frame_attributes: &'a [(String, Vec<bool>)],
     ) -> Vec<(Trajectory<'a>, Measured)> {
-        let run = |(run, status): (usize, &&'a [Status])| {
-            let trajectory = Trajectory {
-                sequence: "a",
-                run: run as u32,
-                regions: shift,
-                status,
-                truth,
-                frame_attributes,
-                ..Trajectory::default()
-            };
+        let run = |(run, status): (u32, &'a Vec<Status>)| {
+            let all = Trajectory { sequence: "a", run, regions, truth, ..Trajectory::default() };
+            let trajectory = Trajectory { status, frame_attributes, ..all };
             (trajectory, RULES.measure(&trajectory))
         };
-        status.iter().enumerate().map(run).collect()
+        (0..).zip(statuses).map(run).collect()
     }
 
     // Worked by hand. Overlaps of 5 frames, the first of which is the start: -, 1, 1/3 (shift 5), 1, 1. Occlusion in
@@ -157,13 +147,11 @@ mod tests {
         let first_labels = labels(&[("occlusion", &[0, 1, 1, 1, 0]), ("size", &[0, 0, 1, 0, 0])]);
         let shift = [0.0, 0.0, 5.0, 0.0, 0.0].map(square);
         let truth = vec![Some(square(0.0)); 5];
-        let status: [&[Status]; 2] =
-            [&[Started, Tracked, Tracked, Tracked, Tracked], &[Started, Tracked, Failed, Skipped, Skipped]];
-        let first = runs(&shift, &truth, &status, &first_labels);
+        let statuses = ["itttt", "itfss"].map(status);
+        let first = runs(&shift, &truth, &statuses, &first_labels);
         let second_labels = labels(&[("occlusion", &[0, 1])]);
-        let second_shift = [0.0, 5.0].map(square);
-        let second_status: [&[Status]; 2] = [&[Started, Tracked], &[Started, Tracked]];
-        let second = runs(&second_shift, &truth[..2], &second_status, &second_labels);
+        let (second_shift, statuses) = ([0.0, 5.0].map(square), ["it", "it"].map(status));
+        let second = runs(&second_shift, &truth[..2], &statuses, &second_labels);
 
         let found = by_attribute(&[&first, &second]);
         let want = [("empty", 3, 1.0, 0.0), ("occlusion", 4, 2.0 / 3.0, 0.5), ("size", 1, 1.0 / 3.0, 0.5)];
@@ -172,22 +160,24 @@ mod tests {
             assert_eq!((found.name.as_str(), found.frames, found.failures), (name, frames, failures));
             assert!((found.accuracy.unwrap() - accuracy).abs() < 1e-12, "{name}");
         }
-        let near = |(accuracy, failures): (Option<f64>, Option<f64>), a: f64, f: f64| {
-            assert!((accuracy.unwrap() - a).abs() < 1e-12 && (failures.unwrap() - f).abs() < 1e-12);
-        };
-        near(overall(&found, Weights::Frames), (4.0 * 2.0 / 3.0 + 1.0 / 3.0 + 3.0) / 8.0, 2.5 / 8.0);
-        near(overall(&found, Weights::Equal), 2.0 / 3.0, 1.0 / 3.0);
+        for (weights, want) in [
+            (Weights::Frames, [(4.0 * 2.0 / 3.0 + 1.0 / 3.0 + 3.0) / 8.0, 2.5 / 8.0]),
+            (Weights::Equal, [2.0 / 3.0, 1.0 / 3.0]),
+        ] {
+            let (accuracy, failures) = overall(&found, weights);
+            assert_near(accuracy.into_iter().chain(failures), want, 1e-12, "");
+        }
     }
 
     #[test]
     fn sequences_without_labels_do_not_take_part() {
-        let shift = [0.0, 0.0].map(square);
-        let truth = vec![Some(square(0.0)); 2];
-        let bare = runs(&shift, &truth, &[&[Started, Failed]], &[]);
+        let (shift, truth) = ([0.0, 0.0].map(square), vec![Some(square(0.0)); 2]);
+        let [failed, tracked] = ["if", "it"].map(|letters| [status(letters)]);
+        let bare = runs(&shift, &truth, &failed, &[]);
         assert!(by_attribute(&[&bare]).is_empty());
         assert_eq!(overall(&[], Weights::Frames), (None, None));
         let all = labels(&[("camera", &[1, 1])]);
-        let found = by_attribute(&[&bare, &runs(&shift, &truth, &[&[Started, Tracked]], &all)]);
+        let found = by_attribute(&[&bare, &runs(&shift, &truth, &tracked, &all)]);
         assert_eq!(found.len(), 1, "no frame is empty");
         assert_eq!((found[0].frames, found[0].accuracy, found[0].failures), (2, Some(1.0), 0.0));
     }

@@ -1,5 +1,6 @@
 use super::*;
 use proptest::prelude::*;
+use trackfail_testing::assert_says;
 
 fn read(document: &str) -> Result<Annotation, DatasetError> {
     parse(Path::new("a.xml"), document)
@@ -35,11 +36,7 @@ fn faults_name_their_line() {
         (with("<object", "\n<"), 5, "not well-formed"),
         (with("</object>", "&bomb;</object>"), 4, "entity `bomb`"),
         (one(good).replace("number=\"0\"", "number=\"4000000000\""), 2, "no sequence has so many"),
-        (
-            one(good).replace("<frame number=\"0\">", "<frame number=\"0\"/>\n<frame number=\"0\">"),
-            3,
-            "comes twice",
-        ),
+        (one(good).replace("<frame", "<frame number=\"0\"/>\n<frame"), 3, "comes twice"),
         (one(good).replace("dataset", "results"), 1, "starts with <results>"),
         (one(good).replace("</dataset>", ""), 7, "the document ends before"),
         (format!("{}\n<dataset/>", one(good)), 8, "after the end"),
@@ -47,9 +44,8 @@ fn faults_name_their_line() {
         ("0 0 1 1\n".into(), 2, "the document ends before"),
     ] {
         let error = read(&document).unwrap_err();
-        let text = error.to_string();
-        assert!(text.contains(words), "{document}: {text}");
-        assert!(matches!(error, DatasetError::Line { line: l, .. } if l == line), "{document}: {text}");
+        assert!(matches!(error, DatasetError::Line { line: l, .. } if l == line), "{document}: {error}");
+        assert_says(error, words);
     }
 }
 
@@ -60,7 +56,7 @@ fn entity_bombs_are_refused_before_they_are_anything() {
         bomb += &format!("<!ENTITY a{k} \"&a{0};&a{0};\">\n", k - 1);
     }
     bomb += "]>\n<dataset>&a39;</dataset>";
-    trackfail_testing::assert_says(read(&bomb).unwrap_err(), "line 2: the document declares entities");
+    assert_says(read(&bomb).unwrap_err(), "line 2: the document declares entities");
     assert!(read("<!DOCTYPE dataset SYSTEM \"cvml.dtd\"><dataset><a>&lt;&#65;</a></dataset>").is_ok());
 }
 
@@ -68,7 +64,7 @@ fn entity_bombs_are_refused_before_they_are_anything() {
 fn depth_is_limited_wherever_it_is() {
     let deep = |n: usize| format!("<dataset>{}{}</dataset>", "<a>".repeat(n), "</a>".repeat(n));
     assert!(read(&deep(MAX_DEPTH - 1)).is_ok());
-    assert!(read(&deep(MAX_DEPTH)).unwrap_err().to_string().contains("nested more than"));
+    assert_says(read(&deep(MAX_DEPTH)).unwrap_err(), "nested more than");
     assert!(read(&format!("<dataset>{}", "<a>".repeat(1_000_000))).is_err());
 }
 

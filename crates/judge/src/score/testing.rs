@@ -1,0 +1,55 @@
+//! Tracks and regions that the tests of many scores have.
+
+use super::Counts;
+use crate::region::{Rect, Region};
+use crate::tracker::Status;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+/// True from the first frame of each pair up to the second, which it is not in.
+pub fn set(frames: usize, on: &[[usize; 2]]) -> Vec<bool> {
+    (0..frames).map(|t| on.iter().any(|[from, to]| (*from..*to).contains(&t))).collect()
+}
+
+/// Errors of a track that is lost in such frames.
+pub fn error(frames: usize, lost: &[[usize; 2]]) -> Vec<f64> {
+    set(frames, lost).iter().map(|lost| if *lost { 1.0 } else { 0.3 }).collect()
+}
+
+/// Counts in the order of their names.
+pub fn counts(tp: u64, fp: u64, fn_: u64, tn: u64) -> Counts {
+    Counts { tp, fp, fn_, tn }
+}
+
+/// A box.
+pub fn rect(x: f64, y: f64, w: f64, h: f64) -> Region {
+    Region::Rect(Rect::new(x, y, w, h))
+}
+
+/// A square of ten pixels.
+pub fn square(x: f64) -> Region {
+    rect(x, 0.0, 10.0, 10.0)
+}
+
+/// One letter a frame: start, tracked, failed, skipped, waiting, absent.
+pub fn status(letters: &str) -> Vec<Status> {
+    let of = |letter| match letter {
+        'i' => Status::Initialized,
+        'f' => Status::Failed,
+        's' => Status::Skipped,
+        'w' => Status::Waiting,
+        'a' => Status::Absent,
+        _ => Status::Tracked,
+    };
+    letters.chars().map(of).collect()
+}
+
+/// A part of the values of the reference programs, made by `tests/oracles/frames.py`.
+pub fn oracle<T: DeserializeOwned>(part: &str) -> T {
+    value(&serde_json::from_str(include_str!("../../../../tests/oracles/frames.json")).unwrap(), part)
+}
+
+/// A value of a case by its name.
+pub fn value<T: DeserializeOwned>(case: &Value, name: &str) -> T {
+    serde_json::from_value(case[name].clone()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
