@@ -23,7 +23,7 @@ ACVM = ("gregorzadnik+acvm-exercise-5", "15c3454")
 SPLT = ("iiau-tracker+SPLT", "a196e60")
 TLD = ("zk00006+OpenTLD", "4d301ad77928a8c139f87009a45d985bd96b117d")
 
-# Folder of a sequence, and whether its video is below 4 MiB, which some mirrors of the repository end at.
+# Folder of a sequence, and whether its frames are read; the large videos are left out.
 SEQUENCES = {
     "04_pedestrian2": True,
     "05_pedestrian3": True,
@@ -40,9 +40,7 @@ TRACKERS = {"initial_detector": "Detector", "TLD1.0": "TLD1.0", "CVPR": "PN"}
 def show(clones, repository, path):
     """The bytes of a file at the pinned commit."""
     name, commit = repository
-    places = [clones / name / "repo", clones / name]
-    place = next(p for p in places if p.is_dir())
-    return subprocess.run(["git", "-C", place, "show", f"{commit}:{path}"], check=True, capture_output=True).stdout
+    return subprocess.run(["git", "-C", clones / name, "show", f"{commit}:{path}"], check=True, capture_output=True).stdout
 
 
 def put(path, content):

@@ -100,7 +100,11 @@ fn addable_formats() -> impl TypedValueParser<Value = &'static FormatEntry> {
 /// fails; and those of `fetch` and `render`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     // What is rendered needs no data.
-    let needs_data = !matches!(args.verb, Verb::Render(_));
+    let needs_data = match &args.verb {
+        Verb::Render(_) => false,
+        Verb::Verify { names, .. } => names.is_empty() || !names.iter().all(|name| sent::is_results(name)),
+        _ => true,
+    };
     let roots = &if needs_data { args.data_roots.folders()? } else { Vec::new() };
     let catalog = super::catalog(roots)?;
     let chosen = |names: &[String]| chosen(&catalog, names);

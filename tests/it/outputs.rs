@@ -107,6 +107,8 @@ fn exported_tracks_replace_no_results_of_a_data_root() {
 fn folders_and_states_are_not_made_where_there_is_no_folder() {
     let place = Place::new();
     place.run("data render synthetic-otb --sequence Girl none/suite").ends(1).tells("none; make it first");
+    place.write("full/a", "x");
+    place.run("data render synthetic-otb --sequence Girl full").ends(2).tells("is not empty");
     place.run("run --export-tracks none/tracks").ends(1).tells("none; make it first");
     symlink("nowhere", place.path("state")).unwrap();
     place.shell("trackfail monitor --state state < /dev/null").ends(2).tells("is a link that leads nowhere");

@@ -118,10 +118,10 @@ impl Units {
         self.counts.values().flat_map(BTreeMap::keys).collect()
     }
 
-    /// Counts of a method (with its grid point) on one tracker, or on all trackers together.
-    pub fn pooled(&self, label: &str, tracker: Option<&str>) -> BySequence {
+    /// Counts of a method (with its grid point) on all trackers that are taken, together.
+    pub fn pooled(&self, label: &str, is_taken: impl Fn(&str) -> bool) -> BySequence {
         let mut pooled = BySequence::new();
-        let is_it = |(t, l): &(String, String)| l == label && tracker.is_none_or(|wanted| wanted == t);
+        let is_it = |(tracker, l): &(String, String)| l == label && is_taken(tracker);
         for (sequence, counts) in self.counts.iter().filter(|(key, _)| is_it(key)).flat_map(|(_, c)| c) {
             add(&mut pooled, sequence, *counts);
         }

@@ -213,6 +213,7 @@ fn write(
             refused(archive, &raw, "the path is there twice, or is a file and a folder")
         }
         ErrorKind::InvalidData
+        | ErrorKind::InvalidFilename
         | ErrorKind::InvalidInput
         | ErrorKind::UnexpectedEof
         | ErrorKind::Unsupported => {

@@ -1,6 +1,6 @@
 //! Properties that all detectors of the list and the example of the documentation must have.
 
-use super::testing::{alone, built};
+use super::testing::{alone, built, detect};
 use super::track_quality::testing::Fake;
 use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
 use crate::direction::Direction;
@@ -325,6 +325,28 @@ proptest! {
                 let holds = kind == "fused";
                 prop_assert!(holds || said.reasons.len() == usize::from(alarm[t]), "{} {} {}", kind, text, t);
             }
+        }
+    }
+
+    #[test]
+    fn a_stricter_threshold_alarms_no_more(
+        signal in prop::collection::vec(0.0_f64..1.0, 0..64),
+        one in 0.001_f64..0.5,
+        two in 0.001_f64..0.5,
+    ) {
+        let (low, high) = (one.min(two), one.max(two));
+        for (kind, key, [strict, loose]) in [
+            ("arma-forecast", "threshold", [high, low]),
+            ("naive-forecast", "threshold", [high, low]),
+            ("level", "above", [high, low]),
+            ("level", "below", [low, high]),
+            ("two-model-chi-square", "alpha", [low, high]),
+            ("sequential-test", "below = 0.7, alpha", [low, high]),
+        ] {
+            let entry = crate::plugin::find(DETECTORS, kind).unwrap();
+            let [few, many] =
+                [strict, loose].map(|value| detect(entry, &format!("{{ {key} = {value:?} }}"), &signal).alarm);
+            prop_assert!(few.iter().zip(&many).all(|(few, many)| *many || !*few), "{} {}", kind, key);
         }
     }
 }

@@ -80,10 +80,10 @@ impl FromIterator<Place> for Counts {
 impl std::iter::Sum for Counts {
     fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
         all.fold(Self::default(), |a, b| Self {
-            tp: a.tp + b.tp,
-            fp: a.fp + b.fp,
-            fn_: a.fn_ + b.fn_,
-            tn: a.tn + b.tn,
+            tp: a.tp.saturating_add(b.tp),
+            fp: a.fp.saturating_add(b.fp),
+            fn_: a.fn_.saturating_add(b.fn_),
+            tn: a.tn.saturating_add(b.tn),
         })
     }
 }

@@ -96,6 +96,7 @@ mod tests {
         assert_eq!(s.detections, [18, 30, 52]);
         assert_eq!(s.matches, [(0, 0)]);
         assert_eq!(s.counts, counts(1, 2, 1, 46));
+        assert_eq!(score(&[], &[], &[]).counts, counts(0, 0, 0, 0));
     }
 
     #[test]

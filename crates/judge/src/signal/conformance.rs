@@ -106,6 +106,25 @@ fn parameters_have_defaults_types_and_words() {
     }
 }
 
+/// Parameters that are shown only where they differ from their defaults are part of what is shown then.
+#[test]
+fn readings_are_shown_and_read_back() {
+    for (kind, text) in [
+        ("region-covariance", "{ colors = \"hsv\" }"),
+        ("region-covariance", "{ parts = \"halves\" }"),
+        ("region-covariance", "{ size_history = 2 }"),
+        ("rgb-histogram", "{ channels = \"separate\" }"),
+        ("rgb-histogram", "{ size_history = 2 }"),
+        ("rgb-lbp-histogram", "{ size_history = 2 }"),
+    ] {
+        let shown = build(kind, text).params();
+        assert_ne!(shown, build(kind, "{}").params(), "{kind} {text}");
+        let entry = crate::plugin::find(SIGNALS, kind).unwrap();
+        let again = (entry.build)(crate::plugin::RawParams::Json(&shown)).unwrap();
+        assert_eq!(again.params(), shown, "{kind} {text}");
+    }
+}
+
 #[test]
 fn values_are_deterministic_finite_and_bounded() {
     let (frames, boxes) = track();
@@ -160,7 +179,7 @@ fn outputs_are_those_of_the_version() {
 }
 
 /// Signals that can be interrupted, in all their forms of memory.
-const SAVED: [(&str, &str); 27] = [
+const SAVED: [(&str, &str); 29] = [
     ("deep-verification", "{}"),
     ("deep-verification", "{ v2 = [\"overlap\"], both = [\"against\"], here = [\"inside\"] }"),
     ("watchdog-agreement", "{}"),
@@ -188,6 +207,8 @@ const SAVED: [(&str, &str); 27] = [
     ("response-peak", "{ measure = \"quality\" }"),
     ("rgb-histogram", "{ reference = \"first\" }"),
     ("rgb-lbp-histogram", "{ reference = \"previous\" }"),
+    ("rgb-histogram", "{ channels = \"separate\", size_history = 2 }"),
+    ("rgb-lbp-histogram", "{ size_history = 2 }"),
     ("template-correlation", "{ reference = \"first\" }"),
     ("template-correlation", "{ reference = \"previous\" }"),
     ("template-correlation", "{ reference = \"slow\" }"),

@@ -58,7 +58,8 @@ pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side
     if let Some(wanted) = tracker.filter(|wanted| !trackers.contains(wanted)) {
         return Err(PairsError::Unknown(unknown("tracker", wanted, trackers)));
     }
-    let counts = Units::new(&results.experiment, &results.scores()?).pooled(name, tracker);
+    let counts = Units::new(&results.experiment, &results.scores()?)
+        .pooled(name, |label| tracker.is_none_or(|wanted| wanted == label));
     let of_metric = |metric: Metric| {
         let value = |(sequence, sum): (&String, &[i64; 4])| {
             Some((sequence.clone(), metric_of_sum(metric, None, sum)?))

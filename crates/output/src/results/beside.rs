@@ -183,6 +183,12 @@ pub(super) fn join(results: &mut Results, kept: Results) -> Result<(), ResultsEr
              all of them together, and are empty.",
             theirs.len()
         ));
+        let learns = |m: &Method| {
+            taken.methods.contains(&m.name) && m.variants.iter().any(|v| v.detector.trains_on_others())
+        };
+        if kept.experiment.methods.iter().any(learns) {
+            note.push_str(" Kept methods that are trained on other videos learned from all of these.");
+        }
     }
     note.push_str(&trained_apart(&results.experiment, &taken));
     let source = format!("{name}, trackfail {version}, SHA-256 of its experiment file {spec_digest}");

@@ -40,6 +40,9 @@ fn a_target_that_moves_is_followed() {
             let (truth, (x, y)) = (scene.rect(t), state.region.rect().center());
             let error = [x - truth.center().0, y - truth.center().1];
             assert!(error.iter().all(|e| e.abs() <= off), "{kind} {params} frame {t}: {error:?}");
+            // Without noise of the scale, the size stays.
+            let is_fixed = params.contains("0, 0, 0, 0]");
+            assert!(!is_fixed || state.region.rect().w == truth.w, "{kind} {params} frame {t}");
             mean = [mean[0] + error[0] / n as f64, mean[1] + error[1] / n as f64];
             overlap += Areas::Exact.overlap(&state.region, &Region::Rect(truth), None) / n as f64;
         }

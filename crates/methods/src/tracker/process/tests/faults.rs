@@ -9,6 +9,8 @@ fn check(kind: Kind) {
     for row in include_str!("faults.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#')) {
         let (program, words) = row.split_once(" => ").expect(row);
         let [who, frame, text] = program.splitn(3, ' ').collect::<Vec<_>>()[..] else { panic!("{row}") };
+        assert!(["all", "text"].contains(&who) || Kind::ALL.iter().any(|k| k.word() == who), "nobody: {row}");
+        let index = (frame != "-").then(|| frame.parse().expect(row));
         if who != "all" && who != kind.word() && (who != "text" || kind == Kind::Trax) {
             continue;
         }
@@ -19,7 +21,7 @@ fn check(kind: Kind) {
             if forks {
                 script.hurry();
             }
-            script.fails(frame.parse().ok(), words);
+            script.fails(index, words);
         }
         assert!(!forks || script.is_gone(), "{kind:?}: {row}");
         assert!(begin.elapsed() < Duration::from_secs(60), "{kind:?}: {row}: {:?}", begin.elapsed());
