@@ -319,7 +319,7 @@ fn a_served_tracker_is_the_tracker() {
     assert_eq!(scores(&place, "mine"), scores(&place, "ncc"));
 }
 
-/// What `serve-trax` says to some lines.
+/// Run of `serve-trax` on some lines of input.
 fn serve(arguments: &[&str], lines: &str) -> Ran {
     Ran::of(trackfail().arg("serve-trax").args(arguments).write_stdin(lines))
 }

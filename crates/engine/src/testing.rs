@@ -12,7 +12,7 @@ pub fn experiment(suite: &str, rest: &str) -> String {
     format!("{head}\"{suite}\"\n{rest}")
 }
 
-/// What a test finds of the plan of an experiment, with an empty store.
+/// Result of a test on the plan of an experiment, with an empty store.
 pub fn with_plan<T>(text: &str, test: impl FnOnce(&ExperimentPlan<'_>, &Store) -> T) -> T {
     let experiment = spec::parse("try.toml", text).unwrap();
     let suites = execute::load(&experiment, &[]).unwrap();

@@ -56,7 +56,7 @@ pub enum Reads {
 
 /// A checked configuration of an analysis.
 pub trait Analysis: Send + Sync {
-    /// What the analysis reads.
+    /// Input of the analysis.
     fn reads(&self) -> Reads {
         Reads::Signal
     }

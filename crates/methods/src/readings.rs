@@ -73,7 +73,7 @@ fn share_error(metric: Metric, published: f64, counts: &Counts) -> f64 {
     unit * (share * (1.0 - share) / of.max(1) as f64).sqrt()
 }
 
-/// What one sequence adds to the numbers of a reading, over all runs.
+/// Contribution of one sequence to the numbers of a reading, over all runs.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Part {
     counts: Counts,

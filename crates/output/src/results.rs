@@ -174,7 +174,7 @@ pub enum ResultsError {
         experiment: String,
         /// That of the kept results.
         kept: String,
-        /// What each of the two has where they differ.
+        /// Differences, each with what both of them have.
         differences: Vec<String>,
     },
     /// The folder holds no finished run.

@@ -9,7 +9,11 @@ use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::process::Command;
 use std::sync::LazyLock;
+#[cfg(unix)]
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 pub use trackfail_needs::{met_when_compiled, needs};
 
@@ -184,6 +188,24 @@ pub fn check_pins(section: &str, found: impl IntoIterator<Item = String>) {
         "found, but not in tests/pins.txt: {new:#?}\nthere, but not found: {gone:#?}\nIf that is meant, raise `version` in \
          the ENTRY of what has changed, and write the pins by UPDATE=1 cargo test"
     );
+}
+
+/// True if a process has ended, or does within a while.
+///
+/// # Panics
+/// Where there is no `ps`.
+#[cfg(unix)]
+pub fn is_gone(pid: &str) -> bool {
+    let end = Instant::now() + Duration::from_secs(20);
+    while Instant::now() < end {
+        let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().expect("ps");
+        let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+        if state.is_empty() || state.starts_with('Z') {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    false
 }
 
 /// A valid document with a piece cut out and something else in its place.

@@ -38,7 +38,7 @@ pub struct FetchJob {
     pub again: Vec<String>,
 }
 
-/// What to do about each wanted sequence, in the order given.
+/// Plan of a fetch: an action for each wanted sequence, in the order given.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FetchPlan {
     /// Archives to download.

@@ -14,7 +14,7 @@ fn the_end_of_a_long_message_is_kept() {
 mod unix {
     use super::*;
     use std::io::{BufRead, BufReader};
-    use std::time::Instant;
+    use trackfail_testing::is_gone;
 
     fn start(script: &str, folder: Option<&Path>) -> Guarded {
         let mut command = Command::new("sh");
@@ -27,19 +27,6 @@ mod unix {
         let mut line = String::new();
         BufReader::new(program.stdout().unwrap()).read_line(&mut line).unwrap();
         line.trim().to_string()
-    }
-
-    fn is_gone(pid: &str) -> bool {
-        let end = Instant::now() + Duration::from_secs(20);
-        while Instant::now() < end {
-            let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().unwrap();
-            let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
-            if state.is_empty() || state.starts_with('Z') {
-                return true;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        false
     }
 
     #[test]

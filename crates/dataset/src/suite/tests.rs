@@ -30,7 +30,7 @@ fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item
     }
 }
 
-/// What `data verify` finds of a sequence.
+/// Finding of `data verify` about one sequence.
 fn checked(name: &str, sequence: &str, root: &TempDir) -> Finding {
     let all = suite(name).verify(&at(root), |_| true);
     all.into_iter().find(|c| c.name == sequence).unwrap().finding

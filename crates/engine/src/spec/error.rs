@@ -17,7 +17,7 @@ pub struct SpecError {
     pub file: String,
     /// Line, from 1.
     pub line: usize,
-    /// What is wrong, and what would be valid.
+    /// Words for the mistake, and for what would be valid.
     pub message: String,
     /// Lines printed below the message.
     pub below: Box<BelowMessage>,

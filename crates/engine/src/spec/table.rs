@@ -35,9 +35,9 @@ pub struct Table {
     pub name: String,
     /// Text above the table.
     pub caption: Option<String>,
-    /// What the rows are.
+    /// Content of the rows.
     pub rows: Side,
-    /// What the columns are.
+    /// Content of the columns.
     pub columns: Side,
     /// Metric of all cells; `None` if a side holds metrics.
     pub metric: Option<Metric>,

@@ -8,7 +8,7 @@ use trackfail_core::region::Areas;
 /// A frame of a track with the overlap and the confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConfidentFrame {
-    /// What happened in the frame.
+    /// Status of the tracker in the frame.
     pub status: Status,
     /// Overlap with the target: 0 where the tracker has no box, `None` where the target is not annotated.
     pub overlap: Option<f64>,

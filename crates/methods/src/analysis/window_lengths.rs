@@ -114,7 +114,7 @@ fn changes_of(error: &[f64]) -> Vec<Change> {
     places.iter().zip(ends).map(change).collect()
 }
 
-/// How s_t follows a change, in the order of [`MEETINGS`].
+/// Ways in which s_t follows a change, in the order of [`MEETINGS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meeting {
     /// s_t crosses the cut value within the tolerance.

@@ -116,7 +116,7 @@ pub enum TraxError {
     Unexpected {
         /// The message, shortened.
         received: String,
-        /// What was expected.
+        /// Message that was expected.
         expected: String,
     },
     /// Numbers are not a region.
@@ -124,7 +124,7 @@ pub enum TraxError {
     Region {
         /// The region, shortened.
         received: String,
-        /// What is wrong with the numbers.
+        /// Reason why the numbers are no region.
         source: RegionError,
     },
     /// The protocol cannot express the message.

@@ -88,7 +88,7 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     let references = claim.expression.references();
     // Only trackers of this run, on which every method and analysis of the claim is run.
     let concerns = |t: &&Tracker| {
-        let is_own = results.manifest.trackers.iter().any(|own| own.label == t.label);
+        let is_own = results.is_own(&t.label);
         is_own
             && references.iter().all(|r| match &r.quantity {
                 Quantity::Metric(_, method) => {

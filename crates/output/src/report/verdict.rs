@@ -31,7 +31,7 @@ pub struct Stretch {
 /// A loss, including frames without a box within it and after it.
 struct Loss {
     frames: Range<usize>,
-    /// How the loss ends.
+    /// End of the loss.
     end: End,
 }
 

@@ -38,7 +38,7 @@ const MARK: &str = " (kept)";
 /// Kinds of figures of pooled numbers; the others show single frames, or an axis of the own grids.
 const POOLED: [&str; 2] = ["curve", "warning"];
 
-/// What kept results add to those of an experiment.
+/// Rows of kept results that stand beside those of an experiment.
 pub struct Beside {
     /// The origin of the rows in a few words.
     pub source: String,

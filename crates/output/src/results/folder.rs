@@ -278,6 +278,11 @@ impl Results {
         Ok(pairs)
     }
 
+    /// True for a tracker of the experiment itself, not of kept rows beside it.
+    pub fn is_own(&self, tracker: &str) -> bool {
+        self.manifest.trackers.iter().any(|own| own.label == tracker)
+    }
+
     /// The cells without a result, with those of kept rows.
     pub fn cells_failed(&self) -> impl Iterator<Item = &FailedCell> {
         let kept = self.beside.iter().flat_map(|beside| &beside.failed);

@@ -1,4 +1,4 @@
-//! What signals say of themselves and of their parameters.
+//! Laws of the facts that signals give (direction, bounds, inputs), and of their parameters.
 
 use super::{build, moments, response};
 use crate::plugin::find;

@@ -51,7 +51,7 @@ fn a_target_that_moves_is_followed() {
     }
 }
 
-/// What it says of itself while the target can be seen is more than what it says when the target has gone. Fails where the
+/// The confidence or likelihood of a tracker falls when the target goes. Fails where the
 /// model is compared with itself, or after it has learned the frame.
 #[test]
 fn a_target_that_is_gone_is_noticed() {

@@ -1,4 +1,4 @@
-//! What detectors are sent, and what is part of their address.
+//! Messages that detector programs are sent, and the parts of their address.
 #![cfg(unix)]
 
 use super::*;

@@ -1,4 +1,4 @@
-//! What signals are sent, and what they need.
+//! Messages that signal programs are sent, and the inputs they need.
 #![cfg(unix)]
 
 use super::*;

@@ -6,7 +6,7 @@ use crate::signal::{self, Observation, Signal};
 use crate::tracker::testing::{Ramp, context, rendered};
 use crate::tracker::{self, Response, RunContext, StartResult, Status, TrackerConfig, TrackerState};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tempfile::TempDir;
 use trackfail_core::plugin::{Configured, Entry};
 use trackfail_core::region::{Rect, Region};
@@ -16,7 +16,7 @@ use trackfail_dataset::{Numbering, Render, Sequence};
 pub const FRAMES: usize = 4;
 const FIRST: u32 = 11;
 
-/// What a program is, and how it speaks.
+/// Role of a program, and the protocol that it speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Lines,
@@ -101,7 +101,7 @@ impl Script {
         Programs { file: "plugins.toml".into(), list: vec![Arc::new(self.program.clone())] }
     }
 
-    /// What it stands for, with `more` parameters.
+    /// Plugin that runs the script, with `more` parameters.
     pub fn bound<T: Bind + ?Sized + 'static>(&self, entry: &Entry<T>, more: &str) -> Configured<T> {
         let mut plugin = entry.build_from_text(&format!("{{ program = \"mine\"{more} }}")).unwrap();
         T::bind(&mut plugin, &self.programs()).unwrap();
@@ -164,20 +164,7 @@ impl Script {
 
     /// Whether it has ended with the process that it started, or both do within a while.
     pub fn is_gone(&self) -> bool {
-        let end = Instant::now() + Duration::from_secs(20);
-        let is_gone = |name: &str| {
-            let mut ps = std::process::Command::new("ps");
-            let shown = ps.args(["-o", "stat=", "-p", self.read(name).trim()]).output().unwrap();
-            let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
-            state.is_empty() || state.starts_with('Z')
-        };
-        while !["child", "grandchild"].into_iter().all(is_gone) {
-            if Instant::now() > end {
-                return false;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        true
+        ["child", "grandchild"].iter().all(|name| trackfail_testing::is_gone(self.read(name).trim()))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What trackers are sent, and what becomes of their answers.
+//! Messages that tracker programs are sent, and the states made of their answers.
 #![cfg(unix)]
 
 use super::testing::{FRAMES, Kind, Script, rect, sequence};

@@ -38,7 +38,7 @@ pub enum BoxFormat {
     Yolo,
 }
 
-/// How to read a file of boxes.
+/// Options for reading a file of boxes.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Format; `None`: from the header or the numbers.

@@ -37,7 +37,7 @@ pub struct Look {
     pub panel: Option<String>,
     /// Legend entry. Equal entries are shown once.
     pub entry: Option<Entry>,
-    /// How the line is drawn.
+    /// Stroke of the line.
     pub style: Style,
     /// Marker of the points.
     pub marker: Option<Marker>,

@@ -147,7 +147,7 @@ fn standings(results: &Results, units: &Units) -> Vec<Standing> {
         let is_shown = shown == name || experiment.methods.iter().all(|m| m.name != shown);
         let frames = of_every_tracker(results, name)?;
         let trackers = results.measures.iter().filter(|m| m.method == *name && m.done > 0);
-        let trackers = trackers.filter(|m| is_own(results, &m.tracker)).count();
+        let trackers = trackers.filter(|m| results.is_own(&m.tracker)).count();
         let of = |style, measure| Estimate::printed(style, standings::Estimate::of_frames(frames, measure));
         let (needs, real) = (variant.needs(), Style::DEFAULT);
         (trackers > 0 && is_shown).then(|| Standing {
@@ -166,16 +166,11 @@ fn standings(results: &Results, units: &Units) -> Vec<Standing> {
     asked.filter_map(standing).collect()
 }
 
-/// True for trackers of the experiment itself. Rows of others that stand beside them are pooled with none of its numbers.
-fn is_own(results: &Results, tracker: &str) -> bool {
-    results.manifest.trackers.iter().any(|own| own.label == tracker)
-}
-
 /// F over chance, from the counts of all trackers.
 fn f_over_chance(results: &Results, units: &Units, method: &str) -> standings::Estimate {
     let chance = results.experiment.chance_of(method);
     let of = |sum: &[i64; 4]| metric_of_sum(Metric::F_OVER_CHANCE, chance, sum);
-    let own = units.pooled(method, |tracker| is_own(results, tracker));
+    let own = units.pooled(method, |tracker| results.is_own(tracker));
     standings::Estimate::of_counts(&own, of, &units.sampling)
 }
 

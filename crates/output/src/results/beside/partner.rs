@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use trackfail_engine::spec::method::{Candidates, DetectorChoice, Method, Training, Variant};
 use trackfail_engine::spec::{Experiment, FoldsBy, OTHERS, TEST};
 
-/// What must not differ, what the experiment has of it, and what the kept results have.
+/// Name of something that must be the same, its value in the experiment, and its value in the kept results.
 type Fact = (String, String, String);
 /// Kind, version and parameters.
 type Plugin = (String, u32, Value);
@@ -155,7 +155,7 @@ fn detector_of(variant: &Variant) -> Plugin {
     (fixed.kind.to_string(), fixed.version, fixed.detector.params())
 }
 
-/// What is trained or learned, on which suite, and how.
+/// Training of a variant in words: the parameter or model, the suite, and the choice among candidates.
 fn training(variant: &Variant, experiment: &Experiment) -> String {
     let Some(role) = variant.detector.role() else { return "none".to_string() };
     let suite = experiment.suite_of(role).map_or(role, String::as_str);

@@ -1,4 +1,4 @@
-//! What programs do wrong, and how it is told: trackers, signals and detectors alike.
+//! Faults of programs and the words for them, of trackers, signals and detectors alike.
 
 use super::*;
 use crate::tracker::process::testing::detect;
