@@ -219,6 +219,9 @@ fn the_readme_shows_the_verdict_of_its_page() {
 fn the_version_is_the_same_everywhere() {
     let version = env!("CARGO_PKG_VERSION");
     assert!(read("CITATION.cff").contains(&format!("\nversion: {version}\n")));
+    for file in ["python/Cargo.toml", "python/program/pyproject.toml"] {
+        assert!(read(file).contains(&format!("\nversion = \"{version}\"\n")), "{file}");
+    }
     assert!(read("CHANGELOG.md").contains("\n## [Unreleased]\n"));
 }
 

@@ -1,0 +1,116 @@
+"""Results of experiments as data frames."""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, overload
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+DataFrame = TypeVar("DataFrame")
+Library = Literal["polars", "pandas"]
+
+_TABLES = ("scores.csv", "measures.csv", "frame_measures.csv", "frames.parquet", "truth.parquet", "signals.parquet")
+
+
+class Results(Generic[DataFrame]):
+    """The results of an experiment: a folder `results/NAME`, read where it is asked for.
+
+    The columns are those that `docs/columns.md` explains.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], library: Library) -> None:
+        self.path = Path(path)
+        self.library = library
+        if not (self.path / "manifest.json").is_file():
+            raise FileNotFoundError(f"{self.path} has no results: there is no manifest.json in it")
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Inputs of the results: experiment, protocol, suite, trackers, methods."""
+        read: dict[str, Any] = json.loads((self.path / "manifest.json").read_text(encoding="utf-8"))
+        return read
+
+    @property
+    def tables(self) -> list[str]:
+        """Names of the tables that there are."""
+        return [name.split(".")[0] for name in _TABLES if (self.path / name).is_file()]
+
+    @property
+    def scores(self) -> DataFrame:
+        """Counts of each cell: a method on one run of a tracker over a sequence; sequence `*` is all of them."""
+        return self._read("scores.csv")
+
+    @property
+    def measures(self) -> DataFrame:
+        """Ratios of the counts of each tracker and method, pooled over the suite."""
+        return self._read("measures.csv")
+
+    @property
+    def frame_measures(self) -> DataFrame:
+        """Measures frame by frame of each tracker and method: AUROC, losses found, ..."""
+        return self._read("frame_measures.csv")
+
+    @property
+    def frames(self) -> DataFrame:
+        """Boxes, errors, scores and labels of every frame."""
+        return self._read("frames.parquet")
+
+    @property
+    def truth(self) -> DataFrame:
+        """Ground truth of every frame."""
+        return self._read("truth.parquet")
+
+    @property
+    def signals(self) -> DataFrame:
+        """Signals and forecasts of every frame."""
+        return self._read("signals.parquet")
+
+    def _read(self, name: str) -> DataFrame:
+        path = self.path / name
+        if not path.is_file():
+            there = ", ".join(self.tables)
+            raise FileNotFoundError(f"{path}: this experiment has no such table; it has {there}")
+        read: DataFrame = _reader(self.library, path.suffix)(path)
+        return read
+
+    def __repr__(self) -> str:
+        return f"<trackfail.Results of {self.path}: {', '.join(self.tables)}>"
+
+
+def _reader(library: Library, suffix: str) -> Any:
+    """The function of a library that reads files of this kind."""
+    if library == "polars":
+        import polars
+
+        # The kind of a column may show in its last row.
+        return polars.read_parquet if suffix == ".parquet" else partial(polars.read_csv, infer_schema_length=None)
+    import pandas
+
+    return pandas.read_parquet if suffix == ".parquet" else pandas.read_csv
+
+
+@overload
+def load(path: str | os.PathLike[str], library: Literal["polars"]) -> Results[polars.DataFrame]: ...
+@overload
+def load(path: str | os.PathLike[str], library: Literal["pandas"]) -> Results[pandas.DataFrame]: ...
+@overload
+def load(path: str | os.PathLike[str]) -> Results[Any]: ...
+def load(path: str | os.PathLike[str], library: Library | None = None) -> Results[Any]:
+    """The results in a folder, as data frames of polars where it is installed, else of pandas.
+
+    Raises:
+        FileNotFoundError: For a folder without results.
+        ImportError: Where neither library is installed.
+    """
+    known: tuple[Library, ...] = ("polars", "pandas")
+    there = [name for name in known if find_spec(name) is not None]
+    if library is None and not there:
+        raise ImportError("tables need polars or pandas: pip install polars")
+    return Results(path, library or there[0])

@@ -1,0 +1,21 @@
+"""Types of arguments."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ._trackfail import Frame
+
+Colors: TypeAlias = Literal["bgr", "rgb"]
+State: TypeAlias = Literal["tracking", "lost", "absent"]
+Good: TypeAlias = Literal["high", "low"]
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Picture: TypeAlias = npt.NDArray[np.uint8] | Frame | str | os.PathLike[str]
+Box: TypeAlias = Sequence[float] | npt.NDArray[Any]
+Boxes: TypeAlias = Sequence[Box | None] | npt.NDArray[Any]

@@ -1,0 +1,158 @@
+"""Judgements of whole tracks agree with the program, whatever the frames come from."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackfail
+from conftest import Rendered, Run
+from trackfail._types import Floats, Picture
+
+
+@pytest.fixture(scope="module")
+def detected(rendered: Rendered, run: Run, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., pl.DataFrame]:
+    boxes = tmp_path_factory.mktemp("boxes") / "boxes.txt"
+    np.savetxt(boxes, rendered.boxes, delimiter=",", fmt="%.17g")
+
+    def detect(*arguments: object) -> pl.DataFrame:
+        out = run("detect", "--boxes", boxes, "--base", 0, "--format", "csv", *arguments)
+        return pl.read_csv(StringIO(out)).with_columns(pl.col("frame") - 1)
+
+    return detect
+
+
+def test_columns_are_those_of_the_program(rendered: Rendered, detected: Callable[..., pl.DataFrame]) -> None:
+    want = detected("--frames", rendered.folder)
+    judged = trackfail.judge(rendered.folder, rendered.boxes)
+    got = judged.to_polars()
+    assert got.columns == want.columns
+    assert got.rows() == want.rows()
+    assert judged.losses and judged.method == "Fused deep" == trackfail.recommended(frames=True)
+    want = detected("--method", "Displacement")
+    assert trackfail.judge(None, rendered.boxes, method="Displacement").to_polars().rows() == want.rows()
+
+
+def test_frames_may_come_from_anywhere(rendered: Rendered) -> None:
+    arrays = [frame.to_numpy() for frame in rendered.frames]
+
+    def one_after_the_other() -> Iterator[Picture]:
+        yield from rendered.frames
+
+    frames: list[Any] = [
+        rendered.folder,
+        str(rendered.folder / "img"),
+        rendered.paths,
+        rendered.frames,
+        arrays,
+        np.stack(arrays),
+        one_after_the_other(),
+    ]
+    boxes = [None, *rendered.boxes[1:]]
+    judged = [trackfail.judge(given, boxes, method="First colors", colors="rgb") for given in frames]
+    for other in judged[1:]:
+        np.testing.assert_array_equal(other.score, judged[0].score)
+    assert judged[0].state[0] == "absent" and np.isnan(judged[0].score[0])
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg decodes videos")
+def test_a_video(rendered: Rendered, detected: Callable[..., pl.DataFrame], tmp_path: Path) -> None:
+    video = tmp_path / "clip.mp4"
+    pattern = rendered.paths[0].parent / f"%0{len(rendered.paths[0].stem)}d{rendered.paths[0].suffix}"
+    command = ["ffmpeg", "-loglevel", "error", "-i", str(pattern), "-c:v", "mpeg4", "-q:v", "2", str(video)]
+    subprocess.run(command, check=True)
+    want = detected("--frames", video, "--method", "First colors")
+    assert trackfail.judge(video, rendered.boxes, method="First colors").to_polars().rows() == want.rows()
+    with pytest.raises(ValueError, match="190 frames and 191 boxes"):
+        trackfail.judge(video, np.vstack((rendered.boxes, rendered.boxes[:1])), method="First colors")
+    broken = tmp_path / "broken.mp4"
+    broken.write_bytes(b"no video")
+    with pytest.raises(ValueError, match="no video that ffmpeg reads"):
+        trackfail.judge(broken, rendered.boxes, method="First colors")
+
+
+def test_all_targets_of_a_video_in_one_pass(rendered: Rendered) -> None:
+    given = 0
+
+    def count() -> Iterator[Picture]:
+        nonlocal given
+        for frame in rendered.frames:
+            given += 1
+            yield frame
+
+    tracks = {"still": rendered.boxes, "truth": rendered.truth}
+    judged = trackfail.judge(count(), tracks, method="First colors")
+    assert given == len(rendered.frames) and list(judged) == ["still", "truth"]
+    for name, boxes in tracks.items():
+        alone = trackfail.judge(rendered.frames, boxes, method="First colors")
+        np.testing.assert_array_equal(judged[name].score, alone.score)
+
+
+def jumping() -> Floats:
+    """A target that moves slowly and jumps away in frame 40."""
+    return np.array([[t if t < 40 else 300.0, 20, 16, 14] for t in range(60)])
+
+
+def test_confidence_and_companions() -> None:
+    boxes = jumping()
+    sure = trackfail.judge(None, boxes, confidence=np.where(np.arange(60) < 40, 0.9, 0.1))
+    assert sure.method == trackfail.recommended(confidence=True) == "Confidence"
+    assert trackfail.judge(None, boxes, companions=[boxes, boxes + 1]).method == "Fused companions"
+    assert trackfail.judge(None, boxes, budget=5).method == "Fused boxes"
+
+
+def test_what_is_refused(rendered: Rendered) -> None:
+    def broken() -> Iterator[Picture]:
+        yield rendered.frames[0]
+        raise KeyError("camera")
+
+    boxes = rendered.boxes
+    with pytest.raises(KeyError, match="camera"):
+        trackfail.judge(broken(), boxes, method="First colors")
+    with pytest.raises(ValueError, match="3 frames and 190 boxes"):
+        trackfail.judge(iter(rendered.frames[:3]), boxes, method="First colors")
+    with pytest.raises(ValueError, match="189 frames and 190 boxes"):
+        trackfail.judge(rendered.frames[1:], boxes)
+    with pytest.raises(ValueError, match="needs frames"):
+        trackfail.judge(None, boxes, method="First colors")
+    with pytest.raises(ValueError, match="AVU` needs more of a tracker"):
+        trackfail.judge(rendered.folder, boxes, method="AVU")
+    with pytest.raises(ValueError, match="boxes, frame 1: the region has no area"):
+        trackfail.judge(None, [[1, 2, 3, 4], [1, 2, 0, 4]])
+    with pytest.raises(ValueError, match="confidence has 3 frames, the track 190"):
+        trackfail.judge(None, boxes, confidence=[0.5] * 3)
+    with pytest.raises(ValueError, match="the frame has 8x8 pixels, those before had"):
+        trackfail.judge([*rendered.frames[:-1], np.zeros((8, 8), np.uint8)], boxes, method="First colors")
+    with pytest.raises(ValueError, match="base: want 0 or 1"):
+        trackfail.judge(None, boxes, base=3)
+    with pytest.raises(ValueError, match="uint8"):
+        trackfail.judge(np.zeros((190, 8, 8, 3)), boxes, colors="rgb")
+    with pytest.raises(FileNotFoundError):
+        trackfail.judge("nowhere", boxes)
+
+
+def test_tables_pages_and_pictures(tmp_path: Path) -> None:
+    judged = trackfail.judge(None, jumping(), method="Displacement")
+    assert judged.losses[0][0] == 40 and len(judged) == 60
+    frame = judged.to_pandas()
+    assert list(frame.columns) == ["frame", "method", "score", "label", "change", "state"]
+    assert frame.state[40] == "lost" and frame.change[40] == 1
+    page = tmp_path / "page.html"
+    judged.report(page)
+    text = page.read_text()
+    assert "Lost from frame 40 to " in text and "<svg" in text and "http" not in text
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    axes = judged.plot()
+    assert axes.get_title() == "Displacement" and len(axes.patches) == len(judged.losses)
+    pyplot.close("all")

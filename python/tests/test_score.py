@@ -1,0 +1,86 @@
+"""Protocols and measures give the numbers of the results that the checkout holds."""
+
+from __future__ import annotations
+
+import polars as pl
+import pytest
+
+import trackfail
+from conftest import CHECKOUT
+from trackfail import Results
+
+N = float("nan")
+
+
+@pytest.fixture(scope="module")
+def results() -> Results[pl.DataFrame]:
+    return trackfail.load(CHECKOUT / "results" / "quickstart", "polars")
+
+
+def test_counts_are_those_of_the_results(results: Results[pl.DataFrame]) -> None:
+    cells = {(row["sequence"], row["tracker"], row["run"], row["method"]): row for row in results.scores.iter_rows(named=True)}
+    seen = 0
+    for name, track in results.frames.group_by("sequence", "tracker", "run", "method"):
+        want = cells[name]
+        protocol = "sanmiguel2015/1" if name[1] == "PF" else "khalid2016/1"
+        label, error, change = (track[column].to_list() for column in ("label", "error", "change"))
+        score = trackfail.score(label, error=error, changes=change, protocol=protocol)
+        assert (score.tp, score.fp, score.fn, score.tn) == (want["tp"], want["fp"], want["fn"], want["tn"]), name
+        for ratio in ("precision", "recall", "f_score", "fpr"):
+            assert score[ratio] == want[ratio], (name, ratio)
+        seen += 1
+    assert seen > 100
+
+
+@pytest.mark.parametrize(("tracker", "method"), [("NCC", "DTEF"), ("NCC", "NAIVE"), ("KCF", "DTEF"), ("NCC", "oracle")])
+def test_measures_are_those_of_the_results(tracker: str, method: str, results: Results[pl.DataFrame]) -> None:
+    chosen = (pl.col("tracker") == tracker) & (pl.col("method") == method)
+    want = results.frame_measures.filter(chosen).row(0, named=True)
+    tracks = [track for _, track in results.frames.filter(chosen).group_by("sequence", maintain_order=True)]
+    scores, error, labels = ([track[name].to_list() for track in tracks] for name in ("score", "error", "label"))
+    got = trackfail.frame_measures(scores, error, labels)
+    assert len(got) > 15
+    assert {name: value for name, value in got.items() if name != "ece"} == {name: want[name] for name in got if name != "ece"}
+    assert trackfail.auroc(scores, error) == want["auroc"]
+    assert trackfail.average_precision(scores, error) == want["auprc"]
+    assert trackfail.found_at(5, scores, error) == want["found_at_5"]
+    turned = [[-score for score in track] for track in scores]
+    assert trackfail.auroc(turned, error, good="high") == want["auroc"]
+    assert trackfail.found_at(5, turned, error, good="high") == want["found_at_5"]
+    assert trackfail.frame_measures(scores, error, seed=1)["auroc_low"] is not None
+
+
+def test_errors_are_those_of_the_results(results: Results[pl.DataFrame]) -> None:
+    chosen = (pl.col("tracker") == "NCC") & (pl.col("method") == "DTEF") & (pl.col("sequence") == "Tennis")
+    track = results.frames.filter(chosen).sort("frame")
+    truth = results.truth.filter(pl.col("sequence") == "Tennis").sort("frame")
+    corners = truth.select("x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4").to_numpy()
+    got = trackfail.errors(track.select("x", "y", "w", "h").to_numpy(), corners)
+    assert got.tolist() == pytest.approx(track["error"].to_list(), abs=1e-9)
+
+
+def test_by_hand() -> None:
+    box, half, away = (0, 0, 10, 10), (5, 0, 10, 10), (50, 0, 10, 10)
+    error = trackfail.errors([box, half, None, away], [box, box, box, None])
+    assert error[:3].tolist() == [0, 0.5, 1] and error[3] != error[3]
+    score = trackfail.score([0] * 20 + [1] * 10, [box] * 20 + [away] * 10, [box] * 30)
+    assert (score.tp, score.fp, score.fn, score["f_score"]) == (1, 0, 0, 1.0)
+    assert (score.events.tolist(), score.detections.tolist(), score.matches.tolist()) == ([20], [20], [[0, 0]])
+    assert trackfail.score([0, 0], error=[0.1, 0.1])["f_score"] is None
+    # Of 2 x 3 pairs 4 are in order and 1 ties.
+    assert trackfail.auroc([5, 4, 3, 3, 1], [1, 0, 0, 1, 0]) == 4.5 / 6
+    assert trackfail.auroc([1, 2], [0, 0]) is None and trackfail.found_at(5, [1, 2], [0, 0]) is None
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(ValueError, match="did you mean `khalid2016/1`"):
+        trackfail.score([0], error=[0.1], protocol="khalid2016/11")
+    with pytest.raises(ValueError, match="labels has the length 1, error 2"):
+        trackfail.score([0], error=[0.1, 0.2])
+    with pytest.raises(ValueError, match="boxes and truth, or error"):
+        trackfail.score([0])
+    with pytest.raises(ValueError, match="no score in frame 1"):
+        trackfail.auroc([0.1, N], [0, 1])
+    with pytest.raises(ValueError, match="scores of track 0 has the length 1"):
+        trackfail.auroc([0.1], [0, 1])
+    assert "nab/1" in trackfail.protocols()
