@@ -12,6 +12,7 @@ use crate::engine::store::{self, Store};
 use crate::engine::{self, ExperimentPlan, Options, Outcome, RunError, RunLimits, Shard, Stop};
 use crate::plugin;
 use crate::report::{StagedReport, WrittenReport, stills};
+use crate::results::beside::Kept;
 use crate::results::{self, Detail, Results, RunRecord, manifest};
 use crate::spec::{self, Experiment, builtin};
 use crate::tracker::process::Programs;
@@ -203,7 +204,7 @@ fn run_one(args: &Args, experiment: &Experiment, limits: &RunLimits) -> Result<(
     let plan = ExperimentPlan::new(experiment, suites, &args.data_roots.given, &limits.stop)
         .map_err(|e| run_failure(experiment, e))?;
     if let Some(kept) = &kept {
-        results::beside::check(experiment, &plan.test().digests(), kept)?;
+        results::beside::check(experiment, None, &plan.digests(), &kept.results)?;
     }
     if args.runs.is_none() {
         tell_of_further_runs(&plan, &args.data_roots.given);
@@ -289,7 +290,7 @@ fn run_failure(experiment: &Experiment, error: RunError) -> Failure {
 /// Writes results and report aside, with the kept results beside them, and puts them in their place.
 fn write(
     args: &Args,
-    (experiment, kept): (&Experiment, Option<&Results>),
+    (experiment, kept): (&Experiment, Option<&Kept>),
     store: &Store,
     outcome: &Outcome<'_>,
     start: Instant,

@@ -1,6 +1,7 @@
 //! Kept results beside those of an experiment: one table, one bootstrap, and partners that are refused.
 
 use crate::tools::{Place, assert_same_files, files};
+use trackfail::results::beside::{Kept, keep};
 
 /// An experiment with these keys behind its name, and these methods, each with its threshold.
 fn spec(keys: &str, methods: &[(&str, f64)]) -> String {
@@ -50,10 +51,43 @@ fn kept_rows_are_those_of_one_run() {
     assert_eq!(methods, ["strict", "level", "low"]);
     // The results stand by themselves.
     std::fs::rename(place.path("reports"), place.path("before")).unwrap();
+    let before_run = Kept::read(&place.path("results/kept/old")).unwrap();
     std::fs::remove_dir_all(place.path("results/kept")).unwrap();
     place.run("report mine/new").ends(0);
     assert_same_files(&place.path("before/mine/new"), &place.path("reports/mine/new"));
     place.run("explain mine/new/board 'level (kept)' f_score").ends(0).says("F1 score of level (kept)");
+    // They are those from before the run, whatever became of them meanwhile.
+    let copy = files(&place.path("results/mine/new/beside"));
+    std::fs::remove_dir_all(place.path("results/mine/new/beside")).unwrap();
+    keep(&before_run, &place.path("results/mine/new")).unwrap();
+    assert!(copy == files(&place.path("results/mine/new/beside")));
+}
+
+/// Changes what a manifest says of the first sequence of the training suite, and gives the right digest.
+fn with_other_training(place: &Place, manifest: &str) -> String {
+    let digest = place.json(manifest)["digests"]["synthetic-vot"][0][1].as_str().unwrap().to_string();
+    place.write(manifest, place.read(manifest).replacen(&digest, "other", 1));
+    digest
+}
+
+#[test]
+fn partners_that_learned_from_other_data_are_refused_by_runs_and_reports() {
+    let place = Place::new();
+    let trained = "{ train = \"train\", maximise = \"f_score\", grid = { values = [0.5, 0.9] } }";
+    for (file, keys, label) in [("old.toml", "\"kept/old\"", "old"), ("mine.toml", MINE, "mine")] {
+        let text = spec(keys, &OLD[..1])
+            .replace("below = 0.9", &format!("below = {trained}"))
+            .replace("suites.test", "suites.train = \"synthetic-vot\"\nsuites.test")
+            .replace("\"still\"", &format!("\"still\", label = \"{label}\""));
+        place.write(file, text);
+        place.run(&format!("run {file} -q --compact")).ends(0);
+    }
+    let digest = with_other_training(&place, "results/mine/new/manifest.json");
+    let words = format!("of synthetic-vot is other here and {digest} there; run mine/new again");
+    place.run("report mine/new").refuses(1, &words);
+    with_other_training(&place, "results/kept/old/manifest.json");
+    let words = format!("of synthetic-vot is {digest} here and other there");
+    place.run("run mine.toml -q").refuses(2, &words);
 }
 
 #[test]

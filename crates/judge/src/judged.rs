@@ -153,14 +153,8 @@ mod tests {
         }
     }
 
-    /// States and labels by a detector of the list.
-    fn judged(text: &str, kind: &str, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
-        let entry = crate::plugin::find(crate::detector::DETECTORS, kind).unwrap();
-        judged_by(&*entry.build_from_text(text).unwrap(), score, alarm, boxes)
-    }
-
     /// States (one letter each) and labels of an output on a track that has a box where `boxes` has a `b`.
-    fn judged_by(detector: &dyn Detector, score: &[f64], alarm: &str, boxes: &str) -> (String, String) {
+    fn judged(detector: &dyn Detector, score: &[f64], alarm: &str, boxes: &str) -> String {
         let alarm = alarm.chars().map(|c| c == '!').collect();
         let output = DetectorOutput { score: score.to_vec(), alarm, ..DetectorOutput::default() };
         let present: Vec<bool> = boxes.chars().map(|c| c == 'b').collect();
@@ -170,30 +164,33 @@ mod tests {
             sum += change;
             assert_eq!(sum, i32::from(*label), "changes are those of the labels");
         }
-        let states = method.states.iter().filter_map(|state| state.word().chars().next()).collect();
-        (states, method.label.iter().map(|label| if *label { '!' } else { '.' }).collect())
+        let states: String = method.states.iter().filter_map(|state| state.word().chars().next()).collect();
+        let labels: String = method.label.iter().map(|label| if *label { '!' } else { '.' }).collect();
+        format!("{states} {labels}")
     }
 
     // By hand; the alarms are what each detector gives for these scores.
     #[test]
     fn an_alarm_from_an_absence_ends_with_it() {
-        let own = |states: &str, labels: &str| (states.to_string(), labels.to_string());
-        // Above its threshold it only holds the alarm; below it raises it again.
-        let held = [0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9];
-        let of = |score: &[f64], alarm: &str| judged_by(&Holding, score, alarm, "bb--bbbb");
-        assert_eq!(of(&held, "..!!!!.."), own("ttaatttt", "..!!...."));
-        let again = [0.9, 0.9, 0.1, 0.1, 0.5, 0.2, 0.5, 0.9];
-        assert_eq!(of(&again, "..!!!!!."), own("ttaatllt", "..!!.!!."));
-        // Sums over earlier frames hold what they were in the absence; they speak for a loss where they grow beyond that.
-        let text = "{ above = 5.0, start = 2 }";
-        let sums = |score: &[f64]| judged(text, "cusum", score, "..!!!!!!", "bb--bbbb");
-        assert_eq!(sums(&[0.0, 0.0, 6.0, 40.0, 39.0, 38.0, 39.5, 37.0]), own("ttaatttt", "..!!...."));
-        assert_eq!(sums(&[0.0, 0.0, 6.0, 40.0, 41.0, 38.0, 39.5, 37.0]), own("ttaallll", "..!!!!!!"));
-        // Each alarm of a detector of single frames stands for itself.
-        let level = |score: &[f64], alarm| judged("{ below = 0.3 }", "level", score, alarm, "bb--bbbb");
-        assert_eq!(level(&[0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9], "..!!...."), own("ttaatttt", "..!!...."));
-        assert_eq!(level(&[0.9, 0.9, 0.1, 0.1, 0.1, 0.5, 0.8, 0.9], "..!!!..."), own("ttaallll", "..!!!..."));
-        // A loss from before the absence goes on after it.
-        assert_eq!(level(&[0.9, 0.1, 0.1, 0.5, 0.5, 0.5, 0.8, 0.9], ".!!....."), own("tlaallll", ".!!....."));
+        let build = |kind: &str, text: &str| {
+            crate::plugin::find(crate::detector::DETECTORS, kind).unwrap().build_from_text(text).unwrap()
+        };
+        let holding: &dyn Detector = &Holding;
+        let (sums, level) = (build("cusum", "{ above = 5.0, start = 2 }"), build("level", "{ below = 0.3 }"));
+        for (detector, score, alarm, want) in [
+            // Above its threshold it only holds the alarm; below it raises it again.
+            (holding, [0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9], "..!!!!..", "ttaatttt ..!!...."),
+            (holding, [0.9, 0.9, 0.1, 0.1, 0.5, 0.2, 0.5, 0.9], "..!!!!!.", "ttaatllt ..!!.!!."),
+            // Sums over earlier frames hold what they were in the absence; they speak for a loss where they grow beyond that.
+            (&*sums, [0.0, 0.0, 6.0, 40.0, 39.0, 38.0, 39.5, 37.0], "..!!!!!!", "ttaatttt ..!!...."),
+            (&*sums, [0.0, 0.0, 6.0, 40.0, 41.0, 38.0, 39.5, 37.0], "..!!!!!!", "ttaallll ..!!!!!!"),
+            // Each alarm of a detector of single frames stands for itself.
+            (&*level, [0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9], "..!!....", "ttaatttt ..!!...."),
+            (&*level, [0.9, 0.9, 0.1, 0.1, 0.1, 0.5, 0.8, 0.9], "..!!!...", "ttaallll ..!!!..."),
+            // A loss from before the absence goes on after it.
+            (&*level, [0.9, 0.1, 0.1, 0.5, 0.5, 0.5, 0.8, 0.9], ".!!.....", "tlaallll .!!....."),
+        ] {
+            assert_eq!(judged(detector, &score, alarm, "bb--bbbb"), want, "{score:?}");
+        }
     }
 }

@@ -1,6 +1,7 @@
-//! Helpers for tests: experiments and judged methods.
+//! Helpers for tests: experiments, judged methods, and parts of results.
 
 use crate::results::detections::{JudgedMethod, TargetState};
+use crate::results::{FailedCell, Measure};
 use trackfail_core::direction::Direction;
 use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::read::parse;
@@ -23,6 +24,24 @@ pub fn experiment(paper: &str, methods: &[(&str, &str)], below: &str) -> Experim
         "{paper}\nprotocol = \"khalid2016/1\"\nseed = 1\n[suites]\ntest = \"synthetic-otb\"\n\
          train = \"synthetic-vot\"\n[[tracker]]\nname = \"ncc\"\n{methods}{below}"
     ))
+}
+
+/// A manifest of the first format.
+pub const MANIFEST: &[u8] = br#"{"format":1,"experiment":"a","spec_digest":"00","version":"0.1.0",
+    "protocol":"khalid2016/1","seed":1,"suite":{"name":"s","wanted":1,"present":[["q",9]],"missing":[]},
+    "digests":{"s":[["q","00"]]},"trackers":[],"methods":[],"cells_done":1,"cells_failed":[],"rules":{},
+    "differing":[],"files":{"measures.csv":"00"}}"#;
+
+/// Cell of the first run without a result.
+pub fn failed_cell(sequence: &str, tracker: &str, method: &str, missing: bool, reason: &str) -> FailedCell {
+    let [sequence, tracker, method, reason] = [sequence, tracker, method, reason].map(str::to_string);
+    FailedCell { sequence, tracker, run: 0, method, missing, reason }
+}
+
+/// Numbers of a method on a tracker, from one cell.
+pub fn measure(tracker: &str, method: &str, params: &str) -> Measure {
+    let [tracker, method, params] = [tracker, method, params].map(String::from);
+    Measure { tracker, method, params, done: 1, ..Measure::default() }
 }
 
 /// Result of a method on frames with these states and probabilities of a loss.

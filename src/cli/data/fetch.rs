@@ -297,11 +297,10 @@ mod tests {
     /// Packs a folder as the archive of `vot2014/diving`.
     fn packed(folder: &Path) -> Vec<u8> {
         let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            let name = format!("diving/{}", path.file_name().unwrap().to_str().unwrap());
+        for (name, bytes) in trackfail_testing::files(folder) {
+            let name = format!("diving/{}", name.display());
             archive.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
-            archive.write_all(&std::fs::read(path).unwrap()).unwrap();
+            archive.write_all(&bytes).unwrap();
         }
         archive.finish().unwrap().into_inner()
     }
@@ -364,9 +363,7 @@ mod tests {
 
     #[test]
     fn what_differs_from_the_pinned_is_told() {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("00000001.jpg"), "").unwrap();
-        std::fs::write(folder.path().join("groundtruth.txt"), "1,2,3,4").unwrap();
+        let folder = trackfail_testing::folder([("00000001.jpg", ""), ("groundtruth.txt", "1,2,3,4")]);
         let (root, failed) = fetch_packed(folder.path());
         assert_eq!((&failed.data, failed.differing.len()), (&vec!["vot2014-diving".to_string()], 0));
         assert!(!root.path().join("vot2014").exists(), "nothing is placed");
@@ -375,17 +372,15 @@ mod tests {
         assert_eq!(verdict(&plan, &failed).unwrap_err().code(), 3);
     }
 
+    fn diving() -> std::path::PathBuf {
+        trackfail_testing::real_data().join("vot2014/diving")
+    }
+
     /// Copy of vot2014/diving in which one frame has an additional byte.
     fn changed_copy() -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
-        for entry in std::fs::read_dir(trackfail_testing::real_data().join("vot2014/diving")).unwrap() {
-            let entry = entry.unwrap();
-            std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
-        }
-        let frame = folder.path().join("00000005.jpg");
-        let bytes = [std::fs::read(&frame).unwrap(), vec![0]].concat();
-        std::fs::write(frame, bytes).unwrap();
-        folder
+        let mut files = trackfail_testing::files(&diving());
+        files.get_mut(Path::new("00000005.jpg")).unwrap().push(0);
+        trackfail_testing::folder(files)
     }
 
     #[trackfail_testing::needs(real_data)]
@@ -400,9 +395,12 @@ mod tests {
 
     #[trackfail_testing::needs(real_data)]
     #[test]
-    fn a_fetched_folder_that_is_wrong_is_named_and_replaced_on_demand() {
-        let (root, _) = fetch_packed(&trackfail_testing::real_data().join("vot2014/diving"));
+    fn a_fetched_folder_is_as_pinned_and_one_that_is_wrong_is_named_and_replaced_on_demand() {
+        let (root, failed) = fetch_packed(&diving());
         let roots = [root.path().to_path_buf()];
+        let plan = fetch::plan(&wanted(), &roots, false);
+        assert_eq!(plan.here, ["vot2014/diving"]);
+        assert!(verdict(&plan, &failed).is_ok(), "{failed:?}");
         let (folder, changed) = (root.path().join("vot2014/diving"), changed_copy());
         std::fs::copy(changed.path().join("00000005.jpg"), folder.join("00000005.jpg")).unwrap();
         let told = fetch::plan(&wanted(), &roots, false);
@@ -414,7 +412,7 @@ mod tests {
         let mut plan = fetch::plan(&wanted(), &roots, true);
         assert_eq!((plan.broken.len(), plan.jobs.len()), (0, 1));
         assert_eq!(plan.jobs[0].again, ["vot2014/diving"]);
-        let good = job(serve(packed(&trackfail_testing::real_data().join("vot2014/diving"))));
+        let good = job(serve(packed(&diving())));
         plan.jobs[0] = FetchJob { again: plan.jobs[0].again.clone(), ..good };
         let space = Workspace::open(root.path()).unwrap();
         let failed = download(&space, &plan.jobs, &FetchOptions::default()).unwrap();
@@ -445,15 +443,5 @@ mod tests {
         assert_eq!(verdict(&by_hand, &Failed::default()).unwrap_err().code(), 3);
         assert!(verdict(&FetchPlan::default(), &Failed::default()).is_ok());
         assert_eq!(download(&space, &[job("ftp://h/a".into())], &options).unwrap_err().code(), 2);
-    }
-
-    #[trackfail_testing::needs(real_data)]
-    #[test]
-    fn real_data_come_out_of_an_archive_as_pinned() {
-        let data = trackfail_testing::real_data();
-        let (root, failed) = fetch_packed(&data.join("vot2014/diving"));
-        let plan = fetch::plan(&wanted(), &[root.path().to_path_buf()], false);
-        assert_eq!(plan.here, ["vot2014/diving"]);
-        assert!(verdict(&plan, &failed).is_ok(), "{failed:?}");
     }
 }

@@ -17,12 +17,8 @@ fn vot() -> Vec<Suite> {
 
 /// Data root with one sequence that is too short; 24 others are missing.
 fn root() -> tempfile::TempDir {
-    let root = tempfile::tempdir().unwrap();
-    let ball = root.path().join("vot2014/ball");
-    std::fs::create_dir_all(&ball).unwrap();
-    std::fs::write(ball.join("00000001.jpg"), b"").unwrap();
-    std::fs::write(ball.join("groundtruth.txt"), "1,2,3,4").unwrap();
-    root
+    let files = [("00000001.jpg", ""), ("groundtruth.txt", "1,2,3,4")];
+    trackfail_testing::folder(files.map(|(name, text)| (format!("vot2014/ball/{name}"), text)))
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::Args;
 use crate::cli::Failure;
 use crate::dataset::suite::Loaded;
 use crate::report::finished;
-use crate::results::Results;
+use crate::results::beside::Kept;
 use crate::spec::{Experiment, TEST};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,12 +16,12 @@ const SHIPPED: &str = "results";
 ///
 /// # Errors
 /// `Usage` where they are in neither, `Io` where they cannot be read.
-pub fn kept(args: &Args, experiment: &Experiment) -> Result<Option<Results>, Failure> {
+pub fn kept(args: &Args, experiment: &Experiment) -> Result<Option<Kept>, Failure> {
     let Some(name) = &experiment.beside else { return Ok(None) };
     let found = finished::folder(&args.results, name);
     let found = found.or_else(|e| finished::folder(Path::new(SHIPPED), name).map_err(|_| e));
     let folder = found.map_err(|e| Failure::usage(format!("{}: `beside`: {e}", experiment.name)))?;
-    Ok(Some(Results::read_alone(&folder)?))
+    Ok(Some(Kept::read(&folder)?))
 }
 
 /// Leaves out the sequences of the test suite that the kept results do not have.
@@ -29,12 +29,12 @@ pub fn kept(args: &Args, experiment: &Experiment) -> Result<Option<Results>, Fai
 /// # Errors
 /// `Usage` where none is left.
 pub fn keep_common(
-    kept: &Results,
+    kept: &Kept,
     experiment: &Experiment,
     suites: &mut BTreeMap<String, Loaded>,
 ) -> Result<(), Failure> {
     let Some(test) = suites.get_mut(TEST) else { return Ok(()) };
-    let (name, there) = (&kept.manifest.experiment, &kept.manifest.suite.present);
+    let (name, there) = (&kept.results.manifest.experiment, &kept.results.manifest.suite.present);
     test.keep_only(|sequence| there.iter().any(|(known, _)| known == sequence), &format!("not in {name}"));
     if test.sequences.is_empty() {
         let suite = &experiment.suites[TEST];

@@ -141,23 +141,16 @@ mod tests {
     }
 
     #[test]
-    fn nothing_begins_after_an_interruption() {
-        let limits = RunLimits::default();
-        limits.stop.set();
-        let never = || -> Done { unreachable!() };
-        for outcome in [Job::new(&limits).step(never), run_single(&limits, never)] {
-            assert!(matches!(outcome, Err(StepError::Run(RunError::Interrupted))));
-        }
-    }
-
-    #[test]
-    fn what_an_interruption_ends_is_no_failure() {
+    fn what_an_interruption_ends_is_no_failure_and_nothing_begins_after_it() {
         let limits = RunLimits::default();
         let ended = || -> Done {
             limits.stop.set();
             Err(StepError::failed("interrupted"))
         };
-        let outcome = Job::new(&limits).step(ended);
-        assert!(matches!(outcome, Err(StepError::Run(RunError::Interrupted))));
+        let never = || -> Done { unreachable!() };
+        let job = || Job::new(&limits);
+        for outcome in [job().step(ended), job().step(never), run_single(&limits, never)] {
+            assert!(matches!(outcome, Err(StepError::Run(RunError::Interrupted))));
+        }
     }
 }

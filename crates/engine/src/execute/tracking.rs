@@ -239,12 +239,7 @@ mod tests {
     use crate::execute::Options;
     use crate::testing::{experiment, with_plan};
 
-    const METHODS: &str = r#"[[tracker]]
-name = "still"
-runs = RUNS
-
-[[tracker]]
-name = "ncc"
+    const METHODS: &str = r#"tracker = [{ name = "still", runs = RUNS }, { name = "ncc" }]
 
 [[method]]
 name = "given"

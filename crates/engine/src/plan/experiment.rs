@@ -133,6 +133,11 @@ impl<'a> ExperimentPlan<'a> {
         &self.suites[0]
     }
 
+    /// Names and digests of the present sequences, by suite.
+    pub fn digests(&self) -> BTreeMap<String, Vec<(String, String)>> {
+        self.suites.iter().map(|suite| (suite.name.clone(), suite.digests())).collect()
+    }
+
     /// Index of the suite that has a role.
     pub fn suite(&self, role: &str) -> Option<usize> {
         let name = self.experiment.suite_of(role)?;

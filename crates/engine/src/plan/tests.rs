@@ -5,17 +5,7 @@ use crate::store::address::Recipe;
 use crate::testing::{experiment, with_plan};
 
 const METHODS: &str = r#"seed = 7
-
-[[tracker]]
-name = "still"
-runs = 2
-
-[[tracker]]
-name = "still"
-label = "again"
-
-[[tracker]]
-name = "ncc"
+tracker = [{ name = "still", runs = 2 }, { name = "still", label = "again" }, { name = "ncc" }]
 
 [[method]]
 name = "trained"
@@ -60,7 +50,7 @@ fn a_companion_signal_is_addressed_by_the_tracks_that_it_reads() {
             Recipe::address(&recipe).to_string()
         })
     };
-    let other = METHODS.replace("name = \"ncc\"", "name = \"ncc\"\nsearch = 1.5");
+    let other = METHODS.replace("name = \"ncc\"", "name = \"ncc\", search = 1.5");
     assert_eq!(address(METHODS), address(METHODS));
     assert_ne!(address(METHODS), address(&other));
 }

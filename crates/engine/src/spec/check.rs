@@ -313,4 +313,4 @@ fn shown(value: &DeValue<'_>, wanted: &Value) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -243,7 +243,6 @@ deterministic = true
     #[test]
     fn what_is_wrong_is_told_with_its_line() {
         for (from, to, line, words) in [
-            ("protocol =", "protokol =", 3, "unknown key `protokol`"),
             ("protocol =", "protokol =", 3, "did you mean `protocol`?"),
             ("\"lines\"", "\"line\"", 3, "did you mean `lines`?"),
             ("\"lines\"", "\"trax\"", 7, "goes with protocol = \"lines\""),

@@ -118,7 +118,7 @@ impl Recipe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use serde_json::{Value, json};
     use trackfail_core::plugin::Entry;
 
     // python3: import hashlib,struct; h=hashlib.sha256()
@@ -134,26 +134,21 @@ mod tests {
 
     #[test]
     fn different_ingredients_are_different_addresses() {
-        let with =
-            |params: serde_json::Value| Recipe::new(Stage::Signal).with_plugin("signal", "s", 1, &params);
-        let all = [
-            with(json!({"a": 1})),
-            with(json!({"a": -1})),
-            with(json!({"a": 0.1})),
-            with(json!({"a": "0.1"})),
-            with(json!({"a": ["a,b"]})),
-            with(json!({"a": ["a", "b"]})),
-            with(json!({"a": "\u{e9}"})),
-            with(json!({"a": "e\u{301}"})),
-            with(json!({"A": 1})),
-            with(json!({"a": 1})).with("seed", 1),
-            Recipe::new(Stage::Track).with_plugin("signal", "s", 1, &json!({"a": 1})),
+        let with = |params: &Value| Recipe::new(Stage::Signal).with_plugin("signal", "s", 1, params);
+        let params = json!([
+            {"a": 1}, {"a": -1}, {"a": 0.1}, {"a": "0.1"}, {"a": ["a,b"]}, {"a": ["a", "b"]},
+            {"a": "\u{e9}"}, {"a": "e\u{301}"}, {"A": 1}
+        ]);
+        let mut all: Vec<Recipe> = params.as_array().unwrap().iter().map(with).collect();
+        all.extend([
+            with(&params[0]).with("seed", 1),
+            Recipe::new(Stage::Track).with_plugin("signal", "s", 1, &params[0]),
             Recipe::new(Stage::Signal).with("ab", "c"),
             Recipe::new(Stage::Signal).with("a", "bc"),
-        ];
+        ]);
         let distinct: std::collections::BTreeSet<_> = all.iter().map(Recipe::address).collect();
         assert_eq!(distinct.len(), all.len());
-        assert_eq!(with(json!({"a": 1, "b": 2})).address(), with(json!({"b": 2, "a": 1})).address());
+        assert_eq!(with(&json!({"a": 1, "b": 2})).address(), with(&json!({"b": 2, "a": 1})).address());
     }
 
     /// Kind of each plugin and the first 16 digits of its address, with the parameters of its example.

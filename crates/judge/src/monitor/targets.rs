@@ -145,6 +145,10 @@ mod tests {
     use crate::monitor::Update;
     use crate::region::{Rect, Region};
 
+    fn of(method: &str) -> Options {
+        Options { method: Some(method.into()), ..Options::default() }
+    }
+
     fn push(targets: &mut Targets, id: Option<Id>, x: f64) -> Option<f64> {
         targets.count();
         let region = Region::Rect(Rect::new(x, 20.0, 16.0, 14.0));
@@ -155,8 +159,8 @@ mod tests {
 
     #[test]
     fn targets_are_judged_apart_also_after_an_interruption() {
-        let ids = || [Some(Id::Number(7)), Some(Id::Text("7".into())), None];
-        let options = || Options { method: Some("Fused boxes".into()), ..Options::default() };
+        let ids = [Some(Id::Number(7)), Some(Id::Text("7".into())), None];
+        let options = || of("Fused boxes");
         let place = |k: usize, t: usize| t as f64 + if t > 12 { 40.0 * k as f64 } else { 0.0 };
         let alone = |k: usize| {
             let mut targets = Targets::new(options()).unwrap();
@@ -165,7 +169,7 @@ mod tests {
         let mut targets = Targets::new(options()).unwrap();
         let mut all = vec![Vec::new(); 3];
         for t in 0..20 {
-            for (k, id) in ids().into_iter().enumerate() {
+            for (k, id) in ids.iter().cloned().enumerate() {
                 all[k].push(push(&mut targets, id, place(k, t)));
             }
             targets = Targets::resume(options(), &targets.save().unwrap()).unwrap();
@@ -180,14 +184,12 @@ mod tests {
 
     #[test]
     fn there_is_room_for_256_targets_at_once() {
-        let mut targets =
-            Targets::new(Options { method: Some("Scale".into()), ..Options::default() }).unwrap();
-        for id in 0..MAX_TARGETS as i64 {
-            assert!(targets.of(Some(&Id::Number(id))).unwrap().is_some());
-        }
-        assert!(targets.of(Some(&Id::Number(-1))).unwrap().is_none());
-        assert!(targets.of(Some(&Id::Number(3))).unwrap().is_some() && targets.of(None).unwrap().is_some());
+        let mut targets = Targets::new(of("Scale")).unwrap();
+        let has_room = |targets: &mut Targets, id: i64| targets.of(Some(&Id::Number(id))).unwrap().is_some();
+        assert!((0..MAX_TARGETS as i64).all(|id| has_room(&mut targets, id)));
+        assert_eq!([-1, 3].map(|id| has_room(&mut targets, id)), [false, true]);
+        assert!(targets.of(None).unwrap().is_some());
         assert!(targets.end(Some(&Id::Number(3))) && !targets.end(Some(&Id::Number(3))));
-        assert!(targets.of(Some(&Id::Number(-1))).unwrap().is_some());
+        assert!(has_room(&mut targets, -1));
     }
 }

@@ -3,6 +3,8 @@ use crate::judge::{FrameOf, Track, judge};
 use crate::method::{self, Method};
 use crate::region::Rect;
 use proptest::prelude::*;
+use std::ops::Range;
+use trackfail_testing::assert_says;
 
 /// Frame `t`: a patterned square on a pattern, and the region of the square, which jumps in frame 12.
 fn scene(t: usize) -> (Frame, Region) {
@@ -19,27 +21,49 @@ fn method(name: &str) -> Options {
     Options { method: Some(name.into()), ..Options::default() }
 }
 
-/// Answers to a stream whose boxes stay at the first place from frame 12 on; one box is missing.
-fn answers(monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
-    answers_without(&[5], monitor, frames)
+fn monitor(name: &str) -> Monitor {
+    Monitor::new(&method(name)).unwrap()
 }
 
-/// Answers to the same stream with these frames without a box.
-fn answers_without(absent: &[usize], monitor: &mut Monitor, frames: std::ops::Range<usize>) -> Vec<Answer> {
+/// Data of a frame with a box alone.
+fn boxes(region: &Region) -> Update<'_> {
+    Update { region: Some(region), ..Update::default() }
+}
+
+fn refusal(refused: Result<Monitor, MonitorError>) -> String {
+    refused.err().unwrap().to_string()
+}
+
+/// Answers to a stream whose boxes stay at the first place from frame 12 on; one box is missing.
+fn answers(monitor: &mut Monitor, frames: Range<usize>) -> Vec<Answer> {
+    stream(monitor, frames, &[5], None)
+}
+
+/// Answers to the same stream with `absent` frames without a box, whose tracker starts again in frame `restart`.
+fn stream(
+    monitor: &mut Monitor,
+    frames: Range<usize>,
+    absent: &[usize],
+    restart: Option<usize>,
+) -> Vec<Answer> {
     let answer = |t: usize| {
-        let (frame, _) = scene(t);
+        let (frame, companion) = scene(t);
         let region = (!absent.contains(&t)).then(|| scene(t.min(11)).1);
-        let companion = scene(t).1;
         let update = Update {
             frame: Some(&frame),
             region: region.as_ref(),
             confidence: (!t.is_multiple_of(4)).then_some(1.0 / (1.0 + t as f64)),
             companions: &[companion],
-            restart: false,
+            restart: restart == Some(t),
         };
         monitor.update(&update).unwrap()
     };
     frames.map(answer).collect()
+}
+
+/// These answers, so many frames later.
+fn later(answers: &[Answer], by: u64) -> Vec<Answer> {
+    answers.iter().map(|answer| Answer { index: answer.index + by, ..answer.clone() }).collect()
 }
 
 fn states(answers: &[Answer]) -> String {
@@ -48,29 +72,22 @@ fn states(answers: &[Answer]) -> String {
 
 #[test]
 fn a_companion_that_leaves_raises_the_alarm() {
-    let mut monitor = Monitor::new(&method("Companions")).unwrap();
-    let all = answers(&mut monitor, 0..16);
+    let all = answers(&mut monitor("Companions"), 0..16);
     assert_eq!(states(&all), "TTTTTATTTTTTLLLL");
-    assert_eq!(all[12].reasons, ["value 0.000 is below 0.01"]);
-    assert_eq!((all[12].index, all[12].probability), (12, None));
-    let text = serde_json::to_string(&all[12]).unwrap();
-    assert_eq!(
-        text,
-        r#"{"index":12,"probability":null,"state":"lost","reasons":["value 0.000 is below 0.01"]}"#
-    );
+    let text = r#"{"index":12,"probability":null,"state":"lost","reasons":["value 0.000 is below 0.01"]}"#;
+    assert_eq!(serde_json::to_string(&all[12]).unwrap(), text);
 }
 
 /// Answers of `Companions` to boxes that are present or not, each with a companion on the last box or far
 /// from it. The signal is 1 or 0; 0 is an alarm.
 fn agreements(frames: &[(bool, bool)]) -> Vec<Answer> {
-    let mut monitor = Monitor::new(&method("Companions")).unwrap();
+    let mut monitor = monitor("Companions");
     let (here, far) = (Rect::new(10.0, 20.0, 16.0, 14.0), Rect::new(60.0, 20.0, 16.0, 14.0));
     let answer = |(has_box, agrees): &(bool, bool)| {
         let region = has_box.then_some(Region::Rect(here));
         let companions = [Region::Rect(if *agrees { here } else { far })];
-        monitor
-            .update(&Update { region: region.as_ref(), companions: &companions, ..Update::default() })
-            .unwrap()
+        let update = Update { region: region.as_ref(), companions: &companions, ..Update::default() };
+        monitor.update(&update).unwrap()
     };
     frames.iter().map(answer).collect()
 }
@@ -78,66 +95,47 @@ fn agreements(frames: &[(bool, bool)]) -> Vec<Answer> {
 #[test]
 fn an_alarm_raised_while_the_target_is_absent_ends_with_the_absence() {
     // `+` is a box with its companion, `!` one without, `a` no box and a companion, `x` neither.
-    let of = |text: &str| {
+    for (text, want) in [
+        ("+++xxx+++", "TTTAAATTT"),
+        ("+++xxx!++", "TTTAAALLL"),
+        ("++!xxx+++", "TTLAAALLL"),
+        ("+x+x+ax+!", "TATATAATL"),
+        // Ten frames in a row without an alarm confirm a recovery, those of an absence among them.
+        ("!aaaaaaaaaax++", "LAAAAAAAAAAATT"),
+        ("!aaaaaaaa++", "LAAAAAAAALT"),
+    ] {
         let frame = |c: char| ("+!".contains(c), "+a".contains(c));
-        states(&agreements(&text.chars().map(frame).collect::<Vec<_>>()))
-    };
-    assert_eq!(of("+++xxx+++"), "TTTAAATTT");
-    assert_eq!(of("+++xxx!++"), "TTTAAALLL");
-    assert_eq!(of("++!xxx+++"), "TTLAAALLL");
-    assert_eq!(of("+x+x+ax+!"), "TATATAATL");
-    // Ten frames in a row without an alarm confirm a recovery, those of an absence among them.
-    assert_eq!(of(&format!("!{}x++", "a".repeat(10))), format!("L{}TT", "A".repeat(11)));
-    assert_eq!(of(&format!("!{}++", "a".repeat(8))), format!("L{}LT", "A".repeat(8)));
+        assert_eq!(states(&agreements(&text.chars().map(frame).collect::<Vec<_>>())), want, "{text}");
+    }
 }
 
 #[test]
-fn the_first_frame_with_a_region_chooses_the_method() {
-    let (frame, region) = scene(0);
-    let others = [region.clone()];
-    let start = |update: Update<'_>| {
-        let mut monitor = Monitor::new(&Options::default()).unwrap();
-        let first = monitor.update(&Update { region: None, ..update }).unwrap();
-        assert_eq!((first.state, first.probability, monitor.method()), (TargetState::Absent, None, None));
-        monitor.update(&update).unwrap();
-        monitor.method().unwrap().to_string()
-    };
-    let (frame, region) = (Some(&frame), Some(&region));
-    let boxes = Update { region, ..Update::default() };
-    let of = |frames, companions, confidence| method::recommended(Inputs { frames, companions, confidence });
-    assert_eq!(start(boxes), of(false, false, false));
-    assert_eq!(start(Update { frame, ..boxes }), of(true, false, false));
-    assert_eq!(start(Update { frame, companions: &others, ..boxes }), of(true, true, false));
-    assert_eq!(start(Update { confidence: Some(0.5), ..boxes }), of(false, false, true));
-    let inputs = Inputs { frames: true, ..Inputs::default() };
-    let told = Monitor::new(&Options { inputs: Some(inputs), ..Options::default() }).unwrap();
-    assert_eq!(told.method(), Some(of(true, false, false)));
-}
-
-#[test]
-fn a_budget_alone_chooses_a_method_that_takes_one() {
+fn the_first_frame_with_a_region_chooses_the_method_and_a_budget_one_that_takes_it() {
     let (frame, region) = scene(0);
     let others = [region.clone()];
     for bits in 0..8 {
         let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
         let inputs = Inputs { frames, companions, confidence };
-        let with =
-            |budget, inputs| Monitor::new(&Options { budget: Some(budget), inputs, ..Options::default() });
         let update = Update {
             frame: frames.then_some(&frame),
-            region: Some(&region),
-            restart: false,
             confidence: confidence.then_some(0.5),
             companions: if companions { &others } else { &[] },
+            ..boxes(&region)
         };
-        let mut monitor = with(2.0, None).unwrap();
-        assert_eq!(monitor.update(&update).unwrap().state, TargetState::Tracking, "{inputs:?}");
-        let chosen = monitor.method().unwrap().to_string();
-        assert!(method::takes_budget(&chosen), "{inputs:?}: {chosen}");
-        assert_eq!(with(2.0, Some(inputs)).unwrap().method(), Some(&*chosen));
+        let with = |budget, inputs| Monitor::new(&Options { budget, inputs, ..Options::default() });
+        let of_budget = method::recommended_with_budget(inputs);
+        for (budget, want) in [(None, method::recommended(inputs)), (Some(2.0), of_budget)] {
+            let mut monitor = with(budget, None).unwrap();
+            let first = monitor.update(&Update { region: None, ..update }).unwrap();
+            assert_eq!((first.state, first.probability, monitor.method()), (TargetState::Absent, None, None));
+            let state = monitor.update(&update).unwrap().state;
+            assert!(budget.is_none() || state == TargetState::Tracking, "{inputs:?}");
+            assert_eq!(monitor.method(), Some(want), "{inputs:?} {budget:?}");
+            assert_eq!(with(budget, Some(inputs)).unwrap().method(), Some(want), "{inputs:?} {budget:?}");
+        }
         // What one of the methods refuses, the start refuses without knowing which it will be.
-        for refused in [0.0, -1.0, f64::NAN, 1e9] {
-            assert!(with(refused, Some(inputs)).is_err() && with(refused, None).is_err(), "{refused}");
+        for refused in [0.0, -1.0, f64::NAN, 1e9].map(Some) {
+            assert!(with(refused, Some(inputs)).is_err() && with(refused, None).is_err(), "{refused:?}");
         }
     }
 }
@@ -152,13 +150,10 @@ fn inputs_that_go_missing_are_no_error_and_no_alarm() {
         ("Displacement", None),
     ];
     for (name, need) in needs {
-        let mut monitor = Monitor::new(&method(name)).unwrap();
-        let before = answers(&mut monitor, 0..4);
-        assert_eq!(states(&before), "TTTT", "{name}");
-        let (_, region) = scene(4);
+        let mut monitor = monitor(name);
+        assert_eq!(states(&answers(&mut monitor, 0..4)), "TTTT", "{name}");
         for _ in 0..3 {
-            let update = Update { region: Some(&region), ..Update::default() };
-            let answer = monitor.update(&update).unwrap();
+            let answer = monitor.update(&boxes(&scene(4).1)).unwrap();
             assert_eq!((answer.state, answer.reasons.len()), (TargetState::Tracking, 0), "{name}");
             let note = need.map(|need| format!("nothing to judge by: the method needs {need}"));
             assert_eq!(answer.note, note, "{name}");
@@ -170,26 +165,13 @@ fn inputs_that_go_missing_are_no_error_and_no_alarm() {
 #[test]
 fn after_a_restart_nothing_from_before_counts() {
     for name in super::chosen::able() {
-        let mut monitor = Monitor::new(&method(name)).unwrap();
-        answers(&mut monitor, 0..16);
-        let mut fresh = Monitor::new(&method(name)).unwrap();
-        for t in 3..16 {
-            let (frame, region) = scene(t);
-            let companions = std::slice::from_ref(&region);
-            let update = Update {
-                frame: Some(&frame),
-                region: Some(&region),
-                confidence: Some(0.5),
-                companions,
-                restart: false,
-            };
-            let want = fresh.update(&update).unwrap();
-            let got = monitor.update(&Update { restart: t == 3, ..update }).unwrap();
-            assert_eq!(got, Answer { index: want.index + 16, ..want }, "{name} {t}");
-        }
+        let mut whole = monitor(name);
+        answers(&mut whole, 0..16);
+        let want = later(&answers(&mut monitor(name), 3..16), 16);
+        assert_eq!(stream(&mut whole, 3..16, &[5], Some(3)), want, "{name}");
     }
     // Before there is a box again, there is nothing to judge.
-    let mut monitor = Monitor::new(&method("Displacement")).unwrap();
+    let mut monitor = monitor("Displacement");
     answers(&mut monitor, 0..4);
     let answer = monitor.update(&Update { restart: true, ..Update::default() }).unwrap();
     assert_eq!((answer.state, answer.index), (TargetState::Absent, 4));
@@ -198,7 +180,7 @@ fn after_a_restart_nothing_from_before_counts() {
 #[test]
 fn frames_that_come_later_change_the_method_unless_it_is_named() {
     let (frame, region) = scene(0);
-    let blind = Update { region: Some(&region), ..Update::default() };
+    let blind = boxes(&region);
     let seen = Update { frame: Some(&frame), ..blind };
     let best = method::recommended(Inputs { frames: true, ..Inputs::default() });
     let told = format!("frames have come: {best} from here on");
@@ -228,18 +210,12 @@ fn frames_that_come_later_change_the_method_unless_it_is_named() {
 
 #[test]
 fn what_is_hardly_lost_has_no_reasons() {
-    let mut monitor = Monitor::new(&method("Fused boxes")).unwrap();
-    let all: Vec<Answer> = (0..40)
-        .map(|t| {
-            let region = Region::Rect(Rect::new(
-                10.0 + 3.0 * (t as f64).sin() + 60.0 * f64::from(t / 30),
-                20.0,
-                16.0,
-                14.0,
-            ));
-            monitor.update(&Update { region: Some(&region), ..Update::default() }).unwrap()
-        })
-        .collect();
+    let mut monitor = monitor("Fused boxes");
+    let answer = |t: i32| {
+        let x = 10.0 + 3.0 * f64::from(t).sin() + 60.0 * f64::from(t / 30);
+        monitor.update(&boxes(&Region::Rect(Rect::new(x, 20.0, 16.0, 14.0)))).unwrap()
+    };
+    let all: Vec<Answer> = (0..40).map(answer).collect();
     let is_told = |answer: &Answer| !answer.reasons.is_empty();
     assert!(all.iter().filter(|answer| is_told(answer)).all(|answer| answer.probability >= Some(0.1)));
     assert!(all.iter().any(is_told) && all.iter().any(|answer| !is_told(answer)), "{all:?}");
@@ -247,83 +223,67 @@ fn what_is_hardly_lost_has_no_reasons() {
 
 #[test]
 fn broken_frames_count_and_change_nothing_else() {
-    let mut whole = Monitor::new(&method("Watchdog")).unwrap();
-    let mut broken = Monitor::new(&method("Watchdog")).unwrap();
-    let want = [answers(&mut whole, 0..8), answers(&mut whole, 8..16)];
-    let first = answers(&mut broken, 0..8);
+    let want = answers(&mut monitor("Watchdog"), 0..16);
+    let mut broken = monitor("Watchdog");
+    assert_eq!(answers(&mut broken, 0..8), want[..8]);
     let (frame, region) = scene(8);
     let small = Frame::new(8, 8, vec![0; 192]);
-    let error = broken.update(&Update { frame: Some(&small), region: Some(&region), ..Update::default() });
-    assert_eq!(error.unwrap_err().to_string(), "the frame has 8x8 pixels, those before had 80x60");
     let flat = Region::Rect(Rect::new(1.0, 1.0, 0.0, 4.0));
     let line = Region::Polygon(vec![(0.0, 0.0), (1.0, 1.0)]);
-    for region in [flat, line] {
-        let error =
-            broken.update(&Update { frame: Some(&frame), region: Some(&region), ..Update::default() });
-        assert!(error.unwrap_err().to_string().starts_with("box: "));
+    for (frame, region, words) in [
+        (&small, &region, "the frame has 8x8 pixels, those before had 80x60"),
+        (&frame, &flat, "box: "),
+        (&frame, &line, "box: "),
+    ] {
+        let error = broken.update(&Update { frame: Some(frame), ..boxes(region) }).unwrap_err();
+        assert!(error.to_string().starts_with(words), "{error}");
     }
     broken.skip();
-    let rest = answers(&mut broken, 8..16);
-    assert_eq!(first, want[0]);
-    for (a, b) in rest.iter().zip(&want[1]) {
-        assert_eq!(*a, Answer { index: b.index + 4, ..b.clone() });
-    }
+    assert_eq!(answers(&mut broken, 8..16), later(&want[8..], 4));
     // A box without numbers is none.
-    let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
-    assert_eq!(
-        broken.update(&Update { region: Some(&nowhere), ..Update::default() }).unwrap().state,
-        TargetState::Absent
-    );
+    assert_eq!(broken.update(&boxes(&Region::nowhere())).unwrap().state, TargetState::Absent);
 }
 
 #[test]
 fn a_fault_of_a_signal_is_told_beside_the_answer() {
-    let mut monitor = Monitor::new(&method("Confidence")).unwrap();
+    let mut monitor = monitor("Confidence");
     let (_, region) = scene(0);
-    let mut update = |confidence| {
-        let update = Update { region: Some(&region), confidence: Some(confidence), ..Update::default() };
-        monitor.update(&update).unwrap()
-    };
+    let mut update =
+        |confidence: f64| monitor.update(&Update { confidence: Some(confidence), ..boxes(&region) }).unwrap();
     assert_eq!(update(1.0).note, None);
     let answer = update(-1.0);
-    assert!(answer.note.is_some_and(|note| note.contains("the mean of the early confidence is -1")));
+    assert_says(answer.note.unwrap(), "the mean of the early confidence is -1");
     assert_eq!(answer.state, TargetState::Tracking);
 }
 
 #[test]
 fn methods_that_cannot_monitor_are_refused() {
-    let refused = |name| Monitor::new(&method(name)).err().unwrap().to_string();
-    assert_eq!(refused("Watchdgo"), "unknown method `Watchdgo`; did you mean `Watchdog`?");
-    assert!(
-        refused("AVU").starts_with("method `AVU` is trained for each experiment; methods that can monitor: ")
-    );
-    assert!(refused("AVU").contains("DTEF, NAIVE"), "{}", refused("AVU"));
     let budget = Options { budget: Some(2.0), ..method("Displacement") };
-    let refusal = Monitor::new(&budget).err().unwrap().to_string();
-    assert!(refusal.starts_with("method `Displacement` takes no budget of false alarms"), "{refusal}");
-    assert!(refused("PSR").contains("needs more of a tracker"));
+    for (options, words) in [
+        (method("Watchdgo"), "unknown method `Watchdgo`; did you mean `Watchdog`?"),
+        (method("AVU"), "method `AVU` is trained for each experiment; methods that can monitor: DTEF, NAIVE"),
+        (method("PSR"), "needs more of a tracker"),
+        (budget, "method `Displacement` takes no budget of false alarms"),
+    ] {
+        assert_says(refusal(Monitor::new(&options)), words);
+    }
 }
 
 #[test]
 fn a_state_says_what_is_wrong_with_it() {
-    let mut monitor = Monitor::new(&method("Watchdog")).unwrap();
+    let mut monitor = monitor("Watchdog");
     answers(&mut monitor, 0..3);
     let saved = monitor.save().unwrap();
-    let refused =
-        |options: &Options, bytes: &[u8]| Monitor::resume(options, bytes).err().unwrap().to_string();
-    let any = Options::default();
-    assert_eq!(refused(&any, b""), "not a state of `trackfail monitor`");
-    assert_eq!(refused(&any, b"{\"index\": 4}"), "not a state of `trackfail monitor`");
-    assert!(refused(&any, b"trackfail-monitor 1\nx").contains("format 1"));
-    assert_eq!(
-        refused(&method("Companions"), &saved),
-        "the state is one of method `Watchdog`, not of `Companions`"
-    );
+    let refused = |bytes: &[u8]| refusal(Monitor::resume(&Options::default(), bytes));
+    assert_eq!(refused(b""), "not a state of `trackfail monitor`");
+    assert_eq!(refused(b"{\"index\": 4}"), "not a state of `trackfail monitor`");
+    assert_says(refused(b"trackfail-monitor 1\nx"), "format 1");
+    let other_method = refusal(Monitor::resume(&method("Companions"), &saved));
+    assert_eq!(other_method, "the state is one of method `Watchdog`, not of `Companions`");
     for at in [19, 25, 60, saved.len() / 2, saved.len() - 1] {
-        assert_eq!(refused(&any, &saved[..at]), "the state is damaged", "{at}");
         let mut other = saved.clone();
         other[at.max(20)] ^= 4;
-        assert_eq!(refused(&any, &other), "the state is damaged", "{at}");
+        assert_eq!([refused(&saved[..at]), refused(&other)], ["the state is damaged"; 2], "{at}");
     }
 }
 
@@ -340,19 +300,23 @@ fn a_state_goes_on_under_its_own_options_alone() {
         let again = Monitor::resume(options, &saved).unwrap();
         assert_eq!((again.base(), again.save().unwrap()), (1, saved.clone()));
     }
-    let refused = |options: Options| Monitor::resume(&options, &saved).err().unwrap().to_string();
+    let inputs = Some(Inputs { confidence: true, ..frames });
     let base = Options { base: Some(0), ..begun.clone() };
-    assert_eq!(refused(base), "the state is one of boxes that count pixels from 1, not from 0");
-    let both = Some(Inputs { confidence: true, ..frames });
-    let inputs = Options { inputs: both, ..begun.clone() };
-    assert_eq!(refused(inputs), "the state is one for boxes, frames, not for boxes, frames, confidence");
-    let budget = Options { budget: Some(3.0), ..begun.clone() };
-    assert_eq!(refused(budget), "the state is one with a budget of 2, not with a budget of 3");
-    let named = Monitor::new(&method("Watchdog")).unwrap().save().unwrap();
-    let inputs = Options { inputs: both, ..Options::default() };
-    let told = Monitor::resume(&inputs, &named).err().unwrap().to_string();
-    assert_eq!(told, "the state is one for no inputs in particular, not for boxes, frames, confidence");
-    assert!(Monitor::resume(&Options { base: Some(0), ..begun }, &empty).is_err());
+    let named = self::monitor("Watchdog").save().unwrap();
+    let from_1 = "boxes that count pixels from 1, not from 0";
+    for (options, state, words) in [
+        (base.clone(), &saved, from_1),
+        (base, &empty, from_1),
+        (Options { inputs, ..begun.clone() }, &saved, "for boxes, frames, not for boxes, frames, confidence"),
+        (Options { budget: Some(3.0), ..begun }, &saved, "with a budget of 2, not with a budget of 3"),
+        (
+            Options { inputs, ..Options::default() },
+            &named,
+            "for no inputs in particular, not for boxes, frames, confidence",
+        ),
+    ] {
+        assert_says(refusal(Monitor::resume(&options, state)), words);
+    }
 
     // Before the first box nothing is chosen, and what was given at the start is kept.
     let start = Options { budget: Some(2.0), base: Some(1), ..Options::default() };
@@ -360,10 +324,8 @@ fn a_state_goes_on_under_its_own_options_alone() {
     let again = Monitor::resume(&Options::default(), &kept).unwrap();
     assert_eq!((again.base(), again.save().unwrap()), (1, kept.clone()));
     let other = Options { budget: Some(3.0), base: Some(0), ..Options::default() };
-    assert_eq!(
-        Monitor::resume(&other, &kept).unwrap().save().unwrap(),
-        Monitor::new(&other).unwrap().save().unwrap()
-    );
+    let resumed = Monitor::resume(&other, &kept).unwrap();
+    assert_eq!(resumed.save().unwrap(), Monitor::new(&other).unwrap().save().unwrap());
 }
 
 proptest! {
@@ -374,16 +336,15 @@ proptest! {
         first in 0_usize..25, second in 0_usize..25, absent in prop::collection::vec(0_usize..25, 0..12),
     ) {
         for name in super::chosen::able() {
-            let mut whole = Monitor::new(&method(name)).unwrap();
-            let want = answers_without(&absent, &mut whole, 0..25);
-            let mut monitor = Monitor::new(&method(name)).unwrap();
-            let mut got = Vec::new();
+            let mut whole = monitor(name);
+            let want = stream(&mut whole, 0..25, &absent, None);
+            let (mut parts, mut got) = (monitor(name), Vec::new());
             for part in [0..first.min(second), first.min(second)..first.max(second), first.max(second)..25] {
-                monitor = Monitor::resume(&method(name), &monitor.save().unwrap()).unwrap();
-                got.extend(answers_without(&absent, &mut monitor, part));
+                parts = Monitor::resume(&method(name), &parts.save().unwrap()).unwrap();
+                got.extend(stream(&mut parts, part, &absent, None));
             }
             prop_assert_eq!(&got, &want, "{}", name);
-            prop_assert_eq!(monitor.save().unwrap(), whole.save().unwrap(), "{}", name);
+            prop_assert_eq!(parts.save().unwrap(), whole.save().unwrap(), "{}", name);
         }
     }
 
@@ -418,7 +379,7 @@ proptest! {
             // Other tracks beside it change nothing.
             prop_assert_eq!(&first, &whole(0, false), "{}", name);
             let second = whole(restart, true);
-            let mut monitor = Monitor::new(&method(name)).unwrap();
+            let mut monitor = monitor(name);
             // A track ends with its last box for those who know the whole.
             let end = boxes.iter().rposition(Option::is_some).unwrap();
             for again in [false, true] {
@@ -463,24 +424,21 @@ proptest! {
 #[test]
 fn memory_does_not_grow_with_the_stream() {
     for name in super::chosen::able() {
-        let mut monitor = Monitor::new(&method(name)).unwrap();
+        let mut monitor = monitor(name);
         let mut length = |frames: usize| {
             for t in 0..frames {
                 let (frame, region) = scene(t % 12);
-                let update = Update { frame: Some(&frame), region: Some(&region), ..Update::default() };
                 let companions = std::slice::from_ref(&region);
-                monitor.update(&Update { confidence: Some(0.5), companions, ..update }).unwrap();
+                let (frame, confidence) = (Some(&frame), Some(0.5));
+                monitor.update(&Update { frame, confidence, companions, ..boxes(&region) }).unwrap();
             }
             monitor.save().unwrap().len()
         };
         // The longest memory of a detector has 100 values; texts of numbers differ in length.
-        let early = length(120);
-        let late = length(600);
+        let (early, late) = (length(120), length(600));
         // `conformal-forecast` remembers the last 100,000 scores, 16 bytes each.
         let scores = if name == "Conformal DTEF" { 600 * 16 } else { 0 };
-        assert!(
-            late <= early + early / 20 + scores,
-            "{name}: {early} bytes after 120 frames, {late} after 720"
-        );
+        let most = early + early / 20 + scores;
+        assert!(late <= most, "{name}: {early} bytes after 120 frames, {late} after 720");
     }
 }

@@ -268,6 +268,7 @@ pub fn sigmoid(x: f64) -> f64 {
 mod tests {
     use super::*;
     use sha2::{Digest, Sha256};
+    use trackfail_testing::assert_near;
 
     /// Planes of `side` x `side` pixels with edges and slopes: `(x y / 16 + 5 x + 3 y + 40 c) mod 256`.
     fn pattern(side: usize) -> Vec<f32> {
@@ -281,6 +282,13 @@ mod tests {
         network.compare(&template, &network.features(&pattern(255), 255))
     }
 
+    /// Two classes and four distances of each cell.
+    fn cells(maps: &Maps) -> Vec<([f32; 2], [f32; 4])> {
+        let side = maps.side();
+        let cell = |k: usize| (maps.classes(k / side, k % side), maps.distances(k / side, k % side));
+        (0..side * side).map(cell).collect()
+    }
+
     /// Reference maps are from benches/peers/nanotrack.py: one line per cell, with two classes and four
     /// distances (not their logarithms).
     #[test]
@@ -289,21 +297,13 @@ mod tests {
             (Version::V2, include_str!("nanotrack/onnxruntime_v2.txt")),
             (Version::V3, include_str!("nanotrack/onnxruntime_v3.txt")),
         ] {
-            let maps = maps(version);
-            let lines: Vec<&str> = oracle.lines().collect();
-            assert_eq!(lines.len(), maps.side() * maps.side());
-            for (cell, line) in lines.iter().enumerate() {
+            let (cells, lines) = (cells(&maps(version)), oracle.lines());
+            assert_eq!(lines.clone().count(), cells.len());
+            for (k, ((classes, distances), line)) in cells.into_iter().zip(lines).enumerate() {
                 let want: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
-                let (row, column) = (cell / maps.side(), cell % maps.side());
-                for (got, want) in maps.classes(row, column).into_iter().zip(&want) {
-                    assert!((f64::from(got) - want).abs() < 1e-5, "{version:?} {cell}: {got} {want}");
-                }
-                for (got, want) in maps.distances(row, column).into_iter().zip(&want[2..]) {
-                    assert!(
-                        (f64::from(got).exp() / want - 1.0).abs() < 1e-5,
-                        "{version:?} {cell}: {got} {want}"
-                    );
-                }
+                assert_near(classes.map(f64::from), &want[..2], 1e-5, format!("{version:?} {k}"));
+                let shares = distances.iter().zip(&want[2..]).map(|(got, want)| f64::from(*got).exp() / want);
+                assert_near(shares, [1.0; 4], 1e-5, format!("{version:?} {k}"));
             }
         }
     }
@@ -312,12 +312,9 @@ mod tests {
     #[test]
     fn bits_are_always_the_same() {
         let digest = |version| {
-            let maps = maps(version);
             let mut hash = Sha256::new();
-            for cell in 0..maps.side() * maps.side() {
-                let (row, column) = (cell / maps.side(), cell % maps.side());
-                maps.classes(row, column).iter().for_each(|v| hash.update(v.to_le_bytes()));
-                maps.distances(row, column).iter().for_each(|v| hash.update(v.to_le_bytes()));
+            for (classes, distances) in cells(&maps(version)) {
+                classes.iter().chain(&distances).for_each(|v| hash.update(v.to_le_bytes()));
             }
             crate::num::hexadecimal(&hash.finalize()[..8])
         };

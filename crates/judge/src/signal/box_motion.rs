@@ -128,78 +128,41 @@ fn border_distance(r: &Rect, frame: &Frame) -> f64 {
 mod tests {
     use super::*;
     use crate::signal::testing::values_on_boxes;
-    use proptest::prelude::*;
+    use Measure::{Acceleration, Aspect, Border, Displacement, Scale};
+    use trackfail_testing::assert_near;
 
-    fn values(measure: Measure, boxes: &[Rect]) -> Vec<f64> {
-        let frames = vec![Frame::new(40, 30, vec![0; 3600]); boxes.len()];
-        values_on_boxes(&Params { measure }, &frames, boxes)
-    }
-
-    // The center goes from (6, 9) to (12, 17): 10 pixels, the size of the first box; then to (12, 21) and on.
+    // By hand, in a frame of 40 x 30. The center goes from (6, 9) to (12, 17): 10 pixels, the size of the first box; then to
+    // (12, 21) and on: (0, 4) - (6, 8) = (-6, -4), and (0, 0) - (0, 4). Boxes that are 5 pixels wide are nearest to the left,
+    // the top, the right and the bottom. A box of half a pixel counts as one of a pixel, one without numbers is as bad as can be.
     #[test]
     fn values_by_hand() {
-        let boxes = [
-            Rect::new(-4.0, 6.5, 20.0, 5.0),
-            Rect::new(2.0, 14.5, 20.0, 5.0),
-            Rect::new(7.0, 11.0, 10.0, 20.0),
-            Rect::new(7.0, 11.0, 10.0, 20.0),
+        let moving = [
+            (-4.0, 6.5, 20.0, 5.0),
+            (2.0, 14.5, 20.0, 5.0),
+            (7.0, 11.0, 10.0, 20.0),
+            (7.0, 11.0, 10.0, 20.0),
         ];
-        assert_eq!(values(Measure::Displacement, &boxes), [0.0, 1.0, 0.4, 0.0]);
-        // (0, 4) - (6, 8) = (-6, -4), and (0, 0) - (0, 4).
-        let second = (36.0_f64 + 16.0).sqrt() / 10.0;
-        assert_eq!(values(Measure::Acceleration, &boxes), [0.0, 0.0, second, 4.0 / 200.0_f64.sqrt()]);
-        let close = |a: Vec<f64>, b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
-        assert!(close(values(Measure::Scale, &boxes), [0.0, 0.0, 2.0_f64.ln(), 0.0]));
-        assert!(close(values(Measure::Aspect, &boxes), [0.0, 0.0, 8.0_f64.ln(), 0.0]));
-        assert!(close(
-            values(Measure::Border, &boxes),
-            [-0.4, 0.2, -1.0 / 200.0_f64.sqrt(), -1.0 / 200.0_f64.sqrt()]
-        ));
-    }
-
-    // By hand: 5 pixels wide in a frame of 40 x 30, and nearest to the left, the top, the right and the bottom. A box of half a
-    // pixel counts as one of a pixel.
-    #[test]
-    fn the_nearest_side_counts_and_a_pixel_is_the_least_size() {
-        let places = [(-10.0, 12.0), (20.0, -5.0), (38.0, 9.0), (9.0, 29.0)];
-        let boxes = places.map(|(x, y)| Rect::new(x, y, 5.0, 5.0));
-        assert_eq!(values(Measure::Border, &boxes), [-2.0, -1.0, -0.6, -0.8]);
-        let small = [Rect::new(3.0, 3.0, 0.5, 0.5), Rect::new(6.0, 7.0, 0.5, 0.5)];
-        assert_eq!(values(Measure::Displacement, &small), [0.0, 5.0]);
-        assert_eq!(values(Measure::Scale, &[small[0], Rect::new(3.0, 3.0, 1.0, 1.0)]), [0.0, 0.0]);
-    }
-
-    #[test]
-    fn boxes_without_numbers_are_as_bad_as_can_be() {
-        let nan = Rect::new(f64::NAN, 3.0, 5.0, 5.0);
-        let whole = Rect::new(2.0, 3.0, 5.0, 5.0);
-        assert_eq!(values(Measure::Displacement, &[whole, nan]), [0.0, MAX_VALUE]);
-        assert_eq!(values(Measure::Border, &[whole, nan]), [0.4, -MAX_VALUE]);
-    }
-
-    proptest! {
-        #[test]
-        fn a_larger_world_changes_nothing(
-            boxes in proptest::collection::vec((-30.0..60.0, -30.0..50.0, 1.0..40.0, 1.0..40.0), 1..6),
-            factor in 1.0..9.0_f64,
-        ) {
+        let near_sides =
+            [(-10.0, 12.0), (20.0, -5.0), (38.0, 9.0), (9.0, 29.0)].map(|(x, y)| (x, y, 5.0, 5.0));
+        let small = (3.0, 3.0, 0.5, 0.5);
+        let lost = [(2.0, 3.0, 5.0, 5.0), (f64::NAN, 3.0, 5.0, 5.0)];
+        let root = 200.0_f64.sqrt();
+        for (measure, boxes, want) in [
+            (Displacement, &moving[..], &[0.0, 1.0, 0.4, 0.0][..]),
+            (Acceleration, &moving, &[0.0, 0.0, 52.0_f64.sqrt() / 10.0, 4.0 / root]),
+            (Scale, &moving, &[0.0, 0.0, 2.0_f64.ln(), 0.0]),
+            (Aspect, &moving, &[0.0, 0.0, 8.0_f64.ln(), 0.0]),
+            (Border, &moving, &[-0.4, 0.2, -1.0 / root, -1.0 / root]),
+            (Border, &near_sides, &[-2.0, -1.0, -0.6, -0.8]),
+            (Displacement, &[small, (6.0, 7.0, 0.5, 0.5)], &[0.0, 5.0]),
+            (Scale, &[small, (3.0, 3.0, 1.0, 1.0)], &[0.0, 0.0]),
+            (Displacement, &lost, &[0.0, MAX_VALUE]),
+            (Border, &lost, &[0.4, -MAX_VALUE]),
+        ] {
+            let frames = vec![Frame::new(40, 30, vec![0; 3600]); boxes.len()];
             let boxes: Vec<Rect> = boxes.iter().map(|&(x, y, w, h)| Rect::new(x, y, w, h)).collect();
-            let larger: Vec<Rect> =
-                boxes.iter().map(|r| Rect::new(factor * r.x, factor * r.y, factor * r.w, factor * r.h)).collect();
-            for measure in [Measure::Displacement, Measure::Acceleration, Measure::Scale, Measure::Aspect] {
-                for (a, b) in values(measure, &boxes).iter().zip(values(measure, &larger)) {
-                    prop_assert!((a - b).abs() < 1e-9, "{measure:?}: {a} {b}");
-                }
-            }
-        }
-
-        #[test]
-        fn constant_motion_has_no_acceleration(dx in -9..9_i8, dy in -9..9_i8, w in 1..30_u8, h in 1..30_u8) {
-            let at = |t: f64| Rect::new(f64::from(dx) * t, f64::from(dy) * t, w.into(), h.into());
-            let boxes: Vec<Rect> = (0..5).map(|t| at(f64::from(t))).collect();
-            prop_assert_eq!(values(Measure::Acceleration, &boxes), [0.0; 5]);
-            let speed = (f64::from(dx).powi(2) + f64::from(dy).powi(2)).sqrt() / (f64::from(w) * f64::from(h)).sqrt();
-            prop_assert_eq!(values(Measure::Displacement, &boxes)[1..].to_vec(), [speed; 4]);
+            let values = values_on_boxes(&Params { measure }, &frames, &boxes);
+            assert_near(values, want, 1e-12, format!("{measure:?}"));
         }
     }
 }

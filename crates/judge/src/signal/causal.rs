@@ -114,10 +114,8 @@ impl<S: Causal> Session for Following<S> {
 #[cfg(test)]
 mod tests {
     use crate::image::Frame;
-    use crate::plugin::find;
     use crate::region::Rect;
-    use crate::signal::SIGNALS;
-    use crate::signal::testing::values_on_boxes;
+    use crate::signal::testing::run;
 
     // Sides 8, 16 and 24 around (20, 20): the mean of two is 8, 12, 20.
     #[test]
@@ -128,10 +126,9 @@ mod tests {
         let around = |side: f64| Rect::new(20.0 - side / 2.0, 20.0 - side / 2.0, side, side);
         let (own, mean) = ([8.0, 16.0, 24.0].map(around), [8.0, 12.0, 20.0].map(around));
         for kind in ["region-covariance", "rgb-histogram", "rgb-lbp-histogram"] {
-            let build = |text: &str| find(SIGNALS, kind).unwrap().build_from_text(text).unwrap();
-            let averaged = values_on_boxes(&*build("{ size_history = 1 }"), &frames, &own);
-            assert_eq!(averaged, values_on_boxes(&*build("{}"), &frames, &mean), "{kind}");
-            assert_ne!(averaged, values_on_boxes(&*build("{}"), &frames, &own), "{kind}");
+            let averaged = run(kind, "{ size_history = 1 }", &frames, &own);
+            assert_eq!(averaged, run(kind, "{}", &frames, &mean), "{kind}");
+            assert_ne!(averaged, run(kind, "{}", &frames, &own), "{kind}");
         }
     }
 }

@@ -2,9 +2,10 @@
 
 mod facts;
 
+use super::testing::build;
 use super::{Observation, SIGNALS, Session, Signal, testing};
 use crate::image::Frame;
-use crate::plugin::{Configured, Entry, find};
+use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
 use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
@@ -68,10 +69,6 @@ fn state(region: Region, t: usize) -> TrackerState {
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
     testing::values(signal, frames, boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t)))
-}
-
-fn build(kind: &str, params: &str) -> Configured<dyn Signal> {
-    find(SIGNALS, kind).unwrap().build_from_text(params).unwrap()
 }
 
 /// Eight frames and a box that moves, grows and leaves.

@@ -161,36 +161,27 @@ fn shares(frame: &Frame, rect: &Rect, bins: usize) -> Shares {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::testing::values_on_boxes;
+    use crate::signal::testing::run;
 
     const TARGET: [u8; 3] = [200, 30, 30];
     const GROUND: [u8; 3] = [30, 120, 40];
 
     /// Target of 21 x 21 pixels on plain ground, half a pixel larger on each side than a box at (50.5, 30.5).
     fn scene(target: [u8; 3]) -> Frame {
-        Frame::from_fn(
-            120,
-            80,
-            |i, j| {
-                if (50..71).contains(&i) && (30..51).contains(&j) { target } else { GROUND }
-            },
-        )
+        let inside = |i, j| (50..71).contains(&i) && (30..51).contains(&j);
+        Frame::from_fn(120, 80, |i, j| if inside(i, j) { target } else { GROUND })
     }
 
-    fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-        values_on_boxes(&*ENTRY.build_from_text(params).unwrap(), frames, boxes)
-    }
-
-    fn boxes(lefts: &[f64]) -> Vec<Rect> {
-        lefts.iter().map(|x| Rect::new(*x, 30.5, 20.0, 20.0)).collect()
+    fn values(params: &str, frames: &[Frame], lefts: &[f64]) -> Vec<f64> {
+        let boxes: Vec<Rect> = lefts.iter().map(|x| Rect::new(*x, 30.5, 20.0, 20.0)).collect();
+        run("object-color", params, frames, &boxes)
     }
 
     // Ellipse and surroundings have one color each: P is (1 + e) / (1 + 2 e) for the target's, e / (1 + 2 e) for the
     // ground's, and y their difference, 1 / (1 + 2 e). On plain ground y is 0.
     #[test]
     fn by_hand() {
-        let frames = [TARGET; 3].map(scene);
-        let found = values("{}", &frames, &boxes(&[50.5, 50.5, 5.5]));
+        let found = values("{}", &[TARGET; 3].map(scene), &[50.5, 50.5, 5.5]);
         assert!((found[0] - 1.0 / 1.0002).abs() < 1e-12 && (found[1] - found[0]).abs() < 1e-12, "{found:?}");
         assert_eq!(found[2], 0.0);
     }
@@ -199,12 +190,11 @@ mod tests {
     fn a_slow_model_follows_the_target_into_other_light() {
         let mut frames = vec![scene(TARGET); 5];
         frames.extend(vec![scene([70, 10, 10]); 100]);
-        let boxes = boxes(&[50.5; 105]);
-        let (first, slow) = (values("{}", &frames, &boxes), values("{ object = \"slow\" }", &frames, &boxes));
+        let of = |params: &str| values(params, &frames, &[50.5; 105]);
+        let (first, slow) = (of("{}"), of("{ object = \"slow\" }"));
         assert_eq!(first[..5], slow[..5]);
         // Of a new color P is 1/2, as it is not seen around either.
         assert!((first[104] - 0.5).abs() < 0.01 && slow[104] > 0.95, "{} {}", first[104], slow[104]);
-        let still = values("{ object = \"slow\", rate = 0.0 }", &frames, &boxes);
-        assert_eq!(still, values("{ rate = 0.0 }", &frames, &boxes));
+        assert_eq!(of("{ object = \"slow\", rate = 0.0 }"), of("{ rate = 0.0 }"));
     }
 }

@@ -2,12 +2,10 @@
 //! SciPy in float64; the script also takes a dump of real frames, for checks by hand. Those of response maps and particles
 //! against numbers of NumPy, and by hand.
 
-use super::SIGNALS;
 use crate::image::Frame;
 use crate::num::particles::{effective_number, entropy};
-use crate::plugin::find;
 use crate::region::{Rect, Region};
-use crate::signal::testing::{value_of_map, values, values_on_boxes};
+use crate::signal::testing::{run, run_on_states, value_of_map};
 use crate::tracker::testing::two_peaks;
 use crate::tracker::{Moments, TrackerState};
 use proptest::prelude::*;
@@ -57,16 +55,6 @@ fn frame(kind: &str, width: usize, height: usize, t: usize) -> Frame {
     })
 }
 
-fn compute(kind: &str, params: &str, frames: &[Frame], boxes: &[[f64; 4]]) -> Vec<f64> {
-    let signal = find(SIGNALS, kind).unwrap().build_from_text(params).unwrap();
-    let boxes: Vec<Rect> = boxes.iter().map(|b| Rect::new(b[0], b[1], b[2], b[3])).collect();
-    values_on_boxes(signal.as_ref(), frames, &boxes)
-}
-
-fn inline(table: &toml::Table) -> String {
-    toml::Value::Table(table.clone()).to_string()
-}
-
 #[test]
 fn values_agree_with_numpy_and_scipy() {
     let oracle: Oracle =
@@ -77,9 +65,10 @@ fn values_agree_with_numpy_and_scipy() {
             (0..case.boxes.len()).map(|t| frame(&case.frames, case.width, case.height, t)).collect();
         let sum: u64 = frames.iter().flat_map(|f| f.bytes()).map(|&b| u64::from(b)).sum();
         assert_eq!(sum, case.byte_sum, "{}: not the oracle's frames", case.name);
+        let boxes: Vec<Rect> = case.boxes.iter().map(|b| Rect::new(b[0], b[1], b[2], b[3])).collect();
         for expected in &case.signals {
-            let params = inline(&expected.params);
-            let got = compute(&expected.kind, &params, &frames, &case.boxes);
+            let params = toml::Value::Table(expected.params.clone()).to_string();
+            let got = run(&expected.kind, &params, &frames, &boxes);
             assert_eq!(got.len(), expected.values.len());
             for (t, (a, b)) in got.iter().zip(&expected.values).enumerate() {
                 let what = format!("{} {} {params} frame {t}: {a} against {b}", case.name, expected.kind);
@@ -163,7 +152,6 @@ fn values_of_maps_by_hand() {
 #[test]
 fn values_of_weights_by_hand() {
     let clouds = [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.5, 0.0], [0.5, 0.25, 0.25, 0.0], [0.25; 4]];
-    let frames = vec![Frame::new(1, 1, vec![0; 3]); 4];
     let states = clouds.map(|weights| {
         let (effective_samples, entropy) = (effective_number(&weights), entropy(&weights));
         let moments = Moments { effective_samples, samples: 4.0, entropy, ..Moments::default() };
@@ -175,7 +163,6 @@ fn values_of_weights_by_hand() {
     for (kind, want) in
         [("effective-particles", [0.25, 0.5, 2.0 / 3.0, 1.0]), ("particle-entropy", [0.0, 0.5, 0.75, 1.0])]
     {
-        let signal = find(SIGNALS, kind).unwrap().build_from_text("{}").unwrap();
-        assert_near(values(signal.as_ref(), &frames, states.clone()), want, 1e-15, kind);
+        assert_near(run_on_states(kind, "{}", &states), want, 1e-15, kind);
     }
 }

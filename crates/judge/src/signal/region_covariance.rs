@@ -239,8 +239,7 @@ fn distance(a: &Matrix5<f64>, b: &Matrix5<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::region::Rect;
-    use crate::signal::testing::values_on_boxes;
-    use proptest::prelude::*;
+    use crate::signal::testing::run;
 
     #[test]
     fn distance_of_diagonal_matrices() {
@@ -251,21 +250,24 @@ mod tests {
         assert!((distance(&a, &b) - 5.0_f64.sqrt() * 2.0_f64.ln()).abs() < 1e-14);
     }
 
+    /// Values of a box without a pattern that grows to twice its sides.
+    fn resized(params: &str) -> Vec<f64> {
+        let frames = [Frame::new(40, 40, vec![90; 4800]), Frame::new(40, 40, vec![90; 4800])];
+        let boxes = [Rect::new(3.0, 2.0, 10.0, 10.0), Rect::new(3.0, 2.0, 20.0, 20.0)];
+        run("region-covariance", params, &frames, &boxes)
+    }
+
     // Of a diagonal C a frame scaled by 2 along x has lambda = 4 in x; as a share of its box it is unchanged.
     #[test]
     fn the_sum_is_the_square_and_relative_positions_forget_the_size() {
-        let build = |text: &str| ENTRY.build_from_text(text).unwrap();
         let frame = Frame::from_fn(40, 40, |x, y| [(x * 5) as u8, (y * 5) as u8, ((x * y) % 251) as u8]);
         let boxes = [Rect::new(3.0, 2.0, 12.0, 9.0), Rect::new(5.0, 2.0, 20.0, 11.0)];
-        let frames = [frame.clone(), frame];
-        let root = values_on_boxes(&*build("{}"), &frames, &boxes)[1];
-        let sum = values_on_boxes(&*build("{ distance = \"sum\" }"), &frames, &boxes)[1];
+        let value =
+            |params: &str| run("region-covariance", params, &[frame.clone(), frame.clone()], &boxes)[1];
+        let (root, sum) = (value("{}"), value("{ distance = \"sum\" }"));
         assert!(root > 0.1 && (sum - root * root).abs() < 1e-12);
-        let flat = Frame::new(40, 40, vec![90; 4800]);
-        let relative = build("{ positions = \"relative\", grey_ridge = 0.0 }");
-        let resized = [Rect::new(3.0, 2.0, 10.0, 10.0), Rect::new(3.0, 2.0, 20.0, 20.0)];
-        let found = values_on_boxes(&*relative, &[flat.clone(), flat.clone()], &resized)[1];
-        let pixels = values_on_boxes(&*build("{ grey_ridge = 0.0 }"), &[flat.clone(), flat], &resized)[1];
+        let found = resized("{ positions = \"relative\", grey_ridge = 0.0 }")[1];
+        let pixels = resized("{ grey_ridge = 0.0 }")[1];
         // The variance of x over n pixels is (n^2 - 1) / 12 * n / (n - 1): nearly the square of the side.
         assert!(found < 0.05 && (pixels - 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.05, "{found} {pixels}");
     }
@@ -273,10 +275,7 @@ mod tests {
     // As above: four of the five distances of a box without a pattern, all near that of the whole.
     #[test]
     fn halves_leave_the_largest_distance_out() {
-        let signal = ENTRY.build_from_text("{ parts = \"halves\", grey_ridge = 0.0 }").unwrap();
-        let flat = Frame::new(40, 40, vec![90; 4800]);
-        let resized = [Rect::new(3.0, 2.0, 10.0, 10.0), Rect::new(3.0, 2.0, 20.0, 20.0)];
-        let found = values_on_boxes(&*signal, &[flat.clone(), flat], &resized);
+        let found = resized("{ parts = \"halves\", grey_ridge = 0.0 }");
         assert!(found[0] == 0.0 && (found[1] - 4.0 * 2.0_f64.sqrt() * 4.0_f64.ln()).abs() < 0.2, "{found:?}");
         let whole = Window { x: 4, y: 6, w: 5, h: 1 };
         let of = |x: i64, w: usize| Window { x, w, ..whole };
@@ -291,27 +290,8 @@ mod tests {
         let red = Frame::from_fn(20, 20, |x, y| [squares(x, y), 0, 0]);
         let green = Frame::from_fn(20, 20, |x, y| [0, squares(x, y), 0]);
         let (frames, boxes) = ([red, green], [Rect::new(3.0, 2.0, 12.0, 9.0); 2]);
-        let value = |text: &str| values_on_boxes(&*ENTRY.build_from_text(text).unwrap(), &frames, &boxes);
+        let value = |params: &str| run("region-covariance", params, &frames, &boxes);
         assert_eq!(value("{ colors = \"hsv\" }"), [0.0, 0.0]);
         assert!(value("{}")[1] > 5.0);
-    }
-
-    fn matrix() -> impl Strategy<Value = Matrix5<f64>> {
-        proptest::collection::vec(-3.0..3.0_f64, 25).prop_map(|v| {
-            let m = Matrix5::from_column_slice(&v);
-            m * m.transpose() + Matrix5::identity() * 0.1
-        })
-    }
-
-    proptest! {
-        #[test]
-        fn is_a_distance_that_ignores_linear_maps(a in matrix(), b in matrix(), c in matrix()) {
-            let d = distance(&a, &b);
-            prop_assert!((d - distance(&b, &a)).abs() < 1e-9);
-            prop_assert!(d <= distance(&a, &c) + distance(&c, &b) + 1e-9);
-            prop_assert_eq!(distance(&a, &a), 0.0);
-            let map = |m: &Matrix5<f64>| c * m * c.transpose();
-            prop_assert!((d - distance(&map(&a), &map(&b))).abs() < 1e-6);
-        }
     }
 }

@@ -100,15 +100,13 @@ fn quality(response: &Response) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::image::Frame;
-    use crate::signal::testing::values;
+    use crate::signal::testing::run_on_states;
+    use crate::tracker::TrackerState;
     use crate::tracker::testing::{state_of_map, two_peaks};
 
     fn qualities(maps: &[Vec<f32>]) -> Vec<f64> {
-        let signal = ENTRY.build_from_text("{ measure = \"quality\" }").unwrap();
-        let frames = vec![Frame::new(1, 1, vec![0; 3]); maps.len()];
-        values(signal.as_ref(), &frames, maps.iter().map(|m| state_of_map(m, 20)))
+        let states: Vec<TrackerState> = maps.iter().map(|map| state_of_map(map, 20)).collect();
+        run_on_states("response-peak", "{ measure = \"quality\" }", &states)
     }
 
     // python3: with F, dx and dy of `tracker/correlation/response/tests.rs`, NumPy 2.4.6:

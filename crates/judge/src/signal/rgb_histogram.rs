@@ -128,20 +128,18 @@ impl Causal for Params {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::image::Frame;
-    use crate::signal::testing::values_on_boxes;
+    use crate::region::Rect;
+    use crate::signal::testing::run;
 
+    // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.
     #[test]
     fn bins_are_joint_unless_they_are_separate() {
-        // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.
-        let signal = Params::default();
-        let separate = Params { channels: Channels::Separate, ..Params::default() };
         let gray = Frame::new(2, 1, vec![0, 0, 0, 255, 255, 255]);
         let colored = Frame::new(2, 1, vec![255, 0, 0, 0, 255, 255]);
-        let boxes = [crate::region::Rect::new(0.0, 0.0, 2.0, 1.0); 3];
-        let frames = [gray, colored.clone(), colored];
-        assert_eq!(values_on_boxes(&signal, &frames, &boxes), [1.0, 0.0, 1.0]);
-        assert_eq!(values_on_boxes(&separate, &frames, &boxes), [1.0, 1.0, 1.0]);
+        let (frames, boxes) = ([gray, colored.clone(), colored], [Rect::new(0.0, 0.0, 2.0, 1.0); 3]);
+        let values = |params: &str| run("rgb-histogram", params, &frames, &boxes);
+        assert_eq!(values("{}"), [1.0, 0.0, 1.0]);
+        assert_eq!(values("{ channels = \"separate\" }"), [1.0, 1.0, 1.0]);
     }
 }

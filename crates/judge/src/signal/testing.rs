@@ -2,10 +2,15 @@
 
 use super::{Observation, SIGNALS, Session, Signal};
 use crate::image::Frame;
-use crate::plugin::find;
+use crate::plugin::{Configured, find};
 use crate::region::{Rect, Region};
 use crate::tracker::{TrackerState, testing};
 use trackfail_dataset::synthetic;
+
+/// A signal of this kind.
+pub fn build(kind: &str, params: &str) -> Configured<dyn Signal> {
+    find(SIGNALS, kind).unwrap().build_from_text(params).unwrap()
+}
 
 /// Starts a signal on a rendered sequence.
 pub fn start(signal: &dyn Signal) -> Box<dyn Session> {
@@ -23,7 +28,9 @@ pub fn values(
     let mut first = None;
     let push = |(frame, state): (&Frame, TrackerState)| {
         let companion = first.get_or_insert_with(|| state.region.clone());
-        session.push(&Observation { frame, state: &state, companions: &[&*companion] })
+        let value = session.push(&Observation { frame, state: &state, companions: &[&*companion] });
+        assert_eq!(1 + session.more().len(), signal.width());
+        value
     };
     frames.iter().zip(states).map(push).collect()
 }
@@ -33,11 +40,24 @@ pub fn values_on_boxes(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) ->
     values(signal, frames, boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r))))
 }
 
+/// Values of a signal of this kind on frames with the tracker's boxes.
+pub fn run(kind: &str, params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
+    values_on_boxes(&*build(kind, params), frames, boxes)
+}
+
+/// Values of a signal of this kind, which does not look at frames, on states of the tracker.
+pub fn run_on_states(kind: &str, params: &str, states: &[TrackerState]) -> Vec<f64> {
+    let frames = vec![Frame::new(1, 1, vec![0; 3]); states.len()];
+    values(&*build(kind, params), &frames, states.iter().cloned())
+}
+
 /// All values of a signal of several on frames with the tracker's states, a row per frame.
-pub fn rows(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
-    let mut session = start(signal);
+pub fn rows(kind: &str, params: &str, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
+    let signal = build(kind, params);
+    let mut session = start(&*signal);
     let row = |(frame, state): (&Frame, &TrackerState)| {
         let first = session.push(&Observation::new(frame, state));
+        assert_eq!(1 + session.more().len(), signal.width());
         std::iter::once(first).chain(session.more().iter().copied()).collect()
     };
     frames.iter().zip(states).map(row).collect()
@@ -45,10 +65,8 @@ pub fn rows(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> V
 
 /// The value of a signal of a response map in the first frame.
 pub fn value_of_map(kind: &str, params: &str, map: &[f32], width: usize) -> f64 {
-    let signal = find(SIGNALS, kind).unwrap().build_from_text(params).unwrap();
-    let (low, high) = signal.facts().bounds;
-    let frame = Frame::new(1, 1, vec![0; 3]);
-    let value = values(signal.as_ref(), &[frame], [testing::state_of_map(map, width)])[0];
+    let (low, high) = build(kind, params).facts().bounds;
+    let value = run_on_states(kind, params, &[testing::state_of_map(map, width)])[0];
     assert!((low..=high).contains(&value), "{value}");
     value
 }

@@ -158,11 +158,11 @@ fn root_determinant(moments: &Moments, components: Option<&[usize]>) -> Option<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Frame;
     use crate::region::{Rect, Region};
-    use crate::signal::testing::values;
+    use crate::signal::testing::run_on_states;
     use crate::tracker::TrackerState;
     use proptest::prelude::*;
+    use trackfail_testing::assert_near;
 
     fn moments(covariance: &[f64]) -> Moments {
         let dimension = covariance.len().isqrt();
@@ -176,8 +176,7 @@ mod tests {
     }
 
     fn run(text: &str, states: &[TrackerState]) -> Vec<f64> {
-        let frames = vec![Frame::new(1, 1, vec![0; 3]); states.len()];
-        values(ENTRY.build_from_text(text).unwrap().as_ref(), &frames, states.to_vec())
+        run_on_states("uncertainty", text, states)
     }
 
     // python3: import numpy as np; S=np.array([[25,3,.5,-.2,.1],[3,16,.4,.3,-.2],[.5,.4,.6,.05,.01],
@@ -210,10 +209,13 @@ mod tests {
     fn sizes_by_hand() {
         let s = [4.0, 0.0, 0.0, 9.0];
         let track = [state(2.0, 2.0, &s), state(4.0, 2.0, &s), state(4.0, 4.0, &s)];
-        let near = |a: Vec<f64>, b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 1e-14);
-        assert!(near(run("{ normalise = \"first-size\" }", &track[1..]), [3.0; 3]));
-        assert!(near(run("{ normalise = \"current-size\" }", &track), [6.0, 3.0, 1.5]));
-        assert!(near(run("{ normalise = \"none\" }", &track), [6.0; 3]));
+        for (normalize, states, want) in [
+            ("first-size", &track[1..], &[3.0; 2][..]),
+            ("current-size", &track, &[6.0, 3.0, 1.5]),
+            ("none", &track, &[6.0; 3]),
+        ] {
+            assert_near(run(&format!("{{ normalise = \"{normalize}\" }}"), states), want, 5e-14, normalize);
+        }
     }
 
     // Nothing spread; one component fixed; a line; a line that rounding bends to either side; a variance
@@ -232,26 +234,26 @@ mod tests {
             assert_eq!(run("{}", &[state(4.0, 4.0, &s)]), [1e-12], "{s:?}");
         }
         let mut digits = state(4.0, 4.0, &[9.0, 0.0, 0.0, 1e-28]);
-        if let Some(moments) = &mut digits.posterior {
-            moments.mean = vec![3.0, 300.0];
-        }
+        digits.posterior.as_mut().unwrap().mean = vec![3.0, 300.0];
         assert_eq!(run("{ floor = 1e-9 }", &[digits]), [1e-9]);
     }
 
     #[test]
     fn what_has_no_uncertainty_is_not_a_number() {
-        let nan = |text: &str, state: TrackerState| assert!(run(text, &[state])[0].is_nan(), "{text}");
-        nan("{}", TrackerState::tracked(Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0))));
-        nan("{ components = [0, 2] }", state(4.0, 4.0, &[1.0, 0.0, 0.0, 1.0]));
-        nan("{}", state(0.0, 4.0, &[1.0, 0.0, 0.0, 1.0]));
-        nan("{}", state(0.0, 4.0, &[0.0; 4]));
-        nan("{}", state(4.0, 4.0, &[f64::NAN, 0.0, 0.0, 1.0]));
-        nan("{}", state(4.0, 4.0, &[]));
-        let mut short = state(4.0, 4.0, &[1.0, 0.0, 0.0, 1.0]);
-        if let Some(moments) = &mut short.posterior {
-            moments.covariance.pop();
+        let sound = [1.0, 0.0, 0.0, 1.0];
+        let mut short = state(4.0, 4.0, &sound);
+        short.posterior.as_mut().unwrap().covariance.pop();
+        for (text, state) in [
+            ("{}", TrackerState::tracked(Region::Rect(Rect::new(0.0, 0.0, 4.0, 4.0)))),
+            ("{ components = [0, 2] }", state(4.0, 4.0, &sound)),
+            ("{}", state(0.0, 4.0, &sound)),
+            ("{}", state(0.0, 4.0, &[0.0; 4])),
+            ("{}", state(4.0, 4.0, &[f64::NAN, 0.0, 0.0, 1.0])),
+            ("{}", state(4.0, 4.0, &[])),
+            ("{}", short),
+        ] {
+            assert!(run(text, std::slice::from_ref(&state))[0].is_nan(), "{text} {state:?}");
         }
-        nan("{}", short);
     }
 
     fn covariance(d: usize) -> impl Strategy<Value = Vec<f64>> {

@@ -132,6 +132,7 @@ pub fn check_noise(noise: &Geometry) -> Result<(), ParamError> {
 mod tests {
     use super::*;
     use crate::num::seed;
+    use trackfail_testing::assert_near;
 
     // python3: import numpy as np; g=np.array([[3,5,.9,.1],[4,2,1.1,-.2],[7,3,1.,.4]]); w=np.array([.5,.3,.2])
     // m=w@g; print(m); C=(w*(g-m).T)@(g-m); print(C[np.ix_([0,1,3],[0,1,3])]); print(1/(w@w)); print(-(w@np.log(w))/np.log(3))
@@ -144,34 +145,22 @@ mod tests {
             [7.0, 3.0, 1.0, 0.4, 1.0, 0.0],
         ];
         let m = candidates.moments(&[0.5, 0.3, 0.2], 0.25);
-        let near = |ours: &[f64], theirs: &[f64]| {
-            assert_eq!(ours.len(), theirs.len());
-            ours.iter().zip(theirs).for_each(|(a, b)| assert!((a - b).abs() < 1e-12, "{ours:?}"));
-        };
-        near(&m.mean, &[4.1, 3.7, 0.07]);
-        near(&m.covariance, &COVARIANCE);
-        near(&[m.effective_samples, m.likelihood], &[2.6315789473684212, 0.25]);
-        near(&[m.samples, m.entropy], &[3.0, 0.9372305632161295]);
+        assert_near(m.mean, [4.1, 3.7, 0.07], 1e-12, "mean");
+        assert_near(m.covariance, COVARIANCE.as_flattened(), 1e-12, "covariance");
+        let others = [m.effective_samples, m.likelihood, m.samples, m.entropy];
+        assert_near(others, [2.6315789473684212, 0.25, 3.0, 0.9372305632161295], 1e-12, "others");
     }
-    const COVARIANCE: [f64; 9] = [
-        2.29,
-        -1.07,
-        0.18300000000000005,
-        -1.07,
-        1.81,
-        0.11099999999999999,
-        0.18300000000000002,
-        0.11099999999999999,
-        0.04410000000000001,
+    const COVARIANCE: [[f64; 3]; 3] = [
+        [2.29, -1.07, 0.18300000000000005],
+        [-1.07, 1.81, 0.11099999999999999],
+        [0.18300000000000002, 0.11099999999999999, 0.04410000000000001],
     ];
 
     #[test]
     fn weights_are_shares_of_the_likelihood() {
         let (weights, best) = weigh(&[-1000.0, -999.0, -5000.0, -999.0]);
         let e = 1.0_f64.exp();
-        for (w, want) in weights.iter().zip([1.0, e, 0.0, e].map(|l| l / (1.0 + 2.0 * e))) {
-            assert!((w - want).abs() < 1e-15);
-        }
+        assert_near(weights, [1.0, e, 0.0, e].map(|l| l / (1.0 + 2.0 * e)), 1e-15, "");
         assert_eq!(best, 1);
     }
 

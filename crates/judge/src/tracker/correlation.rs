@@ -385,21 +385,5 @@ mod tests {
             let f = |x: f64| (3.0 - bend * (x - top).powi(2)) as f32;
             prop_assert!((parabola(f(-1.0), f(0.0), f(1.0)) - top).abs() < 1e-4);
         }
-
-        #[test]
-        fn finds_the_shift_of_a_wrapped_texture(dx in -4_i64..5, dy in -4_i64..5) {
-            // Without a window shifts are exactly cyclic.
-            let mut filter = KernelFilter::new(10, 11, 1, SETTINGS);
-            filter.window.fill(1.0);
-            let look = texture(110, 5);
-            let moved: Vec<f32> = (0..110_i64)
-                .map(|i| look[((i / 10 - dy).rem_euclid(11) * 10 + (i % 10 - dx).rem_euclid(10)) as usize])
-                .collect();
-            filter.learn(&look);
-            let p = filter.respond(&moved).unwrap();
-            prop_assert_eq!((p.x, p.y), (dx, dy));
-            let (x, y) = filter.refine(&p);
-            prop_assert!((x - dx as f64).abs() < 0.05 && (y - dy as f64).abs() < 0.05, "{} {}", x, y);
-        }
     }
 }

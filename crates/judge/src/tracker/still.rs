@@ -39,21 +39,3 @@ impl Tracker for Tracking {
         Ok(TrackerState::tracked(self.0.clone()))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::region::Rect;
-    use crate::tracker::testing::track;
-
-    #[test]
-    fn stays_where_it_is_started() {
-        let sequence = trackfail_dataset::synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
-        let region = Region::Rect(Rect::new(3.0, 1.0, 2.0, 2.0));
-        let frames = vec![Frame::new(2, 2, vec![0; 12]); 3];
-        let states = track(&*ENTRY.build_from_text("{}").unwrap(), &sequence, 0, &region, &frames);
-        assert_eq!(states[0], TrackerState::initialized(region.clone()));
-        assert_eq!(states[1..], [TrackerState::tracked(region.clone()), TrackerState::tracked(region)]);
-        assert!(ENTRY.build_from_text("{ speed = 1 }").is_err());
-    }
-}

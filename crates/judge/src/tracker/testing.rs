@@ -12,12 +12,13 @@ pub fn context(sequence: &Sequence, seed: u64) -> RunContext<'_> {
     RunContext { sequence, start_frame: 0, run: 0, seed, data_roots: &[] }
 }
 
-/// First `n` frames of a small sequence.
-pub fn excerpt(n: usize) -> (Sequence, Vec<Frame>) {
+/// A small sequence that ends after `n` frames, the target's region in the first one, and the frames.
+pub fn excerpt(n: usize) -> (Sequence, Region, Vec<Frame>) {
     let mut q = synthetic::suite("synthetic-otb").unwrap().into_iter().find(|q| q.name == "Girl").unwrap();
     q.truth.truncate(n);
     let frames = (0..n).map(|t| q.frame(t).unwrap()).collect();
-    (q, frames)
+    let first = q.truth[0].clone().unwrap();
+    (q, first, frames)
 }
 
 /// States of a tracker that starts with `region` in the first of these frames.

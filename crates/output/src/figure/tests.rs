@@ -1,5 +1,6 @@
 use super::page::{Page, Shape, share_before};
 use super::*;
+use std::collections::BTreeSet;
 use trackfail_core::image::Frame;
 use trackfail_core::region::{Rect, Region};
 use trackfail_testing::hostile::{elements, texts, words};
@@ -228,11 +229,8 @@ fn lines_of_equal_f_begin_at_the_upper_edge() {
 }
 
 #[test]
-fn everything_is_on_the_page_and_svg_is_well_formed_offline_and_without_ids() {
+fn svg_is_well_formed_offline_and_without_ids() {
     for figure in all() {
-        for width in [WIDTH, COLUMN] {
-            assert_on_page(&figure.page(width).expect("a layout"));
-        }
         let svg = figure.to_svg().expect("a figure");
         assert!(texts(&svg).len() > 3, "{svg}");
         assert_eq!(svg.matches("http").count(), 1, "only the namespace");
@@ -351,11 +349,9 @@ fn panels_are_alike_share_their_labels_and_stand_below_each_other() {
         let texts = |wanted: &str| {
             page.shapes.iter().filter(|s| matches!(s, Shape::Text { text, .. } if text == wanted)).count()
         };
-        let mut lefts: Vec<i64> = self::frames(&sequences(8), width).iter().map(|f| f.0 as i64).collect();
-        assert_eq!(lefts.len(), 16);
-        lefts.sort_unstable();
-        lefts.dedup();
-        assert_eq!(lefts.len(), if width == WIDTH { 4 } else { 2 });
+        let all = self::frames(&sequences(8), width);
+        let lefts: BTreeSet<i64> = all.iter().map(|f| f.0 as i64).collect();
+        assert_eq!((all.len(), lefts.len()), (16, if width == WIDTH { 4 } else { 2 }));
         // A name for the common axis below, one for each row, and 0.0 at the left of each row and below each column.
         assert_eq!((texts("recall"), texts("precision")), (1, 5_usize.div_ceil(columns)));
         assert_eq!(texts("0.0"), 5_usize.div_ceil(columns) + columns);
@@ -424,10 +420,8 @@ fn equal_values_of_a_shared_axis_are_in_equal_places() {
     let panel = |high| DotPanel { values: vec![dot(0.0), dot(0.4), dot(high)], ..DotPanel::default() };
     let places = |shared_axis| {
         let (rows, panels) = (["a", "b", "c"].map(String::from).into(), vec![panel(0.4), panel(1.0)]);
-        let page = Dots { rows, panels, shared_axis, chance: None, ..dots() }
-            .figure()
-            .page(WIDTH)
-            .expect("a layout");
+        let figure = Dots { rows, panels, shared_axis, chance: None, ..dots() }.figure();
+        let page = figure.page(WIDTH).expect("a layout");
         let x: Vec<f64> = page.shapes.iter().filter_map(disc).map(|(middle, _)| middle.0).collect();
         (x[1] - x[0], x[4] - x[3])
     };

@@ -200,16 +200,11 @@ mod tests {
     use super::*;
 
     fn row(method: &str, statistic: &str, ours: f64) -> Row {
-        Row {
-            tracker: "SP".into(),
-            method: method.into(),
-            of_tracker: "SP".into(),
-            of_method: "CovF".into(),
-            statistic: statistic.into(),
-            published: (statistic != DISCREPANCY).then_some(0.7),
-            ours: Some(ours),
-            ..Row::default()
-        }
+        let published = (statistic != DISCREPANCY).then_some(0.7);
+        let [tracker, method, of_tracker, of_method, statistic] =
+            ["SP", method, "SP", "CovF", statistic].map(String::from);
+        let ours = Some(ours);
+        Row { tracker, method, of_tracker, of_method, statistic, published, ours, ..Row::default() }
     }
 
     #[test]

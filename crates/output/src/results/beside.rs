@@ -27,7 +27,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use trackfail_engine::spec::method::Method;
 use trackfail_engine::spec::{Experiment, Tracker};
-use trackfail_engine::store;
+use trackfail_engine::store::{self, StoreError};
 
 /// The folder of the copy.
 pub const FOLDER: &str = "beside";
@@ -94,21 +94,42 @@ impl Taken {
     }
 }
 
+/// Kept results as they are read before a run, with the files that are copied after it, when others may be in their place.
+pub struct Kept {
+    /// The kept results.
+    pub results: Results,
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+impl Kept {
+    /// Reads the folder of kept results.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or is not that of the manifest.
+    pub fn read(folder: &Path) -> Result<Self, ResultsError> {
+        let results = Results::read_alone(folder)?;
+        let counts = [Score::NAME.to_string(), packed(Score::NAME)];
+        let frames = [Measured::NAME.to_string(), packed(Measured::NAME)];
+        let others = [SPEC, USER_SUITES, MeasureRow::NAME, Pair::NAME].map(str::to_string);
+        let mut files = BTreeMap::new();
+        let names = counts.into_iter().chain(frames).chain(others);
+        for name in names.filter(|name| results.manifest.files.contains_key(name)) {
+            let bytes = read_whole(folder, &results.manifest, &name, MAX_FILE)?;
+            files.insert(name, bytes);
+        }
+        Ok(Self { results, files })
+    }
+}
+
 /// Copies what an experiment takes from kept results into its own results, a folder that [`write`](super::write) filled.
 ///
 /// # Errors
-/// When a file cannot be read or written, or is not that of the kept manifest.
-pub fn keep(kept: &Results, folder: &Path) -> Result<(), ResultsError> {
-    let counts = [Score::NAME.to_string(), packed(Score::NAME)];
-    let frames = [Measured::NAME.to_string(), packed(Measured::NAME)];
-    let others = [SPEC, USER_SUITES, MeasureRow::NAME, Pair::NAME].map(str::to_string);
-    let mut copied = kept.manifest.clone();
-    copied.files.clear();
-    for name in counts.into_iter().chain(frames).chain(others) {
-        let Some(digest) = kept.manifest.files.get(&name) else { continue };
-        let bytes = read_whole(&kept.folder, &kept.manifest, &name, MAX_FILE)?;
-        store::write(&folder.join(FOLDER).join(&name), &bytes)?;
-        copied.files.insert(name, digest.clone());
+/// When a file cannot be written.
+pub fn keep(kept: &Kept, folder: &Path) -> Result<(), ResultsError> {
+    let mut copied = kept.results.manifest.clone();
+    copied.files.retain(|name, _| kept.files.contains_key(name));
+    for (name, bytes) in &kept.files {
+        store::write(&folder.join(FOLDER).join(name), bytes)?;
     }
     let bytes = to_json(&folder.join(FILE), &copied)?;
     store::write(&folder.join(FILE), &bytes)?;
@@ -118,8 +139,12 @@ pub fn keep(kept: &Results, folder: &Path) -> Result<(), ResultsError> {
     write_json(&path, &own)
 }
 
-/// Puts the rows that are taken from kept results beside the own ones.
+/// Puts the rows that are taken from kept results beside the own ones, once it is checked that they can stand there.
 pub(super) fn join(results: &mut Results, kept: Results) -> Result<(), ResultsError> {
+    check(&results.experiment, Some(&results.manifest), &results.manifest.digests, &kept).map_err(|e| {
+        let again = format!("{e}; run {} again", results.experiment.name);
+        StoreError::new(&results.folder.join(FILE), again)
+    })?;
     let Some(taken) = Taken::of(&results.experiment, &kept.experiment) else { return Ok(()) };
     // All sequences of both as one attribute.
     let own = results.manifest.suite.present.iter();

@@ -377,13 +377,10 @@ pub(super) fn read_whole(
 mod tests {
     use super::*;
     use crate::results::manifest::parse;
+    use crate::testing::MANIFEST;
     use proptest::prelude::*;
     use trackfail_testing::damaged;
 
-    const MANIFEST: &[u8] = br#"{"format":1,"experiment":"a","spec_digest":"00","version":"0.1.0",
-        "protocol":"khalid2016/1","seed":1,"suite":{"name":"s","wanted":1,"present":[["q",9]],"missing":[]},
-        "digests":{"s":[["q","00"]]},"trackers":[],"methods":[],"cells_done":1,"cells_failed":[],"rules":{},
-        "differing":[],"files":{"measures.csv":"00"}}"#;
     const MEASURES: &[u8] =
         b"suite,tracker,method,params,done,failed,tp,fp,fn,tn,events,detections,precision,recall,\
         f_score,fpr,score_mean,score_std\ns,t,\"m,\",a=1;b=2,1,0,1,2,3,4,4,3,0.3,0.2,,0.1,,\n";

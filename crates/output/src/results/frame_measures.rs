@@ -224,6 +224,7 @@ pub fn attach(by_method: &ByMethod, measures: &mut [Measure]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::measure;
     use trackfail_methods::score::metric::Source;
     use trackfail_methods::score::{METRICS, Metric};
 
@@ -251,13 +252,7 @@ mod tests {
         let header: Vec<&str> = FILE.columns.iter().map(|c| c.name).collect();
         let empty = ",".repeat(header.len() - 8);
         let text = format!("{}\ns,t,b,x=1,9,3,1,0.25{empty}\ns,t,a,,9,3,1,{empty}\n", header.join(","));
-        let measure = |method: &str, params: &str| Measure {
-            tracker: "t".into(),
-            method: method.into(),
-            params: params.into(),
-            ..Measure::default()
-        };
-        let mut measures = [measure("a", ""), measure("b", "x=1"), measure("b", "x=2")];
+        let mut measures = [("a", ""), ("b", "x=1"), ("b", "x=2")].map(|(m, params)| measure("t", m, params));
         attach(&read(text.clone().into_bytes()).unwrap(), &mut measures);
         let frames = measures.map(|m| m.pooled.frames.map(|f| (f.losses, f.get("auroc"))));
         assert_eq!(frames, [Some((Some(1.0), None)), Some((Some(1.0), Some(0.25))), None]);

@@ -92,20 +92,12 @@ mod tests {
     use trackfail_methods::score::FrameMeasures;
     use trackfail_methods::score::frames::measures::Sampled;
 
-    fn measures_of(auroc: f64) -> FrameMeasures {
-        let mut measures = FrameMeasures::default();
-        measures.set("auroc", Some(auroc));
-        measures
-    }
-
     fn row<'a>(cell: &'a Cell, auroc: [f64; 3], tracks: &[(usize, usize)]) -> Row<'a> {
-        Row {
-            tracker: EVERY_TRACKER.to_string(),
-            first: cell,
-            measures: measures_of(auroc[0]),
-            sampled: Sampled { auroc: auroc[1..].to_vec(), found_at_5: vec![f64::NAN; 2] },
-            tracks: tracks.to_vec(),
-        }
+        let mut measures = FrameMeasures::default();
+        measures.set("auroc", Some(auroc[0]));
+        let sampled = Sampled { auroc: auroc[1..].to_vec(), found_at_5: vec![f64::NAN; 2] };
+        let tracker = EVERY_TRACKER.to_string();
+        Row { tracker, first: cell, measures, sampled, tracks: tracks.to_vec() }
     }
 
     // The samples of a are better than those of b by .25 and .75; both differ from c only on other tracks.

@@ -152,18 +152,15 @@ pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::failed_cell;
     use trackfail_methods::score::Counts;
 
     // By hand: two sequences are dark, one of them small too; F is that of the summed counts.
     #[test]
     fn counts_are_pooled_over_the_sequences_of_an_attribute() {
-        let score = |sequence: &str, run, tp, fp| CellScore {
-            sequence: sequence.into(),
-            tracker: "t".into(),
-            run,
-            method: "m".into(),
-            params: String::new(),
-            counts: Counts { tp, fp, fn_: 1, tn: 5 },
+        let score = |sequence: &str, run, tp, fp| {
+            let [sequence, tracker, method, params] = [sequence, "t", "m", ""].map(String::from);
+            CellScore { sequence, tracker, run, method, params, counts: Counts { tp, fp, fn_: 1, tn: 5 } }
         };
         let scores = [score("a", 0, 1, 0), score("a", 1, 2, 0), score("b", 0, 0, 4), score("c", 0, 9, 9)];
         let words = |list: &[&str]| list.iter().map(|w| w.to_string()).collect();
@@ -174,14 +171,7 @@ mod tests {
             ("d", words(&["gone"])),
         ];
         let attributes = attributes.into_iter().map(|(name, list)| (name.to_string(), list)).collect();
-        let gone = |sequence: &str, method: &str, missing| FailedCell {
-            sequence: sequence.into(),
-            tracker: "t".into(),
-            run: 1,
-            method: method.into(),
-            missing,
-            reason: "it ended".into(),
-        };
+        let gone = |sequence, method, missing| failed_cell(sequence, "t", method, missing, "it ended");
         let without =
             [gone("b", "m", false), gone("b", "n", false), gone("c", "m", true), gone("a", "m", true)];
         let measures = by_attribute(&scores, &without, &attributes);

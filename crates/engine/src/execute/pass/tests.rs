@@ -199,22 +199,17 @@ fn signals_that_read_a_failed_companion_fail_with_it() {
     }
 }
 
+// The tracker itself, which would panic, is not run.
 #[test]
-fn signals_on_a_stored_track_equal_those_of_the_first_run() {
+fn signals_on_a_stored_track_equal_those_of_the_first_run_and_those_of_regions_need_no_frame() {
     let (states, signals) = alone();
-    // The tracker itself, which would panic, is not run.
-    let kept = make_signal("rgb-histogram", 1, &sequence(6, &gray(6)), &[Bad::Panics], Some(&states));
-    assert_eq!(kept, [Ok((Vec::new(), signals))]);
-}
-
-#[test]
-fn signals_of_regions_need_no_frame() {
-    let (states, _) = alone();
-    for threads in THREADS {
-        let gray = gray(0);
-        let made = make_signal("box-motion", threads, &sequence(6, &gray), &[Bad::Panics], Some(&states));
-        assert_eq!(made, [Ok((Vec::new(), vec![vec![0.0; 6]]))]);
-        assert_eq!(gray.decoded.load(Ordering::Relaxed), 0);
+    for (kind, frames, signals) in [("rgb-histogram", 6, signals), ("box-motion", 0, vec![vec![0.0; 6]])] {
+        for threads in THREADS {
+            let gray = gray(frames);
+            let made = make_signal(kind, threads, &sequence(6, &gray), &[Bad::Panics], Some(&states));
+            assert_eq!(made, [Ok((Vec::new(), signals.clone()))], "{kind}");
+            assert_eq!(gray.decoded.load(Ordering::Relaxed), frames, "{kind}");
+        }
     }
 }
 

@@ -13,7 +13,8 @@ fn told(text: &str) -> Vec<(usize, String)> {
     std::iter::once(&error).chain(&error.below.others).map(|e| (e.line, e.message.clone())).collect()
 }
 
-const SPEC: &str = r#"schema = 1
+/// A valid experiment.
+pub const SPEC: &str = r#"schema = 1
 name = "mine/try"
 title = "A try"
 protocol = "khalid2016/1"
@@ -113,25 +114,20 @@ fn what_only_follows_from_an_error_is_not_told() {
     let lines = "\nsignal = { kind = \"distribution-field\", layers = 32 }\ndetector = { kind = \"level\", below = 0.9 }";
     alone(&[(lines, "")], 14, "unknown published method");
     // A key that is wrong is not missing, too.
-    for (from, to, line, words) in [
-        ("\"mine/try\"", "3", 2, "`name` must be text in quotes, not 3"),
-        ("name = \"t\"", "name = [1]", 25, "`name` must be text in quotes, not a list"),
-        ("test = \"synthetic-vot\"", "test = 1", 7, "`test` must be text in quotes, not 1"),
-        ("\"khalid2016/1\"", "1", 4, "`protocol` must be text in quotes, not 1"),
-    ] {
-        alone(&[(from, to)], line, words);
-    }
+    alone(&[("\"mine/try\"", "3")], 2, "`name` must be text in quotes, not 3");
+    alone(&[("name = \"t\"", "name = [1]")], 25, "`name` must be text in quotes, not a list");
+    alone(&[("test = \"synthetic-vot\"", "test = 1")], 7, "`test` must be text in quotes, not 1");
+    alone(&[("\"khalid2016/1\"", "1")], 4, "`protocol` must be text in quotes, not 1");
 }
 
 #[test]
 fn the_place_is_marked_below_the_line() {
     let text = SPEC.replacen("below = 0.9", "bellow = 0.9", 1);
     let shown = refused(&text).to_string();
-    let lines: Vec<&str> = shown.lines().collect();
-    assert!(lines[0].starts_with("try.toml:16: unknown key `bellow`"), "{shown}");
-    assert_eq!(lines[1], r#"16 | detector = { kind = "level", bellow = 0.9 }"#);
-    assert_eq!(lines[2], "   |                              ^^^^^^");
-    assert_eq!(lines.len(), 3);
+    let [message, line, mark] = shown.lines().collect::<Vec<_>>()[..] else { panic!("{shown}") };
+    assert!(message.starts_with("try.toml:16: unknown key `bellow`"), "{shown}");
+    assert_eq!(line, r#"16 | detector = { kind = "level", bellow = 0.9 }"#);
+    assert_eq!(mark, "   |                              ^^^^^^");
     let twice = refused(&text.replacen("\"rgb-histogram\"", "\"rgb\"", 1)).to_string();
     assert!(twice.starts_with("try.toml: 2 errors\ntry.toml:16: "), "{twice}");
 }
@@ -185,14 +181,6 @@ fn a_mark_stands_below_the_word() {
 }
 
 #[test]
-fn keys_that_shorten_a_file_are_known() {
-    let errors = with(&[("title = \"A try\"", "title = \"A try\"\nextend = \"x\"")]);
-    assert!(errors[0].1.ends_with("did you mean `extends`?"), "{errors:?}");
-    let errors = with(&[("title = \"A try\"", "title = \"A try\"\nzzz = 1")]);
-    assert!(errors[0].1.contains("tracker-group, without"), "{errors:?}");
-}
-
-#[test]
 fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
     let rows = [
         (
@@ -214,6 +202,8 @@ fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
             "`suites` must be a table of at most 16, not \"x\"",
         ),
         ("holds = ", "hold = ", "unknown key `hold`; did you mean `holds`?"),
+        // Keys that shorten a file are known.
+        ("title", "extend = \"x\"\ntitle", "unknown key `extend`; did you mean `extends`?"),
         ("text = \"More\"\n", "", "`text` is missing"),
         ("[[claim]]", "[claim]", "write [[claim]]"),
     ];
@@ -224,6 +214,8 @@ fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
     let bounds = "detector = { kind = \"arma-forecast\", order = [1] }";
     let found = with(&[("detector = { kind = \"level\", below = 0.9 }", bounds)]);
     assert!(found[0].1.starts_with("`order` must be a list of 2, not a list of 1 ("), "{found:#?}");
+    let found = with(&[("title", "zzz = 1\ntitle")]);
+    assert!(found[0].1.contains("tracker-group, without"), "{found:#?}");
 }
 
 #[test]

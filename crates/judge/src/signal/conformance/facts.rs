@@ -47,9 +47,12 @@ fn every_signal_has_its_input_direction_and_bounds() {
         ("box-motion", "{ measure = \"aspect\" }", Boxes, Low, (0.0, 1000.0)),
         ("companion-overlap", "{ companions = [{ tracker = \"kcf\" }] }", Pixels, High, (0.0, 1.0)),
         ("confidence", "{ scale = \"ratio\" }", Confidence, High, (-1000.0, 1000.0)),
+        ("deep-verification", "{ here = [\"middle\", \"elsewhere\"] }", Pixels, High, (0.0, 1.0)),
         ("forward-backward", "{ measure = \"inliers\" }", Pixels, High, (0.0, 1.0)),
         ("particle-entropy", "{ good = \"high\" }", Posterior, High, (0.0, 1.0)),
         ("response-peak", "{ measure = \"second-peak\" }", Response, Low, (0.0, 1.0)),
+        ("watchdog-agreement", "{ values = [\"overlap\", \"distance\"] }", Pixels, High, (0.0, 1.0)),
+        ("watchdog-agreement", "{ values = [\"distance\"] }", Pixels, Low, (0.0, 3.0)),
     ] {
         let facts = build(kind, text).facts();
         assert_eq!((facts.reads, facts.direction, facts.bounds), (reads, direction, bounds), "{kind} {text}");

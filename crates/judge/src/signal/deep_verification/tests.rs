@@ -2,23 +2,24 @@ use super::*;
 use crate::signal::testing;
 use crate::tracker::{self, TrackerState};
 
-const ALL: &str = "{ v2 = [\"overlap\", \"score\"], v3 = [\"overlap\", \"score\"], both = [\"product\", \"least\", \
-                   \"most\", \"overlap\", \"against\", \"apart\"], here = [\"score\", \"overlap\", \"disagreement\", \
-                   \"apart\", \"distance\", \"middle\", \"inside\", \"outside\", \"elsewhere\"] }";
+const OF_V3: &str = "v3 = [\"overlap\", \"score\"]";
+const HERE: &str = "here = [\"score\", \"overlap\", \"disagreement\", \"apart\", \"distance\", \"middle\", \
+                    \"inside\", \"outside\", \"elsewhere\"]";
 
 /// All values beside a tracker that follows a face for ten frames and is then off by `shift` pixels.
 fn beside(shift: f64) -> Vec<Vec<f64>> {
-    beside_with(ALL, shift)
+    let both = "[\"product\", \"least\", \"most\", \"overlap\", \"against\", \"apart\"]";
+    beside_with(&format!("{{ v2 = [\"overlap\", \"score\"], {OF_V3}, both = {both}, {HERE} }}"), shift)
 }
 
 /// Values of a signal with these parameters beside the same tracker.
 fn beside_with(params: &str, shift: f64) -> Vec<Vec<f64>> {
-    let (girl, frames) = tracker::testing::excerpt(20);
-    let mut states = tracker::testing::run("nanotrack", "{}", 1, girl.truth[0].as_ref().unwrap(), &frames);
+    let (_, start, frames) = tracker::testing::excerpt(20);
+    let mut states = tracker::testing::run("nanotrack", "{}", 1, &start, &frames);
     for state in &mut states[10..] {
         state.region = Region::Rect(state.region.bounds().shifted(shift, 0.0));
     }
-    testing::rows(&*ENTRY.build_from_text(params).unwrap(), &frames, &states)
+    testing::rows("deep-verification", params, &frames, &states)
 }
 
 #[test]
@@ -55,14 +56,8 @@ fn a_second_look_tells_the_target_from_its_surroundings() {
 // By a signal of v3 alone: its watchdog's values are those beside v2, and its second look is another network's.
 #[test]
 fn a_second_look_of_v3_needs_no_v2() {
-    let alone = ALL.replace("v2 = [\"overlap\", \"score\"], ", "");
-    let i = alone.find("both = ").unwrap();
-    let alone = format!(
-        "{}{}, look = \"v3\" }}",
-        &alone[..i],
-        alone[alone.find("here = ").unwrap()..].trim_end_matches(" }")
-    );
-    let (of_v3, of_both) = (beside_with(&alone, 60.0), beside(60.0));
+    let of_v3 = beside_with(&format!("{{ {OF_V3}, {HERE}, look = \"v3\" }}"), 60.0);
+    let of_both = beside(60.0);
     assert!(of_v3.iter().zip(&of_both).all(|(mine, all)| mine[..2] == all[2..4] && mine.len() == 11));
     let [score, .., elsewhere] = of_v3[15][2..] else { panic!() };
     assert!(score < 0.7 && elsewhere > 0.0 && of_v3[15][2..] != of_both[15][10..], "{of_v3:?}");
@@ -71,14 +66,10 @@ fn a_second_look_of_v3_needs_no_v2() {
 
 #[test]
 fn a_box_without_numbers_has_no_cells_and_is_apart_from_the_watchdogs() {
-    let (girl, frames) = tracker::testing::excerpt(2);
-    let signal = ENTRY.build_from_text("{ v2 = [\"overlap\"], here = [\"score\", \"inside\"] }").unwrap();
-    let mut session = testing::start(&*signal);
-    let state = |region: Region| TrackerState::tracked(region);
-    session.push(&Observation::new(&frames[0], &state(girl.truth[0].clone().unwrap())));
-    let overlap = session.push(&Observation::new(&frames[1], &state(Region::nowhere())));
-    assert_eq!(overlap, 0.0);
-    assert_eq!(session.more(), [0.0, -6.0]);
+    let (_, start, frames) = tracker::testing::excerpt(2);
+    let states = [start, Region::nowhere()].map(TrackerState::tracked);
+    let params = "{ v2 = [\"overlap\"], here = [\"score\", \"inside\"] }";
+    assert_eq!(testing::rows("deep-verification", params, &frames, &states)[1], [0.0, 0.0, -6.0]);
 }
 
 // By hand, with watchdogs at overlaps .25 and 0 of the tracker, and .5 of each other.
@@ -117,6 +108,7 @@ fn every_value_has_its_own_number_direction_and_bounds() {
         (Here::Outside, outside, Low, (-6.0, log)),
         (Here::Elsewhere, outside - inside, Low, (-8.0, 8.0)),
     ];
+    assert!((log - 999_999.0_f64.ln()).abs() < 1e-9);
     let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
     for (value, [of_v2, of_v3], direction, bounds) in of_watchdog {
         assert!(near(v2.value(value), of_v2) && near(v3.value(value), of_v3), "{value:?}");
@@ -134,14 +126,4 @@ fn every_value_has_its_own_number_direction_and_bounds() {
         assert!(near(second.value(value), number), "{value:?}");
         assert_eq!(kinds(&[], &[value]), [(direction, bounds)], "{value:?}");
     }
-}
-
-#[test]
-fn the_first_value_gives_direction_and_bounds() {
-    let of = |text: &str| ENTRY.build_from_text(text).unwrap();
-    assert_eq!((of(ALL).width(), of("{}").width()), (19, 1));
-    assert_eq!(of("{ here = [\"inside\"] }").facts().direction, Direction::HigherIsBetter);
-    assert_eq!(of("{ here = [\"elsewhere\"] }").facts().bounds, (-8.0, 8.0));
-    let (least, most) = of("{ here = [\"outside\"] }").facts().bounds;
-    assert!(least == -6.0 && (most - 999_999.0_f64.ln()).abs() < 1e-9);
 }

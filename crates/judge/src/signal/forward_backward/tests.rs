@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::region::Rect;
-use crate::signal::testing::values_on_boxes;
+use crate::signal::testing::run;
 use proptest::prelude::*;
 
 /// Waves shifted by `(dx, dy)`; `other` changes them to those of another scene.
@@ -19,7 +19,7 @@ fn scene(dx: f64, dy: f64, other: f64) -> Frame {
 }
 
 fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-    values_on_boxes(ENTRY.build_from_text(params).unwrap().as_ref(), frames, boxes)
+    run("forward-backward", params, frames, boxes)
 }
 
 const BOXES: [Rect; 2] = [Rect { x: 50.0, y: 40.0, w: 48.0, h: 36.0 }; 2];
@@ -45,34 +45,30 @@ fn the_median_return_is_measured() {
     assert_eq!(residual(&[], &[]), None);
 }
 
+/// Values of the three measures, with further parameters.
+fn measures(more: &str, frames: &[Frame]) -> [Vec<f64>; 3] {
+    ["error", "inliers", "residual"]
+        .map(|measure| values(&format!("{{ measure = \"{measure}\"{more} }}"), frames, &[BOXES[0]; 3]))
+}
+
 #[test]
 fn another_scene_does_not_return() {
-    let frames = [scene(0.0, 0.0, 0.0), scene(0.0, 0.0, 0.3)];
-    let [_, error] = values("{}", &frames, &BOXES)[..] else { panic!() };
-    let [first, inliers] = values("{ measure = \"inliers\" }", &frames, &BOXES)[..] else { panic!() };
-    let [_, residual] = values("{ measure = \"residual\" }", &frames, &BOXES)[..] else { panic!() };
-    assert!(first == 1.0 && error > 0.02 && inliers < 0.3 && residual > 0.02, "{error} {inliers} {residual}");
+    let first = scene(0.0, 0.0, 0.0);
+    let [error, inliers, residual] = measures("", &[first.clone(), scene(0.0, 0.0, 0.3)]).map(|v| v[1]);
+    assert!(error > 0.02 && inliers < 0.3 && residual > 0.02, "{error} {inliers} {residual}");
     // In a scene that stands still points return to where they were.
-    let still = [frames[0].clone(), frames[0].clone()];
     let strict = "{ measure = \"inliers\", max_error = 0.0, min_correlation = -1.0 }";
-    assert!(values(strict, &still, &BOXES)[1] > 0.9);
+    assert!(values(strict, &[first.clone(), first.clone()], &BOXES)[1] > 0.9);
     // Nothing to follow.
     let flat = Frame::new(160, 120, vec![9; 57_600]);
-    let frames = [frames[0].clone(), flat.clone(), flat];
-    let boxes = [BOXES[0]; 3];
-    assert_eq!(values("{}", &frames, &boxes)[2], 1.0);
-    assert_eq!(values("{ measure = \"residual\" }", &frames, &boxes)[2], 1.0);
-    assert_eq!(values("{ measure = \"inliers\" }", &frames, &boxes)[2], 0.0);
+    assert_eq!(measures("", &[first, flat.clone(), flat]).map(|v| v[2]), [1.0, 0.0, 1.0]);
 }
 
 #[test]
 fn the_part_of_the_frame_that_is_searched_bounds_the_motion() {
     let frames = [scene(0.0, 0.0, 0.0), scene(3.0, 2.0, 0.0)];
-    let [_, near] = values("{ window = 9 }", &frames, &BOXES)[..] else { panic!() };
-    let [_, none] = values("{ window = 9, reach = 0.0, margin = 0.0, levels = 0 }", &frames, &BOXES)[..]
-    else {
-        panic!()
-    };
+    let [near, none] = ["", ", reach = 0.0, margin = 0.0, levels = 0"]
+        .map(|more| values(&format!("{{ window = 9{more} }}"), &frames, &BOXES)[1]);
     assert!(near < none, "{near} {none}");
 }
 
@@ -82,11 +78,9 @@ proptest! {
     #[test]
     fn points_of_a_moving_scene_return(dx in -4.0..4.0_f64, dy in -4.0..4.0_f64) {
         let frames = [scene(0.0, 0.0, 0.0), scene(dx, dy, 0.0)];
-        let with = |measure: &str| values(&format!("{{ window = 11, measure = \"{measure}\" }}"), &frames, &BOXES);
-        let (error, inliers, residual) = (with("error"), with("inliers"), with("residual"));
-        prop_assert_eq!((error[0], inliers[0], residual[0]), (0.0, 1.0, 0.0));
-        prop_assert!(error[1] < 0.003, "{error:?}");
-        prop_assert!(inliers[1] > 0.9, "{inliers:?}");
-        prop_assert!(residual[1] < 0.003, "{residual:?}");
+        let found = measures(", window = 11", &frames);
+        prop_assert_eq!(found.each_ref().map(|v| v[0]), [0.0, 1.0, 0.0]);
+        let [error, inliers, residual] = found.map(|v| v[1]);
+        prop_assert!(error < 0.003 && inliers > 0.9 && residual < 0.003, "{error} {inliers} {residual}");
     }
 }

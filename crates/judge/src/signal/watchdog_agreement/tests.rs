@@ -8,16 +8,15 @@ const ALL: &str = "{ values = [\"overlap\", \"score\", \"disagreement\", \"apart
 /// A tracker that is the watchdog itself for ten frames, then stays where it is, and is 200 pixels further on from frame 20.
 #[test]
 fn a_watchdog_sees_who_stays_behind() {
-    let (girl, frames) = tracker::testing::excerpt(30);
-    let mut states = tracker::testing::run("nanotrack", "{}", 1, girl.truth[0].as_ref().unwrap(), &frames);
+    let (_, start, frames) = tracker::testing::excerpt(30);
+    let mut states = tracker::testing::run("nanotrack", "{}", 1, &start, &frames);
     let score: Vec<f64> = states.iter().map(|state| state.confidence.unwrap()).collect();
     let own: Vec<Rect> = states.iter().map(|state| state.region.bounds()).collect();
     for (t, state) in states.iter_mut().enumerate().skip(10) {
         let shift = if t < 20 { 0.0 } else { 200.0 };
         state.region = Region::Rect(Rect { x: own[10].x + shift, ..own[10] });
     }
-    let signal = ENTRY.build_from_text(ALL).unwrap();
-    for (t, values) in testing::rows(&*signal, &frames, &states).iter().enumerate() {
+    for (t, values) in testing::rows("watchdog-agreement", ALL, &frames, &states).iter().enumerate() {
         let [overlap, sure, disagreement, apart, distance] = values[..] else { panic!("{values:?}") };
         let want = match t {
             0..=10 => 1.0,
@@ -28,17 +27,8 @@ fn a_watchdog_sees_who_stays_behind() {
         assert_eq!(sure, if t == 0 { 1.0 } else { score[t] });
         assert!((disagreement - (1.0 - want) * sure).abs() < 1e-12);
         assert_eq!(apart, if want > 0.0 { 0.0 } else { sure });
-        let centers = |t: usize| (own[t].center(), states[t].region.bounds());
-        let ((x, y), seen) = centers(t);
+        let ((x, y), seen) = (own[t].center(), states[t].region.bounds());
         let sides = (x - seen.center().0).hypot(y - seen.center().1) / (seen.w * seen.h).sqrt();
         assert!((distance - sides.min(3.0)).abs() < 1e-9, "frame {t}: {distance} {sides}");
     }
-}
-
-#[test]
-fn the_first_value_gives_direction_and_bounds() {
-    let of = |text: &str| ENTRY.build_from_text(text).unwrap();
-    assert_eq!((of("{}").width(), of(ALL).width()), (1, 5));
-    assert_eq!(of("{ values = [\"overlap\", \"distance\"] }").facts().direction, Direction::HigherIsBetter);
-    assert_eq!(of("{ values = [\"distance\"] }").facts().bounds, (0.0, 3.0));
 }

@@ -3,7 +3,6 @@
 use super::*;
 use crate::tracker::Moments;
 use crate::tracker::testing::Scene;
-use proptest::prelude::*;
 
 /// The posterior in frame `t` of a block that moves.
 fn posterior(params: &str, seed: u64, t: usize) -> Moments {
@@ -67,28 +66,5 @@ fn newer_templates_go_sooner() {
         let at = |n: f64| replaced(n / 1022.0);
         assert_eq!(at(f64::from(upto) - 0.5), template);
         assert_eq!(at(f64::from(upto) + 0.5), (template + 1).min(9));
-    }
-}
-
-proptest! {
-    #[test]
-    fn confidences_are_within_bounds_and_ignore_brightness(
-        gray in prop::collection::vec(0.0..1.0_f32, 64),
-        gain in 0.1..4.0_f32,
-    ) {
-        // Blocks of 4 x 4 pixels.
-        let window = |gain: f32| {
-            let mut w: Vec<f32> = (0..PIXELS).map(|n| gain * gray[n / 128 * 8 + n % 32 / 4]).collect();
-            normalize(&mut w);
-            w
-        };
-        let mut shifted = window(1.0);
-        shifted.rotate_right(8);
-        let dictionary = Dictionary::of(&[window(1.0), shifted]);
-        let coder = Lasso { lambda: 0.01, sign: Sign::NonNegative, tolerance: 1e-5, rounds: 10_000 };
-        let confidence = |w: &[f32]| dictionary.confidence(w, &coder, &mut Coding::default());
-        let f = confidence(&window(1.0));
-        prop_assert!((0.0..=9.0 + 1e-6).contains(&f), "{f}");
-        prop_assert!((f - confidence(&window(gain))).abs() < 0.02);
     }
 }

@@ -5,10 +5,7 @@ use super::layout::Fragment;
 use super::*;
 use crate::tracker::testing::Scene;
 use proptest::prelude::*;
-
-fn close(a: f64, b: f64, tolerance: f64) {
-    assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{a} is not {b}");
-}
+use trackfail_testing::assert_near;
 
 // The half sizes of the source, worked by hand for 40 x 60: flat strips are 20 x 6 with centers 6 apart, upright
 // ones 4 x 30 with centers 4 apart.
@@ -30,17 +27,16 @@ fn direct(first: &Frame, now: &Frame, fragment: &Fragment, here: &Place, there: 
         let edge = |c: f64, e: f64| (c + e + 0.5).floor();
         let (left, top) = (edge(x, fragment[0]), edge(y, fragment[1]));
         let (right, bottom) = (edge(x, fragment[2]).max(left + 1.0), edge(y, fragment[3]).max(top + 1.0));
-        let mut pixels: f64 = 0.0;
         for j in 0..frame.height() {
             for i in 0..frame.width() {
                 if (left..right).contains(&(i as f64)) && (top..bottom).contains(&(j as f64)) {
                     let [r, g, b] = frame.pixel(i, j).map(|v| usize::from(v) / 32);
                     counts[64 * r + 8 * g + b] += 1.0;
-                    pixels += 1.0;
                 }
             }
         }
-        counts.into_iter().map(move |c: f64| c / pixels.max(1.0))
+        let pixels = counts.iter().sum::<f64>().max(1.0);
+        counts.into_iter().map(move |count| count / pixels)
     };
     histogram(first, here).zip(histogram(now, there)).map(|(q, p)| (p * q).sqrt()).sum()
 }
@@ -86,10 +82,10 @@ proptest! {
 #[test]
 fn fusion_and_reliabilities_agree_with_numpy() {
     let (rho, votes) = ([0.9, 0.6, 0.99], [0.5, 0.3, 0.2]);
-    close(fuse(&rho, &votes, 1.0, 0.1), FUSED, 1e-12);
+    assert_near([fuse(&rho, &votes, 1.0, 0.1)], [FUSED], 1e-12, "");
     let mut reliabilities = votes;
     follow(&mut reliabilities, &rho, 0.1, 0.1);
-    reliabilities.iter().zip(FOLLOWED).for_each(|(a, b)| close(*a, b, 1e-12));
+    assert_near(reliabilities, FOLLOWED, 1e-12, "");
 }
 const FUSED: f64 = 0.12467510606041547;
 const FOLLOWED: [f64; 3] = [0.4510986942593667, 0.2700000003360931, 0.2789013054045402];
@@ -98,8 +94,7 @@ const FOLLOWED: [f64; 3] = [0.4510986942593667, 0.2700000003360931, 0.2789013054
 #[test]
 fn weak_fragments_have_no_vote() {
     assert_eq!(votes(&[0.5, 0.25, 0.1875, 0.0625]), [0.5, 0.25, 0.1875, 0.0625]);
-    let left = votes(&[0.6, 0.36, 0.02, 0.02]);
-    left.iter().zip([0.625, 0.375, 0.0, 0.0]).for_each(|(a, b)| close(*a, b, 1e-12));
+    assert_near(votes(&[0.6, 0.36, 0.02, 0.02]), [0.625, 0.375, 0.0, 0.0], 1e-12, "");
 }
 
 // The lower half of the block disappears behind the ground for good.

@@ -7,13 +7,12 @@ use crate::tracker::testing;
 /// which moves boxes by hundredths of a pixel at first; later a crop sometimes begins one pixel off.
 #[test]
 fn tracks_are_those_of_onnxruntime() {
-    let (girl, frames) = testing::excerpt(60);
-    let start = girl.truth[0].as_ref().unwrap();
+    let (girl, start, frames) = testing::excerpt(60);
     for (version, oracle) in
         [("v2", include_str!("onnxruntime_v2.txt")), ("v3", include_str!("onnxruntime_v3.txt"))]
     {
         let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
-        let states = testing::track(&*config, &girl, 1, start, &frames);
+        let states = testing::track(&*config, &girl, 1, &start, &frames);
         let lines: Vec<&str> = oracle.lines().collect();
         assert_eq!(lines.len(), states.len() - 1);
         let mut overlaps = Vec::new();
@@ -32,11 +31,10 @@ fn tracks_are_those_of_onnxruntime() {
 
 #[test]
 fn a_saved_tracker_goes_on() {
-    let (girl, frames) = testing::excerpt(6);
+    let (girl, start, frames) = testing::excerpt(6);
     for version in ["v2", "v3"] {
         let config = ENTRY.build_from_text(&format!("{{ version = \"{version}\" }}")).unwrap();
-        let (mut tracker, _) =
-            config.start(&testing::context(&girl, 1), &frames[0], girl.truth[0].as_ref().unwrap()).unwrap();
+        let (mut tracker, _) = config.start(&testing::context(&girl, 1), &frames[0], &start).unwrap();
         tracker.update(&frames[1]).unwrap();
         let saved = tracker.save().unwrap();
         let mut resumed = config.resume(&saved).unwrap();

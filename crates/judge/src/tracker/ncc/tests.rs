@@ -1,6 +1,5 @@
 use super::*;
-use crate::region::Rect;
-use crate::tracker::testing::{follow, texture, track};
+use crate::tracker::testing::track;
 use proptest::prelude::*;
 use rayon::prelude::*;
 
@@ -60,18 +59,8 @@ const NUMPY: f64 = 0.9296696802013683;
 #[test]
 fn transformed_sums_are_nearly_whole_numbers() {
     for seed in [1_u32, 2] {
-        let bytes =
-            |n: usize, k: u32| -> Vec<u8> {
-                (0..n as u32)
-                    .map(|i| {
-                        if (i.wrapping_mul(2_654_435_761) ^ k).count_ones().is_multiple_of(2) {
-                            0
-                        } else {
-                            255
-                        }
-                    })
-                    .collect()
-            };
+        let byte = |i: u32, k: u32| 255 * ((i.wrapping_mul(2_654_435_761) ^ k).count_ones() % 2) as u8;
+        let bytes = |n: u32, k: u32| -> Vec<u8> { (0..n).map(|i| byte(i, k)).collect() };
         let mut c = Correlator::new(260, 220, 110);
         c.set_template(&bytes(260 * 220, seed));
         c.scores(&bytes(480 * 440, seed ^ 77));
@@ -81,15 +70,6 @@ fn transformed_sums_are_nearly_whole_numbers() {
             .fold(0.0, f64::max);
         assert!(worst < 1e-3, "{worst}");
     }
-}
-
-#[test]
-fn gain_and_offset_change_nothing() {
-    let moved = texture(4.0, -3.0, 1.0, false);
-    let dim = Frame::from_fn(160, 120, |x, y| moved.pixel(x, y).map(|v| v / 2 + 20));
-    let region = Region::Rect(Rect::new(60.0, 45.0, 20.0, 16.0));
-    let answer = follow("ncc", "{}", &region, &[texture(0.0, 0.0, 1.0, false), dim]);
-    assert_eq!(answer, region.shifted(4.0, -3.0));
 }
 
 #[test]
@@ -107,15 +87,11 @@ fn a_plain_tracker_fails_now_and_then() {
         .map(|q| {
             let frames: Vec<Frame> = (0..q.len()).map(|t| q.frame(t).unwrap()).collect();
             let states = track(&*config, q, 0, q.truth[0].as_ref().unwrap(), &frames);
-            let (mut failures, mut recoveries, mut good, mut on) = (0, 0, 0, true);
-            for (state, truth) in states.iter().zip(q.truth.iter().flatten()) {
-                let meets = state.region.intersection(truth) > 0.0;
-                failures += usize::from(on && !meets);
-                recoveries += usize::from(!on && meets);
-                good += usize::from(meets);
-                on = meets;
-            }
-            (failures, recoveries, good as f64 / q.len() as f64)
+            let pairs = states.iter().zip(q.truth.iter().flatten());
+            let on: Vec<bool> = pairs.map(|(s, truth)| s.region.intersection(truth) > 0.0).collect();
+            let changes = |to: bool| on.windows(2).filter(|pair| pair[0] != to && pair[1] == to).count();
+            let good = on.iter().filter(|on| **on).count() as f64 / q.len() as f64;
+            (changes(false), changes(true), good)
         })
         .collect();
     let failures: usize = counts.iter().map(|c| c.0).sum();

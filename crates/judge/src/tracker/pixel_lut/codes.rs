@@ -71,7 +71,7 @@ impl Codes {
 
 /// Octant of a direction other than `(0, 0)`, counted from the x axis towards the y axis. A direction on a
 /// border belongs to one of the two.
-pub fn octant(gx: i32, gy: i32) -> u8 {
+fn octant(gx: i32, gy: i32) -> u8 {
     // Within a quadrant the two halves change places from one quadrant to the next.
     let quadrant = u8::from(gy < 0) << 1 | u8::from((gx < 0) != (gy < 0));
     let steep = gy.abs() > gx.abs();

@@ -1,14 +1,10 @@
 //! The classifier against its definition.
 
-use super::codes::octant;
 use super::*;
 use crate::image::luma;
 use crate::tracker::testing::Scene;
 use proptest::prelude::*;
-
-fn close(a: f64, b: f64, tolerance: f64) {
-    assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{a} is not {b}");
-}
+use trackfail_testing::assert_near;
 
 /// Numbers in `[-1, 1)` that look random.
 fn noise(k: usize) -> f32 {
@@ -52,13 +48,6 @@ fn codes_are_those_of_their_definition() {
     assert!(sharp > 1000, "{sharp}");
 }
 
-#[test]
-fn opposite_directions_are_four_eighths_apart() {
-    for (gx, gy) in [(5, 1), (1, 5), (-1, 5), (-5, 1)] {
-        assert_eq!((octant(gx, gy) + 4) % 8, octant(-gx, -gy));
-    }
-}
-
 // The tables against the sum of weights over one-hot codes, for every window.
 #[test]
 fn windows_are_scored_by_their_weights() {
@@ -87,8 +76,8 @@ fn windows_are_scored_by_their_weights() {
                     + f64::from(model.tones[32 * cell + 16 + tone % 16]);
             }
         }
-        close(f64::from(*score), expected, 1e-5);
-        close(f64::from(model.score(&grid.pattern(&codes, (dx, dy)))), expected, 1e-5);
+        let ours = [*score, model.score(&grid.pattern(&codes, (dx, dy)))].map(f64::from);
+        assert_near(ours, [expected; 2], 1e-5 * (1.0 + expected.abs()), k);
     }
 }
 
@@ -154,7 +143,7 @@ fn colors_of_the_target_are_separated_from_the_others() {
     let frame = Scene::CHECKED.frame(0, 0.0);
     let (mut codes, mut colors) = (Codes::default(), Colors::new());
     codes.look(&frame, (20, 10), (80, 76), 16.0);
-    close(colors.probability(&frame, 60, 48), 0.5, 1e-12);
+    assert_near([colors.probability(&frame, 60, 48)], [0.5], 1e-12, "");
     colors.follow(&frame, &codes, &Scene::CHECKED.rect(0), 1.0);
     assert!(colors.probability(&frame, 60, 48) > 0.98);
     assert!(colors.probability(&frame, 30, 20) < 0.1);

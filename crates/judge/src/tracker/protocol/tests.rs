@@ -1,30 +1,14 @@
 use super::*;
 use crate::tracker::testing;
 use proptest::prelude::*;
-use trackfail_dataset::{Frames, Numbering, Render, Sequence};
-
-struct Blank;
-impl Render for Blank {
-    fn render(&self, _: usize) -> Frame {
-        Frame::new(64, 48, vec![0; 3 * 64 * 48])
-    }
-}
+use trackfail_dataset::{Sequence, synthetic};
 
 fn square(x: f64) -> Region {
     Region::Rect(Rect::new(x, 10.0, 10.0, 10.0))
 }
 
 fn sequence(truth: Vec<Option<Region>>) -> Sequence {
-    let frames = truth.len();
-    Sequence {
-        name: "blank".into(),
-        numbering: Numbering { first: 1, official: (1, frames as u32) },
-        truth,
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
-        frames: Frames::Rendered(Arc::new(Blank), frames),
-    }
+    Sequence { truth, ..synthetic::suite("synthetic-otb").unwrap().swap_remove(0) }
 }
 
 /// Tracker that moves the start's region to the right by 4 pixels per frame, and reports the frame index as
@@ -45,7 +29,7 @@ impl TrackerConfig for Drifting {
 impl Tracker for (Region, usize) {
     fn update(&mut self, _: &Frame) -> Result<TrackerState, TrackerError> {
         *self = (self.0.shifted(4.0, 0.0), self.1 + 1);
-        let posterior = super::super::Moments { likelihood: self.1 as f64, ..Default::default() };
+        let posterior = crate::tracker::Moments { likelihood: self.1 as f64, ..Default::default() };
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(self.0.clone()) })
     }
 }
@@ -56,16 +40,15 @@ fn under(protocol: RunProtocol) -> Configured<dyn TrackerConfig> {
 
 fn track(protocol: RunProtocol, q: &Sequence, run: u32) -> Vec<TrackerState> {
     let config = under(protocol);
-    let frames = vec![Blank.render(0); q.len()];
+    let frames = vec![Frame::new(64, 48, vec![0; 3 * 64 * 48]); q.len()];
     let region = q.truth[0].clone().unwrap_or(square(0.0));
     let context = RunContext { run, ..testing::context(q, 5) };
     let go = || -> Vec<TrackerState> {
         let (mut tracker, first) = config.start(&context, &frames[0], &region).unwrap();
         std::iter::once(first).chain(frames[1..].iter().map(|f| tracker.update(f).unwrap())).collect()
     };
-    let once = go();
-    assert_eq!(go(), once, "started again, everything is as before");
-    once
+    assert_eq!(go(), go(), "started again, everything is as before");
+    go()
 }
 
 fn words(states: &[TrackerState]) -> String {
@@ -134,10 +117,9 @@ fn spatial_runs_start_beside() {
 
 #[test]
 fn uses_seed_and_uses_run_are_those_of_the_protocol() {
-    let with = under;
     for p in RunProtocol::ALL {
         assert_eq!(RunProtocol::from_name(p.name()), Some(p));
-        let config = with(p);
+        let config = under(p);
         assert_eq!(config.facts().uses_run, p.runs().is_some());
         assert_eq!(config.facts().uses_seed, p == RunProtocol::VotRegionNoise);
         let shown = config.params().to_string();

@@ -39,7 +39,7 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{items, parsed};
+    use crate::testing::{items, measure, parsed};
 
     fn experiment() -> Experiment {
         let suites = "suites = { test = 'synthetic-d1', train = 'synthetic-d1' }\n";
@@ -63,14 +63,10 @@ mod tests {
         )
     }
 
-    fn measure(tracker: &str) -> Measure {
-        let [tracker, method, params] = [tracker, "AVU", "length=5"].map(String::from);
-        Measure { tracker, method, params, done: 1, ..Measure::default() }
-    }
-
     #[test]
     fn printed_values_are_found_along_an_axis_and_as_points() {
         let experiment = experiment();
+        let measure = |tracker| measure(tracker, "AVU", "length=5");
         let along = |metric, axis| along(&experiment, &measure("PF"), metric, axis);
         assert_eq!(along(Metric::F_SCORE, "length"), [(5.0, 0.38), (20.0, 0.4)]);
         assert!(along(Metric::PRECISION, "length").is_empty() && along(Metric::F_SCORE, "alpha").is_empty());

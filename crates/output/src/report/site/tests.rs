@@ -29,6 +29,13 @@ fn json(summary: &Summary) -> String {
     serde_json::to_string(summary).unwrap()
 }
 
+/// A folder with the reports of experiments.
+fn reports(summaries: impl IntoIterator<Item = Summary>) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    summaries.into_iter().for_each(|s| put(dir.path(), &s.experiment, &json(&s)));
+    dir
+}
+
 fn index(reports: &Path) -> String {
     assert_eq!(write_index(reports).unwrap(), Vec::<String>::new());
     read(reports, INDEX)
@@ -102,8 +109,7 @@ fn other_folders_are_not_listed() {
 
 #[test]
 fn summaries_that_cannot_be_read_give_warnings() {
-    let dir = tempfile::tempdir().unwrap();
-    put(dir.path(), "good", &json(&a("good")));
+    let dir = reports([a("good")]);
     // Summaries up to format 3 have the best methods beside the verdict.
     let mut earlier = serde_json::to_value(a("earlier")).unwrap();
     earlier["format"] = 3.into();
@@ -168,8 +174,7 @@ fn any_word_of_a_summary_is_text() {
 
 #[test]
 fn pages_of_other_programs_are_not_replaced() {
-    let dir = tempfile::tempdir().unwrap();
-    put(dir.path(), "a", &json(&a("a")));
+    let dir = reports([a("a")]);
     let path = dir.path().join(INDEX);
     std::fs::write(&path, "<h1>My own</h1>").unwrap();
     let warnings = write_index(dir.path()).unwrap();
@@ -212,13 +217,11 @@ fn standing(method: &str, needs: &str, auroc: &str) -> Standing {
 }
 
 fn leaderboard_of(summaries: &[(&str, Vec<Standing>)]) -> String {
-    let dir = tempfile::tempdir().unwrap();
-    for (name, standings) in summaries {
+    let dir = reports(summaries.iter().map(|(name, standings)| {
         let present = if name.starts_with("few") { 2 } else { 12 };
         let synthetic = name.starts_with("rendered");
-        let summary = Summary { standings: standings.clone(), synthetic, present, ..a(name) };
-        put(dir.path(), name, &json(&summary));
-    }
+        Summary { standings: standings.clone(), synthetic, present, ..a(name) }
+    }));
     index(dir.path());
     read(dir.path(), LEADERBOARD)
 }
@@ -277,19 +280,14 @@ fn none_is_the_best_that_may_be_chance() {
 
 #[test]
 fn the_leaderboard_has_the_experiments_that_ask_for_it() {
-    let dir = tempfile::tempdir().unwrap();
-    for name in ["a", "b"] {
-        let standings = vec![standing("CovF", "frames", "0.700")];
-        put(dir.path(), name, &json(&Summary { standings, ..a(name) }));
-    }
-    put(dir.path(), "c", &json(&a("c")));
+    let standings = vec![standing("CovF", "frames", "0.700")];
+    let asking = |name| Summary { standings: standings.clone(), ..a(name) };
+    let dir = reports([asking("a"), asking("b"), a("c")]);
     assert!(index(dir.path()).contains("href=\"leaderboard.html\""));
     let page = read(dir.path(), LEADERBOARD);
     assert!(page.contains("href=\"a/index.html\""));
     assert!(!page.contains("href=\"c/index.html\""));
-    for name in ["a", "b"] {
-        remove(dir.path(), name);
-    }
+    ["a", "b"].iter().for_each(|name| remove(dir.path(), name));
     assert!(!index(dir.path()).contains("leaderboard"));
     assert!(!dir.path().join(LEADERBOARD).exists());
 }

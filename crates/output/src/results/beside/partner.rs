@@ -1,12 +1,13 @@
 //! Whether kept results can stand beside those of an experiment.
 //!
-//! Kinds, versions and runs of the kept results are those of their manifest. Their parameters are those of their experiment
-//! file as this version reads it: parameters that exist no more, which did not move the numbers, make no difference.
+//! Kinds, versions and runs of results are those of their manifest. Their parameters are those of their experiment file as
+//! this version reads it: parameters that exist no more, which did not move the numbers, make no difference.
 
 use super::{MARK, Taken};
-use crate::results::{Results, ResultsError, manifest};
+use crate::results::manifest::{self, Manifest, MethodRecord};
+use crate::results::{Results, ResultsError};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trackfail_engine::spec::method::{Candidates, DetectorChoice, Method, Training, Variant};
 use trackfail_engine::spec::{Experiment, FoldsBy, OTHERS, TEST};
 
@@ -14,15 +15,18 @@ use trackfail_engine::spec::{Experiment, FoldsBy, OTHERS, TEST};
 type Fact = (String, String, String);
 /// Kind, version and parameters.
 type Plugin = (String, u32, Value);
+/// Names and digests of sequences, by suite.
+type Digests = BTreeMap<String, Vec<(String, String)>>;
 
-/// Checks, before an experiment is run, that kept results can stand beside its own; `digests` are those of the sequences of
-/// its test suite.
+/// Checks that kept results can stand beside those of an experiment, whose suites have these `digests`. `run` is its manifest
+/// once it was run, which another version may have done.
 ///
 /// # Errors
-/// Everything in which the two differ, with what each of them has.
+/// Everything in which the two differ, with what each of them has; of a suite that methods learn from, the first sequence.
 pub fn check(
     experiment: &Experiment,
-    digests: &[(String, String)],
+    run: Option<&Manifest>,
+    digests: &Digests,
     kept: &Results,
 ) -> Result<(), ResultsError> {
     let there = &kept.manifest;
@@ -33,21 +37,24 @@ pub fn check(
         ("the seed".to_string(), experiment.seed.to_string(), there.seed.to_string()),
         ("the suite".to_string(), experiment.suites[TEST].clone(), there.suite.name.clone()),
     ];
-    let known: BTreeMap<&String, &String> =
-        there.digests.get(&there.suite.name).into_iter().flatten().map(|of| (&of.0, &of.1)).collect();
+    let own = by_name(digests, &experiment.suites[TEST]);
+    let known = by_name(&there.digests, &there.suite.name);
     // A sequence that cannot be read fails by itself.
-    for (name, digest) in digests.iter().filter(|(_, digest)| !digest.is_empty()) {
+    for (name, digest) in own.iter().filter(|(_, digest)| !digest.is_empty()) {
         if let Some(kept) = known.get(name) {
-            facts.push((format!("sequence {name}"), digest.clone(), (*kept).clone()));
+            facts.push((format!("sequence {name}"), (*digest).clone(), (*kept).clone()));
         }
     }
-    facts.extend(of_trackers(experiment, kept));
+    facts.extend(of_trackers(experiment, run, kept));
     let common = taken.iter().filter(|taken| !taken.marks_methods).flat_map(|taken| &taken.methods);
-    facts.extend(common.flat_map(|name| of_method(name, experiment, kept)));
+    let common: Vec<&String> = common.collect();
+    facts.extend(common.iter().flat_map(|name| of_method(name, experiment, run, kept)));
+    let suites = learned_from(experiment, &common).into_iter();
+    facts.extend(suites.filter_map(|suite| of_learned(suite, digests, &there.digests)));
     let differ = facts.into_iter().filter(differs);
     let mut differences: Vec<String> =
         differ.map(|(what, own, kept)| format!("{what} is {own} here and {kept} there")).collect();
-    if !digests.iter().any(|(name, _)| known.contains_key(name)) {
+    if !own.keys().any(|name| known.contains_key(name)) {
         differences.push("they have no sequence in common".to_string());
     }
     if taken.is_none() {
@@ -68,12 +75,34 @@ fn differs((_, own, kept): &Fact) -> bool {
     own != kept
 }
 
+/// Digests of the sequences of a suite.
+fn by_name<'d>(digests: &'d Digests, suite: &str) -> BTreeMap<&'d String, &'d String> {
+    digests.get(suite).into_iter().flatten().map(|of| (&of.0, &of.1)).collect()
+}
+
+/// The suites that methods of these names learn from, but for others of the test suite.
+fn learned_from<'e>(experiment: &'e Experiment, names: &[&String]) -> BTreeSet<&'e String> {
+    let methods = experiment.methods.iter().filter(|method| names.contains(&&method.name));
+    let roles = methods.flat_map(|method| &method.variants).filter_map(|variant| variant.detector.role());
+    roles.filter(|role| *role != OTHERS).filter_map(|role| experiment.suite_of(role)).collect()
+}
+
+/// The first sequence of a suite that methods learn from that has other data, or that one of the two does not have.
+fn of_learned(suite: &str, own: &Digests, kept: &Digests) -> Option<Fact> {
+    let (own, kept) = (by_name(own, suite), by_name(kept, suite));
+    let word = |digest: Option<&&String>| digest.map_or("absent", |digest| digest.as_str()).to_string();
+    let names = own.keys().chain(kept.keys());
+    let facts = names.map(|name| (name, word(own.get(name)), word(kept.get(name))));
+    let mut facts = facts.map(|(name, own, kept)| (format!("sequence {name} of {suite}"), own, kept));
+    facts.find(differs)
+}
+
 fn words((kind, version, params): &Plugin) -> String {
     format!("{kind} version {version} {params}")
 }
 
-/// A plugin of the kept results: `recorded` in their manifest, with the parameters as they are `read` now. What a program tells
-/// of itself, which `own` has too, is in the manifest alone.
+/// A plugin of results: `recorded` in their manifest, with the parameters as they are `read` now. What a program tells of
+/// itself, which `own` has too, is in the manifest alone.
 fn as_run(read: Plugin, recorded: Option<&Plugin>, own: &Value) -> Plugin {
     let Some((kind, version, written)) = recorded else { return read };
     let (.., mut params) = read;
@@ -88,25 +117,27 @@ fn as_run(read: Plugin, recorded: Option<&Plugin>, own: &Value) -> Plugin {
 }
 
 /// The trackers of one label.
-fn of_trackers(experiment: &Experiment, kept: &Results) -> Vec<Fact> {
+fn of_trackers(experiment: &Experiment, run: Option<&Manifest>, kept: &Results) -> Vec<Fact> {
     let with_runs = |plugin: &Plugin, runs: u32| format!("{}, {}", words(plugin), manifest::runs(runs));
     let mut facts = Vec::new();
     for own in &experiment.trackers {
         let record = kept.manifest.trackers.iter().find(|record| record.label == own.label);
         let read = kept.experiment.trackers.iter().find(|tracker| tracker.label == own.label);
         let Some((record, read)) = record.zip(read) else { continue };
-        let plugin = (own.kind.to_string(), own.version, own.setup.params());
+        let run = run.and_then(|run| run.trackers.iter().find(|record| record.label == own.label));
+        let (version, runs) = run.map_or((own.version, own.runs), |run| (run.version, run.runs));
+        let plugin = (own.kind.to_string(), version, own.setup.params());
         let recorded = (record.kind.clone(), record.version, record.params.clone());
         let read = (read.kind.to_string(), read.version, read.setup.params());
         let kept = as_run(read, Some(&recorded), &plugin.2);
         let what = format!("tracker {}", own.label);
-        facts.push((what, with_runs(&plugin, own.runs), with_runs(&kept, record.runs)));
+        facts.push((what, with_runs(&plugin, runs), with_runs(&kept, record.runs)));
     }
     facts
 }
 
 /// Everything of the methods of one name that their numbers depend on: of the points of a grid, the first at which they differ.
-fn of_method(name: &str, experiment: &Experiment, kept: &Results) -> Vec<Fact> {
+fn of_method(name: &str, experiment: &Experiment, run: Option<&Manifest>, kept: &Results) -> Vec<Fact> {
     let find = |methods: &[Method]| methods.iter().position(|method| method.name == name);
     let Some((own, there)) = find(&experiment.methods).zip(find(&kept.experiment.methods)) else {
         return Vec::new();
@@ -118,19 +149,11 @@ fn of_method(name: &str, experiment: &Experiment, kept: &Results) -> Vec<Fact> {
         fact("the protocol", own.protocol.name.to_string(), there.protocol.name.to_string()),
         fact("the grid", points(own), points(there)),
     ];
-    let records: Vec<_> = kept.manifest.methods.iter().filter(|record| record.name == name).collect();
-    let at_point = |(k, (own, there)): (usize, (&Variant, &Variant))| {
-        let record = records.get(k).filter(|record| record.params == there.params());
-        let detector = detector_of(own);
-        let recorded = record.map(|record| &record.detector);
-        let kept_detector = as_run(detector_of(there), recorded, &detector.2);
-        let signals = signals_of(own);
-        let mut kept_signals = signals_of(there);
-        // The manifest has the first one alone.
-        if let Some(first) = kept_signals.first_mut() {
-            let recorded = record.and_then(|record| record.signal.as_ref());
-            *first = as_run(first.clone(), recorded, signals.first().map_or(&Value::Null, |own| &own.2));
-        }
+    let at_point = |(own, there): (&Variant, &Variant)| {
+        let record = run.and_then(|run| record_of(run, name, own));
+        let (signals, detector) = plugins(own, record, None);
+        let record = record_of(&kept.manifest, name, there);
+        let (kept_signals, kept_detector) = plugins(there, record, Some((&signals[..], &detector)));
         let list = |signals: &[Plugin]| signals.iter().map(words).collect::<Vec<_>>().join(" and ");
         [
             fact("the signal", list(&signals), list(&kept_signals)),
@@ -138,9 +161,31 @@ fn of_method(name: &str, experiment: &Experiment, kept: &Results) -> Vec<Fact> {
             fact("the training", training(own, experiment), training(there, &kept.experiment)),
         ]
     };
-    let both = own.variants.iter().zip(&there.variants).enumerate();
+    let both = own.variants.iter().zip(&there.variants);
     facts.extend(both.map(at_point).find(|facts| facts.iter().any(differs)).into_iter().flatten());
     facts
+}
+
+fn record_of<'m>(manifest: &'m Manifest, method: &str, variant: &Variant) -> Option<&'m MethodRecord> {
+    let params = variant.params();
+    manifest.methods.iter().find(|record| record.name == method && record.params == params)
+}
+
+/// The signals and the detector of a variant [as they were run](as_run), beside those of `own`.
+fn plugins(
+    variant: &Variant,
+    record: Option<&MethodRecord>,
+    own: Option<(&[Plugin], &Plugin)>,
+) -> (Vec<Plugin>, Plugin) {
+    let params = own.map_or(&Value::Null, |(_, detector)| &detector.2);
+    let detector = as_run(detector_of(variant), record.map(|record| &record.detector), params);
+    let mut signals = signals_of(variant);
+    // The manifest has the first one alone.
+    if let Some(first) = signals.first_mut() {
+        let params = own.and_then(|(signals, _)| signals.first()).map_or(&Value::Null, |own| &own.2);
+        *first = as_run(first.clone(), record.and_then(|record| record.signal.as_ref()), params);
+    }
+    (signals, detector)
 }
 
 fn signals_of(variant: &Variant) -> Vec<Plugin> {

@@ -3,6 +3,7 @@ use super::*;
 use crate::report::claims;
 use crate::sampling::{Sampling, Units, in_common, metric_of_sum};
 use crate::table;
+use crate::testing::{MANIFEST, failed_cell};
 use serde_json::json;
 use tempfile::TempDir;
 use trackfail_engine::spec::read::parse;
@@ -53,31 +54,19 @@ fn written(text: &str, sequences: usize, methods: &[(&str, [[u64; 3]; 4])]) -> T
         (MeasureRow::NAME, MeasureRow::csv("synthetic-otb", measures).unwrap()),
     ];
     let digest = |name: &&str| (name.to_string(), format!("digest of {name}"));
+    let base: Manifest = serde_json::from_slice(MANIFEST).unwrap();
+    let present = names.iter().map(|name| (name.to_string(), 9)).collect();
     let manifest = Manifest {
         format: FORMAT,
         experiment: experiment.name.clone(),
         spec_digest: sha256(text.as_bytes()),
-        version: "0.1.0".to_string(),
-        protocol: "khalid2016/1".to_string(),
         seed: experiment.seed,
-        suite: SuiteRecord {
-            name: "synthetic-otb".to_string(),
-            wanted: 4,
-            present: names.iter().map(|name| (name.to_string(), 9)).collect(),
-            missing: Vec::new(),
-            attributes: BTreeMap::new(),
-            sizes: BTreeMap::new(),
-        },
+        suite: SuiteRecord { name: "synthetic-otb".to_string(), wanted: 4, present, ..base.suite },
         digests: BTreeMap::from([("synthetic-otb".to_string(), names.iter().map(digest).collect())]),
         trackers: experiment.trackers.iter().map(TrackerRecord::of).collect(),
-        methods: Vec::new(),
-        models: Vec::new(),
         cells_done: sequences * methods.len(),
-        cells_failed: Vec::new(),
-        not_run: Vec::new(),
-        rules: BTreeMap::new(),
-        differing: Vec::new(),
         files: files.iter().map(|(name, bytes)| (name.to_string(), sha256(bytes))).collect(),
+        ..base
     };
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in &files {
@@ -101,7 +90,7 @@ fn kept() -> TempDir {
 /// The results of `new` on the first sequences, with those of `old` beside them.
 fn joined(sequences: usize) -> TempDir {
     let own = written(&text(MINE, NCC, &["new"]), sequences, &[("new", NEW)]);
-    keep(&Results::read_alone(kept().path()).unwrap(), own.path()).unwrap();
+    keep(&Kept::read(kept().path()).unwrap(), own.path()).unwrap();
     own
 }
 
@@ -160,7 +149,7 @@ fn kept_trackers_stand_beside_an_own_one() {
     let claim = "[[claim]]\ntext = \"c\"\nholds = \"recall[old] >= 0\"\n";
     let other = text(MINE, OTHER, &["old", "new"]) + claim;
     let own = written(&other, 3, &[("old", NEW), ("new", NEW)]);
-    keep(&Results::read_alone(kept().path()).unwrap(), own.path()).unwrap();
+    keep(&Kept::read(kept().path()).unwrap(), own.path()).unwrap();
     let results = Results::read(own.path()).unwrap();
     let rows = results.measures.iter().map(|m| (m.tracker.as_str(), m.method.as_str(), m.pooled.counts.tp));
     let expected = [("mine", "old", 4), ("mine", "new", 4), ("ncc (kept)", "old", 3)];
@@ -180,7 +169,7 @@ fn the_note_says_which_methods_were_trained_without_the_new_tracker() {
     let trained = |text: String| text.replace("below = 0.9", &format!("below = {TRAINED}"));
     let other = written(&trained(text("\"kept/old\"", NCC, &["old"])), 4, &[("old", OLD)]);
     let own = written(&trained(text(MINE, OTHER, &["old", "new"])), 3, &[("old", NEW), ("new", NEW)]);
-    keep(&Results::read_alone(other.path()).unwrap(), own.path()).unwrap();
+    keep(&Kept::read(other.path()).unwrap(), own.path()).unwrap();
     let note = Results::read(own.path()).unwrap().beside.unwrap().note;
     let words = "learn from several trackers (old) were trained without the new trackers in kept rows";
     assert!(note.contains(words), "{note}");
@@ -188,17 +177,10 @@ fn the_note_says_which_methods_were_trained_without_the_new_tracker() {
 
 #[test]
 fn kept_cells_that_failed_are_counted() {
-    let failed = |sequence: &str, method: &str| FailedCell {
-        sequence: sequence.to_string(),
-        tracker: "ncc".to_string(),
-        run: 0,
-        method: method.to_string(),
-        missing: false,
-        reason: "it ended".to_string(),
-    };
+    let failed = |sequence, method| failed_cell(sequence, "ncc", method, false, "it ended");
     let folder = kept();
-    let mut there = Results::read_alone(folder.path()).unwrap();
-    there.manifest.cells_failed =
+    let mut there = Kept::read(folder.path()).unwrap();
+    there.results.manifest.cells_failed =
         vec![failed("a", "old"), failed("b", "old[x=1]"), failed("b", ""), failed("d", "old")];
     let own = written(&text(MINE, NCC, &["new"]), 3, &[("new", NEW)]);
     keep(&there, own.path()).unwrap();
@@ -216,16 +198,20 @@ fn kept_cells_that_failed_are_counted() {
     assert_eq!(counts, [("new", 1, 0), ("old (kept)", 1, 1)]);
 }
 
+/// Digests of a test suite.
+fn digests(of_b: &str) -> BTreeMap<String, Vec<(String, String)>> {
+    BTreeMap::from([("synthetic-otb".to_string(), vec![("b".to_string(), of_b.to_string())])])
+}
+
 #[test]
 fn another_partner_is_refused_with_both_named() {
     let folder = kept();
     let mut there = Results::read_alone(folder.path()).unwrap();
-    let digests = |of_b: &str| vec![("b".to_string(), of_b.to_string())];
-    let told = |from: &str, to: &str, digests: &[(String, String)], there: &Results| {
+    let told = |from: &str, to: &str, digests: &BTreeMap<_, _>, there: &Results| {
         let own = text(MINE, NCC, &["new"]);
         assert!(own.contains(from), "{from}");
         let own = parse("a.toml", &own.replace(from, to)).unwrap();
-        check(&own, digests, there).map_err(|e| e.to_string())
+        check(&own, None, digests, there).map_err(|e| e.to_string())
     };
     let right = digests("digest of b");
     assert_eq!(told("seed", "seed", &right, &there), Ok(()));
@@ -248,7 +234,7 @@ fn another_partner_is_refused_with_both_named() {
     }
     let changed = told("seed", "seed", &digests("other"), &there).unwrap_err();
     assert!(changed.contains("sequence b is other here and digest of b there"), "{changed}");
-    let none = told("seed", "seed", &[], &there).unwrap_err();
+    let none = told("seed", "seed", &BTreeMap::new(), &there).unwrap_err();
     assert!(none.contains("no sequence in common"), "{none}");
     // A parameter of an earlier version, that the experiment file does not have.
     there.manifest.trackers[0].params["gone"] = true.into();
@@ -264,7 +250,7 @@ fn another_partner_is_refused_with_both_named() {
 // Beside another tracker, the methods of one name must be the same.
 #[test]
 fn another_method_of_the_name_is_refused() {
-    let digests = [("b".to_string(), "digest of b".to_string())];
+    let digests = digests("digest of b");
     let with = |text: String, below: &str| text.replace("below = 0.9", &format!("below = {below}"));
     let own = |below: &str| with(text(MINE, OTHER, &["old"]), below);
     let read = |below: &str| {
@@ -272,7 +258,7 @@ fn another_method_of_the_name_is_refused() {
         Results::read_alone(written(&text, 4, &[("old", OLD)]).path()).unwrap()
     };
     let told = |own: &str, there: &Results| {
-        check(&parse("a.toml", own).unwrap(), &digests, there).map_err(|e| e.to_string())
+        check(&parse("a.toml", own).unwrap(), None, &digests, there).map_err(|e| e.to_string())
     };
     let (mut given, trained) = (read("0.9"), read(TRAINED));
     assert_eq!(told(&own("0.9"), &given), Ok(()));
@@ -298,19 +284,17 @@ fn another_method_of_the_name_is_refused() {
     // Versions are those of the run, parameters those of the experiment file.
     let variant = &given.experiment.methods[0].variants[0];
     let (signal, detector) = (variant.signal.as_ref().unwrap(), variant.detector.example());
-    let gone = || json!({ "gone": 1 });
-    let mut record = MethodRecord {
-        name: "old".to_string(),
-        params: String::new(),
-        signal: Some((signal.kind.to_string(), signal.version, gone())),
-        detector: (detector.kind.to_string(), detector.version, gone()),
-        trained: None,
-        thresholds: BTreeMap::new(),
+    let record = |version: u32| -> MethodRecord {
+        let signal = json!([signal.kind, signal.version, { "gone": 1 }]);
+        let detector = json!([detector.kind, version, { "gone": 1 }]);
+        let whole =
+            json!({ "name": "old", "params": "", "signal": signal, "detector": detector, "thresholds": {} });
+        serde_json::from_value(whole).unwrap()
     };
-    given.manifest.methods = vec![record.clone()];
+    let (same, later) = (record(detector.version), record(detector.version + 1));
+    given.manifest.methods = vec![same];
     assert_eq!(told(&own("0.9"), &given), Ok(()));
-    record.detector.1 += 1;
-    given.manifest.methods = vec![record];
+    given.manifest.methods = vec![later];
     let other = told(&own("0.9"), &given).unwrap_err();
     assert!(other.contains("the detector of method old is level version "), "{other}");
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::testing::{items, parsed};
+use crate::testing::{self, items, parsed};
 use trackfail_methods::score::Pooled;
 
 #[test]
@@ -10,11 +10,12 @@ fn best_and_second_by_hand() {
         // The last one is an anchor.
         let style = Style { decimals: 1, bare: false };
         mark_best(cells.iter_mut(), direction, style, |k, _| k + 1 < values.len());
-        let mark = |c: &Cell| match (c.tied, c.best, c.second) {
-            (true, ..) => 't',
-            (_, true, _) => 'b',
-            (.., true) => 's',
-            _ => '.',
+        let mark = |c: &Cell| match (c.best, c.tied, c.second) {
+            (true, true, false) => 't',
+            (true, false, false) => 'b',
+            (false, false, true) => 's',
+            (false, false, false) => '.',
+            _ => '?',
         };
         cells.iter().map(mark).collect::<String>()
     };
@@ -43,13 +44,7 @@ fn experiment() -> Experiment {
 
 fn measure(tracker: &str, method: &str, tp: u64) -> Measure {
     let counts = Counts { tp, fp: 10 - tp, fn_: 1, tn: 0 };
-    Measure {
-        tracker: tracker.into(),
-        method: method.into(),
-        pooled: Pooled { counts, ..Pooled::default() },
-        done: 1,
-        ..Measure::default()
-    }
+    Measure { pooled: Pooled { counts, ..Pooled::default() }, ..testing::measure(tracker, method, "") }
 }
 
 #[test]

@@ -140,40 +140,37 @@ fn maps() -> impl Strategy<Value = (usize, Vec<f32>)> {
 }
 
 proptest! {
+    // A cyclic shift moves nothing, gain and offset change values but not the density, and a mirror image mirrors it.
     #[test]
-    fn a_cyclic_shift_moves_nothing((w, values) in maps(), dx in 0..24_usize, dy in 0..24_usize, k in 0.0..2.0) {
+    fn symmetries_of_a_map_are_those_of_its_numbers(
+        (w, values) in maps(), dx in 0..24_usize, dy in 0..24_usize,
+        gain in 1..9_i16, offset in -50..50_i16, k in 0.0..2.0,
+    ) {
         let h = values.len() / w;
+        let of = |values: &[f32]| {
+            let (response, moments) = describe(values, w, &threshold(k));
+            (numbers(&response), density(&moments))
+        };
+        let (all, whole) = of(&values);
         let shifted: Vec<f32> =
             (0..w * h).map(|i| values[(i / w + dy) % h * w + (i % w + dx) % w]).collect();
-        let (a, b) = (describe(&values, w, &threshold(k)), describe(&shifted, w, &threshold(k)));
-        close(&numbers(&a.0), &numbers(&b.0), 1e-12);
-        close(&density(&a.1), &density(&b.1), 1e-9);
-    }
+        let (got, moved) = of(&shifted);
+        close(&got, &all, 1e-12);
+        close(&moved, &whole, 1e-9);
 
-    #[test]
-    fn gain_and_offset_change_values_but_not_the_density(
-        (w, values) in maps(), gain in 1..9_i16, offset in -50..50_i16, k in 0.0..2.0,
-    ) {
         let (gain, offset) = (f32::from(gain) / 2.0, f32::from(offset));
-        let other: Vec<f32> = values.iter().map(|v| gain * v + offset).collect();
-        let (a, b) = (describe(&values, w, &threshold(k)), describe(&other, w, &threshold(k)));
-        close(&density(&a.1), &density(&b.1), 1e-9);
+        let (got, other) = of(&values.iter().map(|v| gain * v + offset).collect::<Vec<_>>());
         let (gain, offset) = (f64::from(gain), f64::from(offset));
-        let want: Vec<f64> = numbers(&a.0)
-            .into_iter()
-            .enumerate()
-            .map(|(i, v)| if [4, 6, 8].contains(&i) { gain * v } else { gain * v + offset })
-            .collect();
-        close(&numbers(&b.0), &want, 1e-10);
-    }
+        let want: [f64; 9] =
+            std::array::from_fn(|i| gain * all[i] + if [4, 6, 8].contains(&i) { 0.0 } else { offset });
+        close(&got, &want, 1e-10);
+        close(&other, &whole, 1e-9);
 
-    #[test]
-    fn mirroring_mirrors_the_density((w, values) in maps(), k in 0.0..2.0) {
         let across: Vec<f32> = values.chunks(w).flat_map(|row| row.iter().rev().copied()).collect();
-        let (a, b) = (describe(&values, w, &threshold(k)), describe(&across, w, &threshold(k)));
-        close(&numbers(&a.0), &numbers(&b.0), 1e-12);
-        let [x, y, xx, xy, yy, n, entropy] = density(&a.1);
-        close(&density(&b.1), &[60.0 - x, y, xx, -xy, yy, n, entropy], 1e-9);
+        let (got, mirrored) = of(&across);
+        let [x, y, xx, xy, yy, n, entropy] = whole;
+        close(&got, &all, 1e-12);
+        close(&mirrored, &[60.0 - x, y, xx, -xy, yy, n, entropy], 1e-9);
         prop_assert!(xx * yy - xy * xy >= -1e-9 * xx * yy);
     }
 }

@@ -36,15 +36,14 @@ fn shares_end_at_a_round_number_beyond_them() {
     assert_eq!(of(Metric::F_OVER_CHANCE, &[0.5, -0.1]), Range::Auto);
 }
 
+fn score(events: &[usize], detections: &[usize], matches: &[(usize, usize)]) -> TrackScore {
+    let (events, detections, matches) = (events.into(), detections.into(), matches.into());
+    TrackScore { events, detections, matches, ..TrackScore::default() }
+}
+
 // By hand: four events on two tracks, found 2 frames early, at once and 5 frames late; one is missed.
 #[test]
 fn shares_add_up_to_the_recall() {
-    let score = |events: &[usize], detections: &[usize], matches: &[(usize, usize)]| TrackScore {
-        events: events.into(),
-        detections: detections.into(),
-        matches: matches.into(),
-        ..TrackScore::default()
-    };
     let tracks = [
         score(&[20, 40, 80], &[3, 18, 85], &[(0, 1), (2, 2)]),
         score(&[30], &[30], &[(0, 0)]),
@@ -78,18 +77,11 @@ fn a_horizon_without_a_measure_is_a_gap() {
 // The share of each track is the same, so that every sample has it; two tracks are too few.
 #[test]
 fn bounds_of_shares_need_three_tracks() {
-    let events: &[usize] = &[20, 40, 60, 80];
-    let score = |found: usize| {
-        let matches: Vec<(usize, usize)> = (0..found).map(|k| (k, k)).collect();
-        TrackScore {
-            events: events.into(),
-            detections: events[..found].into(),
-            matches: matches.as_slice().into(),
-            ..TrackScore::default()
-        }
-    };
+    let events = [20, 40, 60, 80];
+    let matches = [0, 1, 2, 3].map(|k| (k, k));
     let last = |found: &[usize]| {
-        let tracks: Vec<TrackScore> = found.iter().map(|n| score(*n)).collect();
+        let tracks: Vec<TrackScore> =
+            found.iter().map(|n| score(&events, &events[..*n], &matches[..*n])).collect();
         *bounds(&tracks, &Sampling::with_seed(7)).last().unwrap()
     };
     assert_eq!(last(&[2; 3]), (0.5, 0.5));
