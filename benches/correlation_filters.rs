@@ -14,28 +14,14 @@
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use trackfail::dataset::synthetic;
-use trackfail::image::Frame;
-use trackfail::region::{Rect, Region};
-use trackfail::tracker::{RunContext, dsst, kcf, nanotrack, samf};
-
-/// Gradients with texture of +-12 values, as photographs have, moved to the right by `shift`.
-fn frame(shift: usize) -> Frame {
-    Frame::from_fn(640, 480, |x, y| {
-        let x = x + 12 - shift;
-        std::array::from_fn(|c| {
-            let smooth = 110.0
-                + 50.0 * (0.03 * x as f64 + c as f64).sin()
-                + 30.0 * (0.05 * y as f64 + 2.0 * c as f64).cos();
-            let texture = ((x * 7919 + y * 104_729 + c * 1299) * 2_654_435_761 % 4_294_967_296) >> 16;
-            (smooth + (texture % 25) as f64 - 12.0).clamp(0.0, 255.0) as u8
-        })
-    })
-}
+use trackfail::region::Rect;
+use trackfail::tracker::{dsst, kcf, nanotrack, samf};
+use trackfail_benches::{started, textured};
 
 fn filters(criterion: &mut Criterion) {
+    // To the right by so many pixels.
+    let frame = |moved: usize| textured((640, 480), [110.0, 50.0, 30.0], 12 - moved, |_, _, _| 0.0);
     let frames = [3, 6, 9, 12, 9, 6, 3, 0].map(frame);
-    let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
     let cases = [
         ("kcf", &kcf::ENTRY, "{}"),
         ("kcf-grey", &kcf::ENTRY, "{ features = \"grey\" }"),
@@ -46,10 +32,7 @@ fn filters(criterion: &mut Criterion) {
         ("nanotrack-v3", &nanotrack::ENTRY, "{ version = \"v3\" }"),
     ];
     for (name, entry, params) in cases {
-        let setup = entry.build_from_text(params).expect("the parameters are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
-        let region = Region::Rect(Rect::new(288.0, 208.0, 64.0, 64.0));
-        let (mut tracker, _) = setup.start(&context, &frames[7], &region).expect("it starts");
+        let mut tracker = started(entry, params, &frames[7], Rect::new(288.0, 208.0, 64.0, 64.0));
         let mut group = criterion.benchmark_group(name);
         let mut turn = frames.iter().cycle();
         group.bench_with_input(BenchmarkId::from_parameter(64), &64, |bencher, _| {

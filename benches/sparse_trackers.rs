@@ -5,11 +5,11 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use trackfail::dataset::synthetic;
 use trackfail::image::Frame;
 use trackfail::plugin::Entry;
-use trackfail::region::{Rect, Region};
-use trackfail::tracker::{RunContext, TrackerConfig, adaptive_local_sparse, ivt, sparse_prototypes};
+use trackfail::region::Rect;
+use trackfail::tracker::{TrackerConfig, adaptive_local_sparse, ivt, sparse_prototypes};
+use trackfail_benches::started;
 
 /// Frame `t` of a closed path, 320 x 240.
 fn frame(t: usize) -> Frame {
@@ -33,14 +33,10 @@ fn frame(t: usize) -> Frame {
 
 fn candidates(criterion: &mut Criterion) {
     let frames: Vec<Frame> = (0..40).map(frame).collect();
-    let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
     let entries: [&Entry<dyn TrackerConfig>; 3] =
         [&sparse_prototypes::ENTRY, &ivt::ENTRY, &adaptive_local_sparse::ENTRY];
     for entry in entries {
-        let setup = entry.build_from_text("{}").expect("the defaults are valid");
-        let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
-        let region = Region::Rect(Rect::new(148.0, 88.0, 64.0, 64.0));
-        let (mut tracker, _) = setup.start(&context, &frames[0], &region).expect("it starts");
+        let mut tracker = started(entry, "{}", &frames[0], Rect::new(148.0, 88.0, 64.0, 64.0));
         for frame in &frames {
             tracker.update(frame).expect("it goes on");
         }

@@ -1,5 +1,6 @@
-//! Readers of `tests/oracles`, whose files are written by scripts of the same names.
+//! Readers of `tests/oracles`, whose files are written by scripts of the same names, and mixtures of the tests.
 
+use crate::num::gamma_mixture::{Component, Mixture};
 use serde_json::Value;
 
 /// Parses the file of an oracle.
@@ -29,4 +30,20 @@ pub fn number(v: &Value) -> f64 {
 /// Converts a JSON value to a whole number.
 pub fn count(v: &Value) -> usize {
     v.as_u64().unwrap() as usize
+}
+
+/// A mixture of components, each with its weight, shape and scale.
+pub fn mixture(components: &[(f64, f64, f64)]) -> Mixture {
+    let component = |&(weight, shape, scale): &(f64, f64, f64)| Component { weight, shape, scale };
+    Mixture::new(components.iter().map(component).collect()).unwrap()
+}
+
+/// A mixture of random components, each with a share of the weight, and the decimal logarithms of shape and mean.
+pub fn drawn_mixture(parts: &[(f64, f64, f64)]) -> Mixture {
+    let all: f64 = parts.iter().map(|part| part.0).sum();
+    let component = |&(share, shape, mean): &(f64, f64, f64)| {
+        let shape = 10.0_f64.powf(shape);
+        (share / all, shape, 10.0_f64.powf(mean) / shape)
+    };
+    mixture(&parts.iter().map(component).collect::<Vec<_>>())
 }

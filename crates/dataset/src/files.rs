@@ -322,17 +322,4 @@ mod tests {
             std::fs::remove_file(path).unwrap();
         }
     }
-
-    #[trackfail_testing::needs(real_data)]
-    #[test]
-    fn real_frames_cut_at_many_lengths_are_errors() {
-        let root = trackfail_testing::real_data();
-        for name in ["otb/Girl/img/0001.jpg", "otb/Crossing/img/0001.jpg", "vot2014/diving/00000001.jpg"] {
-            let bytes = std::fs::read(root.join(name)).unwrap();
-            assert!(image::decode(&bytes).is_ok(), "{name}");
-            for n in (0..bytes.len()).step_by(97) {
-                assert!(image::decode(&bytes[..n]).is_err(), "{name} cut to {n}");
-            }
-        }
-    }
 }

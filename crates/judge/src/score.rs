@@ -33,6 +33,8 @@ pub mod segmentation;
 pub mod success;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 pub mod tracker_metric;
 pub mod trajectory;
 

@@ -371,6 +371,7 @@ mod tests {
     use crate::testing::oracle;
     use proptest::prelude::*;
     use serde::Deserialize;
+    use trackfail_testing::assert_near;
 
     #[derive(Deserialize)]
     struct Case {
@@ -378,7 +379,7 @@ mod tests {
         height: usize,
         planes: usize,
         cell: usize,
-        features: Vec<f32>,
+        features: Vec<f64>,
     }
 
     /// Patch made by `pixels` in `hog.py`.
@@ -407,10 +408,7 @@ mod tests {
             let mut got = vec![7.0; 3];
             let size = Hog::default().compute(&patch, case.cell, CHANNELS, &mut got);
             assert_eq!(size, (case.width / case.cell, case.height / case.cell));
-            assert_eq!(got.len(), case.features.len());
-            for (k, (a, b)) in got.iter().zip(&case.features).enumerate() {
-                assert!((a - b).abs() < 2e-5, "cell {}, value {k}: {a} against {b}", case.cell);
-            }
+            assert_near(got.into_iter().map(f64::from), case.features, 2e-5, case.cell);
         }
     }
 
@@ -419,19 +417,6 @@ mod tests {
         let flat = Patch { width: 17, height: 12, values: vec![200.0; 17 * 12 * 3] };
         assert!([1, 4].iter().all(|cell| hog(&flat, *cell).iter().all(|v| *v == 0.0)));
         assert!(hog(&Patch { width: 3, height: 9, values: vec![0.0; 27] }, 4).is_empty());
-    }
-
-    // A vertical edge has gradients along x only: orientation 0 or 9, unsigned 18, and textures.
-    #[test]
-    fn an_edge_has_one_orientation() {
-        for (low, high, bin) in [(10.0, 90.0, 0), (90.0, 10.0, 9)] {
-            let values = (0..24 * 24).map(|k| if k % 24 < 11 { low } else { high }).collect();
-            let out = hog(&Patch { width: 24, height: 24, values }, 4);
-            for (channel, values) in out.chunks_exact(36).enumerate() {
-                let expected = channel == bin || channel == 18 || channel >= 27;
-                assert_eq!(values.iter().any(|&v| v > 0.0), expected, "{channel}");
-            }
-        }
     }
 
     // A ramp in direction `angle` has this one orientation; compared with the rounded angle itself.

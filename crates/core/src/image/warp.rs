@@ -291,14 +291,7 @@ mod tests {
         let out = sampled(TEMPLATE, &image, &[11.7, 9.4, 1.5, 0.3, 0.6, 0.2]);
         assert_near([0, 9, 27, 36, 55, 63].map(|at| f64::from(out[at])), SCIPY, 1e-4, "");
     }
-    const SCIPY: [f64; 6] = [
-        150.68600174811303,
-        188.4617032195605,
-        20.473021432275416,
-        65.70863817354291,
-        200.0363269573097,
-        216.33531893698535,
-    ];
+    const SCIPY: [f64; 6] = [150.686002, 188.461703, 20.473021, 65.708638, 200.036327, 216.335319];
 
     #[test]
     fn whole_pixels_are_copied_exactly() {
@@ -354,20 +347,6 @@ mod tests {
     }
 
     proptest! {
-        // The four entries written out, another form of the matrix product.
-        #[test]
-        fn the_matrix_is_its_expansion(g in geometries()) {
-            let [_, _, s, theta, r, phi] = g;
-            let ((st, ct), (sp, cp)) = (theta.sin_cos(), phi.sin_cos());
-            let expanded = [
-                s * (ct * cp * cp + st * cp * sp + r * (ct * sp * sp - st * cp * sp)),
-                s * (r * (ct * cp * sp - st * cp * cp) - ct * cp * sp - st * sp * sp),
-                s * (st * cp * cp - ct * cp * sp + r * (ct * cp * sp + st * sp * sp)),
-                s * (r * (ct * cp * cp + st * cp * sp) - st * cp * sp + ct * sp * sp),
-            ];
-            assert_near(matrix(&g), expanded, 1e-12 * s * (1.0 + r), "");
-        }
-
         #[test]
         fn geometry_and_matrix_are_inverse(g in geometries()) {
             assert_near(geometry((g[0], g[1]), matrix(&g)).unwrap(), g, 1e-9, "");

@@ -328,7 +328,7 @@ mod tests {
     #[test]
     fn window_agrees_with_numpy() {
         let want = [0.0, 0.3454915, 0.9045085, 0.9045085, 0.3454915, 0.0];
-        assert!(hann(6).iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-6));
+        assert_near(hann(6).into_iter().map(f64::from), want, 1e-6, "");
         assert_eq!((hann(1), hann(2)), (vec![1.0], vec![0.0, 0.0]));
         let plane = hann_plane(3, 5);
         assert_eq!(plane.len(), 15);

@@ -223,18 +223,5 @@ mod tests {
             prop_assert_eq!(one.map(|t| t.p), other.map(|t| t.p));
             prop_assert_eq!(one.map(|t| t.difference), other.map(|t| -t.difference));
         }
-
-        #[test]
-        fn the_interval_does_not_depend_on_the_scale_of_counts(
-            units in prop::collection::vec(counts(), 1..20), by in 2..9_i64,
-        ) {
-            let times: Vec<[i64; 3]> = units.iter().map(|u| u.map(|c| by * c)).collect();
-            let (one, other) = (interval(&units, 0.9, 60, 2), interval(&times, 0.9, 60, 2));
-            prop_assert_eq!(one.is_some(), other.is_some());
-            if let (Some(one), Some(other)) = (one, other) {
-                prop_assert!((one.0 - other.0).abs() < 1e-12 && (one.1 - other.1).abs() < 1e-12);
-                prop_assert!(0.0 <= one.0 && one.0 <= one.1 && one.1 <= 1.0);
-            }
-        }
     }
 }

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use tempfile::{TempDir, tempdir};
 use trackfail_core::region::Rect;
-use trackfail_testing::{needs, put, real_data};
+use trackfail_testing::{assert_says, needs, put, real_data};
 
 fn suite(name: &str) -> Suite {
     Catalog::default().suite(name).unwrap()
@@ -16,6 +16,11 @@ fn suite(name: &str) -> Suite {
 /// The folder as the only data root.
 fn at(root: &TempDir) -> [PathBuf; 1] {
     [root.path().to_path_buf()]
+}
+
+/// The entry of a name.
+fn entry<'e>(entries: &'e [Entry], name: &str) -> &'e Entry {
+    entries.iter().find(|entry| entry.name == name).unwrap()
 }
 
 /// Writes a sequence in the layout of OTB or VOT with `lines` lines of ground truth and empty images of these
@@ -139,7 +144,8 @@ fn the_suites_have_the_published_sizes() {
 // Where the benchmark uses other frames than a folder has (notes on its page, and its start frames).
 #[test]
 fn otb_has_the_ranges_of_the_benchmark() {
-    let traps = [
+    let all = suite("otb-100");
+    for (name, range) in [
         ("David", (300, 770)),
         ("Football1", (1, 74)),
         ("Freeman3", (1, 460)),
@@ -149,14 +155,11 @@ fn otb_has_the_ranges_of_the_benchmark() {
         ("BlurCar1", (247, 988)),
         ("BlurCar3", (3, 359)),
         ("BlurCar4", (18, 397)),
-    ];
-    let all = suite("otb-100");
-    for (name, range) in traps {
-        assert_eq!(all.entries().iter().find(|e| e.name == name).unwrap().range, Some(range), "{name}");
+    ] {
+        assert_eq!(entry(all.entries(), name).range, Some(range), "{name}");
     }
     for e in suite("otb-2013").entries() {
-        let other = all.entries().iter().find(|o| o.name == e.name).unwrap();
-        assert_eq!(e.line(), other.line());
+        assert_eq!(e.line(), entry(all.entries(), &e.name).line());
     }
 }
 
@@ -169,13 +172,12 @@ fn otb_2013_has_as_many_frames_as_annotated() {
     let all: BTreeMap<String, serde_json::Value> = serde_json::from_slice(&text).unwrap();
     assert_eq!(all.len(), 51);
     let otb = suite("otb-2013");
-    let entries = otb.entries();
     for (key, value) in &all {
         let name = match key.strip_prefix("jogging_") {
             Some(target) => format!("Jogging-{target}"),
             None => value["name"].as_str().unwrap().to_owned(),
         };
-        let entry = entries.iter().find(|e| e.name == name).unwrap();
+        let entry = entry(otb.entries(), &name);
         assert_eq!(entry.frames, Some(value["gt_rect"].as_array().unwrap().len()), "{name}");
         let first = value["image_files"][0].as_str().unwrap();
         assert_eq!(format!("{:04}.jpg", entry.range.unwrap().0), first, "{name}");
@@ -197,10 +199,9 @@ fn pets_entries_are_the_presence_of_the_annotated_people() {
     for (id, e) in ids.into_iter().zip(suite("pets2009-s2l1").entries()) {
         assert_eq!((e.target, e.range, e.official), (Some(id), annotation.presence(id), e.range));
     }
-    let pets = suite("pets2009-s2l1");
-    let whole = pets.entries();
+    let whole = suite("pets2009-s2l1");
     for e in suite("pets2009-s2l1-160").entries() {
-        let (first, last) = whole.iter().find(|w| w.name == e.name).unwrap().range.unwrap();
+        let (first, last) = entry(whole.entries(), &e.name).range.unwrap();
         assert_eq!((e.range, e.official), (Some((first, last.min(160))), Some((first, last))));
     }
 }
@@ -229,25 +230,21 @@ fn d1_real_has_six_people_and_a_face() {
 #[needs(real_data)]
 #[test]
 fn the_people_of_d1_real_are_those_of_its_rule() {
-    let root = real_data();
-    let annotation = pets_annotation(&root);
-    let mut by_rule = Vec::new();
-    for id in annotation.objects() {
+    let roots = [real_data()];
+    let annotation = pets_annotation(&roots[0]);
+    let by_rule = annotation.objects().filter_map(|id| {
         let fits = |r: Rect| r.x >= 0.0 && r.y >= 0.0 && r.x + r.w <= 768.0 && r.y + r.h <= 576.0;
-        let inside = |n: &u32| annotation.region(id, *n).is_some_and(fits);
-        let Some(first) = (1..=160).find(inside) else { continue };
-        let last = (first..=160).take_while(|n| annotation.region(id, *n).is_some()).last().unwrap();
-        if last - first + 1 >= 60 {
-            by_rule.push((id, (first, last)));
-        }
-    }
-    assert_eq!(people_of_d1(), by_rule);
-    let loaded = suite("d1-real").load(std::slice::from_ref(&root));
+        let first = (1..=160).find(|n| annotation.region(id, *n).is_some_and(fits))?;
+        let last = (first..=160).take_while(|n| annotation.region(id, *n).is_some()).last()?;
+        (last - first + 1 >= 60).then_some((id, (first, last)))
+    });
+    assert_eq!(people_of_d1(), by_rule.collect::<Vec<_>>());
+    let loaded = suite("d1-real").load(&roots);
     assert_eq!((loaded.sequences.len(), loaded.wanted), (7, 7), "{:?} {:?}", loaded.missing, loaded.broken);
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
     assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
     assert!(has(&loaded.sequences[6], "target-face"));
-    let verified = suite("d1-real").verify(std::slice::from_ref(&root), |_| true);
+    let verified = suite("d1-real").verify(&roots, |_| true);
     assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
 }
 
@@ -322,7 +319,7 @@ fn a_copy_that_ends_early_is_missing_and_one_with_a_gap_is_broken() {
     hint(finding((100..=120).collect()));
     for gap in [1, 30] {
         let fact = difference(finding((1..=71).filter(|&n| n != gap).collect()));
-        assert!(fact.contains(&format!("frame {gap} is missing")), "{fact}");
+        assert_says(fact, format!("frame {gap} is missing"));
     }
 }
 
@@ -355,21 +352,21 @@ fn an_entry_without_range_takes_what_is_there() {
 #[needs(real_data)]
 #[test]
 fn real_data_are_as_pinned() {
-    let root = real_data();
+    let roots = [real_data()];
     let mut same = 0;
     for name in pinned_suite_names() {
         let suite = suite(name);
-        let loaded = suite.load(std::slice::from_ref(&root));
+        let loaded = suite.load(&roots);
         assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
         assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
-        for checked in suite.verify(std::slice::from_ref(&root), |_| true) {
+        for checked in suite.verify(&roots, |_| true) {
             let fine = matches!(checked.finding, Finding::Same | Finding::Missing(_));
             assert!(fine, "{}: {:?}", checked.name, checked.finding);
             same += usize::from(checked.finding == Finding::Same);
         }
         // Lines of a suite with others are those of the others.
         let has_own_lines = pinned_suite(name).unwrap().includes.is_empty();
-        for line in suite.pin(std::slice::from_ref(&root)).unwrap() {
+        for line in suite.pin(&roots).unwrap() {
             assert!(!has_own_lines || is_listed(&line), "{line}");
         }
     }
@@ -382,20 +379,10 @@ fn copied(root: &Path, folder: &str) -> TempDir {
     trackfail_testing::folder(files.map(|(name, bytes)| (Path::new(folder).join(name), bytes)))
 }
 
-/// Replaces the first byte that `is` accepts, from the middle of a file on, by `to`.
-fn change(path: &PathBuf, is: fn(u8) -> bool, to: u8) {
-    let mut bytes = std::fs::read(path).unwrap();
-    let middle = bytes.len() / 2;
-    let at = (middle..bytes.len()).find(|&k| is(bytes[k]) && bytes[k] != to).unwrap();
-    bytes[at] = to;
-    std::fs::write(path, bytes).unwrap();
-}
-
 #[needs(real_data)]
 #[test]
 fn one_changed_byte_in_each_kind_of_file_is_named() {
     let root = real_data();
-    let digit = |b: u8| b.is_ascii_digit();
     let of_vot = ["00000077.jpg", "groundtruth.txt", "occlusion.label", "camera_motion.label"];
     let cases: [(&str, &str, &str, &[&str]); 3] = [
         ("otb-dtef20", "Couple", "otb/Couple", &["img/0077.jpg", "groundtruth_rect.txt"]),
@@ -405,26 +392,30 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
     for (suite_name, sequence, folder, files) in cases {
         let copy = copied(&root, folder);
         let pinned = pinned_suite(suite_name).unwrap();
-        let entry = pinned.sequence.iter().find(|e| e.name == sequence).unwrap();
-        let check = || pinned.check(entry, &at(&copy));
+        let check = || pinned.check(entry(&pinned.sequence, sequence), &at(&copy));
         assert_eq!(check(), Finding::Same, "{folder}");
         for file in files {
             let path = copy.path().join(folder).join(file);
             let before = std::fs::read(&path).unwrap();
-            match file.rsplit_once('.').unwrap().1 {
-                "jpg" => change(&path, |_| true, b'x'),
-                "label" => change(&path, digit, if before[0] == b'1' { b'0' } else { b'1' }),
-                "xml" => {
-                    // A box of the person within the 160 frames.
-                    let mut bytes = before.clone();
-                    let text = String::from_utf8(before.clone()).unwrap();
-                    let object = text.find("<object id=\"17\">").unwrap();
-                    let at = object + text[object..].find("xc=\"").unwrap() + 4;
-                    bytes[at] = if bytes[at] == b'1' { b'2' } else { b'1' };
-                    std::fs::write(&path, bytes).unwrap();
-                }
-                _ => change(&path, digit, b'9'),
+            // From here on a byte is changed: in the middle, and in a box of the person within the 160 frames.
+            let mut from = before.len() / 2;
+            if file.ends_with("xml") {
+                let person = before.windows(16).position(|w| w == b"<object id=\"17\">").unwrap();
+                from = person + before[person..].windows(4).position(|w| w == b"xc=\"").unwrap();
             }
+            let (is_image, is_label) = (file.ends_with("jpg"), file.ends_with("label"));
+            let to = if is_label && before[0] == b'1' {
+                b'0'
+            } else if is_label {
+                b'1'
+            } else {
+                b'9'
+            };
+            let mut bytes = before.clone();
+            let mut places = from..bytes.len();
+            let at = places.find(|&k| (is_image || bytes[k].is_ascii_digit()) && bytes[k] != to).unwrap();
+            bytes[at] = to;
+            std::fs::write(&path, bytes).unwrap();
             let fact = difference(check());
             assert!(fact.starts_with(&format!("{file} is another file: ")), "{fact}");
             std::fs::write(&path, before).unwrap();
@@ -433,10 +424,8 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
         let frame = copy.path().join(folder).join(files[0]);
         let spare = frame.with_extension("png");
         std::fs::copy(&frame, &spare).unwrap();
-        let fact = difference(check());
-        assert!(fact.contains(" does not belong there; "), "{fact}");
-        std::fs::remove_file(spare).unwrap();
-        std::fs::remove_file(&frame).unwrap();
+        assert_says(difference(check()), " does not belong there; ");
+        [&spare, &frame].iter().for_each(|file| std::fs::remove_file(file).unwrap());
         let fact = difference(check());
         assert!(fact.starts_with(&format!("{} is missing; ", files[0])), "{fact}");
     }

@@ -79,27 +79,3 @@ pub fn ellipse(x: f64, y: f64, cx: f64, cy: f64, rx: f64, ry: f64) -> f64 {
 pub fn byte(v: f64) -> u8 {
     v.clamp(0.0, 255.0).round() as u8
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn noise_is_continuous_and_bounded(seed: u32, x in -99.0..99.0_f64, y in -99.0..99.0_f64) {
-            let v = octaves(seed, x, y, 4);
-            prop_assert!((0.0..1.0).contains(&v));
-            // Steepest slope of one octave is 1.5 a unit; of four, weighted, 1.5 * 4 / 1.875.
-            let moved = octaves(seed, x + 1e-4, y, 4);
-            prop_assert!((v - moved).abs() <= 1e-4 * 3.2 + 1e-12);
-        }
-    }
-
-    #[test]
-    fn places_are_spread_evenly() {
-        let mean: f64 = (0..10_000).map(|k| unit(7, k % 100, k / 100)).sum::<f64>() / 10_000.0;
-        // Standard error of the mean of 10^4 uniform numbers is 0.0029.
-        assert!((mean - 0.5).abs() < 0.012, "{mean}");
-    }
-}

@@ -136,22 +136,13 @@ fn the_truth_is_where_the_target_is() {
                         }
                     }
                 }
-                let corners = with.truth[t].as_ref().unwrap().corners();
-                let (w, h) = (a.width() as f64, a.height() as f64);
-                let edge = |f: fn(&(f64, f64)) -> f64, most: f64, upper: bool| {
-                    let v = corners.iter().map(f);
-                    let v = if upper { v.fold(f64::MIN, f64::max) } else { v.fold(f64::MAX, f64::min) };
-                    v.clamp(0.0, most)
-                };
-                let (l, r) = (edge(|c| c.0, w, false), edge(|c| c.0, w, true));
-                let (o, u) = (edge(|c| c.1, h, false), edge(|c| c.1, h, true));
+                let bounds = with.truth[t].as_ref().unwrap().bounds();
+                let [l, r] = [bounds.x, bounds.x + bounds.w].map(|x| x.clamp(0.0, a.width() as f64));
+                let [o, u] = [bounds.y, bounds.y + bounds.h].map(|y| y.clamp(0.0, a.height() as f64));
                 // Card corners stick out of an inscribed ellipse's bounds by up to a sixth.
-                let slack = if suite.scenes().layout == RenderLayout::Otb && !plan.target.turn.is_empty() {
-                    0.2 * (r - l).max(u - o)
-                } else {
-                    0.0
-                } + 1.6;
-                let name = format!("{} {t}: {low:?} {high:?} in {corners:?}", plan.name);
+                let is_turned = suite.scenes().layout == RenderLayout::Otb && !plan.target.turn.is_empty();
+                let slack = 1.6 + if is_turned { 0.2 * (r - l).max(u - o) } else { 0.0 };
+                let name = format!("{} {t}: {low:?} {high:?} in {bounds:?}", plan.name);
                 assert!(low.0 >= l - slack && high.0 <= r + slack, "{name}");
                 assert!(low.1 >= o - slack && high.1 <= u + slack, "{name}");
                 // And the box is not much larger than the target (a walker with closed legs is thin).

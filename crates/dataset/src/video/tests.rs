@@ -139,9 +139,8 @@ fn a_clip_with_its_annotation_is_a_sequence() {
     let last = walk.frame(14).unwrap();
     assert_eq!((last.width(), last.height()), (64, 48));
 
-    let short = folder.join("Walk2.mpg");
     mpeg(&root.path().join("short.mpg"), 10);
-    std::fs::rename(root.path().join("short.mpg"), short).unwrap();
+    std::fs::rename(root.path().join("short.mpg"), folder.join("Walk2.mpg")).unwrap();
     let entry = Entry { folder: "caviar/Walk2".into(), ..Entry::default() };
     let error = cvml::load(root.path(), &entry).unwrap().frame(0).unwrap_err();
     assert_says(error, "frame 11 is not in it, frames 6 to 20 are needed");
@@ -276,8 +275,8 @@ fn what_is_no_file_is_refused_before_ffmpeg_starts() {
 #[test]
 fn damage_ends_the_decoding_of_a_users_video() {
     let root = tempfile::tempdir().unwrap();
-    let codecs = [("a.avi", "mjpeg"), ("a.mp4", "mpeg4"), ("a.mpg", "mpeg2video"), ("a.mkv", "ffv1")];
-    for (name, codec) in codecs {
+    for (name, codec) in [("a.avi", "mjpeg"), ("a.mp4", "mpeg4"), ("a.mpg", "mpeg2video"), ("a.mkv", "ffv1")]
+    {
         let path = root.path().join(name);
         testsrc(20, &["-c:v", codec, "-bf", "0", &format!("file:{}", path.display())]);
         assert_eq!(opened(&path).unwrap().frames(), 20, "{name}");

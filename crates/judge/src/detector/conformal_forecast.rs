@@ -185,8 +185,7 @@ impl AdaptiveThreshold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::arma_forecast::ArmaForecast;
-    use crate::detector::testing::alone;
+    use crate::detector::testing::detect;
     use proptest::prelude::*;
 
     fn threshold(rate: f64, gamma: f64, warm_up: usize) -> AdaptiveThreshold {
@@ -257,26 +256,18 @@ mod tests {
         }
     }
 
+    // Frames 20 to 69 are the warm-up of 50 scores. An almost regular signal jumps in frame 100.
     #[test]
-    fn scores_and_forecasts_are_those_of_the_arma_forecast() {
-        let signal: Vec<f64> = (0..150).map(|t| f64::from(t * 37 % 64) / 64.0).collect();
-        let input = alone(&signal);
-        let conformal = ConformalForecast::new(Params::default()).unwrap().detect(&input);
-        let fixed = ArmaForecast::new(arma_forecast::Params::default()).unwrap().detect(&input);
+    fn scores_and_forecasts_are_those_of_the_arma_forecast_and_a_jump_is_an_alarm() {
+        let signal: Vec<f64> =
+            (0..150).map(|t| f64::from(t * 37 % 64) / 640.0 + if t < 100 { 0.0 } else { 5.0 }).collect();
+        let conformal = detect(&ENTRY, "{}", &signal);
+        let fixed = detect(&arma_forecast::ENTRY, "{}", &signal);
+        assert!(conformal.alarm[..70].iter().all(|a| !a) && conformal.alarm[100]);
         let shown = |output: DetectorOutput| -> (Vec<f64>, Vec<u64>) {
             (output.score, output.forecast.unwrap().into_iter().map(f64::to_bits).collect())
         };
         assert_eq!(shown(conformal), shown(fixed));
-    }
-
-    // Frames 20 to 69 are the warm-up of 50 scores. An almost regular signal jumps in frame 100.
-    #[test]
-    fn a_jump_after_the_warm_up_is_an_alarm() {
-        let signal: Vec<f64> =
-            (0..120).map(|t| f64::from(t * 37 % 64) / 640.0 + if t < 100 { 0.0 } else { 5.0 }).collect();
-        let input = alone(&signal);
-        let output = ConformalForecast::new(Params::default()).unwrap().detect(&input);
-        assert!(output.alarm[..70].iter().all(|a| !a) && output.alarm[100]);
     }
 
     // By hand: with a = 1 the threshold Q(0) is below every score.

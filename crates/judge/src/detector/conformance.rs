@@ -5,6 +5,7 @@ use super::track_quality::testing::Fake;
 use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
 use crate::direction::Direction;
 use crate::plugin::{Configured, Entry};
+use crate::range_tests;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -98,20 +99,19 @@ fn check_shape(label: &str, output: &DetectorOutput, frames: usize) {
 }
 
 #[test]
-fn kinds_are_unique_and_described() {
-    for (i, entry) in entries().enumerate() {
-        assert!(entries().take(i).all(|other| other.kind != entry.kind), "{} twice", entry.kind);
-        assert!(!entry.summary.is_empty() && entry.version >= 1);
+fn the_list_and_its_ranges_are_lawful() {
+    for list in [DETECTORS, &[deviation::ENTRY]] {
+        range_tests::check_entries(list);
+        range_tests::check(list);
+    }
+    trackfail_testing::check_pins("range detector", range_tests::pins(DETECTORS));
+    for entry in entries() {
         let schema = (entry.schema)();
         assert_eq!(schema.get("additionalProperties"), Some(&serde_json::json!(false)), "{}", entry.kind);
+        let fault = entry.build_from_text("{ no_such_parameter = 1 }").err().unwrap();
+        assert!(fault.span.is_some(), "{}: no place in the text", entry.kind);
+        assert!(entry.build_from_text("{ ").is_err() && entry.build_from_text("3").is_err());
     }
-}
-
-#[test]
-fn ranges_are_what_is_accepted() {
-    crate::range_tests::check(DETECTORS);
-    trackfail_testing::check_pins("range detector", crate::range_tests::pins(DETECTORS));
-    crate::range_tests::check(&[deviation::ENTRY]);
 }
 
 #[test]
@@ -162,14 +162,24 @@ fn the_same_input_gives_the_same_output() {
 }
 
 #[test]
-fn anchors_do_not_read_the_signal() {
+fn detectors_read_what_they_say() {
     let series = series();
-    for (kind, text, detector) in all_detectors().into_iter().filter(|d| !d.2.needs_signal()) {
-        let [a, b] = [&series.0[..], &[-3.5; 120]]
-            .map(|signal| detector.detect(&Input { signal, ..input(&series, 3) }));
-        assert_eq!(digest(&a), digest(&b), "{kind} {text}");
-        assert!(a.score.iter().zip(&a.alarm).all(|(&s, &a)| s == f64::from(u8::from(a))), "{kind} {text}");
-        assert_eq!(detector.threshold(), None, "{kind} {text}");
+    let usual = input(&series, 1);
+    for (kind, text, detector) in all_detectors() {
+        let output = detector.detect(&usual);
+        let is_same = |other: Input<'_>| digest(&detector.detect(&other)) == digest(&output);
+        let uses_seed = !is_same(Input { seed: 2, ..usual });
+        assert_eq!(detector.uses_seed(), uses_seed, "{kind} {text}: `uses_seed` is not true");
+        if detector.needs_signal() {
+            assert!(!uses_seed && is_same(Input { error: &[], ..usual }), "{kind} {text}: not an anchor");
+            // A detector without a threshold must find its changes itself.
+            assert!(detector.threshold().is_some() || output.changes.is_some(), "{kind} {text}");
+        } else {
+            assert!(is_same(Input { signal: &[-3.5; 120], ..usual }), "{kind} {text}: an anchor");
+            let is_alarm = |(score, alarm): (&f64, &bool)| *score == f64::from(u8::from(*alarm));
+            assert!(output.score.iter().zip(&output.alarm).all(is_alarm), "{kind} {text}");
+            assert_eq!(detector.threshold(), None, "{kind} {text}");
+        }
     }
 }
 
@@ -202,32 +212,6 @@ fn alarms_have_scores_on_the_bad_side() {
 }
 
 #[test]
-fn only_anchors_read_error_and_seed() {
-    let series = series();
-    for (kind, text, detector) in all_detectors().into_iter().filter(|d| d.2.needs_signal()) {
-        let a = detector.detect(&input(&series, 3));
-        let b = detector.detect(&Input { error: &[], ..input(&series, 4) });
-        assert_eq!(digest(&a), digest(&b), "{kind} {text}");
-        // A detector without a threshold must find its changes itself.
-        assert!(detector.threshold().is_some() || a.changes.is_some(), "{kind} {text}");
-    }
-}
-
-#[test]
-fn unknown_parameters_are_refused() {
-    for entry in entries() {
-        let mut table: toml::Table = toml::from_str(&format!("v = {}", entry.example)).unwrap();
-        let params = table["v"].as_table_mut().unwrap();
-        params.insert("no_such_parameter".into(), toml::Value::Integer(1));
-        let error = entry.build_from_text(&table["v"].to_string()).err();
-        let error = error.unwrap_or_else(|| panic!("{} takes an unknown parameter", entry.kind));
-        assert!(error.message.contains("no_such_parameter"), "{}: {error}", entry.kind);
-        assert!(error.span.is_some(), "{}: no place in the text", entry.kind);
-        assert!(entry.build_from_text("{ ").is_err() && entry.build_from_text("3").is_err());
-    }
-}
-
-#[test]
 fn outputs_are_pinned() {
     let series = series();
     let pin = |entry: &Entry<dyn Detector>| {
@@ -237,43 +221,26 @@ fn outputs_are_pinned() {
     trackfail_testing::check_pins("output detector", DETECTORS.iter().map(pin));
 }
 
+/// Detectors of the AVU paper judge whole tracks, and anchors are of no use live. Alarms that last until the detector
+/// finds the track good again end the loss at once; other alarms need ten frames.
 #[test]
-fn detectors_that_use_no_seed_give_the_same_labels_with_any() {
-    let series = series();
+fn frames_to_recover_and_streams_are_those_of_the_kind() {
+    let [live, lasting] = [true; 2];
+    let kinds = [
+        ("fused cusum page-hinkley sequential-test", live, lasting),
+        ("arma-forecast naive-forecast conformal-forecast agreement", live, !lasting),
+        ("level standard-score relative-drop joint-drop", live, !lasting),
+        ("accumulated-validation two-model-chi-square matched-kalman-bank arte arte-star", !live, lasting),
+        ("never always oracle", !live, lasting),
+        ("periodic random deviation", !live, !lasting),
+    ];
     for (kind, text, detector) in all_detectors() {
-        let labels = [1, 2].map(|seed| digest(&detector.detect(&input(&series, seed))));
-        assert_eq!(detector.uses_seed(), labels[0] != labels[1], "{kind} {text}: `uses_seed` is not true");
-    }
-}
-
-#[test]
-fn what_no_experiment_learns_can_judge_a_track_that_goes_on() {
-    let able = "arma-forecast naive-forecast level standard-score relative-drop joint-drop fused cusum page-hinkley \
-                sequential-test conformal-forecast";
-    // Those of the AVU paper judge whole tracks, and anchors are of no use live. A new detector may be either.
-    let unable = "accumulated-validation two-model-chi-square matched-kalman-bank arte arte-star never always periodic \
-                  random oracle deviation";
-    let is_in = |list: &str, kind: &str| list.split(' ').any(|word| word == kind);
-    for (kind, text, detector) in all_detectors() {
-        assert!(!is_in(able, kind) || detector.stream().is_some(), "{kind} {text}");
-        assert!(!is_in(unable, kind) || detector.stream().is_none(), "{kind} {text}");
-    }
-}
-
-/// Alarms that last until the detector finds the track good again end the loss at once; other alarms need ten
-/// frames.
-#[test]
-fn frames_to_recover_are_those_of_the_kind_of_alarm() {
-    let lasting = "fused cusum page-hinkley sequential-test accumulated-validation two-model-chi-square matched-kalman-bank \
-                   arte arte-star never always oracle";
-    let single = "arma-forecast naive-forecast level standard-score relative-drop joint-drop conformal-forecast periodic \
-                  random agreement deviation";
-    let is_in = |list: &str, kind: &str| list.split(' ').any(|word| word == kind);
-    for (kind, text, detector) in all_detectors() {
-        assert!(is_in(lasting, kind) != is_in(single, kind), "{kind}");
+        let expected = kinds.iter().find(|row| row.0.split(' ').any(|word| word == kind));
+        let (_, is_live, is_lasting) = expected.unwrap_or_else(|| panic!("{kind}"));
+        assert_eq!(detector.stream().is_some(), *is_live, "{kind} {text}");
         let is_restarted = text.contains("\"restart\"");
-        let expected = if is_in(lasting, kind) && !is_restarted { 1 } else { 10 };
-        assert_eq!(detector.frames_to_recover(), expected, "{kind} {text}");
+        let frames = if *is_lasting && !is_restarted { 1 } else { 10 };
+        assert_eq!(detector.frames_to_recover(), frames, "{kind} {text}");
     }
 }
 

@@ -151,13 +151,6 @@ mod tests {
         assert_eq!(detect_within(Some(1), &[0.5], &[&signal]).alarm, [false; 3]);
     }
 
-    #[test]
-    fn shares_are_checked() {
-        for below in [vec![], vec![0.5; 17], vec![0.5, 1.0], vec![0.0], vec![f64::NAN]] {
-            assert!(JointDrop::new(Params { below, window: None, least: 1 }).is_err());
-        }
-    }
-
     proptest! {
         #[test]
         fn one_signal_alarms_as_relative_drop_does(

@@ -51,7 +51,7 @@ pub fn rates(overlaps: &[f64]) -> [Option<f64>; 3] {
 mod tests {
     use super::*;
     use crate::region::Region;
-    use crate::score::testing::rect;
+    use crate::score::testing::{rect, trajectory};
     use crate::tracker::Status;
     use trackfail_testing::assert_near;
 
@@ -65,8 +65,7 @@ mod tests {
         let region = |r: &[f64; 4]| rect(r[0] - 1.0, r[1] - 1.0, r[2], r[3]);
         let regions: Vec<Region> = boxes.iter().map(region).collect();
         let truth: Vec<Option<Region>> = truth.iter().map(|t| t.as_ref().map(region)).collect();
-        let (regions, truth) = (&regions, &truth);
-        overlaps(&Trajectory { sequence: "a", regions, status, truth, frame, ..Trajectory::default() })
+        overlaps(&Trajectory { frame, ..trajectory(&regions, status, &truth) })
     }
 
     // python3 with got10k 0.1.3: from got10k.utils.metrics import rect_iou; rect_iou(b[1:], g[1:], bound=(160, 120)) of the

@@ -101,8 +101,7 @@ fn score(error: &[f64], changes: &[i32], signs: &[i32]) -> TrackScore {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::changes as changes_of;
-    use crate::score::testing::{counts, error, set};
+    use crate::score::testing::{counts, error};
     use proptest::prelude::*;
 
     fn reported(length: usize, at: &[(usize, i32)]) -> Vec<i32> {
@@ -143,15 +142,6 @@ mod tests {
         assert_eq!(events(&[n, 1.0, n, 0.0]), [0, 1, 0, -1]);
     }
 
-    // Closed forms on 100 frames with one failure from 50 to 60: `always` reports +1 in frame 0 only.
-    #[test]
-    fn anchors_have_their_closed_forms() {
-        let error = error(100, &[[50, 60]]);
-        let of = |alarm: &[bool]| (SIGNED.score)(&error, alarm, &changes_of(alarm)).counts;
-        let found = [&[true; 100][..], &[false; 100], &set(100, &[[50, 60]])[..]].map(of);
-        assert_eq!(found, [counts(0, 1, 2, 97), counts(0, 0, 2, 97), counts(2, 0, 0, 97)]);
-    }
-
     // By hand: events +10 and -16, detections +6 and -12. By sign both pairs are 4 apart; without, 10 and
     // 12 are nearest, and 6 and 16 are left alone.
     #[test]
@@ -188,44 +178,15 @@ mod tests {
         }
 
         #[test]
-        fn counts_add_up_and_signs_are_kept((error, changes) in track()) {
+        fn signs_are_kept((error, changes) in track()) {
             let truth = events(&error);
             let signed = (SIGNED.score)(&error, &[], &changes);
             let unsigned = (UNSIGNED.score)(&error, &[], &changes);
-            for s in [&signed, &unsigned] {
-                let c = s.counts;
-                prop_assert_eq!(c.tp + c.fp, s.detections.len() as u64);
-                prop_assert_eq!(c.tp + c.fn_, s.events.len() as u64);
-                prop_assert!(c.tn as usize <= error.len().saturating_sub(1));
-                prop_assert!(s.matches.is_sorted());
-            }
             for (event, detection) in &signed.matches {
                 prop_assert_eq!(truth[signed.events[*event]], changes[signed.detections[*detection]]);
             }
             // Both are maximal, and the signed pairs are pairs of the unsigned protocol, too.
             prop_assert!(2 * unsigned.counts.tp >= signed.counts.tp);
-        }
-
-        #[test]
-        fn ignoring_signs_finds_no_less_where_events_are_apart(
-            gaps in proptest::collection::vec((11..30_usize, any::<bool>(), any::<bool>()), 0..8),
-        ) {
-            // Detections in the frame after the event, of the right sign, the wrong one, or none at all.
-            let mut error = vec![0.3];
-            let mut changes = vec![0; 3];
-            for (k, (gap, there, right)) in gaps.iter().enumerate() {
-                let (sign, value) = if k % 2 == 0 { (1, 0.3) } else { (-1, 1.0) };
-                error.extend(vec![value; *gap]);
-                changes.extend(vec![0; *gap]);
-                if let Some(last) = changes.last_mut().filter(|_| *there) {
-                    *last = if *right { sign } else { -sign };
-                }
-            }
-            error.extend([if gaps.len() % 2 == 0 { 0.3 } else { 1.0 }; 2]);
-            let there = gaps.iter().filter(|g| g.1).count() as u64;
-            let right = gaps.iter().filter(|g| g.1 && g.2).count() as u64;
-            prop_assert_eq!((SIGNED.score)(&error, &[], &changes).counts.tp, right);
-            prop_assert_eq!((UNSIGNED.score)(&error, &[], &changes).counts.tp, there);
         }
     }
 }

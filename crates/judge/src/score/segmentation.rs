@@ -65,19 +65,6 @@ mod tests {
     }
 
     proptest! {
-        // The labels of `always` and `never` are independent of the truth, those of the oracle are the truth.
-        #[test]
-        fn anchors_have_their_closed_forms(track in track()) {
-            let error: Vec<f64> = track.iter().map(|t| t.0).collect();
-            let of = |alarm: Vec<bool>| (PROTOCOL.score)(&error, &alarm, &changes(&alarm)).counts;
-            let known = error.iter().filter(|e| !e.is_nan()).count() as u64;
-            let lost = error.iter().filter(|e| **e >= 1.0).count() as u64;
-            let oracle = error.iter().map(|e| *e >= 1.0).collect();
-            let found = [vec![false; error.len()], vec![true; error.len()], oracle].map(of);
-            let good = known - lost;
-            prop_assert_eq!(found, [counts(good, lost, 0, 0), counts(0, 0, good, lost), counts(good, 0, 0, lost)]);
-        }
-
         #[test]
         fn turning_both_around_swaps_the_classes(track in track()) {
             let (error, alarm): (Vec<f64>, Vec<bool>) = track.into_iter().unzip();

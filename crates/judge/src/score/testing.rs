@@ -2,6 +2,7 @@
 
 use super::Counts;
 use crate::region::{Rect, Region};
+use crate::score::trajectory::Trajectory;
 use crate::tracker::Status;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -29,6 +30,15 @@ pub fn rect(x: f64, y: f64, w: f64, h: f64) -> Region {
 /// A square of ten pixels.
 pub fn square(x: f64) -> Region {
     rect(x, 0.0, 10.0, 10.0)
+}
+
+/// One run of a tracker, without anything else that is known of the sequence.
+pub fn trajectory<'a>(
+    regions: &'a [Region],
+    status: &'a [Status],
+    truth: &'a [Option<Region>],
+) -> Trajectory<'a> {
+    Trajectory { sequence: "a", regions, status, truth, ..Trajectory::default() }
 }
 
 /// One letter a frame: start, tracked, failed, skipped, waiting, absent.

@@ -75,14 +75,14 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::testing::square;
+    use crate::score::testing::{square, trajectory};
     use Status::{Absent, Failed, Initialized, Repeated, Skipped, Tracked, Waiting};
 
     /// Index of the frame whose region each frame counts as having.
     fn counted(status: &[Status], missing: Missing) -> Vec<Option<usize>> {
         let regions: Vec<Region> = (0..status.len()).map(|t| square(t as f64)).collect();
-        let trajectory = Trajectory { sequence: "a", regions: &regions, status, ..Trajectory::default() };
-        trajectory.counted(missing).into_iter().map(|r| r.map(|r| r.rect().x as usize)).collect()
+        let counted = trajectory(&regions, status, &[]).counted(missing);
+        counted.into_iter().map(|r| r.map(|r| r.rect().x as usize)).collect()
     }
 
     // The table of docs/metrics.md: a repeated box is an answer, all others without a box are what the rule says.

@@ -120,6 +120,7 @@ mod tests {
     use crate::tracker::Status;
     use proptest::prelude::*;
     use trackfail_core::region::{Rect, Region};
+    use trackfail_testing::assert_near;
 
     fn square(x: f64) -> Region {
         Region::Rect(Rect::new(x, 0.0, 10.0, 10.0))
@@ -137,14 +138,11 @@ mod tests {
     fn findings(rules: &str, drawn: &Drawn) -> Findings {
         let trajectory = Trajectory {
             sequence: "s",
-            run: 0,
             regions: &drawn.regions,
             status: &drawn.status,
             truth: &drawn.truth,
             confidence: &drawn.confidence,
-            frame: None,
-            attributes: &[],
-            frame_attributes: &[],
+            ..Trajectory::default()
         };
         let error = vec![0.0; drawn.signal.len()];
         let population = Population {
@@ -157,6 +155,11 @@ mod tests {
         ENTRY.build_from_text(&text).unwrap().analyze(&[population]).unwrap()
     }
 
+    /// Precision, recall and F at the largest F.
+    fn at_best(findings: &Findings) -> [f64; 3] {
+        ["lt_precision", "lt_recall", "lt_f"].map(|name| findings.number(name).unwrap())
+    }
+
     /// 40 frames of a tracker that is always right, but says "absent" in frames 21 to 25 with this
     /// confidence. The signal repeats the last confidence where there is none.
     fn said_absent(is_absent: bool, confidence: Option<f64>) -> Drawn {
@@ -166,14 +169,13 @@ mod tests {
             _ if gone(&t) => Status::Absent,
             _ => Status::Tracked,
         };
-        let given: Vec<Option<f64>> =
-            (0..40).map(|t| if gone(&t) { confidence } else { Some(0.9) }).collect();
+        let given = |t| if gone(&t) { confidence } else { Some(0.9) };
         Drawn {
             regions: vec![square(0.0); 40],
             status: (0..40).map(status).collect(),
             truth: (0..40).map(|t| (!(is_absent && gone(&t))).then(|| square(0.0))).collect(),
-            signal: given.iter().map(|c| c.unwrap_or(0.9)).collect(),
-            confidence: given,
+            signal: (0..40).map(|t| given(t).filter(|c| !c.is_nan()).unwrap_or(0.9)).collect(),
+            confidence: (0..40).map(given).collect(),
         }
     }
 
@@ -190,17 +192,10 @@ mod tests {
             (false, None, [1.0, 0.875, 0.933_333_333_333_333_3]),
             (false, Some(0.0), [1.0, 0.875, 0.933_333_333_333_333_3]),
         ] {
-            let mut drawn = said_absent(is_absent, confidence);
-            drawn.signal.iter_mut().filter(|v| v.is_nan()).for_each(|v| *v = 0.9);
+            let drawn = said_absent(is_absent, confidence);
             for rules in ["longterm/vot-toolkit/1", "longterm/pysot/1", "longterm/pytracking/1"] {
-                let found = findings(rules, &drawn);
-                let numbers = ["lt_precision", "lt_recall", "lt_f"].map(|name| found.number(name).unwrap());
-                for (number, expected) in numbers.iter().zip(expected) {
-                    assert!(
-                        (number - expected).abs() < 1e-12,
-                        "{rules} {is_absent} {confidence:?}: {numbers:?}"
-                    );
-                }
+                let what = format!("{rules} {is_absent} {confidence:?}");
+                assert_near(at_best(&findings(rules, &drawn)), expected, 1e-12, what);
             }
         }
     }
@@ -216,10 +211,7 @@ mod tests {
             confidence: vec![None, Some(0.5), None, Some(0.9), None],
         };
         let found = findings("longterm/vot-toolkit/1", &drawn);
-        for (name, expected) in [("lt_precision", 4.0 / 15.0), ("lt_recall", 4.0 / 9.0), ("lt_f", 1.0 / 3.0)]
-        {
-            assert!((found.number(name).unwrap() - expected).abs() < 1e-12, "{name}: {found:?}");
-        }
+        assert_near(at_best(&found), [4.0 / 15.0, 4.0 / 9.0, 1.0 / 3.0], 1e-12, "");
         drawn.confidence.clear();
         let found = findings("longterm/vot-toolkit/1", &drawn);
         assert_eq!((found.number("lt_precision"), found.number("lt_threshold")), (Some(1.0), Some(1.0)));
@@ -237,13 +229,12 @@ mod tests {
             confidence: vec![],
         };
         let findings = findings("longterm/vot-toolkit/1", &drawn);
-        let number = |name: &str| findings.number(name).unwrap();
-        assert!((number("lt_f") - 0.5).abs() < 1e-12, "{findings:?}");
-        assert_eq!((number("lt_precision"), number("lt_threshold")), (1.0, 1.0));
-        assert!((number("lt_recall") - 1.0 / 3.0).abs() < 1e-12);
-        let curve = &findings.charts[0].curves[0].1;
-        assert!(curve.iter().any(|p| (p.0 - 1.0 / 3.0).abs() < 1e-12 && (p.1 - 0.5).abs() < 1e-12));
-        assert!(curve.iter().any(|p| (p.0 - 4.0 / 9.0).abs() < 1e-12 && (p.1 - 4.0 / 9.0).abs() < 1e-12));
+        assert_near(at_best(&findings), [1.0, 1.0 / 3.0, 0.5], 1e-12, "");
+        assert_eq!(findings.number("lt_threshold"), Some(1.0));
+        for (recall, precision) in [(1.0 / 3.0, 0.5), (4.0 / 9.0, 4.0 / 9.0)] {
+            let mut curve = findings.charts[0].curves[0].1.iter();
+            assert!(curve.any(|p| (p.0 - recall).abs() < 1e-12 && (p.1 - precision).abs() < 1e-12));
+        }
         assert!(ENTRY.build_from_text("{ rules = \"longterm/vot/1\" }").is_err());
     }
 

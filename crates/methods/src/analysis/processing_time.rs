@@ -148,41 +148,32 @@ impl Analysis for ProcessingTime {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trackfail_testing::{assert_near, assert_says};
 
     // By hand: two tracks of 100 and 300 frames, three repeats; 0.4 s in 400 frames are 1 ms a frame.
     #[test]
     fn medians_over_repeats_of_sums_over_tracks() {
-        let spent = |signal: f64, reverse: f64, runs: u64| Spent {
-            signal,
-            detection: 0.1,
-            reverse,
-            runs,
-            frames: 40 * runs,
+        let timing = |repeat: usize, frames: usize, slow: f64| {
+            let time = slow * frames as f64 / 400.0;
+            let spent = |reverse: f64, runs: u64| Spent {
+                signal: 0.2 * time,
+                detection: 0.1,
+                reverse,
+                runs,
+                frames: 40 * runs,
+            };
+            let methods = vec![spent(0.4 * slow, 2), spent(0.0, 1)];
+            Timing { repeat, frames, tracking: 2.0 * time, methods }
         };
-        let timings: Vec<Timing> = [1.0, 3.0, 2.0]
-            .into_iter()
-            .enumerate()
-            .flat_map(|(repeat, slow)| {
-                let timing = move |frames: usize, share: f64| Timing {
-                    repeat,
-                    frames,
-                    tracking: 2.0 * slow * share,
-                    methods: vec![
-                        spent(0.2 * slow * share, 0.4 * slow, 2),
-                        spent(0.2 * slow * share, 0.0, 1),
-                    ],
-                };
-                [timing(100, 0.25), timing(300, 0.75)]
-            })
-            .collect();
+        let repeats = [1.0, 3.0, 2.0].into_iter().enumerate();
+        let timings =
+            repeats.flat_map(|(n, slow)| [100, 300].map(|frames| timing(n, frames, slow))).collect();
         let analysis = ENTRY.build_from_text(ENTRY.example).unwrap();
         let population = Population { suite: "s", tracks: vec![], trajectories: vec![], timings };
         let found = analysis.analyze(&[population]).unwrap();
-        let of = |name: &str| found.tables[0].rows.iter().find(|r| r.0 == name).unwrap().1.clone();
         let close = |name: &str, expected: [f64; 2]| {
-            for (got, expected) in of(name).into_iter().zip(expected) {
-                assert!((got.unwrap() - expected).abs() < 1e-12, "{name}: {got:?} {expected}");
-            }
+            let row = &found.tables[0].rows.iter().find(|row| row.0 == name).unwrap().1;
+            assert_near(row.iter().map(|value| value.unwrap()), expected, 1e-12, name);
         };
         // The median repeat is the one with `slow` 2: .4 s, .2 s, 1.6 s and 0 s in 400 frames.
         close("signal", [1.0, 1.0]);
@@ -194,8 +185,8 @@ mod tests {
         close("reverse frames", [400.0, 200.0]);
         // Totals are (.2 + .8) slow + .2 and .2 slow + .2: .4/1.2, .8/3.2 and .6/2.2, of which the last is the
         // median.
-        assert!((found.number("ratio").unwrap() - 0.6 / 2.2).abs() < 1e-12);
-        assert!((found.number("reverse-runs-ratio").unwrap() - 0.5).abs() < 1e-12);
+        let ratios = ["ratio", "reverse-runs-ratio"].map(|name| found.number(name).unwrap());
+        assert_near(ratios, [0.6 / 2.2, 0.5], 1e-12, "");
     }
 
     #[test]
@@ -205,8 +196,7 @@ mod tests {
             ("{ methods = [\"A\", \"A\"] }", "methods"),
             ("{ methods = [\"A\"], repeats = 0 }", "repeats"),
         ] {
-            let e = ENTRY.build_from_text(text).err().unwrap().to_string();
-            assert!(e.contains(key), "{text}: {e}");
+            assert_says(ENTRY.build_from_text(text).err().unwrap(), key);
         }
         assert!(median(vec![3.0, 1.0, 2.0]) == 2.0 && median(vec![4.0, 1.0]) == 2.5);
     }

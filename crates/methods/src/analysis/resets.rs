@@ -182,6 +182,7 @@ mod tests {
     use super::*;
     use crate::tracker::Status;
     use trackfail_core::region::{Rect, Region};
+    use trackfail_testing::assert_near;
 
     // Worked by hand: two runs of four frames, shift 5 of 10 in the second (overlap 1/3), lost in the third frame of
     // the second run; the attribute is on in frames 2 and 3 (from 0).
@@ -213,38 +214,30 @@ mod tests {
         let names: Vec<&str> = rows.iter().map(|row| row.0.as_str()).collect();
         assert_eq!(names, ["empty", "occlusion", "overall"]);
         // In frame 1 both runs have 1/3; frame 0 is a start.
-        for ((_, row), (accuracy, failures)) in
-            rows.iter().zip([(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.5), (0.5, 0.25)])
-        {
-            assert!((row[0].unwrap() - accuracy).abs() < 1e-12);
-            assert_eq!(row[1], Some(failures));
-        }
+        let values = rows.iter().flat_map(|(_, row)| [row[0].unwrap(), row[1].unwrap()]);
+        assert_near(values, [1.0 / 3.0, 0.0, 2.0 / 3.0, 0.5, 0.5, 0.25], 1e-12, "");
         assert_eq!(findings.number("failures_of_attributes"), Some(0.25));
         // First run (1/3 + 1/3 + 1) / 3, second 1/3.
-        let accuracy = findings.number("accuracy").unwrap();
-        assert!((accuracy - (5.0 / 9.0 + 1.0 / 3.0) / 2.0).abs() < 1e-12);
+        assert_near(findings.number("accuracy"), [(5.0 / 9.0 + 1.0 / 3.0) / 2.0], 1e-12, "");
         assert_eq!((findings.number("failures"), findings.number("eao")), (Some(0.5), None));
     }
 
     // SciPy 1.17, scipy.stats.bootstrap of the two ratios, paired, 300,000 draws, percentiles.
     #[test]
     fn bars_have_the_intervals_of_ratios_of_sums() {
-        let accuracy = [0.5, 0.8, 0.6, 0.7, 0.4, 0.9];
-        let (failures, frames) = ([1.0, 0.0, 2.0, 0.0, 3.0, 1.0], [10.0, 20.0, 30.0, 15.0, 25.0, 40.0]);
-        let of = |k: usize| OfSequence {
-            name: "",
-            accuracy: accuracy[k],
-            failures: failures[k],
-            frames: frames[k],
-        };
-        let sequences: Vec<OfSequence<'_>> = (0..6).map(of).collect();
+        let sequence = |(accuracy, failures, frames)| OfSequence { name: "", accuracy, failures, frames };
+        let sequences = [
+            (0.5, 1.0, 10.0),
+            (0.8, 0.0, 20.0),
+            (0.6, 2.0, 30.0),
+            (0.7, 0.0, 15.0),
+            (0.4, 3.0, 25.0),
+            (0.9, 1.0, 40.0),
+        ]
+        .map(sequence);
         let robustness = |failures: f64, frames: f64| (-30.0 * failures / frames).exp();
         let [low, high] = corners(&sequences, robustness).unwrap();
-        let bars = [low.0, high.0, low.1, high.1];
-        assert!(
-            bars.iter().zip([0.0695, 0.5979, 0.5087, 0.8243]).all(|(a, b)| (a - b).abs() < 0.01),
-            "{bars:?}"
-        );
+        assert_near([low.0, high.0, low.1, high.1], [0.0695, 0.5979, 0.5087, 0.8243], 0.01, "");
         assert_eq!(corners(&sequences[..2], robustness), None);
     }
 }

@@ -1,15 +1,8 @@
 use super::*;
-use crate::num::gamma_mixture::Component;
-use crate::num::seed;
 use crate::num::special::gamma_cdf;
-use crate::testing::{cases, count, number, numbers};
+use crate::testing::{cases, count, drawn_mixture, mixture, number, numbers};
 use proptest::prelude::*;
 use trackfail_testing::assert_near;
-
-fn mixture(components: &[(f64, f64, f64)]) -> Mixture {
-    let component = |&(weight, shape, scale): &(f64, f64, f64)| Component { weight, shape, scale };
-    Mixture::new(components.iter().map(component).collect()).unwrap()
-}
 
 /// Sum of `length` independent values with the distribution function `cdf`, which is 0 below 0.
 fn of_cdf(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Accumulated, AccumulationError> {
@@ -28,10 +21,6 @@ fn interpolated(sum: &Accumulated, alpha: f64) -> f64 {
     let j = sum.reaches(alpha).unwrap();
     let below = if j == 0 { 0.0 } else { sum.cumulative[j - 1] };
     sum.point(j as f64 - 0.5 + ((1.0 - alpha - below) / (sum.cumulative[j] - below)).clamp(0.0, 1.0))
-}
-
-fn change() -> Mixture {
-    mixture(&[(0.55, 0.6, 0.15), (0.3, 1.8, 0.25), (0.1, 30.0, 0.02), (0.05, 3.0, 0.8)])
 }
 
 // scipy.stats.gamma.isf, see `sums` in tests/oracles/avu.py: the sum of Gamma variables of one scale is one.
@@ -71,31 +60,9 @@ fn masses_by_density_are_those_by_distribution_function() {
     }
 }
 
+// By hand: values 0.2, 0.2, 0.9 in cells 0, 0, 1 of width 0.5; sums of two at 0.5, 1, 1.5 with 4/9, 4/9, 1/9.
 #[test]
-fn sums_of_random_draws_have_the_distribution() {
-    let (m, mut rng, n) = (change(), seed::rng(6), 100_000);
-    for length in [3, 20] {
-        let sum = Accumulated::of_mixture(&m, length, &Grid::default()).unwrap();
-        let mut drawn: Vec<f64> = (0..n).map(|_| (0..length).map(|_| m.sample(&mut rng)).sum()).collect();
-        drawn.sort_by(f64::total_cmp);
-        // Kolmogorov's statistic exceeds 1.95 / sqrt(n) once in a thousand seeds.
-        let off = |(i, v): (usize, &f64)| (sum.cdf(*v) - (i as f64 + 0.5) / f64::from(n)).abs();
-        let off = drawn.iter().enumerate().map(off).fold(0.0, f64::max);
-        assert!(off < 1.95 / f64::from(n).sqrt(), "{length}: {off}");
-    }
-}
-
-#[test]
-fn the_papers_variant_comes_near() {
-    let (m, mut rng) = (change(), seed::rng(7));
-    let drawn: Vec<f64> = (0..200_000).map(|_| m.sample(&mut rng)).collect();
-    let literal = Accumulated::from_samples(&drawn, 10, &Grid::default()).unwrap();
-    let exact = Accumulated::of_mixture(&m, 10, &Grid::default()).unwrap();
-    for alpha in [0.5, 0.05, 0.005] {
-        let (a, b) = (literal.upper_quantile(alpha).unwrap(), exact.upper_quantile(alpha).unwrap());
-        assert!((a / b - 1.0).abs() < 0.02, "{alpha}: {a} {b}");
-    }
-    // By hand: values 0.2, 0.2, 0.9 in cells 0, 0, 1 of width 0.5; sums of two at 0.5, 1, 1.5 with 4/9, 4/9, 1/9.
+fn the_papers_variant_takes_the_masses_of_samples() {
     let grid = Grid { step: 0.5, tail: 1e-10 };
     let two = Accumulated::from_samples(&[0.2, 0.2, 0.9], 2, &grid).unwrap();
     let masses = two.masses().flat_map(|(v, mass)| [v, mass]);
@@ -153,13 +120,7 @@ proptest! {
     fn beta_grows_with_the_window_and_with_certainty(
         parts in prop::collection::vec((0.1..1.0_f64, -0.5..1.5_f64, -1.5..0.3_f64), 1..4), length in 1..40_usize
     ) {
-        let all: f64 = parts.iter().map(|p| p.0).sum();
-        let parts: Vec<_> = parts.iter().map(|p| {
-            let shape = 10.0_f64.powf(p.1);
-            (p.0 / all, shape, 10.0_f64.powf(p.2) / shape)
-        }).collect();
-        let m = mixture(&parts);
-        let grid = Grid::default();
+        let (m, grid) = (drawn_mixture(&parts), Grid::default());
         let sum = Accumulated::of_mixture(&m, length, &grid).unwrap();
         let longer = Accumulated::of_mixture(&m, length + 1, &grid).unwrap();
         let mut before = 0.0;

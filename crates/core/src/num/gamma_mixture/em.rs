@@ -238,8 +238,9 @@ fn weights(mut share: Vec<f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::num::gamma_mixture::{Binned, Mixture};
+    use crate::num::gamma_mixture::Binned;
     use crate::num::seed;
+    use crate::testing::mixture;
     use proptest::prelude::*;
 
     #[test]
@@ -251,9 +252,8 @@ mod tests {
     }
 
     fn cells(seed: u64, n: usize) -> Cells {
-        let component = |weight, shape, scale| Component { weight, shape, scale };
-        let all = vec![component(0.6, 0.5, 0.1), component(0.3, 3.0, 0.2), component(0.1, 40.0, 0.05)];
-        let (mixture, mut rng) = (Mixture::new(all).unwrap(), seed::rng(seed));
+        let mixture = mixture(&[(0.6, 0.5, 0.1), (0.3, 3.0, 0.2), (0.1, 40.0, 0.05)]);
+        let mut rng = seed::rng(seed);
         Binned::new((0..n).map(|_| mixture.sample(&mut rng))).unwrap().cells(1)
     }
 

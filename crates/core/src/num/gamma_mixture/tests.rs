@@ -1,15 +1,7 @@
 use super::*;
 use crate::num::seed;
-use crate::testing::{cases, count, number, numbers, oracle};
+use crate::testing::{cases, count, drawn_mixture, mixture, number, numbers, oracle};
 use proptest::prelude::*;
-
-fn component(weight: f64, shape: f64, scale: f64) -> Component {
-    Component { weight, shape, scale }
-}
-
-fn mixture(components: &[Component]) -> Mixture {
-    Mixture::new(components.to_vec()).unwrap()
-}
 
 fn draw(mixture: &Mixture, n: usize, seed: u64) -> Vec<f64> {
     let mut rng = seed::rng(seed);
@@ -32,8 +24,8 @@ fn relative(got: f64, want: f64) -> f64 {
 #[test]
 fn functions_agree_with_scipy() {
     let oracle = &oracle("avu")["functions"];
-    let parts = oracle["components"].as_array().unwrap().iter().map(numbers);
-    let m = Mixture::new(parts.map(|c| component(c[0], c[1], c[2])).collect()).unwrap();
+    let parts: Vec<(f64, f64, f64)> = serde_json::from_value(oracle["components"].clone()).unwrap();
+    let m = mixture(&parts);
     for row in oracle["rows"].as_array().unwrap().iter().map(numbers) {
         for (got, want) in [m.pdf(row[0]), m.cdf(row[0]), m.survival(row[0])].iter().zip(&row[1..]) {
             assert!(relative(*got, *want) < 1e-11, "{row:?}: {got}");
@@ -45,9 +37,9 @@ fn functions_agree_with_scipy() {
 
 #[test]
 fn the_density_has_values_at_the_ends() {
-    let at_zero = |shape| mixture(&[component(1.0, shape, 2.0)]).pdf(0.0);
+    let at_zero = |shape| mixture(&[(1.0, shape, 2.0)]).pdf(0.0);
     assert_eq!([at_zero(0.5), at_zero(1.0), at_zero(2.0)], [f64::INFINITY, 0.5, 0.0]);
-    let m = mixture(&[component(1.0, 2.0, 1.0)]);
+    let m = mixture(&[(1.0, 2.0, 1.0)]);
     assert_eq!((m.pdf(-1.0), m.pdf(f64::INFINITY)), (0.0, 0.0));
 }
 
@@ -90,7 +82,7 @@ fn reaches_the_likelihood_of_scipy() {
 
 #[test]
 fn finds_the_mixture_that_samples_come_from() {
-    let truth = mixture(&[component(0.6, 0.9, 0.1), component(0.3, 6.0, 0.3), component(0.1, 50.0, 0.2)]);
+    let truth = mixture(&[(0.6, 0.9, 0.1), (0.3, 6.0, 0.3), (0.1, 50.0, 0.2)]);
     let x = draw(&truth, 100_000, 1);
     let fit = fit(&binned(&x), 3, &FitOptions::default()).unwrap();
     assert!(fit.converged && fit.starts > 12);
@@ -103,7 +95,7 @@ fn finds_the_mixture_that_samples_come_from() {
 
 #[test]
 fn likelihoods_do_not_fall_with_the_order_and_choose_it() {
-    let truth = mixture(&[component(0.7, 1.5, 0.1), component(0.3, 8.0, 0.2)]);
+    let truth = mixture(&[(0.7, 1.5, 0.1), (0.3, 8.0, 0.2)]);
     let samples = binned(&draw(&truth, 50_000, 2));
     let fits = fit_all(&samples, 7, &FitOptions::default()).unwrap();
     assert_eq!(fits.iter().map(|f| f.mixture.components.len()).collect::<Vec<_>>(), [1, 2, 3, 4, 5, 6, 7]);
@@ -119,7 +111,7 @@ fn likelihoods_do_not_fall_with_the_order_and_choose_it() {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    let truth = mixture(&[component(0.5, 0.7, 0.2), component(0.5, 3.0, 1.0)]);
+    let truth = mixture(&[(0.5, 0.7, 0.2), (0.5, 3.0, 1.0)]);
     let samples = binned(&draw(&truth, 30_000, 3));
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -145,7 +137,7 @@ const NAN_TOLERANCE: &str = "the tolerance must be above 0 and finite, not NaN";
 // Half of the samples are one value: a likelihood without a bound but for the limit of the shape.
 #[test]
 fn a_value_that_repeats_meets_the_limit_of_the_shape() {
-    let mut x = draw(&mixture(&[component(1.0, 2.0, 0.5)]), 2000, 4);
+    let mut x = draw(&mixture(&[(1.0, 2.0, 0.5)]), 2000, 4);
     x.extend([0.0; 2000]);
     let fit = fit(&binned(&x), 2, &FitOptions::default()).unwrap();
     let [spike, rest] = fit.mixture.components[..] else { panic!("{fit:?}") };
@@ -156,19 +148,14 @@ fn a_value_that_repeats_meets_the_limit_of_the_shape() {
 
 #[test]
 fn a_mixture_survives_a_file_and_a_wrong_one_does_not() {
-    let m = mixture(&[component(0.3, 7.0, 0.2), component(0.7, 0.4, 0.1)]);
+    let m = mixture(&[(0.3, 7.0, 0.2), (0.7, 0.4, 0.1)]);
     assert!(m.components[0].shape == 0.4);
     let text = serde_json::to_string(&m).unwrap();
     assert_eq!(serde_json::from_str::<Mixture>(&text).unwrap(), m);
-    for (weight, shape, scale) in [
-        (0.6, 1.0, 1.0),
-        (f64::NAN, 1.0, 1.0),
-        (1.0, 0.0, 1.0),
-        (1.0, 2e4, 1.0),
-        (1.0, 1.0, -1.0),
-        (1.0, 9.0, 1e200),
-    ] {
-        assert!(Mixture::new(vec![component(weight, shape, scale)]).is_err());
+    let weights = [(0.6, 1.0, 1.0), (f64::NAN, 1.0, 1.0)];
+    let others = [(1.0, 0.0, 1.0), (1.0, 2e4, 1.0), (1.0, 1.0, -1.0), (1.0, 9.0, 1e200)];
+    for (weight, shape, scale) in weights.into_iter().chain(others) {
+        assert!(Mixture::new(vec![Component { weight, shape, scale }]).is_err());
     }
     assert!(Mixture::new(vec![]).is_err());
     let wrong = text.replace("0.7", "0.8");
@@ -180,7 +167,7 @@ proptest! {
     // A factor moves samples against the borders of the cells, which is what the tolerances are for.
     #[test]
     fn a_factor_moves_the_scales_alone(seed in 0..1000_u64, log_factor in -2.0..2.0_f64) {
-        let truth = mixture(&[component(0.5, 2.0, 0.05), component(0.5, 30.0, 0.1)]);
+        let truth = mixture(&[(0.5, 2.0, 0.05), (0.5, 30.0, 0.1)]);
         let x = draw(&truth, 3000, seed);
         let factor = log_factor.exp();
         let scaled: Vec<f64> = x.iter().map(|x| x * factor).collect();
@@ -198,9 +185,7 @@ proptest! {
     fn distribution_functions_rise_from_0_to_1(
         parts in prop::collection::vec((0.1..1.0_f64, -1.0..2.0_f64, -2.0..1.0_f64), 1..5), v in 0.0..20.0_f64
     ) {
-        let all: f64 = parts.iter().map(|p| p.0).sum();
-        let parts = parts.iter().map(|p| component(p.0 / all, 10.0_f64.powf(p.1), 10.0_f64.powf(p.2)));
-        let m = Mixture::new(parts.collect()).unwrap();
+        let m = drawn_mixture(&parts);
         prop_assert!((m.cdf(v) + m.survival(v) - 1.0).abs() < 1e-12);
         prop_assert!(m.cdf(v) <= m.cdf(v + 0.1) + 1e-14 && m.cdf(0.0) == 0.0);
     }

@@ -111,20 +111,3 @@ fn pets_is_read_as_python_reads_it() {
         assert!((left - sum).abs() < 1e-6, "{id}: {left}");
     }
 }
-
-#[needs(real_data)]
-#[test]
-fn pets_people_of_the_frames_that_are_here_are_loaded() {
-    let root = real_data();
-    let loaded = crate::suite::Catalog::default()
-        .suite("pets2009-s2l1-160")
-        .unwrap()
-        .load(std::slice::from_ref(&root));
-    assert_eq!((loaded.sequences.len(), loaded.missing.len(), loaded.broken.len()), (8, 0, 0));
-    for s in &loaded.sequences {
-        assert!(s.truth.iter().all(Option::is_some), "{}", s.name);
-        let frame = s.frame(s.len() - 1).unwrap();
-        assert_eq!((frame.width(), frame.height()), (768, 576));
-        assert_eq!(s.attributes, ["target-person"]);
-    }
-}

@@ -112,16 +112,12 @@ fn examples(tracks: &[(Vec<f64>, Vec<f64>, String)]) -> Vec<Example<'_>> {
     tracks.iter().map(|(s, e, video)| Example { video: video.clone(), ..Example::new(s, e) }).collect()
 }
 
-fn judge(detector: &dyn Detector, signal: &[f64]) -> DetectorOutput {
-    detector.detect(&alone(signal))
-}
-
 #[test]
 fn it_learns_to_find_losses_within_its_budget() {
     let (all, unseen) = (tracks(), tracks().split_off(17));
     let detector = learnt(&examples(&all[..17]), PARAMS);
     for (signal, error, _) in &unseen {
-        let output = judge(&*detector, signal);
+        let output = detector.detect(&alone(signal));
         let loss = error.iter().position(|e| *e >= 1.0).unwrap();
         assert!(output.alarm[..loss].iter().all(|alarm| !alarm), "a false alarm");
         assert!(output.alarm[loss..loss + 15].contains(&true), "the loss is not found");
@@ -256,16 +252,6 @@ proptest! {
             let z = ((x - middle) / (1.4826 * spread + 0.02)).clamp(-10.0, 10.0);
             prop_assert!((feature(features.last().unwrap(), "z") - z).abs() < 1e-9);
         }
-    }
-
-    #[test]
-    fn histories_do_not_grow(values in prop::collection::vec(0.0..1.0_f64, 300)) {
-        let mut history = InputHistory::default();
-        let size = |history: &InputHistory| crate::saved::to_bytes(history).unwrap().len();
-        values.iter().take(100).for_each(|v| history.pass(input("scale"), *v));
-        let full = size(&history);
-        values.iter().skip(100).for_each(|v| history.pass(input("scale"), *v));
-        prop_assert!(size(&history) < full + full / 5);
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::detector::testing::{self, alone};
+use crate::detector::testing;
 use crate::num::seed;
 use proptest::prelude::*;
 use rand_distr::{Distribution, Gamma, Normal};
@@ -30,19 +30,6 @@ fn agrees_with_dense_normal_densities() {
             assert!((a - b).abs() < 1e-6, "{} {t}: {a} {b}", case.name);
         }
     }
-}
-
-#[test]
-fn labels_hold_from_change_to_change() {
-    let level = |t: i32| if (20..40).contains(&t) { 1.0 } else { 0.2 };
-    let signal: Vec<f64> = (0..60).map(|t| level(t) + f64::from(t * 7 % 5) / 100.0).collect();
-    let output = detect("{}", &signal);
-    let changes = output.changes.unwrap();
-    let at: Vec<(usize, i32)> = changes.iter().copied().enumerate().filter(|c| c.1 != 0).collect();
-    assert_eq!(at, [(20, 1), (40, -1)]);
-    assert!((0..60).all(|t| output.alarm[t] == (20..40).contains(&t)));
-    // The samples are within 0.02 of the mean, and a new level keeps a little of the old one.
-    assert!((0..60).all(|t| (output.score[t] - level(t as i32) - 0.02).abs() < 0.04));
 }
 
 #[test]
@@ -82,12 +69,6 @@ fn skewed_noise_makes_false_changes_and_normal_noise_few() {
     assert!((200.0..300.0).contains(&fixed[0]) && fixed[1] < 3.0, "{fixed:?}");
 }
 
-#[test]
-fn there_are_two_more_filters_than_frames_of_life() {
-    let key = |text: &str| ENTRY.build_from_text(text).err().and_then(|e| e.key);
-    assert_eq!(["{ life = 4 }", "{ life = 3 }"].map(key), [Some("models"), None]);
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -107,28 +88,5 @@ proptest! {
             label = *change > 0 || (*change == 0 && label);
             prop_assert_eq!(label, *alarm);
         }
-    }
-
-    #[test]
-    fn a_scaled_signal_has_the_same_changes(
-        y in prop::collection::vec(-1.0_f64..1.0, 0..80), power in -5..5_i32,
-    ) {
-        let by = 2.0_f64.powi(power);
-        let run = |y: &[f64], by: f64| {
-            let squared = by * by;
-            let params = Params {
-                start_variance: 10.0 * squared,
-                jump_variance: squared,
-                least_noise: 1e-8 * squared,
-                forgetting: 0.75,
-                start_window: 9,
-                ..Params::default()
-            };
-            MatchedKalmanBank::new(params).unwrap().detect(&alone(y))
-        };
-        let scaled: Vec<f64> = y.iter().map(|v| v * by).collect();
-        let (a, b) = (run(&y, 1.0), run(&scaled, by));
-        prop_assert_eq!(a.changes, b.changes);
-        prop_assert_eq!(a.score.iter().map(|v| v * by).collect::<Vec<_>>(), b.score);
     }
 }

@@ -44,26 +44,22 @@ mod tests {
 
     const RECOVERY: Recovery = Recovery { accept_below: 0.8, reverse_limit: 200 };
 
+    // The error at the reference decides. Beyond the limit of 200 frames nothing is run.
     #[test]
-    fn the_error_at_the_reference_decides() {
+    fn checks_by_hand() {
+        let of = |answer: Option<f64>, frame: usize| {
+            let reverse = Fake::always(answer);
+            let check = RECOVERY.check(Some(&reverse), frame, 10);
+            assert_eq!((check.frame, check.reference), (frame, 10));
+            (check.error.map(f64::to_bits), check.accepted, reverse.asked())
+        };
         for (error, accepted) in [(0.0, true), (0.79, true), (0.8, false), (1.0, false), (f64::NAN, false)] {
-            let reverse = Fake::always(Some(error));
-            let check = RECOVERY.check(Some(&reverse), 30, 10);
-            assert_eq!((check.frame, check.reference, check.accepted), (30, 10, accepted), "{error}");
-            assert_eq!(check.error.map(f64::to_bits), Some(error.to_bits()));
-            assert_eq!(reverse.asked(), [(30, 10)]);
+            assert_eq!(of(Some(error), 30), (Some(error.to_bits()), accepted, vec![(30, 10)]), "{error}");
         }
-    }
-
-    #[test]
-    fn without_an_answer_or_beyond_the_limit_it_is_rejected() {
-        let none = |frame| Check { frame, reference: 10, error: None, accepted: false };
-        assert_eq!(RECOVERY.check(None, 19, 10), none(19));
-        assert_eq!(RECOVERY.check(Some(&Fake::always(None)), 19, 10), none(19));
-        let reverse = Fake::always(Some(0.0));
-        assert!(RECOVERY.check(Some(&reverse), 210, 10).accepted);
-        assert_eq!(RECOVERY.check(Some(&reverse), 211, 10), none(211));
-        // Nothing was run for it.
-        assert_eq!(reverse.asked(), [(210, 10)]);
+        assert_eq!(of(None, 19), (None, false, vec![(19, 10)]));
+        assert_eq!(of(Some(0.0), 210), (Some(0), true, vec![(210, 10)]));
+        assert_eq!(of(Some(0.0), 211), (None, false, vec![]));
+        let none = Check { frame: 19, reference: 10, error: None, accepted: false };
+        assert_eq!(RECOVERY.check(None, 19, 10), none);
     }
 }

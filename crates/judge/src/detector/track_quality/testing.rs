@@ -2,7 +2,8 @@
 
 use super::machine::{Events, Machine, TRANSITIONS};
 use super::{Condition, Quality};
-use crate::detector::{DetectorOutput, Reverse};
+use crate::detector::testing::alone;
+use crate::detector::{DetectorOutput, Input, Reverse};
 use proptest::prelude::*;
 use std::cell::RefCell;
 
@@ -41,14 +42,24 @@ impl Reverse for Fake {
     }
 }
 
+/// The input of a signal with a way back.
+pub fn with<'a>(signal: &'a [f64], reverse: &'a Fake) -> Input<'a> {
+    Input { reverse: Some(reverse), ..alone(signal) }
+}
+
+/// The steps of a track.
+pub fn quality(output: &DetectorOutput) -> &Quality {
+    output.quality.as_ref().unwrap()
+}
+
 /// One letter per frame: `o` for LOCKED-ON, `i` for LOCKING-IN, `s` for SCANNING.
-pub fn letters(quality: &Quality) -> String {
+pub fn letters(output: &DetectorOutput) -> String {
     let letter = |c: &Condition| match c {
         Condition::LockedOn => 'o',
         Condition::LockingIn => 'i',
         Condition::Scanning => 's',
     };
-    quality.condition.iter().map(letter).collect()
+    quality(output).condition.iter().map(letter).collect()
 }
 
 /// One letter per frame: `x` for an alarm, `.` for none.
@@ -57,9 +68,9 @@ pub fn marks(alarm: &[bool]) -> String {
 }
 
 /// Rows of [`TRANSITIONS`] that a machine applies for these events, with the answers of checks from
-/// `quality`. The conditions must agree with those in `quality`.
-pub fn rows(locking_in_limit: usize, events: &[Events], quality: &Quality) -> Vec<usize> {
-    let mut machine = Machine::new(locking_in_limit, 1);
+/// `output`. The conditions must agree with those in `output`.
+pub fn rows(locking_in_limit: usize, events: &[Events], output: &DetectorOutput) -> Vec<usize> {
+    let (mut machine, quality) = (Machine::new(locking_in_limit, 1), quality(output));
     let mut used = Vec::new();
     for (t, events) in events.iter().enumerate() {
         let accepted = |_| quality.checks.iter().any(|c| c.frame == t && c.accepted);
@@ -74,7 +85,7 @@ pub fn rows(locking_in_limit: usize, events: &[Events], quality: &Quality) -> Ve
 /// Checks the law of both detectors: alarms begin with a rise above the threshold and end with an accepted check, whose
 /// reference is the last frame without one.
 pub fn check_alarms(output: &DetectorOutput, threshold: f64) {
-    let quality = output.quality.as_ref().unwrap();
+    let quality = quality(output);
     for (t, alarm) in output.alarm.iter().enumerate() {
         let before = t.checked_sub(1).is_some_and(|t| output.alarm[t]);
         let accepted = quality.checks.iter().any(|c| c.frame == t && c.accepted);

@@ -191,7 +191,6 @@ mod tests {
     use super::*;
     use crate::score::testing::oracle;
     use std::collections::BTreeMap;
-    use trackfail_testing::assert_near;
 
     const GOOD_IS_LOW: Method = Method { direction: Direction::LowerIsBetter, is_probability: false };
     const PROBABILITY: Method = Method { is_probability: true, ..GOOD_IS_LOW };
@@ -298,21 +297,6 @@ mod tests {
         }
         let ranked = ["auroc", "auprc", "auroc_clear", "false_alarms_at_half", "found_at_5"];
         assert_eq!(names, [&ranked[..], &["auroc_within_5", "auroc_within_15", "auroc_within_30"]].concat());
-    }
-
-    // A score that rises two frames before each loss and is not high in it: it warns, and does not tell the loss.
-    #[test]
-    fn a_score_that_rises_before_the_loss_warns() {
-        let error: Vec<f64> = (0..120).map(|t| f64::from(u8::from(t % 40 >= 35))).collect();
-        let score: Vec<f64> = (0..120).map(|t| f64::from(u8::from((33..35).contains(&(t % 40))))).collect();
-        let track = |sequence| ScoredTrack { sequence, error: &error, score: &score, alarm: &[] };
-        let found = measure(&[0, 1, 2].map(track), None, GOOD_IS_LOW, Some(1));
-        let of = |name| found.get(name).unwrap();
-        // Imminent: 5, 15 and 30 frames of each loss, of which 2 are high; no safe frame is.
-        let within = ["auroc_within_5", "auroc_within_15", "auroc_within_30"].map(of);
-        assert_near(within, [5.0, 15.0, 30.0].map(|frames| 0.5 + 1.0 / frames), 1e-12, "");
-        assert!((of("auroc_within_15_low") - of("auroc_within_15")).abs() < 1e-12);
-        assert!(of("auroc") < 0.5);
     }
 
     // A state that is right everywhere, and alarms that are raised in good frames alone, or in the first of each loss.

@@ -114,13 +114,4 @@ mod tests {
         assert_eq!((normalized(&lost, &[]), normalized(&lost, &[[50, 51], [150, 151]])), (0.0, 100.0));
         assert!(normalized(&lost, &[[0, 200]]) < 0.0);
     }
-
-    // A later alarm is worth less, and more alarms of the same loss are worth nothing.
-    #[test]
-    fn one_alarm_in_a_loss_counts_once() {
-        let from = |t: usize| normalized(&[[50, 150]], &[[t, 150]]);
-        let at = |t: usize| normalized(&[[50, 150]], &[[t, t + 1]]);
-        assert_eq!((from(50), from(90)), (at(50), at(90)));
-        assert!(at(50) > at(90) && at(90) > at(149) && at(149) > 0.0);
-    }
 }

@@ -105,7 +105,6 @@ fn score_ranges(lost: &[bool], alarm: &[bool], first: usize) -> TrackScore {
 mod tests {
     use super::*;
     use crate::score::testing::{counts, error, set};
-    use proptest::prelude::*;
 
     // By hand: 100 frames, lost in 20-49 and 80-89, alarms in 15-24 (begins too early), 36-39 (the sixteenth frame after
     // 20 is 35), 85-99.
@@ -141,46 +140,5 @@ mod tests {
         let (error, alarm) = (error(100, &[[30, 80]]), set(100, &[[40, 41]]));
         assert_eq!((FRAMES.score)(&error, &alarm, &[]).counts, counts(1, 0, 49, 50));
         assert_eq!((RANGE.score)(&error, &alarm, &[]).counts, counts(1, 0, 0, 99));
-    }
-
-    #[test]
-    fn anchors_have_their_closed_forms() {
-        let error = error(100, &[[50, 60]]);
-        let of = |p: &Protocol, alarm: &[bool]| (p.score)(&error, alarm, &[]).counts;
-        let oracle = set(100, &[[50, 60]]);
-        let of_frames = [counts(10, 90, 0, 0), counts(0, 0, 10, 90), counts(10, 0, 0, 90)];
-        let of_losses = |tn| [counts(0, 1, 1, tn - 1), counts(0, 0, 1, tn), counts(1, 0, 0, tn)];
-        for (p, want) in
-            [(FRAMES, of_frames), (FRAMES_CLEAR, of_frames), (RANGE, of_losses(99)), (NAB, of_losses(84))]
-        {
-            assert_eq!(
-                [&[true; 100][..], &[false; 100], &oracle[..]].map(|alarm| of(&p, alarm)),
-                want,
-                "{}",
-                p.name
-            );
-        }
-        assert_eq!(FRAMES.chance.f_over_chance(&of_frames[0]), Some(0.0));
-    }
-
-    proptest! {
-        #[test]
-        fn everything_is_counted_once(
-            frames in prop::collection::vec((prop_oneof![Just(1.0), Just(0.2), Just(f64::NAN)], any::<bool>()), 0..120),
-        ) {
-            let (error, alarm): (Vec<f64>, Vec<bool>) = frames.into_iter().unzip();
-            for p in [&FRAMES, &FRAMES_CLEAR, &RANGE, &NAB] {
-                let TrackScore { counts: c, events, detections, matches } = (p.score)(&error, &alarm, &[]);
-                let frames = error.iter().filter(|e| !e.is_nan()).count() as u64;
-                if p.positives == FRAMES.positives {
-                    prop_assert_eq!(c.tp + c.fp + c.fn_ + c.tn, frames);
-                } else {
-                    prop_assert_eq!((c.tp + c.fn_, c.tp + c.fp), (events.len() as u64, detections.len() as u64));
-                }
-                prop_assert!(events.is_sorted() && detections.is_sorted());
-                prop_assert!(matches.iter().all(|(e, d)| (0..=15).contains(&(detections[*d] - events[*e]))));
-                prop_assert!(matches.is_sorted_by(|a, b| a.0 < b.0 && a.1 < b.1));
-            }
-        }
     }
 }

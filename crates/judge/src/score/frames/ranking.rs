@@ -53,12 +53,8 @@ mod tests {
         for case in &oracle::<Vec<Value>>("ranking") {
             let swept = sweep(&scored(case));
             let found = [auroc(&swept), average_precision(&swept)].map(Option::unwrap);
-            assert_near(
-                found,
-                ["auroc", "average_precision"].map(|name| value::<f64>(case, name)),
-                1e-14,
-                "",
-            );
+            let theirs = ["auroc", "average_precision"].map(|name| value::<f64>(case, name));
+            assert_near(found, theirs, 1e-14, "");
         }
     }
 
@@ -89,19 +85,12 @@ mod tests {
         }
 
         #[test]
-        fn only_the_order_of_scores_matters(frames in frames()) {
-            let mapped: Vec<_> = frames.iter().map(|f| ((0.7 * f.0).exp() - 3.0, f.1)).collect();
-            prop_assert_eq!(auroc(&sweep(&frames)), auroc(&sweep(&mapped)));
-            prop_assert_eq!(average_precision(&sweep(&frames)), average_precision(&sweep(&mapped)));
-        }
-
-        #[test]
-        fn the_order_of_frames_does_not(frames in frames(), by in 0..60_usize) {
-            let mut moved = frames.clone();
-            moved.reverse();
+        fn only_the_order_of_scores_matters(frames in frames(), by in 0..60_usize) {
+            let mut moved: Vec<_> = frames.iter().rev().map(|f| ((0.7 * f.0).exp() - 3.0, f.1)).collect();
             moved.rotate_left(by % frames.len().max(1));
-            prop_assert_eq!(auroc(&sweep(&frames)), auroc(&sweep(&moved)));
-            prop_assert_eq!(average_precision(&sweep(&frames)), average_precision(&sweep(&moved)));
+            let (one, other) = (sweep(&frames), sweep(&moved));
+            prop_assert_eq!(auroc(&one), auroc(&other));
+            prop_assert_eq!(average_precision(&one), average_precision(&other));
         }
     }
 }

@@ -21,9 +21,7 @@ fn every_formula_gives_the_number() {
     let counts = Counts { tp: 3, fp: 4, fn_: 5, tn: 60 };
     let pooled = Pooled { counts, ..Pooled::default() };
     assert_eq!(Metric::F_SCORE.filled(&pooled), "2 TP / (2 TP + FP + FN) = 6 / (6 + 4 + 5)");
-    assert_eq!(Metric::F_SCORE.value(&pooled), Some(6.0 / 15.0));
     assert_eq!(Metric::FPR.filled(&pooled), "FP / (FP + TN) = 4 / (4 + 60)");
-    assert_eq!(Metric::FPR.value(&pooled), Some(4.0 / 64.0));
     // Every quotient that a formula ends with is the value.
     for metric in METRICS.iter().filter(|m| m.kind == Kind::Ratio) {
         let filled = metric.filled(&pooled);

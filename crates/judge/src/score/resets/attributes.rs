@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::region::{Areas, Region};
     use crate::score::resets::Rules;
-    use crate::score::testing::{square, status};
+    use crate::score::testing::{square, status, trajectory};
     use trackfail_testing::assert_near;
 
     const RULES: Rules = Rules { areas: Areas::Exact, bounded: false, burn_in: 1 };
@@ -128,8 +128,7 @@ mod tests {
         frame_attributes: &'a [(String, Vec<bool>)],
     ) -> Vec<(Trajectory<'a>, Measured)> {
         let run = |(run, status): (u32, &'a Vec<Status>)| {
-            let all = Trajectory { sequence: "a", run, regions, truth, ..Trajectory::default() };
-            let trajectory = Trajectory { status, frame_attributes, ..all };
+            let trajectory = Trajectory { run, frame_attributes, ..trajectory(regions, status, truth) };
             (trajectory, RULES.measure(&trajectory))
         };
         (0..).zip(statuses).map(run).collect()

@@ -1,19 +1,8 @@
 use super::*;
-use crate::region::Region;
-use crate::score::testing::{rect, square, status};
+use crate::score::testing::{rect, square, status, trajectory};
 use trackfail_testing::assert_near;
 
 const RULES: Rules = Rules { areas: Areas::Exact, bounded: false, burn_in: 2 };
-
-/// A trajectory over a target that stands still at 0.
-fn trajectory<'a>(
-    regions: &'a [Region],
-    status: &'a [Status],
-    truth: &'a [Option<Region>],
-) -> Trajectory<'a> {
-    let frame = Some((40, 40));
-    Trajectory { sequence: "a", regions, status, truth, frame, ..Trajectory::default() }
-}
 
 // Worked by hand. Frames: start, burn-in, .6 (shift 2.5), 1/3 (shift 5), failure, skipped, start, burn-in, 1, 1.
 // Accuracy (.6 + 1/3 + 1 + 1) / 4. Runs: [0, 1, .6, 1/3] failed and [0, 1, 1, 1] to the end.
@@ -39,10 +28,11 @@ fn a_track_worked_by_hand() {
 #[test]
 fn a_start_never_counts_and_an_absent_target_counts_as_missed() {
     let regions = vec![rect(-10.0, 0.0, 20.0, 10.0); 3];
-    let truth = vec![Some(square(0.0)); 3];
+    let (status, truth) = (status("ita"), vec![Some(square(0.0)); 3]);
+    let trajectory = Trajectory { frame: Some((40, 40)), ..trajectory(&regions, &status, &truth) };
     for (bounded, overlap) in [(false, 0.5), (true, 1.0)] {
         let rules = Rules { bounded, burn_in: 0, ..RULES };
-        let measured = rules.measure(&trajectory(&regions, &status("ita"), &truth));
+        let measured = rules.measure(&trajectory);
         assert_eq!(measured.overlaps, [0.0, overlap, 0.0]);
         assert_eq!((measured.counts, measured.accuracy), (vec![false, true, true], Some(overlap / 2.0)));
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::score::testing::trajectory;
 use crate::tracker::Status;
 use proptest::prelude::*;
 use trackfail_testing::assert_near;
@@ -28,8 +29,7 @@ fn of_track(rules: &Rules, boxes: &[Option<Rect>], truth: &[Option<Rect>], witho
     let status: Vec<Status> =
         boxes.iter().map(|b| if b.is_some() { Status::Tracked } else { without }).collect();
     let truth: Vec<Option<Region>> = truth.iter().map(|t| t.map(Region::Rect)).collect();
-    let (regions, status, truth) = (&regions, &status, &truth);
-    rules.curves(&Trajectory { sequence: "a", regions, status, truth, ..Trajectory::default() })
+    rules.curves(&trajectory(&regions, &status, &truth))
 }
 
 /// A thousand frames with boxes 40 pixels wide that drift after frame 600 by whole pixels `d`. Their overlap
@@ -177,8 +177,7 @@ fn a_later_start_is_scored_from_there() {
     let regions = vec![Region::Rect(square(10.0)); 4];
     let truth = [Some(200.0), Some(10.0), None, Some(10.0)].map(|x| x.map(|x| Region::Rect(square(x))));
     let status = [Status::Waiting, Status::Initialized, Status::Tracked, Status::Skipped];
-    let (regions, status, truth, frame) = (&regions, &status, &truth, Some((640, 480)));
-    let trajectory = Trajectory { sequence: "a", regions, status, truth, frame, ..Trajectory::default() };
+    let trajectory = trajectory(&regions, &status, &truth);
     // Three frames: one hit, one without annotation, one without box, which OTB fills with the last one.
     let success = |k: usize| RULES[k].curves(&trajectory).success[0];
     assert_eq!((success(0), success(2)), (2.0 / 3.0, 1.0 / 3.0));

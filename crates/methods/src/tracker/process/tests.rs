@@ -16,6 +16,11 @@ fn moved(x: f64) -> TrackerState {
     TrackerState::tracked(Region::Rect(Rect::new(x, 2.5, 3.0, 4.0)))
 }
 
+/// The track of a script that answers.
+fn whole_track() -> [TrackerState; FRAMES] {
+    [TrackerState::initialized(rect()), moved(1.0), moved(2.0), moved(3.0)]
+}
+
 fn turned() -> Region {
     Region::Polygon(vec![(1.0, 1.0), (5.0, 2.0), (4.0, 6.0), (0.0, 5.0)])
 }
@@ -25,8 +30,7 @@ fn a_program_gets_frames_and_its_answers_are_the_track() {
     let script = Script::new(Kind::Lines, "answer");
     // Each start runs it anew.
     for _ in 0..2 {
-        let states = script.track(FRAMES).unwrap();
-        assert_eq!(states, [TrackerState::initialized(rect()), moved(1.0), moved(2.0), moved(3.0)]);
+        assert_eq!(script.track(FRAMES).unwrap(), whole_track());
     }
     assert_eq!(script.read("environment"), "99 4 more \n");
     let log = script.read("log");
@@ -125,24 +129,16 @@ fn version_and_protocol_are_parameters_and_the_seed_counts_unless_it_is_determin
 fn trax_trackers_of_versions_1_to_3_are_followed() {
     for version in ["", "trax.version=1", "trax.version=2", "\"trax.version=3\" trax.channels=color;"] {
         // Lines that are no messages are skipped; some confirm the end.
-        let text =
-            format!("echo loading; echo '@@TRAX:hello {version} trax.name=x'; answer; echo @@TRAX:quit");
-        let script = Script::new(Kind::Trax, &text);
-        let states = script.track(FRAMES).unwrap();
-        assert_eq!(
-            states,
-            [TrackerState::initialized(rect()), moved(1.0), moved(2.0), moved(3.0)],
-            "{version}"
-        );
+        let hello = format!("echo loading; echo '@@TRAX:hello {version} trax.name=x'");
+        let script = Script::new(Kind::Trax, &format!("{hello}; answer; echo @@TRAX:quit"));
+        assert_eq!(script.track(FRAMES).unwrap(), whole_track(), "{version}");
         assert_eq!(script.read("environment"), "99 4 more 1\n");
         let log = script.read("log");
         let lines: Vec<&str> = log.lines().collect();
-        assert!(
-            lines[0].starts_with("@@TRAX:initialize \"file:///")
-                && lines[0].ends_with(".png\" \"2,3.5,4,5\""),
-            "{log}"
-        );
-        assert!(lines[1].starts_with("@@TRAX:frame \"file:///") && lines[1].ends_with(".png\""), "{log}");
+        for (line, begin, end) in [(0, "initialize", " \"2,3.5,4,5\""), (1, "frame", "")] {
+            assert!(lines[line].starts_with(&format!("@@TRAX:{begin} \"file:///")), "{log}");
+            assert!(lines[line].ends_with(&format!(".png\"{end}")), "{log}");
+        }
         assert_eq!((lines.len(), lines[FRAMES]), (FRAMES + 1, "@@TRAX:quit"));
     }
 }

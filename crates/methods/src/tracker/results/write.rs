@@ -61,6 +61,7 @@ mod tests {
     use proptest::prelude::*;
     use trackfail_core::region::Rect;
     use trackfail_dataset::Sequence;
+    use trackfail_testing::put;
 
     #[test]
     fn marks_and_regions() {
@@ -115,9 +116,8 @@ mod tests {
             let status: Vec<Status> = states.iter().map(|s| s.status).collect();
             let values: Vec<Option<f64>> = states.iter().map(|s| s.confidence).collect();
             let root = tempfile::tempdir().unwrap();
-            let path = root.path().join("results/a").join(["S.txt", "S/S_001.txt"][folder]);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(&path, [otb(&regions, &status), vot(&regions, &status)][folder].as_bytes()).unwrap();
+            let file = ["results/a/S.txt", "results/a/S/S_001.txt"][folder];
+            let path = put(root.path(), file, &[otb(&regions, &status), vot(&regions, &status)][folder]);
             let confident = values.iter().any(Option::is_some);
             if confident {
                 std::fs::write(confidence_path(&path), confidence(&values)).unwrap();

@@ -1,6 +1,6 @@
 use super::*;
 use proptest::prelude::*;
-use trackfail_testing::assert_says;
+use trackfail_testing::{assert_near, assert_says};
 
 fn read(text: &str, options: &Options) -> Result<UserBoxes, UserBoxesError> {
     parse(Path::new("a.txt"), text.as_bytes(), options)
@@ -10,7 +10,9 @@ fn rect(x: f64, y: f64, w: f64, h: f64) -> Option<Region> {
     Some(Region::Rect(Rect::new(x, y, w, h)))
 }
 
-fn only(boxes: UserBoxes) -> Vec<Option<Region>> {
+/// The regions of the only target.
+fn only(text: &str, options: &Options) -> Vec<Option<Region>> {
+    let boxes = read(text, options).unwrap();
     assert_eq!((boxes.targets.len(), boxes.targets[0].id), (1, None));
     boxes.targets[0].regions.clone()
 }
@@ -51,19 +53,15 @@ fn one_box_in_every_format() {
         if format != "vot" {
             assert_eq!(found.format.option(), format, "{text}");
         }
-        let found = only(read(text, &Options { format: named(format), ..SIZE }).unwrap());
-        let near = |a: &Option<Region>, b: &Option<Region>| {
-            let (a, b) = (a.as_ref().unwrap().bounds(), b.as_ref().unwrap().bounds());
-            [a.x - b.x, a.y - b.y, a.w - b.w, a.h - b.h].iter().all(|d| d.abs() < 1e-9)
-        };
-        assert!(near(&found[0], &want[0]), "{text}: {found:?}");
+        let found = only(text, &Options { format: named(format), ..SIZE });
+        let found = found[0].as_ref().unwrap().bounds();
+        assert_near([found.x, found.y, found.w, found.h], [10.0, 20.0, 40.0, 30.0], 1e-9, text);
     }
     let zero = Options { base: Some(Base::Zero), ..SIZE };
-    assert_eq!(only(read("10,20,40,30", &zero).unwrap()), want);
+    assert_eq!(only("10,20,40,30", &zero), want);
     let corners = "10.5,20,50,20,50,50,10,50.5";
-    let found = read(corners, &SIZE).unwrap();
-    assert_eq!(found.format, BoxFormat::Vot);
-    assert!(matches!(&only(found)[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
+    assert_eq!(formats(corners, &SIZE), ["vot"]);
+    assert!(matches!(&only(corners, &SIZE)[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
 }
 
 /// A target of 24 x 18 pixels that moves to the right and down through a frame of 160 x 120 pixels: index of
@@ -136,28 +134,25 @@ fn a_format_in_doubt_is_asked_for_with_all_that_fit() {
     let grows = |t: usize| format!("{},{},{},{}\n", 30 - t / 12, 25 - t / 12, 50 + t / 6, 40 + t / 6);
     assert_eq!(formats(&(0..90).map(grows).collect::<String>(), &FRAME), ["xywh"]);
 
-    let size = Options::default();
-    assert_eq!(formats("1,1,30,1,30,40,1,40", &size), ["mot", "vot"]);
-    let six = formats("1,1,10,20,30,40", &size);
+    let any = Options::default();
+    assert_eq!(formats("1,1,30,1,30,40,1,40", &any), ["mot", "vot"]);
+    let six = formats("1,1,10,20,30,40", &any);
     assert!(six.contains(&"frame,id,x1,y1,x2,y2".to_string()) && six.len() > 1, "{six:?}");
-    let error = read("1,1,30,1,30,40,1,40", &size).unwrap_err().to_string();
+    let error = read("1,1,30,1,30,40,1,40", &any).unwrap_err().to_string();
     assert_eq!(
         error,
         "a.txt: the numbers may be frame,id,x,y,w,h (the first box is 30 wide and 40 high at 30,1) or corners of \
          polygons (the first box is 29 wide and 39 high at 1,1)"
     );
-    for (text, words) in [
-        ("1,2", "2 numbers fits no format"),
-        ("20.5,3,90,7,1.5,88", "6 numbers fits no format"),
-        ("1,2,3,4,5,6,7,8,9,10,11", "11 numbers fits no format"),
-    ] {
-        let message = read(text, &size).unwrap_err().to_string();
-        assert!(message.contains(words) && message.starts_with("a.txt, line 1: "), "{message}");
+    for (text, numbers) in [("1,2", 2), ("20.5,3,90,7,1.5,88", 6), ("1,2,3,4,5,6,7,8,9,10,11", 11)] {
+        let message = read(text, &any).unwrap_err().to_string();
+        assert!(message.starts_with("a.txt, line 1: "), "{message}");
+        assert_says(message, format!("{numbers} numbers fits no format"));
     }
-    let mot = Options { format: named("mot"), ..Options::default() };
-    assert_eq!(read("1,1,10,20,30,40", &mot).unwrap().targets[0].id, Some(1));
-    let vot = Options { format: named("vot"), ..Options::default() };
-    assert_eq!(read("1,1,10,1,10,20", &vot).unwrap().targets[0].id, None);
+    for (format, text, id) in [("mot", "1,1,10,20,30,40", Some(1)), ("vot", "1,1,10,1,10,20", None)] {
+        let options = Options { format: named(format), ..Options::default() };
+        assert_eq!(read(text, &options).unwrap().targets[0].id, id);
+    }
 }
 
 #[test]
@@ -174,7 +169,7 @@ fn a_header_names_the_columns() {
         "score\tTop\tLeft\tBottom\tRight\n0.5\t21\t11\t51\t51",
         "xmin,ymin,xmax,ymax\n0.05,0.2,0.25,0.5",
     ] {
-        assert_eq!(only(read(text, &SIZE).unwrap()), std::slice::from_ref(&one), "{text}");
+        assert_eq!(only(text, &SIZE), std::slice::from_ref(&one), "{text}");
     }
     let text = "track_id,frame,x,y,w,h\n7,0,11,21,40,30\n8,1,11,21,40,30\n7,2,11,21,40,30\n";
     let boxes = read(text, &SIZE).unwrap();
@@ -186,7 +181,7 @@ fn a_header_names_the_columns() {
     assert_eq!(formats("x,y,w,h\n0.95,0.5,0.2,0.2\n0.97,0.5,0.2,0.2", &SIZE), ["cx,cy,w,h"]);
     // An empty box is one without numbers, but half of one is a fault.
     let absent = Options { absent: true, ..SIZE };
-    let regions = only(read("x,y,w,h,name\n11,21,40,30,car\n,,,,car\n", &absent).unwrap());
+    let regions = only("x,y,w,h,name\n11,21,40,30,car\n,,,,car\n", &absent);
     assert_eq!(regions, [one.clone(), None]);
     assert!(read("x,y,w,h\n11,21,40,30\n11,21,40,\n", &absent).is_err());
     let refused = [
@@ -199,9 +194,9 @@ fn a_header_names_the_columns() {
     assert_refused(&SIZE, &refused);
     // Whoever names the format is obeyed, and a header beats the format of another file.
     let given = Options { format: named("x,y,x2,y2"), ..SIZE };
-    assert_eq!(only(read("a,b,c,d\n11,21,51,51", &given).unwrap()), std::slice::from_ref(&one));
+    assert_eq!(only("a,b,c,d\n11,21,51,51", &given), std::slice::from_ref(&one));
     let usual = Options { usual: named("xywh"), ..SIZE };
-    assert_eq!(only(read("x1,y1,x2,y2\n11,21,51,51", &usual).unwrap()), [one]);
+    assert_eq!(only("x1,y1,x2,y2\n11,21,51,51", &usual), [one]);
 }
 
 #[test]
@@ -241,20 +236,17 @@ fn targets_of_motchallenge() {
     assert_eq!((boxes.format, boxes.first, boxes.frames), (BoxFormat::mot(), Some(1), 3));
     let ids: Vec<_> = boxes.targets.iter().map(|t| t.id).collect();
     assert_eq!(ids, [Some(-4), Some(7)]);
+    let seven = || rect(10.0, 20.0, 40.0, 30.0);
     assert_eq!(boxes.targets[0].regions, [None, None, rect(0.0, 0.0, 5.0, 5.0)]);
-    let seven = rect(10.0, 20.0, 40.0, 30.0);
-    assert_eq!(boxes.targets[1].regions, [seven.clone(), seven, None]);
-    let five = Options { frames: Some(5), ..SIZE };
-    assert_eq!(read(text, &five).unwrap().targets[0].regions.len(), 5);
-    let two = Options { frames: Some(2), ..SIZE };
-    assert_says(read(text, &two).unwrap_err(), "line 3: frame 3, but there are 2 frames");
+    assert_eq!(boxes.targets[1].regions, [seven(), seven(), None]);
+    let of_frames = |frames| Options { frames: Some(frames), ..SIZE };
+    assert_eq!(read(text, &of_frames(5)).unwrap().targets[0].regions.len(), 5);
+    assert_refused(&of_frames(2), &[(text, "line 3: frame 3, but there are 2 frames")]);
     // Frames count from 0 where there is one of that number.
     let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
-    let seven = rect(10.0, 20.0, 40.0, 30.0);
-    assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven.clone(), None, seven][..]));
-    let three = Options { frames: Some(3), ..SIZE };
+    assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven(), None, seven()][..]));
     let beyond = "line 2: frame 3, but there are 3 frames, counted from 0";
-    assert_refused(&three, &[("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", beyond)]);
+    assert_refused(&of_frames(3), &[("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", beyond)]);
     let refused = [
         ("1,1,1,1,5,5,1\n1,1,2,2,5,5,1\n", "line 2: a second row of target 1 in frame 1"),
         ("-1,1,1,1,5,5,1\n", "line 1: frame (from 0 or 1 on)"),
@@ -270,7 +262,7 @@ fn targets_of_motchallenge() {
 fn absence_is_an_error_unless_it_is_expected() {
     let absent = Options { absent: true, frames: Some(6), ..SIZE };
     let text = "\n11,21,40,30\nnan,nan,nan,nan\nNaN\n0,0,0,0\n500,21,40,30\n";
-    let regions = only(read(text, &absent).unwrap());
+    let regions = only(text, &absent);
     assert_eq!(regions, [None, rect(10.0, 20.0, 40.0, 30.0), None, None, None, None]);
     // Empty lines at the end are frames only where so many are needed.
     for (frames, lines) in [(Some(3), 3), (Some(9), 1), (None, 1)] {
@@ -300,13 +292,9 @@ fn absence_is_an_error_unless_it_is_expected() {
     }
     assert_refused(&absent, &[("nan,nan,nan,nan\n", "no frame has a box")]);
     // Marks of the VOT protocol are frames without a box by their format.
-    let marks =
-        read("1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n", &Options { format: Some(BoxFormat::Vot), ..SIZE });
-    let regions = only(marks.unwrap());
-    assert_eq!(
-        regions.iter().map(Option::is_some).collect::<Vec<_>>(),
-        [false, true, false, false, false, true]
-    );
+    let marks = "1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n";
+    let regions = only(marks, &Options { format: Some(BoxFormat::Vot), ..SIZE });
+    assert!(regions.iter().map(Option::is_some).eq([false, true, false, false, false, true]));
 }
 
 #[test]
@@ -331,20 +319,19 @@ const VALID: &[u8] = b"x,y,w,h\r\n5,2,10,2.5\r\n\r\n1e2\t1E-2\t1\t1\nnan nan nan
 
 proptest! {
     #[test]
-    fn damaged_boxes_are_read_or_refused(bytes in trackfail_testing::damaged(VALID), format in 0..6_usize, absent: bool) {
+    fn any_boxes_are_read_or_refused(
+        bytes in prop_oneof![trackfail_testing::damaged(VALID), prop::collection::vec(any::<u8>(), 0..300)],
+        format in 0..6_usize, absent: bool, is_sized: bool,
+    ) {
         let format = NAMED.get(format).and_then(|name| named(name));
-        let options = Options { format, absent, ..SIZE };
+        let options = Options { format, absent, size: SIZE.size.filter(|_| is_sized), ..SIZE };
         if let Ok(boxes) = parse(Path::new("a.txt"), &bytes, &options) {
             for target in &boxes.targets {
                 prop_assert_eq!(target.regions.len(), boxes.frames);
-                prop_assert!(target.regions.iter().flatten().all(|r| r.area() > 0.0 && !is_outside(r, (200, 100))));
+                let is_box = |r: &Region| r.area() > 0.0 && !(is_sized && is_outside(r, (200, 100)));
+                prop_assert!(target.regions.iter().flatten().all(is_box));
             }
         }
-    }
-
-    #[test]
-    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300), absent: bool) {
-        let _ = parse(Path::new("a.txt"), &bytes, &Options { absent, ..Options::default() });
     }
 
     // Written with a header, in any order of columns, boxes are read as they are.
@@ -368,11 +355,11 @@ proptest! {
         let options = Options { base: Some(Base::Zero), ..SIZE };
         // Boxes below a pixel are those of shares.
         prop_assume!(boxes.iter().any(|b| b.0.max(b.1).max(b.2).max(b.3) > 1.5));
-        let found = only(parse(Path::new("a.txt"), text.as_bytes(), &options).unwrap());
+        let found = only(&text, &options);
         prop_assert_eq!(found.len(), boxes.len());
         for (region, (x, y, w, h)) in found.iter().zip(&boxes) {
             let r = region.as_ref().unwrap().bounds();
-            prop_assert!([r.x - x, r.y - y, r.w - w, r.h - h].iter().all(|d| d.abs() < 1e-9), "{}", text);
+            assert_near([r.x, r.y, r.w, r.h], [*x, *y, *w, *h], 1e-9, &text);
         }
     }
 }
