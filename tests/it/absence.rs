@@ -89,12 +89,6 @@ fn a_target_that_is_found_again_after_an_absence_is_not_lost() {
     // The alarm of the absence is there, and ends with it.
     assert_eq!(frames("label", "1"), [21, 22, 23, 24, 25]);
     assert_eq!((frames("change", "1"), frames("change", "-1")), (vec![21], vec![26]));
-    // The same in two parts, wherever the first one ends.
-    for cut in [20, 22, 25, 30] {
-        let state = format!("{COLORS} --state {cut}.state");
-        let parts = [&lines[..cut], &lines[cut..]].map(|part| monitored(&place, &state, part));
-        assert_eq!(parts.concat(), states("t"), "{cut}");
-    }
 }
 
 // Off the target from frame 26 on, the alarm is raised there, by the score of that very frame; a loss in frames 19 and 20 is

@@ -1,9 +1,6 @@
 //! Data that is not what it should be: a cell fails with a reason, a score never changes silently.
 
-use crate::tools::{Place, Ran, Row, rows};
-
-/// The frames that otb/Couple uses.
-const FRAMES: usize = 140;
+use crate::tools::{Place, Ran, Row, rows, sequence};
 
 const SPEC: &str = r#"schema = 1
 name = "mine/couple"
@@ -17,13 +14,11 @@ table = [{ name = "t", rows = ["recall", "events"], columns = "method" }]
 
 const TRUTH: &str = "data/otb/Couple/groundtruth_rect.txt";
 
-/// A data root with one rendered sequence in the place of otb/Couple, and a tracker's boxes for it, which are returned.
+/// A data root with another sequence in the place of otb/Couple, and a tracker's boxes for it, which are returned.
 fn data_root() -> (Place, Vec<String>) {
     let place = Place::with(&[("couple.toml", SPEC)]);
-    let mut boxes = place.render("synthetic-otb", "Girl");
-    place.folder("data/otb");
-    std::fs::rename(place.path("suite/Girl"), place.path("data/otb/Couple")).unwrap();
-    boxes.truncate(FRAMES);
+    sequence(&place, "Couple", 140);
+    let boxes: Vec<String> = place.read(TRUTH).lines().map(String::from).collect();
     write_boxes(&place, &boxes);
     (place, boxes)
 }

@@ -1,5 +1,6 @@
 //! Kept results beside those of an experiment: one table, one bootstrap, and partners that are refused.
 
+use crate::sent::changes_are_told;
 use crate::tools::{Place, assert_same_files, files};
 use trackfail::results::beside::{Kept, keep};
 
@@ -104,17 +105,7 @@ fn sent_results_have_their_copy_of_kept_ones() {
     assert!(board("got").contains("level (kept)") && board("got") == board("results"));
     place.run("pack mine/new --results got --to again.zip").ends(0);
     assert!(place.bytes("mine-new.zip") == place.bytes("again.zip"));
-
-    let file = "results/mine/new/beside/scores.parquet";
-    let bytes = place.bytes(file);
-    place.write(file, [&bytes[..], b" "].concat());
-    place.run("data verify results/mine/new").refuses(3, "beside/scores.parquet is changed");
-    place.run("pack mine/new").refuses(1, "beside/scores.parquet is changed");
-    place.remove(file);
-    place.run("data verify results/mine/new").refuses(3, "beside/scores.parquet is missing");
-    place.write(file, bytes);
-    place.write("results/mine/new/beside/notes.txt", "x");
-    place.run("data verify results/mine/new").refuses(3, "beside/notes.txt does not belong there");
+    changes_are_told(&place, "mine/new", "beside/scores.parquet", "beside/notes.txt");
 }
 
 #[test]

@@ -7,8 +7,7 @@ fn prints_a_row_for_each_frame_and_method() {
     let place = Place::new();
     let boxes = place.render("synthetic-otb", "Girl");
     place.write("boxes.txt", boxes.join("\n"));
-    let detect = |more: &str| place.run(&format!("detect --frames suite/Girl/img {more}"));
-    let text = detect("--boxes boxes.txt --all").ends(0).out;
+    let text = place.run("detect --frames suite/Girl/img --boxes boxes.txt --all").ends(0).out;
     assert_eq!(text.lines().next().unwrap(), "frame,method,score,label,change,state");
     let all = rows(&text);
     for method in ["DTEF", "NAIVE", "RAW", "CovF", "RgbHist", "RLHist"] {
@@ -22,19 +21,6 @@ fn prints_a_row_for_each_frame_and_method() {
             label = now;
         }
     }
-
-    // A method alone says what it says among all.
-    let one = detect("--boxes boxes.txt --method CovF").ends(0).out;
-    let expected: Vec<&str> = text.lines().filter(|l| l.contains(",CovF,")).collect();
-    assert_eq!(one.lines().skip(1).collect::<Vec<_>>(), expected);
-
-    // Input errors name file and line.
-    place.write("short.txt", "1,2,3,4\n");
-    detect("--boxes short.txt").ends(3).tells("1 boxes").tells(&format!("has {} frames", boxes.len()));
-    place.write("nan.txt", "1,2,3,4\nNaN,2,3,4\n");
-    detect("--boxes nan.txt").ends(3).tells("nan.txt, line 2");
-    detect("--boxes boxes.txt --method DTFE").ends(2).tells("did you mean `DTEF`?");
-
     // Nothing that lies beside the frames matters.
     place.remove("suite/Girl/groundtruth_rect.txt");
     let beside = "detect --frames suite/Girl --boxes boxes.txt --method RAW";
@@ -86,6 +72,7 @@ fn what_cannot_be_judged_is_told() {
         ("--method ARTE* --tracker ncc", 2, "needs a tracker with a posterior"),
         ("--method EmpTh", 2, "trained on annotated sequences"),
         ("--method AVU --params '{ particles = 50 }'", 2, "give --model"),
+        ("--method DTFE", 2, "did you mean `DTEF`?"),
         ("--tracker kfc", 2, "did you mean `kcf`?"),
         ("--tracker replay", 2, "ground truth or result files"),
         ("--method AVU --model three.json", 3, "no model of consistency"),

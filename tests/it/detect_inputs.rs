@@ -1,11 +1,10 @@
 //! Inputs of `trackfail detect` as people have them: boxes in several formats, frames in several forms, or none. The readers of
 //! boxes and of the order of frames have their own tests.
 
-use crate::tools::{Place, Ran, Row, rows, words};
+use crate::tools::{IMAGES, Place, Ran, Row, clip, rows, words};
 use trackfail::method::{Inputs, recommended};
 
 const FRAMES: usize = 60;
-const IMAGES: &str = "suite/Girl/img";
 
 /// A rendered sequence of 60 frames of 160 x 120 pixels, the boxes as numbers, and in `boxes.txt`.
 struct Clip {
@@ -16,13 +15,12 @@ struct Clip {
 impl Clip {
     fn new() -> Self {
         let place = Place::new();
-        let truth = place.render("synthetic-otb", "Girl");
-        place.list(IMAGES)[FRAMES..].iter().for_each(|file| std::fs::remove_file(file).unwrap());
+        let truth = clip(&place, FRAMES);
         let numbers = |line: &String| -> [f64; 4] {
             let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
             values.try_into().unwrap()
         };
-        let clip = Self { place, boxes: truth.iter().take(FRAMES).map(numbers).collect() };
+        let clip = Self { place, boxes: truth.iter().map(numbers).collect() };
         clip.file("boxes.txt", |_, [x, y, w, h]| format!("{x},{y},{w},{h}"));
         clip
     }
@@ -66,7 +64,7 @@ fn one_track_in_every_format_has_one_score() {
     let want = clip.scores();
     assert_eq!(want.len(), FRAMES);
     type Line = fn(usize, [f64; 4]) -> String;
-    let cases: [(&str, Line, &str, &str); 6] = [
+    let cases: [(&str, Line, &str, &str); 4] = [
         ("xyxy.txt", |_, [x, y, w, h]| format!("{x} {y} {} {}", x + w, y + h), "--boxes-format xyxy", ""),
         ("zero.txt", |_, [x, y, w, h]| format!("{},{},{w},{h}", x - 1.0, y - 1.0), "--base 0", ""),
         // The center as YOLO has it.
@@ -79,23 +77,7 @@ fn one_track_in_every_format_has_one_score() {
             "",
             "",
         ),
-        ("mot.txt", |t, [x, y, w, h]| format!("{},3,{x},{y},{w},{h},1,-1,-1,-1", t + 1), "", ""),
-        (
-            "from0.txt",
-            |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1"),
-            "",
-            "frames counted from 0",
-        ),
-        // As TensorFlow has it, with a header.
-        (
-            "tf.csv",
-            |t, [x, y, w, h]| {
-                let header = if t == 0 { "ymin;xmin;ymax;xmax\n" } else { "" };
-                format!("{header}{y};{x};{};{}", y + h, x + w)
-            },
-            "",
-            "",
-        ),
+        ("from0.txt", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1"), "", "counted from 0"),
     ];
     for (name, line, more, told) in cases {
         clip.file(name, line);

@@ -90,28 +90,11 @@ fn a_budget_is_for_methods_that_take_one() {
     assert!(0.0 < large && large < small && small < 1.0, "{large} {small}");
 }
 
-#[cfg(target_os = "linux")]
-#[test]
-fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
-    let place = place();
-    for format in ["csv", "json", "table"] {
-        let detect =
-            format!("trackfail detect --boxes boxes.txt --boxes-format xywh --base 1 --format {format}");
-        let full = place.shell(&format!("{detect} > /dev/full")).ends(1);
-        assert!(full.err.starts_with("error: stdout: "), "{}", full.err);
-        // The reader is gone before the program writes.
-        let closed = format!("{{ sleep 1; {detect}; echo $? >&2; }} | true");
-        assert_eq!(place.shell(&closed).err, "0\n", "{format}");
-    }
-}
-
 /// The frames and boxes of a rendered sequence of 30 frames, whose box jumps away in the twentieth.
 fn clip() -> Place {
     let place = Place::new();
-    let truth = place.render("synthetic-otb", "Girl");
-    place.list("suite/Girl/img")[30..].iter().for_each(|file| std::fs::remove_file(file).unwrap());
-    let line = |(t, line): (usize, &String)| if t < 19 { line.clone() } else { "2,2,9,9".to_string() };
-    let lines: Vec<String> = truth.iter().take(30).enumerate().map(line).collect();
+    let mut lines = crate::tools::clip(&place, 30);
+    lines[19..].fill("2,2,9,9".into());
     place.write("clip.txt", lines.join("\n"));
     place
 }

@@ -1,6 +1,6 @@
 //! Which results a change computes again; shards, merging, two runs at once.
 
-use crate::tools::{Place, Ran, assert_same_files, files};
+use crate::tools::{Place, Ran, assert_same_files, files, sequence};
 use std::collections::BTreeMap;
 use trackfail::image::{Frame, encode_png};
 
@@ -24,35 +24,20 @@ method = [
 "#;
 
 /// Frames of the two sequences of the suite that a data root has.
-const SEQUENCES: [(&str, usize); 2] = [("Couple", 140), ("Crossing", 120)];
+const SEQUENCES: [(&str, u32); 2] = [("Couple", 140), ("Crossing", 120)];
 
 const IMAGE: &str = "data/otb/Couple/img/0007.png";
 
-fn truth(sequence: &str) -> String {
-    format!("data/otb/{sequence}/groundtruth_rect.txt")
-}
-
-/// A data root with two sequences in OTB layout, and the experiment.
+/// A data root with the two sequences, and the experiment.
 fn place() -> Place {
     let place = Place::with(&[("try.toml", SPEC)]);
-    for (name, frames) in SEQUENCES {
-        let corner = |t: u32| (8 + t / 5, 10 + t % 7);
-        place.frames(&format!("data/otb/{name}/img/0000.png"), frames, (64, 48), |t, column, row| {
-            let (x, y) = corner(t);
-            let inside = (x..x + 16).contains(&column) && (y..y + 12).contains(&row);
-            let texture = ((column * 31 + row * 17) % 64) as u8;
-            if inside { [200, texture, 60 + 3 * (t % 20) as u8] } else { [texture, 90, 120] }
-        });
-        let line = |(x, y): (u32, u32)| format!("{},{},16,12\n", x + 1, y + 1);
-        let boxes: String = (0..frames as u32).map(corner).map(line).collect();
-        place.write(&truth(name), boxes);
-    }
+    SEQUENCES.iter().for_each(|(name, frames)| sequence(&place, name, *frames));
     place
 }
 
 /// Another height of the box in the first frame.
 fn change_truth(place: &Place, sequence: &str) {
-    let name = truth(sequence);
+    let name = format!("data/otb/{sequence}/groundtruth_rect.txt");
     place.write(&name, place.read(&name).replacen(",16,12", ",16,13", 1));
 }
 
@@ -65,7 +50,7 @@ fn run_into(place: &Place, results: &str, more: &str) -> Ran {
 }
 
 /// Computed and cached results by stage.
-type Tally = BTreeMap<String, (usize, usize)>;
+pub type Tally = BTreeMap<String, (usize, usize)>;
 
 /// Those of a run into `results`.
 fn run(place: &Place) -> Tally {
@@ -88,7 +73,8 @@ fn why(place: &Place, cell: &str) -> String {
     text.lines().find(|line| line.starts_with(&format!("{cell},"))).unwrap().to_string()
 }
 
-fn tally(ran: &Ran) -> Tally {
+/// Those that a run tells.
+pub fn tally(ran: &Ran) -> Tally {
     let line = ran.err.lines().find(|l| l.contains("tracks") && l.contains("cached")).expect("a tally");
     let parts = line.split_once(": ").unwrap().1.split("; ");
     let read = |part: &str| {

@@ -8,11 +8,14 @@ name = "mine/small"
 title = "t"
 protocol = "khalid2016/1"
 suites.test = "synthetic-vot"
-tracker = [{ name = "still" }]
-table = [{ name = "t", rows = ["tp", "recall", "score_mean"], columns = "method" }]
+tracker = [{ name = "ncc" }]
+table = [{ name = "t", rows = ["tp", "recall", "score_mean", "auroc"], columns = "method" }]
 method = [
     { name = "level", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
     { name = "signed", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "sanmiguel2015/1" },
+    { name = "frames", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "frames/1" },
+    { name = "clear", signal.kind = "rgb-histogram", detector = { kind = "level", above = 0.9 }, protocol = "frames-clear/1" },
+    { name = "nab", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 }, protocol = "nab/1" },
 ]
 "#;
 
@@ -26,9 +29,10 @@ fn a_number_is_taken_apart_down_to_its_frames() {
     place.run("explain t tp level").refuses(2, "no finished experiment in results");
     place.run("run a.toml -q").ends(0);
     let pooled = place.read("results/mine/small/measures.csv");
-    for method in ["level", "signed"] {
+    for method in ["level", "signed", "frames", "clear", "nab"] {
         let line = pooled.lines().find(|l| l.split(',').nth(2) == Some(method)).unwrap();
         let counts: Vec<u64> = line.split(',').skip(6).take(4).map(|n| n.parse().unwrap()).collect();
+        assert!(counts[..3].iter().all(|count| *count > 0), "{method} {counts:?}");
         let parts = rows(&place, &format!("t tp {method}"));
         // As tables show the metric.
         assert_eq!(rows(&place, &format!("t 'True positives' {method}")), parts);
@@ -40,15 +44,19 @@ fn a_number_is_taken_apart_down_to_its_frames() {
         assert!(parts.iter().all(|p| p["moves"].as_f64() == p["tp"].as_f64()));
         assert!(parts.is_sorted_by_key(|p| std::cmp::Reverse(of(p, "tp"))));
 
-        // The events listed for each sequence add up to its counts.
+        // The events or stretches of frames listed for each sequence add up to its counts.
         for part in &parts {
             let name = part["sequence"].as_str().unwrap();
             let listed = rows(&place, &format!("mine/small/t tp {method} --sequence '{name}'"));
-            let count = |outcome: &str| listed.iter().filter(|r| r["outcome"] == outcome).count() as u64;
-            let outcomes = ["hit", "false alarm", "missed"].map(count);
-            assert_eq!(outcomes, ["tp", "fp", "fn"].map(|n| of(part, n)), "{method} {name}");
-            let far = |r: &&Value| r["distance"].as_i64().is_some_and(|d| d.abs() > 5);
-            assert!(!listed.iter().any(|r| far(&r)));
+            for (counted, outcome) in [("tp", "hit"), ("fp", "false alarm"), ("fn", "missed")] {
+                let events = listed.iter().filter(|r| r["outcome"] == outcome).count() as u64;
+                let stretches = listed.iter().filter(|r| r["counts as"] == counted);
+                let frames: u64 = stretches.map(|r| of(r, "frames")).sum();
+                assert_eq!(events + frames, of(part, counted), "{method} {name} {counted}");
+            }
+            // A window of NAB is longer.
+            let is_far = |r: &Value| r["distance"].as_i64().is_some_and(|d| d.abs() > 5);
+            assert!(method == "nab" || !listed.iter().any(is_far));
             // Every detection is marked in its frame.
             for detection in listed.iter().filter_map(|r| r["detection"].as_u64()).take(3) {
                 let words = format!("t tp {method} --sequence '{name}' --frames {detection}");
@@ -57,6 +65,10 @@ fn a_number_is_taken_apart_down_to_its_frames() {
                 assert_eq!(frames[0]["frame"].as_u64(), Some(detection));
                 assert!(frames[0]["mark"].as_str().unwrap().contains("detection: "), "{frames:?}");
             }
+        }
+        // Without a sequence there is another area.
+        for part in rows(&place, &format!("t auroc {method}")) {
+            assert!(part["without"].as_f64().is_some_and(|v| (0.0..=1.0).contains(&v)), "{part}");
         }
     }
     // The mean of all scores does not come from counts; it is computed again from the frames.
@@ -72,11 +84,11 @@ fn refuses_unknown_names(place: &Place) {
         ("mine/smal/t tp level", "did you mean `mine/small`?"),
         ("mine/small/u tp level", "did you mean `t`?"),
         ("t recal level", "did you mean `recall`?"),
-        ("t f1 level", "unknown row `f1`; there is: tp, recall, score_mean"),
+        ("t f1 level", "unknown row `f1`; there is: tp, recall, score_mean, auroc"),
         ("t score level", "did you mean `score_mean`?"),
         ("small/t tp level", "unknown finished experiment `small`; did you mean `mine/small`?"),
         ("t tp levl", "did you mean `level`?"),
-        ("t tp level --tracker stil", "did you mean `still`?"),
+        ("t tp level --tracker nc", "did you mean `ncc`?"),
         ("t tp level --sequence \u{1b}[2J", "unknown sequence"),
         ("t tp level --sequence a --frames 9-3", "names no frames"),
         ("t tp level --sequence ball --frames 5000-5001", "--frames 5000-5001: ball has the frames 1 to "),

@@ -1,6 +1,6 @@
 //! Tracks that are missing, cut, empty or crashed: failure as data, with methods and without.
 
-use crate::tools::{Place, Ran};
+use crate::tools::{Place, Ran, suite};
 
 /// Frames of every sequence.
 const FRAMES: usize = 10;
@@ -8,21 +8,7 @@ const FRAMES: usize = 10;
 const TARGET: &str = "11,11,9,9\n";
 const AWAY: &str = "81,11,9,9\n";
 
-const LOCK: &str = r#"schema = 2
-
-[[suite]]
-name = "my-three"
-title = "Three targets"
-format = "otb-boxes"
-source = "mine"
-licence = "mine"
-how_to_get = "ask me"
-sequence = [
-    { name = "a", folder = "truth/a.txt" },
-    { name = "b", folder = "truth/b.txt" },
-    { name = "c", folder = "truth/c.txt" },
-]
-"#;
+const SEQUENCES: [(&str, &str); 3] = [("a", "truth/a.txt"), ("b", "truth/b.txt"), ("c", "truth/c.txt")];
 
 const HEAD: &str = "schema = 1\nname = \"mine/three\"\ntitle = \"Three\"\nsuites.test = \"my-three\"\n";
 
@@ -44,10 +30,8 @@ const PAGE: &str = "reports/mine/three/index.html";
 
 /// A data root with three sequences.
 fn place() -> Place {
-    let place = Place::with(&[("datasets.lock", LOCK)]);
-    for sequence in ["a", "b", "c"] {
-        place.write(&format!("truth/{sequence}.txt"), TARGET.repeat(FRAMES));
-    }
+    let place = Place::with(&[("datasets.lock", &suite("my-three", "otb-boxes", &SEQUENCES))]);
+    SEQUENCES.iter().for_each(|(_, file)| place.write(file, TARGET.repeat(FRAMES)));
     place
 }
 
@@ -129,10 +113,7 @@ fn tracks_fail_without_methods_as_with_them() {
     }
     assert!(page.contains("not there: no result of"), "{page}");
     let scores = kept(&place, "scores.csv");
-    assert!(
-        scores.contains("\"missing: no result of `part` for c") && !scores.contains("failed"),
-        "{scores}"
-    );
+    assert!(scores.contains("\"missing: no result of `part`") && !scores.contains("failed"), "{scores}");
     let share = run(&place, &part, "--allow-missing --shard 1/1").ends(0).tells("not there: part, c");
     assert!(!share.err.contains("failed"), "{}", share.err);
 }
@@ -353,11 +334,35 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
     run(&place, &still, "").ends(2).shows("only results that are replayed");
 }
 
+/// A program that ends in the second frame of `b`.
+#[cfg(unix)]
+const CRASHING: &str = r#"[tracker.mine]
+command = ["sh", "-c", "while read -r line; do case $line in quit) exit;; init*) region=$(printf '%s' \"$line\" | cut -f 3);; */b/*) echo 'no memory' >&2; exit 7;; esac; echo \"$region\"; done"]
+protocol = "lines"
+version = "1"
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_tracker_that_crashes_on_a_sequence_has_failed_there() {
+    let place = Place::with(&[("plugins.toml", CRASHING)]);
+    for sequence in ["a", "b"] {
+        place.frames(&format!("mine/{sequence}/img/0000.png"), FRAMES, (64, 48), |_, _, _| [0; 3]);
+        place.write(&format!("mine/{sequence}/groundtruth_rect.txt"), TARGET.repeat(FRAMES));
+    }
+    place.run("data add my-three mine --format otb --data-root .").ends(0);
+    let trackers = "[{ name = \"still\" }, { name = \"process\", program = \"mine\", label = \"mine\" }]";
+    for rest in [ANALYSIS, METHOD] {
+        let ran = run(&place, &format!("{HEAD}tracker = {trackers}\n{rest}"), "--allow-missing");
+        ran.ends(4).shows("failed: mine, b").shows("no memory");
+    }
+}
+
 // `part` has no file of c, which is of another source than the videos that it was run on.
 #[test]
 fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {
     let place = with_three_trackers();
-    place.write("datasets.lock", LOCK.replace("truth/c.txt", "clips/c.txt"));
+    place.write("datasets.lock", place.read("datasets.lock").replace("truth/c.txt", "clips/c.txt"));
     place.write("clips/c.txt", TARGET.repeat(FRAMES));
     let label = "label = \"part\"\n";
     let on = |source: &str| {

@@ -198,13 +198,6 @@ fn listed(downloads: bool) -> Option<(String, lock::Entry)> {
 }
 
 #[test]
-fn the_program_says_how_to_get_what_it_cannot_download() {
-    let (name, entry) = listed(false).expect("a sequence without an address");
-    let ran = Place::new().run(&format!("data fetch '{name}' --data-root .")).ends(3).tells(&name);
-    ran.says(&format!("{name}  by hand: ")).says(&entry.folder);
-}
-
-#[test]
 fn the_program_asks_for_consent_and_tells_what_is_not_there() {
     let place = Place::new();
     let (name, _) = listed(true).expect("a sequence with an address");
@@ -219,7 +212,7 @@ fn the_program_asks_for_consent_and_tells_what_is_not_there() {
 }
 
 #[test]
-fn the_program_wants_a_data_root_and_known_names() {
+fn wrong_names_and_missing_addresses_are_told() {
     let place = Place::new();
     for (arguments, words) in [
         ("vot2014", "--data-root"),
@@ -230,4 +223,7 @@ fn the_program_wants_a_data_root_and_known_names() {
         place.run(&format!("data fetch {arguments}")).ends(2).tells(words);
     }
     assert_eq!(place.run("data fetch synthetic-otb --data-root .").ends(0).all(), "");
+    let (name, entry) = listed(false).expect("a sequence without an address");
+    let ran = place.run(&format!("data fetch '{name}' --data-root .")).ends(3).tells(&name);
+    ran.says(&format!("{name}  by hand: ")).says(&entry.folder);
 }

@@ -39,7 +39,7 @@ impl Live {
 
     /// Sends it a signal, `-TERM` and the like.
     pub fn signal(&self, name: &str) {
-        assert!(Command::new("kill").args([name, &self.child.id().to_string()]).status().unwrap().success());
+        trackfail_testing::kill(self.child.id(), name);
     }
 
     /// Ends it without a chance to do anything.

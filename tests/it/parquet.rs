@@ -1,24 +1,13 @@
 //! Parquet files as other programs read them: the rows of `signals.parquet` of methods with a grid, and filters on texts in
 //! pyarrow and DuckDB.
 
-use crate::tools::{Place, Ran, needs};
+use crate::tools::{Place, Ran, needs, suite};
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
 const FRAMES: usize = 60;
-
-const LOCK: &str = r#"schema = 2
-[[suite]]
-name = "my-boxes"
-title = "A square that walks"
-format = "otb"
-source = "mine"
-licence = "mine"
-how_to_get = "ask me"
-sequence = [{ name = "Walk", folder = "frames/Walk" }]
-"#;
 
 const SPEC: &str = r#"schema = 1
 name = "mine/parquet"
@@ -48,7 +37,8 @@ methods = [
 
 /// A place with the results of the experiment in `r/mine/parquet`.
 fn results() -> Place {
-    let place = Place::with(&[("datasets.lock", LOCK), ("spec.toml", SPEC)]);
+    let lock = suite("my-boxes", "otb", &[("Walk", "frames/Walk")]);
+    let place = Place::with(&[("datasets.lock", &lock), ("spec.toml", SPEC)]);
     let boxes =
         |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
     place.write("frames/Walk/groundtruth_rect.txt", boxes(|t| t + 1));
@@ -65,23 +55,19 @@ fn table(path: &Path) -> DataFrame {
 }
 
 /// Method and grid point, empty for none -> rows.
-fn rows_of_points(table: &DataFrame) -> BTreeMap<(String, String), usize> {
+fn rows_of_points(table: &DataFrame) -> BTreeMap<String, usize> {
     let texts = |name: &str| table.column(name).unwrap().str().unwrap().clone();
     let (method, params) = (texts("method"), texts("params"));
     let mut rows = BTreeMap::new();
     for (method, params) in method.iter().zip(params.iter()) {
-        *rows.entry((method.unwrap().into(), params.unwrap_or_default().into())).or_default() += 1;
+        *rows.entry(format!("{} {}", method.unwrap(), params.unwrap_or_default())).or_default() += 1;
     }
     rows
 }
 
 /// As many rows for each `method point` as there are frames.
-fn all_frames(points: &[&str]) -> BTreeMap<(String, String), usize> {
-    let split = |point: &&str| {
-        let (method, params) = point.split_once(' ').unwrap();
-        ((method.to_string(), params.to_string()), FRAMES)
-    };
-    points.iter().map(split).collect()
+fn all_frames(points: &[&str]) -> BTreeMap<String, usize> {
+    points.iter().map(|point| (point.to_string(), FRAMES)).collect()
 }
 
 #[test]

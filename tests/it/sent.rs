@@ -1,9 +1,9 @@
 //! Results as one file: `pack`, and what `data verify` says of it at its receiver's.
 
+use crate::fetch::sha256;
 use crate::packed::{zip, zipped};
 use crate::tools::{Place, files};
 use serde_json::Value;
-use sha2::{Digest, Sha256};
 use std::io::{Cursor, Read};
 use std::path::Path;
 
@@ -11,12 +11,17 @@ use std::path::Path;
 const SMALL: &str = "sanmiguel2015/fig14-real";
 const PACKED: &str = "sanmiguel2015-fig14-real.zip";
 
-/// A place with kept results of an experiment.
-fn place_with(experiment: &str) -> Place {
-    let place = Place::new();
+/// Copies kept results of an experiment into a place.
+pub fn keep(place: &Place, experiment: &str) {
     for (name, bytes) in files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("results").join(experiment)) {
         place.write(&format!("results/{experiment}/{}", name.display()), bytes);
     }
+}
+
+/// A place with kept results of an experiment.
+fn place_with(experiment: &str) -> Place {
+    let place = Place::new();
+    keep(&place, experiment);
     place
 }
 
@@ -110,11 +115,10 @@ fn faults_of_sent_results_are_named() {
     }
 
     let text = String::from_utf8(whole[manifest].1.clone()).unwrap();
-    let digest = |bytes: &[u8]| Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect::<String>();
     // Another experiment among the files, as the manifest names it.
     for name in ["other/manifest.json", "models/manifest.json", "stills/a/manifest.json", "tables/a.csv"] {
         let mut named: Value = serde_json::from_str(&text).unwrap();
-        named["files"][name] = digest(text.as_bytes()).into();
+        named["files"][name] = sha256(text.as_bytes()).into();
         let plant = |all: &mut Members| {
             all[manifest].1 = named.to_string().into_bytes();
             all.push((name.into(), text.clone().into_bytes()));
@@ -127,7 +131,7 @@ fn faults_of_sent_results_are_named() {
     refused(&|all| all[manifest].1 = moved.clone().into_bytes(), "experiment.toml is of another experiment");
     // Another experiment, with the digest that the manifest must have for it.
     let later = b"schema = 99\n".to_vec();
-    let named = text.replace(&digest(&whole[spec].1), &digest(&later));
+    let named = text.replace(&sha256(&whole[spec].1), &sha256(&later));
     let swap = |all: &mut Members| {
         all[manifest].1 = named.clone().into_bytes();
         all[spec].1 = later.clone();
@@ -150,24 +154,29 @@ fn damaged_files_are_refused_or_whole() {
     }
 }
 
+/// A change of a file of results, its absence and a file of another kind are told, and a change is not packed.
+pub fn changes_are_told(place: &Place, results: &str, file: &str, other: &str) {
+    let path = |name: &str| format!("results/{results}/{name}");
+    let verify = || place.run(&format!("data verify results/{results}"));
+    let bytes = place.bytes(&path(file));
+    place.write(&path(file), [&bytes[..], b"\n"].concat());
+    verify().refuses(3, &format!("{file} is changed"));
+    place.run(&format!("pack {results}")).refuses(1, &format!("{file} is changed"));
+    place.remove(&path(file));
+    verify().refuses(3, &format!("{file} is missing"));
+    place.write(&path(file), bytes);
+    place.write(&path(other), "x");
+    verify().refuses(3, &format!("{other} does not belong there"));
+}
+
 #[test]
 fn changed_results_are_not_packed() {
     let place = place_with(SMALL);
-    let file = |name: &str| format!("results/{SMALL}/{name}");
-    let verify = || place.run(&format!("data verify results/{SMALL}"));
-    let measures = place.bytes(&file("measures.csv"));
     // Results below these are another experiment's.
-    place.write(&file("other/manifest.json"), "{}");
-    verify().ends(0).says("7 of 7 sequences");
-    place.write(&file("measures.csv"), [&measures[..], b"\n"].concat());
-    verify().refuses(3, "measures.csv is changed");
-    place.run(&format!("pack {SMALL}")).refuses(1, "measures.csv is changed");
+    place.write(&format!("results/{SMALL}/other/manifest.json"), "{}");
+    place.run(&format!("data verify results/{SMALL}")).ends(0).says("7 of 7 sequences");
+    changes_are_told(&place, SMALL, "measures.csv", "notes.txt");
     assert!(!place.has(PACKED));
-    place.remove(&file("measures.csv"));
-    verify().refuses(3, "measures.csv is missing");
-    place.write(&file("measures.csv"), measures);
-    place.write(&file("notes.txt"), "x");
-    verify().refuses(3, "notes.txt does not belong there");
 
     place.run(&format!("data verify results/{SMALL} --unpack got")).refuses(2, "--unpack takes a file");
     place.run("data verify --unpack got").refuses(2, "--unpack: name a file");

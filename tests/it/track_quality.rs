@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 use trackfail::dataset::frame_cache::FrameCache;
-use trackfail::dataset::{Frames, Numbering, Render, Sequence};
+use trackfail::dataset::user_frames::without_frames;
+use trackfail::dataset::{Frames, Render, Sequence};
 use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
 use trackfail::engine::execute::pass::{PassOutput, Task, pass};
 use trackfail::engine::execute::reverse::{self, Reversal};
@@ -77,25 +78,14 @@ const BOTH: Scene = Scene {
 
 fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
     let region = |(x, y): (f64, f64)| Region::Rect(Rect::new(x - SIDE / 2.0, y - SIDE / 2.0, SIDE, SIDE));
-    Arc::new(Sequence {
-        name: "scene".into(),
-        numbering: Numbering { first: 1, official: (1, frames as u32) },
-        truth: (0..frames).map(|t| (scene.target)(t).map(region)).collect(),
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
-        frames: Frames::Rendered(Arc::new(scene), frames),
-    })
+    let mut sequence = without_frames("scene", frames);
+    sequence.truth = (0..frames).map(|t| (scene.target)(t).map(region)).collect();
+    sequence.frames = Frames::Rendered(Arc::new(scene), frames);
+    Arc::new(sequence)
 }
 
 /// A method on the first frames of a scene.
-fn judge(
-    scene: Scene,
-    frames: usize,
-    seed: u64,
-    signal: (&str, &str),
-    detector: (&str, &str),
-) -> DetectorOutput {
+fn judge(scene: Scene, frames: usize, seed: u64, [signal, detector]: [(&str, &str); 2]) -> DetectorOutput {
     let sequence = sequence(scene, frames);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
     let config = entry.build_from_text("{}").unwrap().plugin;
@@ -123,8 +113,8 @@ const ARTE: [(&str, &str); 2] = [("uncertainty", "{ components = [0, 1] }"), ("a
 const ARTE_STAR: [(&str, &str); 2] =
     [("uncertainty-change", "{ settling = 25 }"), ("arte-star", "{ length = 5, beta = 4.0 }")];
 
-fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> DetectorOutput {
-    judge(scene, scene.frames, seed, signal, detector)
+fn on(scene: Scene, method: [(&str, &str); 2], seed: u64) -> DetectorOutput {
+    judge(scene, scene.frames, seed, method)
 }
 
 #[test]
@@ -165,7 +155,7 @@ fn the_output_in_a_frame_needs_no_later_frame() {
         let whole = on(RECOVERY, method, 3);
         let quality = whole.quality.as_ref().unwrap();
         for frames in [1, 70, 110, 130] {
-            let part = judge(RECOVERY, frames, 3, method[0], method[1]);
+            let part = judge(RECOVERY, frames, 3, method);
             assert_eq!((&part.alarm[..], &part.score[..]), (&whole.alarm[..frames], &whole.score[..frames]));
             let part = part.quality.unwrap();
             assert_eq!(part.condition, quality.condition[..frames]);

@@ -1,6 +1,6 @@
 //! Sequences of the user's own: from a folder to a suite, an experiment, and its report.
 
-use crate::tools::Place;
+use crate::tools::{Place, suite};
 
 const FRAMES: usize = 30;
 
@@ -21,9 +21,6 @@ fn data_root() -> Place {
             boxes += &format!("{:.3},11.000,16.000,16.000\n", if t < lost { 2 * t + 1 } else { 80 });
         }
         place.write(&format!("{folder}/groundtruth.txt"), truth);
-        for (file, label) in [("absence", "0\n"), ("cover", "8\n"), ("cut_by_image", "0\n")] {
-            place.write(&format!("{folder}/{file}.label"), label.repeat(FRAMES));
-        }
         for run in 1..=3 {
             place.write(&format!("results/got/T/{name}/{name}_00{run}.txt"), &boxes);
         }
@@ -93,21 +90,18 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
         place.run(&add).ends(code).tells(words);
         assert!(!place.has("datasets.lock"));
     }
+    // Of two suites of one name neither is taken for the other.
+    place.write("a/datasets.lock", boxes_lock());
+    place.write("b/datasets.lock", boxes_lock().replace("Walk.txt", "Run.txt"));
+    for roots in ["--data-root a --data-root b", "--data-root b --data-root a"] {
+        place.run(&format!("data list {roots}")).ends(3).tells("suite `my-boxes` is another one in ");
+    }
 }
 
-const BOXES_LOCK: &str = r#"schema = 2
-
-[[suite]]
-name = "my-boxes"
-title = "Boxes alone"
-format = "otb-boxes"
-source = "mine"
-licence = "mine"
-how_to_get = "ask me"
-sequence = [
-    { name = "Walk", folder = "truth/Walk.txt" },
-]
-"#;
+/// A suite of boxes alone.
+fn boxes_lock() -> String {
+    suite("my-boxes", "otb-boxes", &[("Walk", "truth/Walk.txt")])
+}
 
 const BOXES_SPEC: &str = r#"schema = 1
 name = "mine/boxes"
@@ -129,7 +123,7 @@ table = [
 /// A method that needs frames or a posterior is listed as not run; the rest runs, and the exit code is that of success.
 #[test]
 fn boxes_alone_run_the_methods_that_need_no_more() {
-    let place = Place::with(&[("data/datasets.lock", BOXES_LOCK), ("spec.toml", BOXES_SPEC)]);
+    let place = Place::with(&[("data/datasets.lock", &boxes_lock()), ("spec.toml", BOXES_SPEC)]);
     place.write("data/truth/Walk.txt", "1,1,9,9\n".repeat(30));
     place.write("data/results/T/Walk.txt", "1,1,9,9\n".repeat(20) + &"50,1,9,9\n".repeat(10));
     // The first root has nothing.
@@ -174,7 +168,7 @@ tracker = [
 // alone. vot-toolkit 0.9.0, `vot/analysis/longterm.py`, for no box in five frames of 30: a confidence that is missing is 0.
 #[test]
 fn frames_without_a_box_count_as_the_words_of_the_experiment_say() {
-    let place = Place::with(&[("datasets.lock", BOXES_LOCK), ("spec.toml", WITHOUT_BOX_SPEC)]);
+    let place = Place::with(&[("datasets.lock", &boxes_lock()), ("spec.toml", WITHOUT_BOX_SPEC)]);
     place.write("truth/Walk.txt", "1,1,9,9\n".repeat(30));
     place.write("results/T/Walk.txt", "1,1,9,9\n".to_string() + &"0,0,0,0\n".repeat(29));
     let lines = |one: &str, none: &str| one.repeat(20) + &none.repeat(5) + &one.repeat(5);

@@ -141,11 +141,8 @@ fn cells_that_fail_for_the_same_cause_are_told_once() {
     for more in ["", "--shard 1/1"] {
         let all = place.run(&format!("run try.toml {more}")).ends(4).all();
         let lines: Vec<&str> = all.lines().filter(|line| line.starts_with("failed: ")).collect();
-        assert_eq!(
-            lines,
-            ["failed: 18 cells: no module named numpy (process, 9 sequences, 2 methods)"],
-            "{all}"
-        );
+        let line = "failed: 18 cells: no module named numpy (process, 9 sequences, 2 methods)";
+        assert_eq!(lines, [line], "{all}");
         let last = all.lines().last().unwrap();
         assert!(last.starts_with("error: mine/try: 18") && last.contains("numpy (process"), "{all}");
     }

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trackfail_testing::conditions::{BROWSERS, runs};
+use trackfail_testing::within;
 
 /// Text of the line above the viewer.
 pub const READOUT: &str = "document.getElementById('readout').textContent";
@@ -139,12 +140,9 @@ impl Browser {
 
     /// Asserts that an expression becomes true, as long as that takes on a busy machine.
     pub fn becomes(&mut self, expression: &str) {
-        let end = Instant::now() + PATIENCE;
-        while self.value(expression) != true {
-            let told = self.value("document.getElementById('readout')?.textContent");
-            assert!(Instant::now() < end, "not true: {expression}; {told}");
-            thread::sleep(Duration::from_millis(25));
-        }
+        let is_true = within(PATIENCE, || self.value(expression) == true);
+        let told = "document.getElementById('readout')?.textContent";
+        assert!(is_true, "not true: {expression}; {}", self.value(told));
     }
 
     /// Puts the focus on what an expression gives.

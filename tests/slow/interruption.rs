@@ -79,7 +79,7 @@ fn ctrl_c_keeps_what_is_done_and_exits_130() {
             assert!(run.try_wait().unwrap().is_none(), "it was over before it could be interrupted");
             std::thread::sleep(Duration::from_millis(5));
         }
-        assert!(Command::new("kill").arg(signal).arg(run.id().to_string()).status().unwrap().success());
+        trackfail_testing::kill(run.id(), signal);
         assert_eq!(run.wait().unwrap().code(), Some(130), "{signal}");
         assert!(!place.has("results/quickstart/manifest.json"));
     }

@@ -9,10 +9,8 @@ use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
-#[cfg(unix)]
 use std::process::Command;
 use std::sync::LazyLock;
-#[cfg(unix)]
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 pub use trackfail_needs::{met_when_compiled, needs};
@@ -156,7 +154,7 @@ pub fn script(path: &Path, text: &str) {
     let source = path.with_extension("source");
     std::fs::write(&source, format!("#!/bin/sh\n{text}\n")).expect("a folder that can be written to");
     // By another process, since one that this one is just starting may still hold a file open, which then cannot be run.
-    let made = std::process::Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status();
+    let made = Command::new("install").args(["-m", "755"]).arg(&source).arg(path).status();
     assert!(made.is_ok_and(|status| status.success()), "{} cannot be made", path.display());
 }
 
@@ -190,22 +188,44 @@ pub fn check_pins(section: &str, found: impl IntoIterator<Item = String>) {
     );
 }
 
+/// True if something is so, or becomes so within a while.
+pub fn within(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
+    let end = Instant::now() + limit;
+    while !is_so() {
+        if Instant::now() > end {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    true
+}
+
+/// Sends a signal, `-TERM` and the like, to a process.
+///
+/// # Panics
+/// If that is not there.
+#[track_caller]
+pub fn kill(process: u32, signal: &str) {
+    let sent = Command::new("kill").args([signal, &process.to_string()]).status();
+    assert!(sent.is_ok_and(|status| status.success()), "{process} got no {signal}");
+}
+
+/// True if a process is there and has not ended.
+///
+/// # Panics
+/// Where there is no `ps`.
+pub fn is_running(pid: &str) -> bool {
+    let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().expect("ps");
+    let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
+    !state.is_empty() && !state.starts_with('Z')
+}
+
 /// True if a process has ended, or does within a while.
 ///
 /// # Panics
 /// Where there is no `ps`.
-#[cfg(unix)]
 pub fn is_gone(pid: &str) -> bool {
-    let end = Instant::now() + Duration::from_secs(20);
-    while Instant::now() < end {
-        let shown = Command::new("ps").args(["-o", "stat=", "-p", pid]).output().expect("ps");
-        let state = String::from_utf8_lossy(&shown.stdout).trim().to_string();
-        if state.is_empty() || state.starts_with('Z') {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    false
+    within(Duration::from_secs(20), || !is_running(pid))
 }
 
 /// A valid document with a piece cut out and something else in its place.

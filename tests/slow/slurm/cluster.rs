@@ -8,7 +8,8 @@ use std::net::TcpListener;
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use trackfail_testing::within;
 
 /// When a job that never ends is given up.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -183,15 +184,4 @@ impl Drop for Cluster {
 #[track_caller]
 pub fn wait_for(cluster: &Cluster, what: &str, is_so: impl FnMut() -> bool) {
     assert!(within(LIMIT, is_so), "waited in vain for {what}\n{}", cluster.logs());
-}
-
-fn within(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
-    let start = Instant::now();
-    while !is_so() {
-        if start.elapsed() > limit {
-            return false;
-        }
-        std::thread::sleep(Duration::from_millis(100));
-    }
-    true
 }
