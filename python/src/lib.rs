@@ -9,7 +9,7 @@
 //! | `tracks` | judgements of whole tracks |
 //! | `score` | protocols and measures |
 //!
-//! What Python sees of it is typed in `_trackfail.pyi` and documented in the modules around it.
+//! `_trackfail.pyi` types what Python sees of it, and the modules around it document that.
 
 mod frame;
 mod monitor;

@@ -130,7 +130,10 @@ impl Monitor {
         Ok(Self { colors: order(colors)?, watched })
     }
 
-    /// What it holds, if no other thread is at it.
+    /// The open monitor, or `None` once it is closed.
+    ///
+    /// # Errors
+    /// Another thread that is judging with it.
     fn lock(&self) -> PyResult<MutexGuard<'_, Option<Watched>>> {
         match self.watched.try_lock() {
             Ok(guard) => Ok(guard),

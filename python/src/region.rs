@@ -19,7 +19,7 @@ pub fn origin(base: i64) -> PyResult<u8> {
 /// The region of a box whose top left pixel is `base`; `None` where it is `None`, or has one or NaN among its numbers.
 ///
 /// # Errors
-/// What is no sequence of numbers, and numbers that are no region.
+/// An object that is no sequence of numbers, and numbers that are no region.
 pub fn region(given: &Bound<'_, PyAny>, what: &str, base: f64) -> PyResult<Option<Region>> {
     if given.is_none() {
         return Ok(None);
@@ -43,7 +43,7 @@ pub fn region(given: &Bound<'_, PyAny>, what: &str, base: f64) -> PyResult<Optio
 /// The regions of the frames of a track.
 ///
 /// # Errors
-/// What cannot be iterated, and the first box that is refused, with its frame.
+/// An object that cannot be iterated, and the first box that is refused, with its frame.
 pub fn track(given: &Bound<'_, PyAny>, what: &str, base: f64) -> PyResult<Vec<Option<Region>>> {
     let of = |(t, given): (usize, PyResult<Bound<'_, PyAny>>)| {
         region(&given?, &format!("{what}, frame {t}"), base)

@@ -22,6 +22,13 @@ def test_both_libraries_read_the_same() -> None:
     assert trackfail.load(FOLDER).library == "polars"
 
 
+def test_compact_results_have_tables_too() -> None:
+    compact = trackfail.load(CHECKOUT / "results" / "khalid2016" / "table1", "polars")
+    assert compact.tables == ["scores", "measures", "frame_measures"]
+    assert set(compact.measures["method"]) == set(compact.scores["method"])
+    assert len(compact.frame_measures) > 0
+
+
 def test_what_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"no manifest\.json"):
         trackfail.load(tmp_path)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 DataFrame = TypeVar("DataFrame")
 Library = Literal["polars", "pandas"]
 
-_TABLES = ("scores.csv", "measures.csv", "frame_measures.csv", "frames.parquet", "truth.parquet", "signals.parquet")
+_TABLES = ("scores", "measures", "frame_measures", "frames", "truth", "signals")
 
 
 class Results(Generic[DataFrame]):
@@ -40,43 +40,48 @@ class Results(Generic[DataFrame]):
     @property
     def tables(self) -> list[str]:
         """Names of the tables that there are."""
-        return [name.split(".")[0] for name in _TABLES if (self.path / name).is_file()]
+        return [name for name in _TABLES if self._file(name) is not None]
 
     @property
     def scores(self) -> DataFrame:
         """Counts of each cell: a method on one run of a tracker over a sequence; sequence `*` is all of them."""
-        return self._read("scores.csv")
+        return self._read("scores")
 
     @property
     def measures(self) -> DataFrame:
         """Ratios of the counts of each tracker and method, pooled over the suite."""
-        return self._read("measures.csv")
+        return self._read("measures")
 
     @property
     def frame_measures(self) -> DataFrame:
         """Measures frame by frame of each tracker and method: AUROC, losses found, ..."""
-        return self._read("frame_measures.csv")
+        return self._read("frame_measures")
 
     @property
     def frames(self) -> DataFrame:
         """Boxes, errors, scores and labels of every frame."""
-        return self._read("frames.parquet")
+        return self._read("frames")
 
     @property
     def truth(self) -> DataFrame:
         """Ground truth of every frame."""
-        return self._read("truth.parquet")
+        return self._read("truth")
 
     @property
     def signals(self) -> DataFrame:
         """Signals and forecasts of every frame."""
-        return self._read("signals.parquet")
+        return self._read("signals")
+
+    def _file(self, name: str) -> Path | None:
+        """The file of a table, if it is there; compact results have some tables as Parquet that others have as CSV."""
+        files = (self.path / f"{name}.{ending}" for ending in ("csv", "parquet"))
+        return next((file for file in files if file.is_file()), None)
 
     def _read(self, name: str) -> DataFrame:
-        path = self.path / name
-        if not path.is_file():
+        path = self._file(name)
+        if path is None:
             there = ", ".join(self.tables)
-            raise FileNotFoundError(f"{path}: this experiment has no such table; it has {there}")
+            raise FileNotFoundError(f"{self.path / name}: this experiment has no such table; it has {there}")
         read: DataFrame = _reader(self.library, path.suffix)(path)
         return read
 

@@ -41,25 +41,26 @@ def watch_opencv(
         frames: BGR arrays, the first of which has the target in `box`; a `cv2.VideoCapture`, or what opens one: the path of a
             video, or a pattern such as `img/%04d.jpg`.
         box: The target in the first frame; it is rounded, since OpenCV starts at whole pixels.
-        monitor: The monitor, otherwise `trackfail.Monitor(colors="bgr")`.
+        monitor: The monitor, otherwise `trackfail.Monitor()`.
 
     Raises:
         ValueError: For a box without area, and a video that cannot be opened.
     """
-    judging = Monitor(colors="bgr") if monitor is None else monitor
+    judging = Monitor() if monitor is None else monitor
     start = _box([round(float(number)) for number in box])
     if start is None or len(start) != 4:
         raise ValueError("box: want the numbers x, y, w, h of the target in the first frame")
     is_started = False
-    for frame in _pictures(frames):
+    for picture in _pictures(frames):
+        frame = Frame(picture, "bgr")
         if is_started:
-            found, numbers = tracker.update(frame)
+            found, numbers = tracker.update(picture)
             tracked = _box(numbers) if found else None
-            yield tracked, judging.update(Frame(frame, "bgr"), tracked, _tracking_score(tracker))
+            yield tracked, judging.update(frame, tracked, _tracking_score(tracker))
         else:
-            tracker.init(frame, tuple(int(number) for number in start))
+            tracker.init(picture, tuple(int(number) for number in start))
             is_started = True
-            yield start, judging.update(Frame(frame, "bgr"), start)
+            yield start, judging.update(frame, start)
 
 
 def _pictures(frames: Any) -> Iterator[npt.NDArray[np.uint8]]:
