@@ -51,7 +51,7 @@ fn monitor(criterion: &mut Criterion) {
     let mut methods = vec!["Watchdog", "First colors", "Forward-backward", "Template"];
     for bits in 0..8 {
         let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
-        methods.push(recommended(Inputs { frames, companions, confidence }));
+        methods.push(recommended(Inputs { frames, companions, confidence }, None));
     }
     methods.sort_unstable();
     methods.dedup();

@@ -94,7 +94,8 @@ pub fn judge<'py>(
 
 /// The method of a name, or the one that is recommended for the inputs, if they are enough for it.
 fn chosen(name: Option<&str>, inputs: Inputs, budget: Option<f64>) -> PyResult<Method> {
-    let method = Method::named(name.unwrap_or(recommended_for(inputs, budget)), budget).map_err(refused)?;
+    let method =
+        Method::named(name.unwrap_or(method::recommended(inputs, budget)), budget).map_err(refused)?;
     let missing = method.reads().find(|reads| !inputs.has(*reads));
     let detector = &method.detector.detector;
     let is_able = detector.learner().is_none() && !detector.needs_reverse();
@@ -106,13 +107,6 @@ fn chosen(name: Option<&str>, inputs: Inputs, budget: Option<f64>) -> PyResult<M
         _ => "needs more of a tracker than boxes",
     };
     Err(refused(format!("method `{}` {need}", method.name)))
-}
-
-fn recommended_for(inputs: Inputs, budget: Option<f64>) -> &'static str {
-    match budget {
-        Some(_) => method::recommended_with_budget(inputs),
-        None => method::recommended(inputs),
-    }
 }
 
 /// The exception of an error; one that the frames have raised is raised again.
@@ -153,5 +147,5 @@ pub fn methods() -> Vec<&'static str> {
 #[pyfunction]
 #[pyo3(signature = (frames, companions, confidence, budget))]
 pub fn recommended(frames: bool, companions: bool, confidence: bool, budget: Option<f64>) -> &'static str {
-    recommended_for(Inputs { frames, companions, confidence }, budget)
+    method::recommended(Inputs { frames, companions, confidence }, budget)
 }

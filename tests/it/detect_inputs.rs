@@ -146,7 +146,7 @@ fn every_target_of_motchallenge_has_a_verdict() {
 fn boxes_without_frames_are_judged_by_what_they_say() {
     let clip = Clip::new();
     let text = clip.boxes("boxes.txt").ends(0).out;
-    assert!(rows(&text).iter().all(|row| row["method"] == recommended(Inputs::default())), "{text}");
+    assert!(rows(&text).iter().all(|row| row["method"] == recommended(Inputs::default(), None)), "{text}");
     assert_eq!(text.lines().count(), FRAMES + 1);
     clip.boxes("boxes.txt --method DTEF").refuses(2, "give --frames").tells("Displacement");
     // Stdin is a file like others.
@@ -191,9 +191,9 @@ fn the_default_method_is_the_one_recommended_for_the_inputs() {
         let more: Vec<&str> = given.map(|(option, _)| option).collect();
         let more = more.join(" ");
         let ran = clip.frames(&format!("boxes.txt {more}")).ends(0);
-        assert!(ran.rows().iter().all(|row| row["method"] == recommended(inputs)), "{more}");
+        assert!(ran.rows().iter().all(|row| row["method"] == recommended(inputs, None)), "{more}");
         let all = clip.frames(&format!("boxes.txt --all {more}")).ends(0);
-        assert_eq!(all.rows()[0]["method"], recommended(inputs));
+        assert_eq!(all.rows()[0]["method"], recommended(inputs, None));
         assert!(all.out.starts_with(&ran.out), "{more}");
         let has = |method: &str| all.rows().iter().any(|row| row["method"] == method);
         assert_eq!((has("Confidence"), has("Companions")), (confidence, companions), "{more}");

@@ -252,22 +252,15 @@ impl Inputs {
     }
 }
 
-/// Name of the method that the benchmark recommends for the given inputs, see `docs/which-detector.md`.
-pub fn recommended(inputs: Inputs) -> &'static str {
+/// Name of the method that the benchmark recommends for the given inputs, see `docs/which-detector.md`; with a budget of
+/// false alarms, among those that have one.
+pub fn recommended(inputs: Inputs, budget: Option<f64>) -> &'static str {
     match inputs {
         Inputs { frames: true, companions: true, .. } => "Fused deep and companions",
         Inputs { companions: true, .. } => "Fused companions",
         Inputs { frames: true, .. } => "Fused deep",
-        Inputs { confidence: true, .. } => "Confidence",
+        Inputs { confidence: true, .. } if budget.is_none() => "Confidence",
         Inputs { .. } => "Fused boxes",
-    }
-}
-
-/// Name of the recommended method for the inputs, among those with a budget of false alarms.
-pub fn recommended_with_budget(inputs: Inputs) -> &'static str {
-    match recommended(inputs) {
-        "Confidence" => "Fused boxes",
-        name => name,
     }
 }
 
@@ -286,9 +279,9 @@ mod tests {
         for bits in 0..8 {
             let [frames, companions, confidence] = [1, 2, 4].map(|bit| bits & bit > 0);
             let inputs = Inputs { frames, companions, confidence };
-            let method = Method::named(recommended(inputs), None).unwrap();
+            let method = Method::named(recommended(inputs, None), None).unwrap();
             assert!(method.reads().all(|reads| inputs.has(reads)), "{inputs:?}");
-            assert!(takes_budget(recommended_with_budget(inputs)), "{inputs:?}");
+            assert!(takes_budget(recommended(inputs, Some(1.0))), "{inputs:?}");
         }
     }
 

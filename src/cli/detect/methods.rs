@@ -43,10 +43,7 @@ impl Wanted {
         need: impl Fn(&Method) -> Option<&'static str>,
         hint: impl Fn() -> String,
     ) -> Result<Vec<Method>, Failure> {
-        let recommended = match args.budget {
-            Some(_) => method::recommended_with_budget(inputs),
-            None => method::recommended(inputs),
-        };
+        let recommended = method::recommended(inputs, args.budget);
         let must_run = match self {
             Self::Named(methods) => methods,
             Self::Recommended => vec![named(args, recommended)?],

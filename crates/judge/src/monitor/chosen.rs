@@ -37,11 +37,7 @@ impl Chosen {
 
     /// Recommended method for the inputs; with a budget, one that has a budget.
     pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
-        let name = match budget {
-            Some(_) => method::recommended_with_budget(inputs),
-            None => method::recommended(inputs),
-        };
-        Self::start(name, budget)
+        Self::start(method::recommended(inputs, budget), budget)
     }
 
     /// Method before its first frame, or the reason why it cannot monitor.

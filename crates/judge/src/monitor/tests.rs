@@ -123,8 +123,8 @@ fn the_first_frame_with_a_region_chooses_the_method_and_a_budget_one_that_takes_
             ..boxes(&region)
         };
         let with = |budget, inputs| Monitor::new(&Options { budget, inputs, ..Options::default() });
-        let of_budget = method::recommended_with_budget(inputs);
-        for (budget, want) in [(None, method::recommended(inputs)), (Some(2.0), of_budget)] {
+        for budget in [None, Some(2.0)] {
+            let want = method::recommended(inputs, budget);
             let mut monitor = with(budget, None).unwrap();
             let first = monitor.update(&Update { region: None, ..update }).unwrap();
             assert_eq!((first.state, first.probability, monitor.method()), (TargetState::Absent, None, None));
@@ -182,7 +182,7 @@ fn frames_that_come_later_change_the_method_unless_it_is_named() {
     let (frame, region) = scene(0);
     let blind = boxes(&region);
     let seen = Update { frame: Some(&frame), ..blind };
-    let best = method::recommended(Inputs { frames: true, ..Inputs::default() });
+    let best = method::recommended(Inputs { frames: true, ..Inputs::default() }, None);
     let told = format!("frames have come: {best} from here on");
     for is_saved in [false, true] {
         let mut monitor = Monitor::new(&Options::default()).unwrap();
