@@ -20,7 +20,7 @@ pub enum RawParams<'i> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct ParamError {
-    /// What is wrong and what to do, for people.
+    /// Sentence for people: the fault and its mend.
     pub message: String,
     /// Name of the wrong parameter, unless several are involved.
     pub key: Option<&'static str>,

@@ -18,6 +18,8 @@ pub struct JudgedMethod {
     pub is_probability: bool,
     /// Score; `None` before the first box and after the last one.
     pub score: Vec<Option<f64>>,
+    /// Number that is compared with the threshold, for methods that compare another one than the score.
+    pub alarm_score: Option<Vec<Option<f64>>>,
     /// True in frames with an alarm.
     pub label: Vec<bool>,
     /// Change of the label: +1, -1, 0.
@@ -56,12 +58,14 @@ impl JudgedMethod {
         let state = |(at, present): (Option<usize>, &bool)| {
             at.and_then(|at| during.get(at)).copied().unwrap_or_else(|| outside(present))
         };
+        let over = |scores: &[f64]| -> Vec<Option<f64>> { at().map(|at| scores.get(at?).copied()).collect() };
         Self {
             name: name.to_string(),
             threshold: detector.threshold(),
             direction: detector.score_direction(),
             is_probability: detector.gives_probability(),
-            score: at().map(|at| output.score.get(at?).copied()).collect(),
+            score: over(&output.score),
+            alarm_score: output.alarm_score.as_deref().map(over),
             label: at().map(|at| at.and_then(|at| label.get(at)) == Some(&true)).collect(),
             changes: at().map(|at| at.and_then(|at| changes.get(at)).copied().unwrap_or(0)).collect(),
             states: at().zip(present).map(state).collect(),

@@ -9,7 +9,7 @@ pub struct Need {
     pub name: &'static str,
     /// The thing to get, for the person who reads the list of tests that were not run.
     pub what: &'static str,
-    /// Whether it is on this machine.
+    /// True if it is on this machine.
     pub is_met: fn() -> bool,
 }
 
@@ -115,14 +115,14 @@ fn is_on_path(program: &str) -> bool {
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
 }
 
-/// Whether a program can be started with some arguments and ends well.
+/// True if a program can be started with some arguments and ends well.
 pub fn runs(program: &str, arguments: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
 }
 
-/// Whether this process may mount file systems: on Linux, the capability CAP_SYS_ADMIN.
+/// True if this process may mount file systems: on Linux, the capability CAP_SYS_ADMIN.
 fn can_mount() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:"));

@@ -191,7 +191,7 @@ pub enum ResultsError {
 }
 
 impl ResultsError {
-    /// Whether the operating system refused; a file that is not there, and all that is wrong with the files, are faults of the
+    /// True if the operating system refused; a file that is not there, and all that is wrong with the files, are faults of the
     /// results.
     pub fn is_io(&self) -> bool {
         let refused = match self {

@@ -57,6 +57,7 @@ pub fn judged_method(
         direction: Direction::LowerIsBetter,
         is_probability: true,
         score,
+        alarm_score: None,
         label: states.iter().map(|s| *s == TargetState::Lost).collect(),
         changes: vec![0; states.len()],
         states,

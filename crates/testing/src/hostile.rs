@@ -27,7 +27,7 @@ pub fn words() -> Vec<String> {
     WORDS.into_iter().map(String::from).chain(["sequence-".repeat(60) + "end"]).collect()
 }
 
-/// Whether a text shows itself and does nothing else: it has lines and tabs, and neither controls a terminal nor turns its direction.
+/// True if a text shows itself and does nothing else: it has lines and tabs, and neither controls a terminal nor turns its direction.
 pub fn shows_only_text(text: &str) -> bool {
     let turns = |c| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     !text.contains(|c: char| (c.is_control() && !matches!(c, '\n' | '\t')) || turns(c))

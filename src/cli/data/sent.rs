@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, is_separator};
 
-/// Whether a name can be meant for results: no suite has a `/` in its name.
+/// True if a name can be meant for results: no suite has a `/` in its name.
 pub fn is_results(name: &str) -> bool {
     let path = Path::new(name);
     let is_zip = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("zip"));

@@ -134,6 +134,7 @@ mod tests {
                 direction: Direction::LowerIsBetter,
                 is_probability: true,
                 score: frames.iter().map(|(_, p)| Some(*p)).collect(),
+                alarm_score: None,
                 label: states.iter().map(|state| *state == TargetState::Lost).collect(),
                 changes: vec![0; states.len()],
                 states,

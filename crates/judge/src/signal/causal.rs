@@ -28,7 +28,7 @@ pub trait Causal: Clone + Send + Sync + 'static {
         0
     }
 
-    /// Whether a memory can be one of this signal with these parameters.
+    /// True if a memory can be one of this signal with these parameters.
     fn is_memory(&self, _memory: &Self::Memory) -> bool {
         true
     }
@@ -37,7 +37,7 @@ pub trait Causal: Clone + Send + Sync + 'static {
 /// Number of frames in a box's history of sizes.
 pub const SIZE_HISTORY: Range = Range::within("size_history", 0.0, 1000.0);
 
-/// Whether a parameter is left out where it is shown: one that came later, at its default, which changes no address.
+/// True if a parameter is left out where it is shown: one that came later, at its default, which changes no address.
 pub fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

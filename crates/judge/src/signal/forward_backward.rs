@@ -145,7 +145,7 @@ impl Signal for ForwardBackward {
     }
 }
 
-/// What the signal remembers from frame to frame of one track.
+/// Session of one track, which remembers the last frame.
 struct Following {
     params: Params,
     past: Option<Past>,

@@ -65,7 +65,7 @@ pub fn plain(name: &str) -> &str {
 struct Taken {
     trackers: Vec<String>,
     methods: Vec<String>,
-    /// Whether methods are marked; otherwise trackers are.
+    /// True if methods are marked; otherwise trackers are.
     marks_methods: bool,
 }
 

@@ -143,7 +143,7 @@ fn with_copy(folder: &Path, manifest: &Manifest) -> Result<BTreeMap<String, Stri
     Ok(named)
 }
 
-/// Whether a run gives a file this name; `known` are the names of files that are in no folder, beside those of the experiment.
+/// True if a run gives a file this name; `known` are the names of files that are in no folder, beside those of the experiment.
 fn is_of_results(name: &str, known: &[String]) -> bool {
     let is_numbered =
         |file: &str, end: &str| file.ends_with(end) && file.starts_with(|c: char| c.is_ascii_digit());
@@ -158,7 +158,7 @@ fn is_of_results(name: &str, known: &[String]) -> bool {
     }
 }
 
-/// Whether a file is in one of these folders.
+/// True if a file is in one of these folders.
 fn is_in(folders: &[&str], name: &str) -> bool {
     name.split_once('/').is_some_and(|(first, _)| folders.contains(&first))
 }

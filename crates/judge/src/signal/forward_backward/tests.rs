@@ -72,6 +72,14 @@ fn the_part_of_the_frame_that_is_searched_bounds_the_motion() {
     assert!(near < none, "{near} {none}");
 }
 
+#[test]
+fn a_window_without_a_center_is_refused() {
+    for window in [4, 62] {
+        let fault = ENTRY.build_from_text(&format!("{{ window = {window} }}")).err().unwrap();
+        assert!(fault.message.contains("odd and from 3 to 63"), "{fault}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 

@@ -162,7 +162,7 @@ impl Script {
         assert!(fault.chars().count() < 600 && !fault.contains(char::is_control), "{fault}");
     }
 
-    /// Whether it has ended with the process that it started, or both do within a while.
+    /// True if it has ended with the process that it started, or both do within a while.
     pub fn is_gone(&self) -> bool {
         ["child", "grandchild"].iter().all(|name| trackfail_testing::is_gone(self.read(name).trim()))
     }
