@@ -25,22 +25,26 @@ impl Frame {
         Taken::of(array, order(colors)?)?.frame(array.py()).map(Self)
     }
 
+    /// The frame of the bytes of a JPEG or PNG file.
     #[staticmethod]
     fn decode(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
         let decoded = py.detach(|| image::decode(data));
         decoded.map(|frame| Self(Arc::new(frame))).map_err(|e| refused(format!("frame: {e}")))
     }
 
+    /// Width in pixels.
     #[getter]
     fn width(&self) -> usize {
         self.0.width()
     }
 
+    /// Height in pixels.
     #[getter]
     fn height(&self) -> usize {
         self.0.height()
     }
 
+    /// An array of the shape (height, width, 3).
     #[pyo3(signature = (colors="rgb"))]
     fn to_numpy<'py>(&self, py: Python<'py>, colors: &str) -> PyResult<Bound<'py, PyArray3<u8>>> {
         let mut bytes = self.0.bytes().to_vec();
@@ -130,6 +134,15 @@ impl<'py> Taken<'py> {
         let size = (array.shape()[1], array.shape()[0]);
         let array = bytes.try_readonly().map_err(|e| refused(format!("frame: {e}")))?;
         Ok(Self::Pixels { array, size, format })
+    }
+
+    /// Width and height; `None` of a file, which nobody has opened.
+    pub fn size(&self) -> Option<(usize, usize)> {
+        match self {
+            Self::Shared(frame) => Some((frame.width(), frame.height())),
+            Self::Pixels { size, .. } => Some(*size),
+            Self::File(_) => None,
+        }
     }
 
     /// The frame itself. The pixels of an array are read once, into the layout that signals read.

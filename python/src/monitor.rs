@@ -9,7 +9,7 @@ use pyo3::types::PyBytes;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trackfail_judge::image::{Frame, PixelFormat};
 use trackfail_judge::method::Inputs;
-use trackfail_judge::monitor::{Answer, Monitor as Judging, Options, Update};
+use trackfail_judge::monitor::{Answer, Monitor as Judging, MonitorError, Options, Update};
 use trackfail_judge::region::Region;
 
 /// Index, probability, state, reasons and note.
@@ -28,10 +28,12 @@ struct Watched {
     judging: Judging,
     /// The frame that was judged last, for a restart in it.
     last: Option<Arc<Frame>>,
+    /// Width and height of frames that the method does not read.
+    unread: Option<(usize, usize)>,
 }
 
-/// What is known of a frame.
-type Known = (Option<Arc<Frame>>, Option<Region>, Vec<Region>);
+/// Frame, box, confidence and boxes of companions.
+type Known = (Option<Arc<Frame>>, Option<Region>, Option<f64>, Vec<Region>);
 
 #[pymethods]
 impl Monitor {
@@ -67,13 +69,14 @@ impl Monitor {
         py: Python<'_>,
         frame: Option<&Bound<'_, PyAny>>,
         numbers: Option<&Bound<'_, PyAny>>,
-        confidence: Option<f64>,
+        confidence: Option<&Bound<'_, PyAny>>,
         companions: Option<&Bound<'_, PyAny>>,
         restart: bool,
     ) -> PyResult<Told> {
         let mut open = self.lock()?;
         let Some(watched) = open.as_mut() else { return Err(closed()) };
-        let (frame, region, companions) = match self.known(&watched.judging, frame, numbers, companions) {
+        let given = watched.known(self.colors, frame, numbers, confidence, companions);
+        let (frame, region, confidence, companions) = match given {
             Ok(known) => known,
             Err(error) => {
                 watched.judging.skip();
@@ -84,7 +87,7 @@ impl Monitor {
         let update = Update {
             frame: frame.as_deref(),
             region: region.as_ref(),
-            confidence: confidence.filter(|confidence| confidence.is_finite()),
+            confidence,
             companions: &companions,
             restart,
         };
@@ -126,7 +129,7 @@ impl Monitor {
 
 impl Monitor {
     fn of(judging: Judging, colors: Option<&str>) -> PyResult<Self> {
-        let watched = Mutex::new(Some(Watched { judging, last: None }));
+        let watched = Mutex::new(Some(Watched { judging, last: None, unread: None }));
         Ok(Self { colors: order(colors)?, watched })
     }
 
@@ -147,29 +150,42 @@ impl Monitor {
     fn look<T>(&self, of: impl FnOnce(&Watched) -> T) -> PyResult<T> {
         self.lock()?.as_ref().map(of).ok_or_else(closed)
     }
+}
 
-    /// What Python gives of a frame; pixels that nothing looks at are checked, but not read.
+impl Watched {
+    /// Input that Python gives for a frame; pixels that nothing looks at are checked, but not read.
     fn known(
-        &self,
-        judging: &Judging,
+        &mut self,
+        colors: Option<PixelFormat>,
         frame: Option<&Bound<'_, PyAny>>,
         numbers: Option<&Bound<'_, PyAny>>,
+        confidence: Option<&Bound<'_, PyAny>>,
         companions: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Known> {
-        let base = f64::from(judging.base());
+        let base = f64::from(self.judging.base());
         let region_of = |given: &Bound<'_, PyAny>| region(given, "box", base);
         let own = numbers.map(region_of).transpose()?.flatten();
+        let confidence: Option<f64> = confidence.map(|given| given.extract()).transpose()?;
         let mut others = Vec::new();
         if let Some(companions) = companions {
             for given in companions.try_iter()? {
                 others.push(region(&given?, "companions", base)?.unwrap_or_else(Region::nowhere));
             }
         }
-        let taken =
-            frame.map(|given| Ok::<_, PyErr>((given.py(), Taken::of(given, self.colors)?))).transpose()?;
-        let read = taken.filter(|_| judging.reads_frames());
-        let frame = read.map(|(py, taken)| taken.frame(py)).transpose()?;
-        Ok((frame, own, others))
+        let taken = frame.map(|given| Ok::<_, PyErr>((given.py(), Taken::of(given, colors)?))).transpose()?;
+        let frame = match taken {
+            Some((py, taken)) if self.judging.reads_frames() => Some(taken.frame(py)?),
+            taken => {
+                if let Some(got) = taken.and_then(|(_, taken)| taken.size()) {
+                    let expected = *self.unread.get_or_insert(got);
+                    if got != expected {
+                        return Err(refused(MonitorError::FrameSize { expected, got }));
+                    }
+                }
+                None
+            }
+        };
+        Ok((frame, own, confidence.filter(|confidence| confidence.is_finite()), others))
     }
 }
 

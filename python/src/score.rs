@@ -4,6 +4,7 @@ use crate::region::{origin, track};
 use crate::{refused, threads};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
+use std::ops::Range;
 use trackfail_judge::detector;
 use trackfail_judge::direction::Direction;
 use trackfail_judge::plugin::unknown;
@@ -52,18 +53,21 @@ pub fn protocols() -> Vec<&'static str> {
 /// Counts (TP, FP, FN, TN), events, detections, matches, and the numbers that are made of them.
 type Scored = ((u64, u64, u64, u64), Vec<usize>, Vec<usize>, Vec<(usize, usize)>, Numbers);
 
-/// The score of labels on one track by a protocol; without changes those between the labels count.
+/// The score of labels on one track by a protocol; without changes those between the labels count. Pieces, of which each
+/// has its first frame and the one after its last, are those that restarts of the tracker begin.
 #[pyfunction]
-#[pyo3(signature = (labels, error, changes, protocol))]
+#[pyo3(signature = (labels, error, changes, pieces, protocol))]
 pub fn score(
     labels: Vec<bool>,
     error: Vec<f64>,
     changes: Option<Vec<i32>>,
+    pieces: Vec<(usize, usize)>,
     protocol: &str,
 ) -> PyResult<Scored> {
     let found = protocol_of(protocol).ok_or_else(|| refused(unknown("protocol", protocol, protocols())))?;
     let changes = changes.unwrap_or_else(|| detector::changes(&labels));
-    let judged = found.judge(&error, &labels, &changes, &[]);
+    let pieces: Vec<Range<usize>> = pieces.into_iter().map(|(start, end)| start..end).collect();
+    let judged = found.judge(&error, &labels, &changes, &pieces);
     let pooled = Pooled {
         counts: judged.counts,
         chance: Some(found.chance),
@@ -76,15 +80,16 @@ pub fn score(
     Ok((counts, judged.events, judged.detections, judged.matches, numbers))
 }
 
-/// Measures frame by frame, pooled over tracks; those of alarms only with labels, intervals only with a seed. `sequence` has
-/// the index of each track's sequence.
+/// Measures frame by frame, pooled over tracks; those of alarms only with labels, intervals only with a seed. `compared` has
+/// what is compared with a threshold, if that is not the scores; `sequence` the index of each track's sequence.
 #[pyfunction]
-#[pyo3(signature = (error, scores, labels, sequence, high_is_good, is_probability, seed))]
+#[pyo3(signature = (error, scores, compared, labels, sequence, high_is_good, is_probability, seed))]
 #[allow(clippy::too_many_arguments)]
 pub fn frame_measures(
     py: Python<'_>,
     error: Vec<Vec<f64>>,
     scores: Vec<Vec<f64>>,
+    compared: Option<Vec<Vec<f64>>>,
     labels: Option<Vec<Vec<bool>>>,
     sequence: Vec<usize>,
     high_is_good: bool,
@@ -108,7 +113,9 @@ pub fn frame_measures(
                 alarm: alarm(k),
             })
             .collect();
-        let (measures, _) = of_scores(&tracks, None, method, seed);
+        let compared: Option<Vec<&[f64]>> =
+            compared.as_ref().map(|of| of.iter().map(Vec::as_slice).collect());
+        let (measures, _) = of_scores(&tracks, compared.as_deref(), method, seed);
         if labels.is_some() { with_alarms(measures, &tracks) } else { measures }
     })?;
     let known = FRAME_METRICS.iter().filter(|metric| labels.is_some() || matches!(metric.of, Of::Scores(_)));

@@ -17,14 +17,15 @@ use trackfail_judge::region::Region;
 use trackfail_judge::signal::Reads;
 use trackfail_judge::{Track, judge as judge_tracks};
 
-/// Method, threshold, whether high scores are good, whether they are probabilities; scores (NaN where there is none), labels,
-/// changes and states of all frames.
+/// Method, threshold, whether high scores are good, whether they are probabilities; scores and, if these are not what is
+/// compared with the threshold, those that are (NaN where there is none), labels, changes and states of all frames.
 type Judged<'py> = (
     String,
     Option<f64>,
     bool,
     bool,
     Bound<'py, PyArray1<f64>>,
+    Option<Bound<'py, PyArray1<f64>>>,
     Bound<'py, PyArray1<bool>>,
     Bound<'py, PyArray1<i32>>,
     Vec<&'static str>,
@@ -124,13 +125,17 @@ fn exception(error: JudgeError) -> PyErr {
 }
 
 fn columns(py: Python<'_>, judged: JudgedMethod) -> Judged<'_> {
-    let score: Vec<f64> = judged.score.iter().map(|score| score.unwrap_or(f64::NAN)).collect();
+    let column = |scores: Vec<Option<f64>>| {
+        let scores: Vec<f64> = scores.into_iter().map(|score| score.unwrap_or(f64::NAN)).collect();
+        scores.into_pyarray(py)
+    };
     (
         judged.name,
         judged.threshold,
         judged.direction == Direction::HigherIsBetter,
         judged.is_probability,
-        score.into_pyarray(py),
+        column(judged.score),
+        judged.alarm_score.map(column),
         judged.label.into_pyarray(py),
         judged.changes.into_pyarray(py),
         judged.states.iter().map(|state| state.word()).collect(),

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 import pytest
 
 import trackfail
@@ -140,7 +141,9 @@ def test_a_table_by_id(tmp_path: Path) -> None:
     file.write_text(MOT)
     want = {2: [None, (50, 60, 7, 8), None], 4: [(10, 20, 30, 40), None, (12, 20, 30, 40)]}
     assert by_id(file) == want and list(by_id(file)) == [2, 4]
+    assert by_id(np.loadtxt(MOT.splitlines()[:1], delimiter=",")) == {4: [(10, 20, 30, 40)]}
     rows = np.loadtxt(MOT.splitlines(), delimiter=",")
+    assert by_id(pd.DataFrame(rows)) == want
     assert by_id(rows) == want and by_id(rows.tolist(), frames=4)[2] == [*want[2], None]
     rows[:, 0] -= 1
     assert by_id(rows) == want
@@ -148,11 +151,20 @@ def test_a_table_by_id(tmp_path: Path) -> None:
     assert list(judged) == [2, 4] and judged[4].state.tolist() == ["tracking", "absent", "tracking"]
     for table, words in [
         ([[1, 2, 3]], "less than six numbers"),
+        (
+            np.array([[1, 4, 0, 0, 9, 9], [np.nan, 4, 0, 0, 9, 9]]),
+            r"row 1 \(from 0\) of the table: frame and id have to be whole",
+        ),
+        ([[1, np.inf, 0, 0, 9, 9]], "not 1 and inf"),
+        ([[1.5, 4, 0, 0, 9, 9]], "not 1.5 and 4"),
         ([[1, 4, 0, 0, 9, 9]] * 2, "frame 1 has two boxes of target 4"),
         ([[5, 4, 0, 0, 9, 9]], "frames 1 to 5, the video 3"),
     ]:
         with pytest.raises(ValueError, match=words):
             by_id(table, frames=3)
+    file.write_text("\n1,4.5,10,20,30,40\n")
+    with pytest.raises(ValueError, match=r"mot\.txt, line 2: frame and id"):
+        by_id(file)
     file.write_text("1,4,ten,20,30,40\n")
     with pytest.raises(ValueError, match=r"mot\.txt, line 1: want numbers"):
         by_id(file)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
+import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import polars as pl
 import pytest
 
@@ -71,12 +76,43 @@ def test_a_video(rendered: Rendered, detected: Callable[..., pl.DataFrame], tmp_
     subprocess.run(command, check=True)
     want = detected("--frames", video, "--method", "First colors")
     assert trackfail.judge(video, rendered.boxes, method="First colors").to_polars().rows() == want.rows()
-    with pytest.raises(ValueError, match="190 frames and 191 boxes"):
-        trackfail.judge(video, np.vstack((rendered.boxes, rendered.boxes[:1])), method="First colors")
+    boxes = [*rendered.boxes]
+    for others, count in [(boxes[:-1], 189), ([*boxes, boxes[0]], 191), ([*boxes, None], 191)]:
+        for method in ("First colors", "Displacement"):
+            with pytest.raises(ValueError, match=f"190 frames and {count} boxes"):
+                trackfail.judge(video, others, method=method)
     broken = tmp_path / "broken.mp4"
     broken.write_bytes(b"no video")
     with pytest.raises(ValueError, match="no video that ffmpeg reads"):
         trackfail.judge(broken, rendered.boxes, method="First colors")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the program that stands for ffmpeg is a script")
+@pytest.mark.parametrize("method", ["First colors", "Displacement"])
+def test_a_video_that_is_damaged_after_its_last_box(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, 48 * 64 * 3, dtype=np.uint8)
+    (tmp_path / "frame.ppm").write_bytes(b"P6\n64 48\n255\n" + pixels.tobytes())
+    ffmpeg = tmp_path / "ffmpeg"
+    ffmpeg.write_text('#!/bin/sh\ncat "$(dirname "$0")/frame.ppm"\necho "no more of it" >&2\nexit 1\n')
+    ffmpeg.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    with pytest.raises(ValueError, match=r"a damaged one \(ffmpeg: no more of it\)"):
+        trackfail.judge(tmp_path / "frame.ppm", [(10, 8, 20, 16)], method=method)
+
+
+@pytest.mark.parametrize("method", ["First colors", "Displacement"])
+def test_frames_are_as_many_as_boxes(method: str) -> None:
+    frames = np.random.default_rng(0).integers(0, 256, (6, 48, 64, 3), dtype=np.uint8)
+    box = (10, 8, 20, 16)
+    cases: list[tuple[Any, list[Any], str]] = [
+        (frames, [box] * 5, "more than 5 frames and 5 boxes"),
+        (frames, [*[box] * 5, None, None], "6 frames and 7 boxes"),
+        (itertools.repeat(frames[0]), [box] * 5, "more than 5 frames and 5 boxes"),
+    ]
+    for given, boxes, words in cases:
+        with pytest.raises(ValueError, match=f"there are {words}; there must be one box for each frame"):
+            trackfail.judge(iter(given), boxes, method=method, colors="rgb")
+    assert len(trackfail.judge(iter(frames), [None, *[box] * 4, None], method=method, colors="rgb")) == 6
 
 
 def test_all_targets_of_a_video_in_one_pass(rendered: Rendered) -> None:
@@ -101,12 +137,50 @@ def jumping() -> Floats:
     return np.array([[t if t < 40 else 300.0, 20, 16, 14] for t in range(60)])
 
 
+def test_a_judgement_may_ask_for_another_one() -> None:
+    script = """
+import numpy as np, trackfail
+def frames():
+    for t in range(3):
+        trackfail.judge(None, [(5, 5, 20, 20)] * 3, method="Displacement")
+        yield np.full((40, 40), t, np.uint8)
+print(len(trackfail.judge(frames(), [(5, 5, 20, 20)] * 3, method="First colors")))
+"""
+    alone = {**os.environ, "RAYON_NUM_THREADS": "1"}
+    ran = subprocess.run([sys.executable, "-c", script], env=alone, capture_output=True, text=True, timeout=120, check=True)
+    assert ran.stdout == "3\n"
+
+
+def test_what_is_compared_with_the_threshold(rendered: Rendered) -> None:
+    frames, boxes = rendered.frames[:30], rendered.boxes[:30]
+    colors, fused = (trackfail.judge(frames, boxes, method=method) for method in ("First colors", "Fused deep"))
+    assert colors.alarm_score is None and fused.alarm_score is not None and len(fused.alarm_score) == 30
+
+
 def test_confidence_and_companions() -> None:
     boxes = jumping()
     sure = trackfail.judge(None, boxes, confidence=np.where(np.arange(60) < 40, 0.9, 0.1))
     assert sure.method == trackfail.recommended(confidence=True) == "Confidence"
     assert trackfail.judge(None, boxes, companions=[boxes, boxes + 1]).method == "Fused companions"
     assert trackfail.judge(None, boxes, budget=5).method == "Fused boxes"
+
+
+def test_boxes_may_be_data_frames() -> None:
+    boxes = jumping()
+    boxes[7] = np.nan
+    want = trackfail.judge(None, boxes, method="Displacement")
+    tables: list[Any] = [pd.DataFrame(boxes, columns=list("xywh")), pl.DataFrame(boxes, schema=list("xywh"))]
+    for table in tables:
+        judged = trackfail.judge(None, table, method="Displacement")
+        np.testing.assert_array_equal(judged.score, want.score)
+        both = trackfail.judge(None, {"one": table}, method="Displacement")
+        np.testing.assert_array_equal(both["one"].score, want.score)
+        assert trackfail.errors(table, boxes)[0] == 0
+
+
+def test_judgements_are_compared_as_objects() -> None:
+    one, other = (trackfail.judge(None, jumping(), method="Displacement") for _ in range(2))
+    assert one != other and len({one, other}) == 2
 
 
 def test_what_is_refused(rendered: Rendered) -> None:
@@ -149,6 +223,12 @@ def test_tables_pages_and_pictures(tmp_path: Path) -> None:
     judged.report(page)
     text = page.read_text()
     assert "Lost from frame 40 to " in text and "<svg" in text and "http" not in text
+    # The score that speaks loudest for a loss.
+    start, end = judged.losses[0]
+    for high_is_good, extreme, t in [(False, "largest", end - 1), (True, "smallest", start)]:
+        dataclasses.replace(judged, high_is_good=high_is_good, score=np.linspace(0, 1, 60)).report(page)
+        text = page.read_text()
+        assert f"<th>{extreme} score</th>" in text and f"<td>{t / 59:.3g}</td></tr>" in text
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
     from matplotlib import pyplot

@@ -33,5 +33,7 @@ def test_what_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match=r"no manifest\.json"):
         trackfail.load(tmp_path)
     (tmp_path / "manifest.json").write_text("{}")
+    with pytest.raises(ValueError, match="library: want polars or pandas, not 'numpy'"):
+        trackfail.load(tmp_path, "numpy")  # type: ignore[call-overload]
     with pytest.raises(FileNotFoundError, match="no such table"):
         _ = trackfail.load(tmp_path, "pandas").frames

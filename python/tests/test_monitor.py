@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import os
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from conftest import Rendered, Run, answers, told
 from trackfail import Frame, Judgement, Monitor
 
 BOX = (10.0, 8.0, 20.0, 16.0)
+T = TypeVar("T")
+HAS_FORK = pytest.mark.skipif(not hasattr(multiprocessing, "get_context") or sys.platform == "win32", reason="there is no fork")
 
 
 def pixels(seed: int = 0, shape: tuple[int, ...] = (48, 64, 3)) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -141,12 +144,34 @@ def test_a_saved_monitor_goes_on(rendered: Rendered, run: Run, tmp_path: Path) -
     assert (resumed.index, resumed.method) == (60, monitor.method)
     got += [resumed.update(frame, box) for frame, box in pairs[60:]]
     assert got == want
+    assert all(Monitor.load(given(path.read_bytes())).index == 60 for given in (bytes, bytearray, memoryview))
     # The program goes on with it, too.
     rest = "".join(line + "\n" for line in rendered.lines().splitlines()[60:])
     assert answers(run("monitor", "--state", path, given=rest)) == [told(answer) for answer in want[60:]]
     for damaged in (b"", b"no state", path.read_bytes()[:-1]):
         with pytest.raises(ValueError, match="state"):
             Monitor.load(damaged)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and permissions are other ones")
+def test_a_state_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monitor = Monitor(method="Displacement")
+    monitor.update(None, BOX)
+    file, link = tmp_path / "track.state", tmp_path / "link.state"
+    file.write_bytes(b"old")
+    file.chmod(0o640)
+    link.symlink_to(file)
+
+    def fail(*_: object) -> None:
+        raise OSError("no room")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", fail)
+        with pytest.raises(OSError, match="no room"):
+            monitor.save(link)
+    assert file.read_bytes() == b"old" and sorted(tmp_path.iterdir()) == [link, file]
+    assert monitor.save(link) == file.read_bytes() and link.is_symlink() and file.stat().st_mode & 0o777 == 0o640
+    assert sorted(tmp_path.iterdir()) == [link, file]
 
 
 def test_a_restart_is_that_of_the_program(rendered: Rendered, run: Run) -> None:
@@ -160,10 +185,12 @@ def test_a_restart_is_that_of_the_program(rendered: Rendered, run: Run) -> None:
         for line, frame in zip(lines, rendered.frames, strict=True)
     ]
     assert got == want
-    # Without a frame it is about the last one.
+    # Without a frame it is about the last one that was not refused.
     one, other = (Monitor(method="First colors") for _ in range(2))
     for monitor in (one, other):
         monitor.update(rendered.frames[0], rendered.boxes[0])
+        with pytest.raises(ValueError, match="box"):
+            monitor.update(rendered.frames[1], (1, 2, 3))
     assert one.restart(rendered.truth[0]) == other.restart(rendered.truth[0], rendered.frames[0])
     assert one.update(rendered.frames[1], rendered.truth[1]) == other.update(rendered.frames[1], rendered.truth[1])
 
@@ -231,22 +258,80 @@ def test_two_uses_at_once_are_refused() -> None:
     assert monitor.update(None, BOX).index == 1
 
 
-@pytest.mark.skipif(not hasattr(multiprocessing, "get_context") or sys.platform == "win32", reason="there is no fork")
-def test_a_forked_process_has_threads_of_its_own(rendered: Rendered) -> None:
-    def follow() -> list[Judgement]:
-        monitor = Monitor(method="Agreement")
-        return [monitor.update(frame, box) for frame, box in zip(rendered.frames[:10], rendered.boxes, strict=False)]
+def test_a_monitor_in_use_is_described_and_left() -> None:
+    monitor = Monitor(method="Companions")
 
-    def tell(queue: SimpleQueue[list[Judgement]]) -> None:
-        queue.put(follow())
+    def companions() -> Iterator[tuple[float, ...]]:
+        assert "judging in another thread" in repr(monitor)
+        # The error of the body comes first.
+        with pytest.raises(KeyError, match="camera"), monitor:
+            raise KeyError("camera")
+        with pytest.raises(RuntimeError, match="a monitor of its own"), monitor:
+            pass
+        yield BOX
 
-    want = follow()
+    monitor.update(None, BOX, companions=companions())
+    assert "Companions, next frame 1" in repr(monitor) and not monitor.closed
+    assert "closed" in repr(Monitor.__new__(Monitor))
+
+
+def refusals() -> list[str]:
+    """The errors of bad inputs."""
+    monitor, closed = (Monitor(method="First colors", colors="bgr") for _ in range(2))
+    monitor.update(pixels(), BOX)
+    closed.close()
+    cases: list[tuple[Monitor, Any, tuple[float, ...]]] = [
+        (monitor, pixels().astype(np.float32), BOX),
+        (monitor, pixels(shape=(32, 64, 3)), BOX),
+        (monitor, pixels(), BOX[:3]),
+        (closed, pixels(), BOX),
+    ]
+    errors = []
+    for judging, frame, box in cases:
+        with pytest.raises(ValueError) as caught:
+            judging.update(frame, box)
+        errors.append(str(caught.value))
+    return errors
+
+
+def test_bad_inputs_are_refused_in_many_threads() -> None:
+    want = refusals()
+    for said, words in zip(want, ("float32", "64x32 pixels", "takes 4 numbers", "is closed"), strict=True):
+        assert words in said
+    together = threading.Barrier(8)
+
+    def refuse(_: int) -> list[list[str]]:
+        together.wait(60)
+        return [refusals() for _ in range(20)]
+
+    with ThreadPoolExecutor(8) as pool:
+        assert list(pool.map(refuse, range(8))) == [[want] * 20] * 8
+
+
+def forked(work: Callable[[], list[T]]) -> list[T]:
+    """What a forked process answers."""
     context = multiprocessing.get_context("fork")
-    queue: SimpleQueue[list[Judgement]] = context.SimpleQueue()
-    process = context.Process(target=tell, args=(queue,))
+    queue: SimpleQueue[list[T]] = context.SimpleQueue()
+    process = context.Process(target=lambda: queue.put(work()))
     process.start()
     process.join(120)
     alive = process.is_alive()
     process.kill()
     assert not alive and process.exitcode == 0
-    assert queue.get() == want
+    return queue.get()
+
+
+@HAS_FORK
+def test_a_forked_process_has_threads_of_its_own(rendered: Rendered) -> None:
+    def follow() -> list[Judgement]:
+        monitor = Monitor(method="Agreement")
+        return [monitor.update(frame, box) for frame, box in zip(rendered.frames[:10], rendered.boxes, strict=False)]
+
+    want = follow()
+    assert forked(follow) == want
+
+
+@HAS_FORK
+def test_bad_inputs_are_refused_in_a_forked_process() -> None:
+    want = refusals()
+    assert forked(refusals) == want

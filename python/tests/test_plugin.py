@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 import pytest
@@ -111,6 +113,21 @@ def test_faults_end_the_program_with_a_reason(classes: Path) -> None:
         assert ran.returncode != 0 and words in ran.stderr and ran.stdout == "", ran
     with pytest.raises(TypeError, match="no method `update`"):
         plugin.signal("wrong")(int)
+
+
+def test_the_file_of_programs(classes: Path) -> None:
+    tomllib: Any = pytest.importorskip("tomllib")
+    text = plugin.toml(classes)
+    assert "keep both in one folder" in text
+    # As often as one likes.
+    assert plugin.toml(classes) == text
+    file = classes.with_name("\N{GRINNING FACE}.py")
+    file.write_text(CLASSES)
+    command = [sys.executable, "-m", "trackfail.plugin", file.name]
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    out = subprocess.run(command, cwd=file.parent, env=environment, stdout=subprocess.PIPE, check=True).stdout
+    program = tomllib.loads(out.decode())["signal"]["box-size"]
+    assert program["digest"] == [file.name] and program["command"][3:] == [file.name, "signal.box-size"]
 
 
 def test_an_experiment_runs_them(classes: Path, run: Run) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pandas as pd
 import polars as pl
 import pytest
 
@@ -72,6 +73,29 @@ def test_by_hand() -> None:
     assert trackfail.auroc([1, 2], [0, 0]) is None and trackfail.found_at(5, [1, 2], [0, 0]) is None
 
 
+def test_restarts_begin_pieces() -> None:
+    # The tracker fails in frame 16 and starts again in 21, where its box jumps.
+    error = [0.0] * 16 + [1.0] + [N] * 4 + [0.0] * 19
+    jump = [t == 21 for t in range(40)]
+    pieces = [(0, 17), (21, 40)]
+    one = trackfail.score(jump, error=error, pieces=pieces)
+    anew = trackfail.score(jump, error=error, pieces=pieces, protocol="khalid2016/2")
+    assert (one.tp, one.fn) == (1, 0)
+    assert (anew.tp, anew.fp, anew.fn) == (0, 0, 1)
+    for wrong in ([(0, 17), (16, 40)], [(0, 41)], [(3, 3)]):
+        with pytest.raises(ValueError, match="ranges of the 40 frames in their order"):
+            trackfail.score(jump, error=error, pieces=wrong)
+
+
+def test_alarms_at_a_threshold_are_those_of_alarm_scores() -> None:
+    error = [0.0] * 20 + [1.0] * 10
+    scores, alarm_scores = [1.0] * 20 + [2.0] * 10, [float(t % 2) for t in range(30)]
+    measures = trackfail.frame_measures(scores, error, alarm_scores=alarm_scores)
+    assert measures["auroc"] == trackfail.auroc(scores, error) == 1
+    assert measures["found_at_5"] == trackfail.found_at(5, alarm_scores, error) == 0
+    assert trackfail.frame_measures(scores, error)["found_at_5"] == 1
+
+
 def test_what_is_refused() -> None:
     with pytest.raises(ValueError, match="did you mean `khalid2016/1`"):
         trackfail.score([0], error=[0.1], protocol="khalid2016/11")
@@ -84,3 +108,19 @@ def test_what_is_refused() -> None:
     with pytest.raises(ValueError, match="scores of track 0 has the length 1"):
         trackfail.auroc([0.1], [0, 1])
     assert "nab/1" in trackfail.protocols()
+
+
+def test_tracks_may_be_series() -> None:
+    scores, error = [0.0, 5, 4, 3, 3, 1], [0.0, 1, 0, 0, 1, 0]
+    table = pd.DataFrame({"score": scores, "error": error})
+    # Its first row has the index 1.
+    part = table[table["score"] > 0]
+    polars = pl.DataFrame({"score": scores[1:], "error": error[1:]})
+    for given in (part, polars):
+        assert trackfail.auroc(given["score"], given["error"]) == 4.5 / 6
+    assert trackfail.auroc([part["score"]], [part["error"]]) == 4.5 / 6
+
+
+def test_scores_are_compared_as_objects() -> None:
+    one, other = (trackfail.score([0] * 20 + [1] * 9, error=[0.1] * 20 + [1] * 9) for _ in range(2))
+    assert one != other and len({one, other}) == 2

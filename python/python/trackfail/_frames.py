@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import IO, TypeAlias
 
@@ -25,46 +26,75 @@ _CONTAINERS = "mpeg,mpegvideo,mpegts,avi,mov,matroska,webm"
 _COLORS = "-pix_fmt rgb24 -sws_flags bicubic+accurate_rnd+full_chroma_int+bitexact"
 
 
-def source(frames: Frames, count: int) -> Callable[[int], Picture]:
+def source(frames: Frames, count: int) -> Callable[[int], Picture] | Following:
     """A function from the index of a frame to the frame, which is asked in their order; there have to be `count`."""
     if isinstance(frames, (str, os.PathLike)):
         path = Path(frames)
         if not path.is_dir():
-            return _following(_video(path), count)
+            return Following(_video(path), count, ends=True)
         frames = _images(path)
     if isinstance(frames, (Sequence, np.ndarray)):
         if len(frames) != count:
-            raise ValueError(f"there are {len(frames)} frames and {count} boxes; there must be one box for each frame")
+            raise _other_count(str(len(frames)), count)
         return frames.__getitem__
-    return _following(iter(frames), count)
+    return Following(iter(frames), count, ends=False)
 
 
-def _following(frames: Iterator[Picture], count: int) -> Callable[[int], Picture]:
-    """Frames that come one after the other; those that nobody asks for are passed over."""
-    given = 0
+class Following:
+    """Frames that come one after the other; those that nobody asks for are passed over. `ends`: they surely end."""
 
-    def frame(t: int) -> Picture:
-        nonlocal given
-        for picture in frames:
-            given += 1
-            if given == t + 1:
+    def __init__(self, frames: Iterator[Picture], count: int, ends: bool) -> None:
+        self._frames, self._count, self._ends = frames, count, ends
+        self._given = 0
+
+    def __call__(self, t: int) -> Picture:
+        for picture in self._frames:
+            self._given += 1
+            if self._given == t + 1:
                 return picture
-        raise ValueError(f"there are {given} frames and {count} boxes; there must be one box for each frame")
+        raise _other_count(str(self._given), self._count)
 
-    return frame
+    def finish(self) -> None:
+        """Checks the number of frames: reads them to their end or, where there may be none, one more than there should be."""
+        rest = self._frames if self._ends else islice(self._frames, self._count + 1 - self._given)
+        self._given += sum(1 for _ in rest)
+        if self._given != self._count:
+            is_more = self._given > self._count and not self._ends
+            raise _other_count(f"more than {self._count}" if is_more else str(self._given), self._count)
+
+
+def _other_count(frames: str, boxes: int) -> ValueError:
+    return ValueError(f"there are {frames} frames and {boxes} boxes; there must be one box for each frame")
 
 
 def _images(folder: Path) -> list[Picture]:
-    """The image files of a folder, or of its folder `img`, in the order of the numbers in their names."""
+    """The image files of a folder, or of its folder `img`, in the order of the one number that differs in their names.
+
+    `trackfail detect` also reads names with dates and times, and puts all of these in the same order.
+    """
     folder = folder / "img" if (folder / "img").is_dir() else folder
-    files = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES]
+    files = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES and not path.name.startswith(".")]
     if not files:
         raise ValueError(f"{folder} has no .jpg or .png file")
-
-    def numbers(path: Path) -> tuple[list[int], str]:
-        return [int(number) for number in re.findall(r"\d+", path.stem)], path.name
-
-    return [*sorted(files, key=numbers)]
+    names = [re.split("([0-9]+)", path.stem) for path in files]
+    texts = {tuple(name[::2]) for name in names}
+    places = [k for k in range(1, len(names[0]), 2) if len({int(name[k]) for name in names}) > 1] if len(texts) == 1 else []
+    if len(files) > 1 and len(places) != 1:
+        raise ValueError(
+            f"{folder}: the order of the frames is in doubt, since not one number alone differs in their names; "
+            "rename the files, or give a list of them in their order"
+        )
+    numbered = sorted((int(name[places[0]]) if places else 0, path) for name, path in zip(names, files, strict=True))
+    for (number, path), (following, other) in pairwise(numbered):
+        if following == number:
+            raise ValueError(f"{other}: frame {number} again, after {path.name}; keep one file a frame")
+        if following > number + 1:
+            first, last = numbered[0][0], numbered[-1][0]
+            raise ValueError(
+                f"{folder}: frame {number + 1} is missing; frames {first} to {last} are needed: "
+                "add it, or number the files without a gap"
+            )
+    return [path for _, path in numbered]
 
 
 def _video(path: Path) -> Iterator[Picture]:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _trackfail
-from ._frames import Frames, source
+from ._frames import Following, Frames, source
 from ._types import Box, Boxes, Colors, Floats
 
 if TYPE_CHECKING:
@@ -22,20 +22,22 @@ if TYPE_CHECKING:
 Name = TypeVar("Name", str, int)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judged:
     """Judgement of a track by a method; every column has a value per frame."""
 
     method: str
     """Name of the method."""
     threshold: float | None
-    """Level that the score is compared with, of methods that have one."""
+    """Level that `alarm_score` or, without it, `score` is compared with, of methods that have one."""
     high_is_good: bool
     """True if high scores speak for a good track."""
     is_probability: bool
     """True if the score is the probability that the target is lost."""
     score: Floats
     """Score; NaN before the first box and after the last one."""
+    alarm_score: Floats | None
+    """The number that is compared with the threshold, of methods that compare another one than the score; else None."""
     label: npt.NDArray[np.bool_]
     """True in frames with an alarm."""
     change: npt.NDArray[np.int32]
@@ -87,12 +89,14 @@ class Judged:
         return polars.DataFrame(self.columns()).with_columns(polars.col("score").fill_nan(None))
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draws the scores, the threshold and the losses, for which matplotlib has to be there."""
+        """Draws the scores, the losses and, in gray, the threshold with what is compared with it; needs matplotlib."""
         if ax is None:
             from matplotlib import pyplot
 
             ax = pyplot.figure(figsize=(9, 2.5), layout="constrained").add_subplot()
         ax.plot(self.score, linewidth=1)
+        if self.alarm_score is not None:
+            ax.plot(self.alarm_score, linewidth=1, color="gray", alpha=0.6)
         if self.threshold is not None:
             ax.axhline(self.threshold, linestyle="--", linewidth=1, color="gray")
         for start, end in self.losses:
@@ -148,10 +152,10 @@ def judge(
 
     Args:
         frames: The frames: an array of the shape (frames, height, width, 3) or (frames, height, width), a list or an iterator
-            of arrays, frames or paths, a folder of numbered images, or a video, which ffmpeg decodes. None for methods that
-            look at boxes alone.
-        boxes: A box for each frame, or a mapping from the name of each target to its boxes. Formats that count pixels
-            from 1, such as OTB's, need `base=1`.
+            of arrays, frames or paths, a folder of images numbered without a gap, or a video, which ffmpeg decodes. None
+            for methods that look at boxes alone.
+        boxes: A box for each frame, as rows of an array or a data frame or as a list, or a mapping from the name of each
+            target to its boxes. Formats that count pixels from 1, such as OTB's, need `base=1`.
         confidence: The tracker's own confidence in each frame.
         companions: The boxes of other trackers on the same target, for each a box for each frame.
         method: Name of the method; otherwise the one that is recommended for what is given.
@@ -160,7 +164,10 @@ def judge(
         base: Number of the top left pixel in boxes, 0 or 1.
 
     Raises:
-        ValueError: For what cannot be used. Errors that an iterator of frames raises are raised as they are.
+        ValueError: For what cannot be used, such as more frames than boxes; of an iterator one more is taken to find that.
+            Errors that an iterator of frames raises are raised as they are.
+        TypeError: For an argument of another type.
+        OSError: For a file that cannot be read.
     """
     tracks: Mapping[Any, Any] = boxes if isinstance(boxes, Mapping) else {None: boxes}
     named = {name: _rows(track) for name, track in tracks.items()}
@@ -180,15 +187,25 @@ def judge(
         budget,
         base,
     )
+    if isinstance(frame_of, Following):
+        frame_of.finish()
     judged: dict[Any, Judged] = {}
-    for name, (used, threshold, high_is_good, is_probability, score, label, change, states) in zip(named, told, strict=True):
+    for name, (used, threshold, high_is_good, is_probability, score, raising, label, change, states) in zip(
+        named, told, strict=True
+    ):
         state = np.array(states, dtype=np.str_)
-        judged[name] = Judged(used, threshold, high_is_good, is_probability, score, label, change, state)
+        judged[name] = Judged(used, threshold, high_is_good, is_probability, score, raising, label, change, state)
     return judged if isinstance(boxes, Mapping) else judged[None]
 
 
 def _rows(boxes: Boxes | Iterable[Box | None]) -> list[Any]:
-    return boxes.tolist() if isinstance(boxes, np.ndarray) else list(boxes)
+    rows = _array(boxes)
+    return rows.tolist() if isinstance(rows, np.ndarray) else list(rows)
+
+
+def _array(given: Any) -> Any:
+    """The array of a data frame or a series, whose own iteration and indices are about other things than rows."""
+    return given.to_numpy() if hasattr(given, "to_numpy") else given
 
 
 def methods() -> list[str]:

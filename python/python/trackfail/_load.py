@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 DataFrame = TypeVar("DataFrame")
 Library = Literal["polars", "pandas"]
 
+_LIBRARIES: tuple[Library, ...] = ("polars", "pandas")
 _TABLES = ("scores", "measures", "frame_measures", "frames", "truth", "signals")
 
 
@@ -26,6 +27,8 @@ class Results(Generic[DataFrame]):
     """
 
     def __init__(self, path: str | os.PathLike[str], library: Library) -> None:
+        if library not in _LIBRARIES:
+            raise ValueError(f"library: want {' or '.join(_LIBRARIES)}, not {library!r}")
         self.path = Path(path)
         self.library = library
         if not (self.path / "manifest.json").is_file():
@@ -111,11 +114,11 @@ def load(path: str | os.PathLike[str], library: Library | None = None) -> Result
     """The results in a folder, as data frames of polars where it is installed, else of pandas.
 
     Raises:
+        ValueError: For another library.
         FileNotFoundError: For a folder without results.
         ImportError: Where neither library is installed.
     """
-    known: tuple[Library, ...] = ("polars", "pandas")
-    there = [name for name in known if find_spec(name) is not None]
+    there = [name for name in _LIBRARIES if find_spec(name) is not None]
     if library is None and not there:
         raise ImportError("tables need polars or pandas: pip install polars")
-    return Results(path, library or there[0])
+    return Results(path, there[0] if library is None else library)

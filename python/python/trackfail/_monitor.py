@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
+import uuid
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -82,6 +85,7 @@ class Monitor:
         Raises:
             ValueError: For an array of another type, shape or size, or numbers that are no box. The frame counts, and nothing
                 else is changed by it.
+            TypeError: For an argument of another type.
             OSError: For a file that cannot be read.
         """
         return _judgement(self._monitor.update(frame, box, confidence, companions, False))
@@ -97,31 +101,34 @@ class Monitor:
 
         Args:
             box: Place of the target.
-            frame: The frame; without it that of the last update, which then counts twice.
+            frame: The frame. Without one, that of the last update or restart that was not refused is judged again, under a
+                number of its own; where that had none, and after `load`, there is none, as in `update(None, box)`.
             confidence: As in `update`.
             companions: As in `update`.
         """
         return _judgement(self._monitor.update(frame, box, confidence, companions, True))
 
     def save(self, path: str | os.PathLike[str] | None = None) -> bytes:
-        """Returns the state as bytes and, with a path, writes it as `trackfail monitor --state` does."""
+        """Returns the state as bytes and, with a path, writes it as a file that `trackfail monitor --state` reads.
+
+        It is written beside the file that it replaces, and is on the disk before it takes its place: a reader, also one after
+        a crash, sees the old state or the new one. A link stays, and its target is replaced.
+        """
         state = self._monitor.save()
         if path is not None:
-            # A reader sees the old file or the new one.
-            partial = Path(f"{os.fspath(path)}.partial")
-            partial.write_bytes(state)
-            partial.replace(path)
+            _replace(os.path.realpath(path), state)
         return state
 
     @classmethod
-    def load(cls, state: bytes | str | os.PathLike[str], *, colors: Colors | None = None) -> Monitor:
+    def load(cls, state: bytes | bytearray | memoryview | str | os.PathLike[str], *, colors: Colors | None = None) -> Monitor:
         """Returns the monitor of a saved state, bytes or a file: it goes on with the same answers.
 
         Raises:
             ValueError: For a state that is damaged, or of another version of the program or the method.
+            OSError: For a file that cannot be read.
         """
         monitor = cls.__new__(cls)
-        saved = state if isinstance(state, bytes) else Path(state).read_bytes()
+        saved = bytes(state) if isinstance(state, (bytes, bytearray, memoryview)) else Path(state).read_bytes()
         monitor._monitor = _trackfail.Monitor.load(saved, colors)
         return monitor
 
@@ -148,12 +155,37 @@ class Monitor:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
+        try:
+            self.close()
+        except RuntimeError:
+            # Another thread is judging; an error of the body says more.
+            if error is None:
+                raise
 
     def __repr__(self) -> str:
-        if self.closed:
+        try:
+            return f"<trackfail.Monitor, method {self.method}, next frame {self.index}>"
+        except RuntimeError:
+            return "<trackfail.Monitor, judging in another thread>"
+        except (AttributeError, ValueError):
+            # Closed, or never made.
             return "<trackfail.Monitor, closed>"
-        return f"<trackfail.Monitor, method {self.method}, next frame {self.index}>"
+
+
+def _replace(path: str, data: bytes) -> None:
+    """Writes a file whole, with the permissions of the one that was there."""
+    part = os.path.join(os.path.dirname(path), f".trackfail-{uuid.uuid4().hex}")
+    try:
+        with open(part, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            shutil.copymode(path, part)
+        os.replace(part, path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
 
 
 def _judgement(told: tuple[int, float | None, State, list[str], str | None]) -> Judgement:

@@ -22,7 +22,7 @@ svg {{ width: 100%; height: auto; border: 1px solid #bbb }} td, th {{ padding: .
 <h1>{verdict}</h1>
 <p>Method {method}, {frames} frames; {meaning}. Frames count from 0.</p>
 <svg viewBox="0 0 {width} {height}" role="img" aria-label="Scores over frames; losses are shaded">{chart}</svg>
-<table><tr><th>lost from</th><th>to</th><th>frames</th><th>largest score</th></tr>{rows}</table>
+<table><tr><th>lost from</th><th>to</th><th>frames</th><th>{extreme} score</th></tr>{rows}</table>
 </body></html>
 """
 
@@ -30,7 +30,7 @@ svg {{ width: 100%; height: auto; border: 1px solid #bbb }} td, th {{ padding: .
 def write(path: str | os.PathLike[str], judged: Judged) -> None:
     """Writes the page."""
     rows = [
-        f"<tr><td>{start}</td><td>{end - 1}</td><td>{end - start}</td><td>{_largest(judged, start, end)}</td></tr>"
+        f"<tr><td>{start}</td><td>{end - 1}</td><td>{end - start}</td><td>{_extreme(judged, start, end)}</td></tr>"
         for start, end in judged.losses
     ]
     page = _PAGE.format(
@@ -38,6 +38,7 @@ def write(path: str | os.PathLike[str], judged: Judged) -> None:
         verdict=escape(judged.verdict),
         frames=len(judged),
         meaning="the score is the probability that the target is lost" if judged.is_probability else "scores of the method",
+        extreme="smallest" if judged.high_is_good else "largest",
         width=_WIDTH,
         height=_HEIGHT,
         chart=_chart(judged),
@@ -46,10 +47,13 @@ def write(path: str | os.PathLike[str], judged: Judged) -> None:
     Path(path).write_text(page, encoding="utf-8")
 
 
-def _largest(judged: Judged, start: int, end: int) -> str:
+def _extreme(judged: Judged, start: int, end: int) -> str:
+    """The score that speaks loudest for the loss."""
     part = judged.score[start:end]
     part = part[np.isfinite(part)]
-    return f"{part.max():.3g}" if part.size else ""
+    if not part.size:
+        return ""
+    return f"{part.min() if judged.high_is_good else part.max():.3g}"
 
 
 def _chart(judged: Judged) -> str:

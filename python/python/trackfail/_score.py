@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _trackfail
-from ._judge import _rows
-from ._types import Box, Boxes, Floats, Good
+from ._judge import _array, _rows
+from ._types import Box, Boxes, Floats, Good, Table
 
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
-Tracks: TypeAlias = Numbers | Sequence[Numbers]
+Tracks: TypeAlias = Numbers | Table | Sequence[Numbers | Table]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """Counts of a protocol on a track, and the metrics of these counts."""
 
@@ -57,6 +57,7 @@ def score(
     *,
     error: Numbers | None = None,
     changes: Sequence[int] | npt.NDArray[np.int32] | None = None,
+    pieces: Sequence[tuple[int, int]] = (),
 ) -> Score:
     """The score of a detector's labels on one track; counts of several tracks are added up.
 
@@ -67,9 +68,12 @@ def score(
         protocol: Name and version, see `trackfail.protocols`.
         error: Tracking errors, instead of boxes and truth.
         changes: Changes that the detector finds (1, -1, 0), where these are not those between labels.
+        pieces: Parts of a track between restarts of the tracker, each as its first frame and the one after its last. Protocols
+            by which a restart begins a new track, such as `khalid2016/2`, score them one by one, without the frames of
+            restarts and those between pieces; others take no notice.
 
     Raises:
-        ValueError: For an unknown protocol, and lists of different lengths.
+        ValueError: For an unknown protocol, lists of different lengths, and pieces that are not in order on the track.
     """
     if error is None:
         if boxes is None or truth is None:
@@ -79,7 +83,11 @@ def score(
     listed = None if changes is None else np.asarray(changes, dtype=np.int32).tolist()
     wrong = np.asarray(error, dtype=np.float64).tolist()
     _same(len(wrong), labels=called, **({} if listed is None else {"changes": listed}))
-    counts, events, detections, matches, measures = _trackfail.score(called, wrong, listed, protocol)
+    parts = [(int(start), int(end)) for start, end in pieces]
+    edges = [edge for part in parts for edge in part]
+    if edges != sorted(edges) or any(start == end for start, end in parts) or not all(0 <= e <= len(wrong) for e in edges):
+        raise ValueError(f"pieces: want ranges of the {len(wrong)} frames in their order, not {parts}")
+    counts, events, detections, matches, measures = _trackfail.score(called, wrong, listed, parts, protocol)
     return Score(
         protocol,
         *counts,
@@ -97,6 +105,7 @@ def frame_measures(
     *,
     good: Good = "low",
     probability: bool = False,
+    alarm_scores: Tracks | None = None,
     sequence: Sequence[int] | None = None,
     seed: int | None = None,
 ) -> dict[str, float | None]:
@@ -109,10 +118,13 @@ def frame_measures(
         good: Scores that are good, high or low ones.
         probability: True if scores are probabilities, which have a calibration: that the target is lost or, where high
             is good, that it is not.
+        alarm_scores: Numbers that the detector compares with its threshold, where these are not the scores (`alarm_score` of
+            results and of `Judged`); the measures of alarms at a threshold are those of these.
         sequence: For each track the index of its sequence; those of one are drawn together in bootstrap samples.
         seed: Seed of the bootstrap samples; without one there are no intervals.
     """
     numbers, wrong = _tracks(scores, error)
+    compared = None if alarm_scores is None else _tracks(alarm_scores, error)[0]
     alarms = None
     if labels is not None:
         alarms = [track.astype(bool).tolist() for track in _listed(labels)]
@@ -123,7 +135,7 @@ def frame_measures(
     _same(len(wrong), sequence=names)
     indices = {name: index for index, name in enumerate(dict.fromkeys(names))}
     known = [indices[name] for name in names]
-    return dict(_trackfail.frame_measures(wrong, numbers, alarms, known, good == "high", probability, seed))
+    return dict(_trackfail.frame_measures(wrong, numbers, compared, alarms, known, good == "high", probability, seed))
 
 
 def auroc(scores: Tracks, error: Tracks, *, good: Good = "low") -> float | None:
@@ -137,7 +149,10 @@ def average_precision(scores: Tracks, error: Tracks, *, good: Good = "low") -> f
 
 
 def found_at(budget: float, scores: Tracks, error: Tracks, *, good: Good = "low") -> float | None:
-    """Share of the losses found within 15 frames, where at most `budget` of 1000 good frames alarm; None without a loss."""
+    """Share of the losses found within 15 frames, where at most `budget` of 1000 good frames alarm; None without a loss.
+
+    Of a method with an `alarm_score`, give these numbers as `scores`.
+    """
     numbers, wrong = _tracks(scores, error)
     return _trackfail.found_at(wrong, numbers, float(budget), good == "high")
 
@@ -149,11 +164,12 @@ def protocols() -> list[str]:
 
 def _listed(tracks: Tracks) -> list[npt.NDArray[Any]]:
     """One array for each track."""
-    if isinstance(tracks, np.ndarray) and tracks.ndim == 1:
-        return [tracks]
-    if len(tracks) > 0 and np.ndim(tracks[0]) == 0:
-        return [np.asarray(tracks)]
-    return [np.asarray(track) for track in tracks]
+    given = _array(tracks)
+    if isinstance(given, np.ndarray) and given.ndim == 1:
+        return [given]
+    if len(given) > 0 and np.ndim(given[0]) == 0:
+        return [np.asarray(given)]
+    return [np.asarray(track) for track in given]
 
 
 def _tracks(scores: Tracks, error: Tracks) -> tuple[list[list[float]], list[list[float]]]:

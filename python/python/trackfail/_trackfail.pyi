@@ -74,6 +74,7 @@ def judge(
         bool,
         bool,
         npt.NDArray[np.float64],
+        npt.NDArray[np.float64] | None,
         npt.NDArray[np.bool_],
         npt.NDArray[np.int32],
         list[str],
@@ -84,11 +85,16 @@ def recommended(frames: bool, companions: bool, confidence: bool, budget: float 
 def protocols() -> list[str]: ...
 def errors(boxes: Iterable[object], truth: Iterable[object], base: int) -> npt.NDArray[np.float64]: ...
 def score(
-    labels: Sequence[bool], error: Sequence[float], changes: Sequence[int] | None, protocol: str
+    labels: Sequence[bool],
+    error: Sequence[float],
+    changes: Sequence[int] | None,
+    pieces: Sequence[tuple[int, int]],
+    protocol: str,
 ) -> tuple[tuple[int, int, int, int], list[int], list[int], list[tuple[int, int]], list[tuple[str, float | None]]]: ...
 def frame_measures(
     error: Sequence[Sequence[float]],
     scores: Sequence[Sequence[float]],
+    compared: Sequence[Sequence[float]] | None,
     labels: Sequence[Sequence[bool]] | None,
     sequence: Sequence[int],
     high_is_good: bool,

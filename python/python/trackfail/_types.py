@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,15 @@ Colors: TypeAlias = Literal["bgr", "rgb"]
 State: TypeAlias = Literal["tracking", "lost", "absent"]
 Good: TypeAlias = Literal["high", "low"]
 
+
+class Table(Protocol):
+    """A data frame or a series of pandas or polars."""
+
+    def to_numpy(self) -> Any:
+        """The rows as an array."""
+
+
 Floats: TypeAlias = npt.NDArray[np.float64]
 Picture: TypeAlias = npt.NDArray[np.uint8] | Frame | str | os.PathLike[str]
 Box: TypeAlias = Sequence[float] | npt.NDArray[Any]
-Boxes: TypeAlias = Sequence[Box | None] | npt.NDArray[Any]
+Boxes: TypeAlias = Sequence[Box | None] | npt.NDArray[Any] | Table

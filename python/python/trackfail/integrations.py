@@ -24,6 +24,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ._judge import _rows
 from ._monitor import Judgement, Monitor
 from ._trackfail import Frame
 from ._types import Box
@@ -144,12 +145,16 @@ def by_id(table: Any, frames: int | None = None) -> dict[int, list[Numbers | Non
         frames: Number of frames of the video, otherwise up to the last one of the table.
 
     Raises:
-        ValueError: For rows that are none, a target that is twice in a frame, and frames beyond the video.
+        ValueError: For rows that are none, frames and ids that are not whole, a target that is twice in a frame, and frames
+            beyond the video.
     """
-    rows = [row for _, row in _read(Path(table)) if row] if isinstance(table, (str, os.PathLike)) else _listed(table)
-    placed = [(int(row[0]), int(row[1]), _box(row[2:6])) for row in rows if len(row) >= 6]
-    if len(placed) != len(rows):
-        raise ValueError("a row of the table has less than six numbers: frame, id, left, top, width, height")
+    placed = []
+    for where, row in _rows_of(table):
+        if len(row) < 6:
+            raise ValueError(f"{where} has less than six numbers: frame, id, left, top, width, height")
+        if not (row[0].is_integer() and row[1].is_integer()):
+            raise ValueError(f"{where}: frame and id have to be whole numbers, not {row[0]:g} and {row[1]:g}")
+        placed.append((int(row[0]), int(row[1]), _box(row[2:6])))
     first = min([1, *(number for number, _, _ in placed)])
     last = max((number for number, _, _ in placed), default=0) + 1 - first
     count = last if frames is None else frames
@@ -165,8 +170,14 @@ def by_id(table: Any, frames: int | None = None) -> dict[int, list[Numbers | Non
     return dict(sorted(tracks.items()))
 
 
-def _listed(table: Any) -> list[list[float]]:
-    return [[float(number) for number in row] for row in np.asarray(table).tolist()]
+def _rows_of(table: Any) -> Iterator[tuple[str, list[float]]]:
+    """Rows of a table, with the words that name them."""
+    if isinstance(table, (str, os.PathLike)):
+        yield from ((f"{table}, line {number}", row) for number, row in _read(Path(table)) if row)
+    elif rows := _rows(table):
+        # NumPy reads a table of one row as the row alone.
+        for number, row in enumerate(np.atleast_2d(rows).tolist()):
+            yield f"row {number} (from 0) of the table", [float(cell) for cell in row]
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ with the `params` of the experiment as keywords.
 
     python -m trackfail.plugin my_methods.py > plugins.toml
 
-writes the file of programs for all classes of a file, with the line for an experiment above each; `trackfail run
-my.toml --plugins plugins.toml` then runs them in processes of their own. What they print goes to stderr, and an error that
-they raise fails the cell with its last lines. `frame` is an RGB array with `reads="pixels"`, else None. `update` is also given
-`confidence`, `absent`, `polygon`, `posterior` and `response`, where it has arguments of these names.
+writes the file of programs for all classes of a file, beside which it has to stay, with the line for an experiment above
+each; `trackfail run my.toml --plugins plugins.toml` then runs them in processes of their own. What they print goes to stderr,
+and an error that they raise fails the cell with its last lines. `frame` is an RGB array with `reads="pixels"`, else None.
+`update` is also given `confidence`, `absent`, `polygon`, `posterior` and `response`, where it has arguments of these names.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _register(
 
 def _import(path: Path) -> list[Plugin]:
     """The classes that a file registers."""
-    before = set(_REGISTERED)
+    before = dict(_REGISTERED)
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise ValueError(f"{path} is no file of Python")
@@ -109,7 +109,7 @@ def _import(path: Path) -> list[Plugin]:
     sys.modules[path.stem] = module
     sys.path.insert(0, str(path.parent))
     spec.loader.exec_module(module)
-    found = [plugin for key, plugin in _REGISTERED.items() if key not in before]
+    found = [plugin for key, plugin in _REGISTERED.items() if plugin is not before.get(key)]
     if not found:
         raise ValueError(f"{path} registers no class with @plugin.signal or @plugin.detector")
     return found
@@ -118,22 +118,30 @@ def _import(path: Path) -> list[Plugin]:
 def toml(path: str | os.PathLike[str]) -> str:
     """The file of programs for the classes that a file registers."""
     file = Path(path)
-    parts = ["# Programs for `trackfail run --plugins`. Run from the folder of the file of classes."]
+    parts = [
+        "# Programs for `trackfail run --plugins`. Commands run in the folder of this file and name the file of classes "
+        "relatively: keep both in one folder."
+    ]
     for plugin in _import(file.resolve()):
         options = {"kind": "process", "program": plugin.name, **plugin.options}
-        line = ", ".join(f"{key} = {json.dumps(value)}" for key, value in options.items())
+        line = ", ".join(f"{key} = {_text(value)}" for key, value in options.items())
         command = [sys.executable, "-m", "trackfail.plugin", file.name, f"{plugin.role}.{plugin.name}"]
         part = [
             f"# In an experiment: {plugin.role} = {{ {line} }}",
-            f"[{plugin.role}.{json.dumps(plugin.name)}]",
-            f"command = {json.dumps(command)}",
-            f"version = {json.dumps(plugin.version)}",
-            f"digest = {json.dumps([file.name])}",
+            f"[{plugin.role}.{_text(plugin.name)}]",
+            f"command = {_text(command)}",
+            f"version = {_text(plugin.version)}",
+            f"digest = {_text([file.name])}",
         ]
         if plugin.role == "detector":
-            part.append(f"deterministic = {json.dumps(plugin.deterministic)}")
+            part.append(f"deterministic = {_text(plugin.deterministic)}")
         parts.append("\n".join(part))
     return "\n\n".join(parts) + "\n"
+
+
+def _text(value: object) -> str:
+    """A value as JSON and TOML both write it; TOML takes no escaped halves of a character."""
+    return json.dumps(value, ensure_ascii=False)
 
 
 def serve(plugin: Plugin, lines: Iterable[bytes], out: IO[bytes]) -> None:
@@ -178,7 +186,7 @@ def _detector(made: Any) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
 def main(arguments: list[str]) -> int:
     """Writes the file of programs for a file of classes, or answers as one of them."""
     if len(arguments) == 1:
-        sys.stdout.write(toml(arguments[0]))
+        sys.stdout.buffer.write(toml(arguments[0]).encode())
         return 0
     if len(arguments) != 2:
         print("usage: python -m trackfail.plugin FILE.py [signal.NAME | detector.NAME]", file=sys.stderr)
