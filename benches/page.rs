@@ -24,10 +24,10 @@ fn noise(seed: usize) -> impl FnMut() -> f64 {
     }
 }
 
-/// What one method says of a track.
+/// Values and score of one method on a track.
 type Judged = (MethodSeries, TrackScore);
 
-/// Each track with what the methods say of it.
+/// Each track with the values of its methods.
 fn tracks() -> Vec<(TrackSeries, Vec<Judged>)> {
     let protocol = protocol("khalid2016/1").expect("a protocol");
     let track = |k: usize| {

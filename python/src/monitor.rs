@@ -9,7 +9,7 @@ use pyo3::types::PyBytes;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trackfail_judge::image::{Frame, PixelFormat};
 use trackfail_judge::method::Inputs;
-use trackfail_judge::monitor::{Answer, Monitor as Judging, MonitorError, Options, Update};
+use trackfail_judge::monitor::{Answer, Monitor as Judging, Options, Update};
 use trackfail_judge::region::Region;
 
 /// Index, probability, state, reasons and note.
@@ -28,8 +28,6 @@ struct Watched {
     judging: Judging,
     /// The frame that was judged last, for a restart in it.
     last: Option<Arc<Frame>>,
-    /// Width and height of frames that the method does not read.
-    unread: Option<(usize, usize)>,
 }
 
 /// Frame, box, confidence and boxes of companions.
@@ -129,7 +127,7 @@ impl Monitor {
 
 impl Monitor {
     fn of(judging: Judging, colors: Option<&str>) -> PyResult<Self> {
-        let watched = Mutex::new(Some(Watched { judging, last: None, unread: None }));
+        let watched = Mutex::new(Some(Watched { judging, last: None }));
         Ok(Self { colors: order(colors)?, watched })
     }
 
@@ -176,11 +174,8 @@ impl Watched {
         let frame = match taken {
             Some((py, taken)) if self.judging.reads_frames() => Some(taken.frame(py)?),
             taken => {
-                if let Some(got) = taken.and_then(|(_, taken)| taken.size()) {
-                    let expected = *self.unread.get_or_insert(got);
-                    if got != expected {
-                        return Err(refused(MonitorError::FrameSize { expected, got }));
-                    }
+                if let Some(size) = taken.and_then(|(_, taken)| taken.size()) {
+                    self.judging.check_size(size).map_err(refused)?;
                 }
                 None
             }

@@ -64,8 +64,7 @@ pub fn work_until_stopped<T: Send>(
     let pool = pool(py)?;
     if pool.current_thread_index().is_some() {
         // Frames of other work ask for this: their thread would wait for a task in its own queue.
-        let done = py.detach(|| catch_unwind(AssertUnwindSafe(|| task(&AtomicBool::new(false)))));
-        return done.map_err(fault);
+        return work(py, || task(&AtomicBool::new(false)));
     }
     let (done, interruption) = py.detach(|| {
         let (stop, mut result, mut interruption) = (AtomicBool::new(false), None, None);

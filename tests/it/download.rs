@@ -70,7 +70,8 @@ fn a_cut_download_goes_on_where_it_was_cut() {
     assert_eq!(server.asked()[2].headers["if-range"], "\"1\"");
 }
 
-/// What a kill may have left, the mark of the file then, whether its digest is pinned, and from where the next fetch asks.
+/// Each case has the bytes that a kill left, the mark of the file then, true if its digest is pinned, and the byte from which
+/// the next fetch asks.
 #[test]
 fn the_next_fetch_goes_on_after_a_kill() {
     let (start, all) = (sample()[..1234].to_vec(), sample());

@@ -1,4 +1,4 @@
-//! What the program writes where the user says: on stdout, in files, with which permissions.
+//! Outputs stand where the user wants them: on stdout or in files, with the permissions that belong to them.
 
 use crate::tools::Place;
 use std::os::unix::fs::symlink;

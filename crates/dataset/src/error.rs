@@ -43,7 +43,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What is wrong, and what is expected.
+        /// The fault, and what is expected instead.
         message: String,
     },
     /// A file or folder that is wrong as a whole.
@@ -51,7 +51,7 @@ pub enum DatasetError {
     Content {
         /// The file or folder.
         path: PathBuf,
-        /// What is wrong, and what is expected.
+        /// The fault, and what is expected instead.
         message: String,
     },
     /// Frame files whose names can be put in more than one order.

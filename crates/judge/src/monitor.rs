@@ -257,7 +257,9 @@ impl Monitor {
             Some(Err(RegionError::NotFinite)) | None => None,
             Some(region) => Some(region?),
         };
-        self.check_size(update.frame)?;
+        if let Some(frame) = update.frame {
+            self.check_size((frame.width(), frame.height()))?;
+        }
         if update.restart {
             let name = self.chosen.take().map(|chosen| chosen.name);
             self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
@@ -324,8 +326,11 @@ impl Monitor {
         self.is_free || self.chosen.as_ref().is_none_or(|chosen| chosen.reader.reads_frames())
     }
 
-    fn check_size(&mut self, frame: Option<&Frame>) -> Result<(), MonitorError> {
-        let Some(got) = frame.map(|frame| (frame.width(), frame.height())) else { return Ok(()) };
+    /// Checks width and height of a frame, in pixels; [`Monitor::update`] does so for frames that it is given.
+    ///
+    /// # Errors
+    /// Another size than that of the first frame.
+    pub fn check_size(&mut self, got: (usize, usize)) -> Result<(), MonitorError> {
         let expected = *self.size.get_or_insert(got);
         if got == expected { Ok(()) } else { Err(MonitorError::FrameSize { expected, got }) }
     }

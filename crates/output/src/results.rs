@@ -30,6 +30,7 @@
 //! [`write`](fn@write) writes a folder, [`Results`] reads it.
 
 pub mod beside;
+mod bytes;
 mod cells;
 pub mod detections;
 mod files;
@@ -51,6 +52,7 @@ pub mod sent;
 mod tracks;
 pub mod unfinished;
 
+pub use bytes::{texts_from_csv, texts_to_csv};
 pub(crate) use cells::{grouped, in_parts};
 pub use cells::{method_label, parse_point};
 pub use folder::{Detail, Results, remove_others, write};
@@ -58,7 +60,7 @@ pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
 pub use markdown::columns_markdown;
 pub use measures::Measure;
-pub use rows::{TableError, texts_from_csv, texts_to_csv};
+pub use rows::TableError;
 pub use run::RunRecord;
 pub use scores::CellScore;
 pub use tracks::{MethodSeries, ReverseCheck, TrackFilter, TrackSeries, Truth};

@@ -66,7 +66,7 @@ pub const ENTRY: Entry<dyn Signal> =
     Entry::of::<Process<Params>>("process", 1, "a program that plugins.toml names, over lines of JSON")
         .example(r#"{ program = "my-signal", good = "high", reads = "boxes", params = {} }"#);
 
-/// Which scores are good.
+/// Direction of good scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Good {
@@ -77,7 +77,7 @@ pub enum Good {
     Low,
 }
 
-/// What a program reads besides the box.
+/// Input of a program besides the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Need {
@@ -100,10 +100,10 @@ pub enum Need {
 pub struct Params {
     /// Name of the program in `plugins.toml`.
     pub program: String,
-    /// Which scores are good: `high` or `low`.
+    /// Direction of good scores: `high` or `low`.
     #[serde(default)]
     pub good: Good,
-    /// What the program reads besides the box.
+    /// Input of the program besides the box.
     #[serde(default)]
     pub reads: Need,
     /// Parameters that are handed over to the program.

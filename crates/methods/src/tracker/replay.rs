@@ -61,7 +61,7 @@ use trackfail_core::plugin::{Entry, ParamError, Plugin, show_params};
 use trackfail_core::region::Region;
 use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
-/// What to do with a frame without a box.
+/// Treatment of a frame without a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum WithoutArea {
@@ -91,7 +91,7 @@ impl WithoutArea {
 pub struct Params {
     /// Folder under `<data root>/results/`, with `/` between parts, such as `otb/OPE/STRUCK`.
     pub results: String,
-    /// What to do with a frame without a box (no area, NaN, an empty line): `error` refuses the file,
+    /// Treatment of a frame without a box (no area, NaN, an empty line): `error` refuses the file,
     /// `repeat` repeats the last region, `absent` means that the tracker says that the target is absent.
     #[serde(default)]
     pub without_area: WithoutArea,

@@ -3,8 +3,9 @@
 pub use trackfail_judge::judged::{JudgedMethod, badness};
 pub use trackfail_methods::detector::labels::TargetState;
 
+use super::bytes::to_csv;
 use super::files::Judgement;
-use super::rows::{File, Rows, TableError, to_csv};
+use super::rows::{File, Rows, TableError};
 
 /// CSV on stdout. For a file of several targets it has one column more.
 pub(super) fn file() -> File {

@@ -1,9 +1,10 @@
 //! Rows of the files with data of single frames, from the cells of a run.
 
 use super::ResultsError;
+use super::bytes::parts_to_parquet;
 use super::cells::{Done, done, in_parts, method_label, sorted_cells, track, track_name};
 use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
-use super::rows::{Rows, TableError, parts_to_parquet};
+use super::rows::{Rows, TableError};
 use polars::prelude::DataFrame;
 use std::collections::BTreeSet;
 use std::io::Write;

@@ -4,11 +4,12 @@
 //! with the digest given in the manifest. Names in the manifest are compared, never opened. Links are
 //! followed when reading.
 
+use super::bytes::{to_csv, to_parquet};
 use super::files::{Frame, MeasureRow, Measured, Pair, Row, Score, Signal, Target, of_folder};
 use super::json::{from_json, to_dense_json, write_json};
 use super::manifest::{self, FailedCell, Hashed, Manifest, sha256};
 use super::measures::{self, Measure};
-use super::rows::{Rows, TableError, packed, to_csv, to_parquet};
+use super::rows::{Rows, TableError, packed};
 use super::run::{self, RunRecord};
 use super::scores::{self, CellScore};
 use super::{

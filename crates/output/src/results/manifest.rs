@@ -463,7 +463,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::rows::parts_to_parquet;
+    use crate::results::bytes::parts_to_parquet;
     use polars::prelude::{Column, DataFrame};
 
     // Before: "table: Invalid thrift: transport error", without the file's name.
