@@ -22,6 +22,6 @@ fuzz_target!(|data: &[u8]| {
     };
     let Ok(read) = parse(Path::new("fuzz.txt"), data, &options) else { return };
     for target in &read.targets {
-        assert!(target.states.iter().flatten().all(|region| region.area() > 0.0));
+        assert!(target.regions.iter().flatten().all(|region| region.area() > 0.0));
     }
 });

@@ -145,6 +145,10 @@ impl AccumulatedValidation {
     pub(super) fn ready(&self, model: &Value) -> Result<Self, LearnError> {
         let model = Learned::deserialize(model).map_err(LearnError::Read)?;
         let beta = self.cut(&model)?;
+        if !beta.is_finite() {
+            let message = format!("its threshold is {beta}, not a number");
+            return Err(LearnError::Read(serde::de::Error::custom(message)));
+        }
         Ok(Self { params: self.params.clone(), beta: Some(beta) })
     }
 
@@ -353,6 +357,12 @@ mod tests {
             assert!(matches!(other.learner().unwrap().with_model(&model), Err(LearnError::OtherModel)));
             assert!(other.learner().unwrap().with_model(&json!({"beta": 1})).is_err());
         }
+        // The root of a negative variance is no threshold; compared with it, no frame would ever alarm.
+        let (mut model, _) = learned("approximation = \"normal\"");
+        model["consistency"]["variance"] = json!(-1.0);
+        let normal = built("{ train = \"t\", approximation = \"normal\" }");
+        let refused = normal.learner().unwrap().with_model(&model).err().unwrap();
+        assert!(refused.to_string().contains("threshold is NaN"), "{refused}");
         assert!(built("{ beta = 1.0 }").learner().is_none());
     }
 }

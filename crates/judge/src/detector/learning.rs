@@ -29,8 +29,8 @@ pub enum LearnError {
     /// The given text is not a model of consistency.
     #[error("no model of consistency: {0}")]
     Read(#[source] serde_json::Error),
-    /// The given model was learned for another length or rate.
-    #[error("a model of another length or rate")]
+    /// The given model was learned for other inputs, another length or another rate, or gives no probability.
+    #[error("a model of other inputs, length or rate, or one that gives no probability")]
     OtherModel,
     /// The distribution of a sum cannot be computed.
     #[error(transparent)]

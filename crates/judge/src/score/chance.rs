@@ -182,6 +182,16 @@ mod tests {
         }
     }
 
+    // By hand: of the six ways to place 2 detections in 4 frames one leaves a window of 2 silent and four have one in it,
+    // which half of the time has the wrong sign. A window of more frames than there are is hit for sure.
+    #[test]
+    fn short_tracks_by_hand() {
+        let signed = Chance { window: 2, is_signed: true };
+        let hit = 1.0 - 1.0 / 6.0 - 0.5 * 4.0 / 6.0;
+        assert!((signed.expected_true_positives(&counts(1, 1, 0, 2)) - hit).abs() < 1e-15);
+        assert_eq!(Chance::within(1).expected_true_positives(&counts(1, 1, 0, 0)), 1.0);
+    }
+
     // Labels that have nothing to do with the truth: E D / N, as in a contingency table.
     #[test]
     fn frame_by_frame_it_is_the_product_of_the_shares() {

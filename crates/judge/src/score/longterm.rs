@@ -245,6 +245,15 @@ mod tests {
         }
     }
 
+    #[test]
+    fn f_of_nothing_is_0_and_the_first_of_equal_points_is_best() {
+        let point = |threshold, recall| Point { threshold, precision: recall, recall };
+        assert_eq!(point(0.0, 0.0).f_score(), 0.0);
+        assert_eq!(best(&[point(2.0, 0.5), point(1.0, 0.5)]).unwrap().threshold, 2.0);
+        // As numpy.linspace(0, 0.7, 8)[-1], where 7 steps of 0.1 are above 0.7.
+        assert_eq!(linspace(0.0, 0.7, 8).last(), Some(0.7));
+    }
+
     proptest! {
         #[test]
         fn one_sequence_is_pooled_and_recall_grows(

@@ -64,10 +64,10 @@ mod tests {
         assert_eq!(median_delay(vec![]), None);
     }
 
-    // Worked by hand: [0, 1, 2] -> 0, .5, 1 and [4, 4] has no range; mean .5, variance 1/6.
+    // Worked by hand: [3, 4, 5] -> 0, .5, 1 and [4, 4] has no range; mean .5, variance 1/6.
     #[test]
     fn normalizes_each_sequence_by_itself() {
-        let (mean, std) = normalized_mean_std([&[0.0, 1.0, 2.0][..], &[4.0, 4.0][..]]).unwrap();
+        let (mean, std) = normalized_mean_std([&[3.0, 4.0, 5.0][..], &[4.0, 4.0][..]]).unwrap();
         assert_eq!(mean, 0.5);
         assert!((std - (1.0_f64 / 6.0).sqrt()).abs() < 1e-15);
         assert_eq!(normalized_mean_std([&[1.0, 1.0][..]]), None);

@@ -105,8 +105,10 @@ mod tests {
         };
         // Two failures in a row, the track ends among skipped frames.
         assert_eq!(pieces("itfssssifss"), [(0, 3), (7, 9)]);
-        let of = ["itttfssssittt", "wwitt", "tttt", ""].map(pieces);
-        assert_eq!(of, [vec![(0, 5), (9, 13)], vec![(0, 5)], vec![(0, 4)], vec![]]);
+        let of = ["itttfssssittt", "wwitt", "wwi", "tttt", ""].map(pieces);
+        assert_eq!(of, [vec![(0, 5), (9, 13)], vec![(0, 5)], vec![(0, 3)], vec![(0, 4)], vec![]]);
+        let of = [Restarts::NewTrack, Restarts::PartOfTrack].map(|r| r.pieces(&status("itfssi")));
+        assert_eq!(of, [vec![0..3, 5..6], vec![]]);
     }
 
     // Worked by hand on 40 frames with a failure in 15 and a restart in 20. The alarm of 13 finds it. Those of 17 (skipped)

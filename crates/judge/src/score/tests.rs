@@ -28,7 +28,7 @@ fn anchors_have_their_closed_forms() {
     ];
     assert_eq!(PROTOCOLS.len(), expected.len());
     for (protocol, (name, expected)) in PROTOCOLS.iter().zip(expected) {
-        assert_eq!(protocol.name, name);
+        assert_eq!((protocol.name, super::protocol(name).map(|p| p.name)), (name, Some(name)));
         let of = |alarm: &[bool]| (protocol.score)(&error, alarm, &changes(alarm)).counts;
         assert_eq!([&[true; 100][..], &[false; 100], &oracle[..]].map(of), expected, "{name}");
     }

@@ -92,5 +92,8 @@ mod tests {
         let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
         assert_eq!(miss, [None, Some(1), Some(2), None, Some(4), None, None, Some(7)]);
         assert_eq!(last, [None, Some(1), Some(2), Some(2), Some(4), Some(4), Some(4), Some(7)]);
+        assert!(
+            trajectory(&[], &[], &[]).is_empty() && !trajectory(&[square(0.0)], &[Tracked], &[]).is_empty()
+        );
     }
 }

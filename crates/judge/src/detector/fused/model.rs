@@ -102,11 +102,18 @@ pub fn probability((a, c): (f64, f64), score: f64) -> f64 {
 }
 
 impl FusedModel {
-    /// True if the model is complete and has these inputs.
+    /// True if the model is complete, has these inputs and gives a probability for all values.
     pub fn fits(&self, inputs: &[&'static FusedInput]) -> bool {
         let features: usize = inputs.iter().map(|input| input.features).sum();
         let is_complete = self.features.len() == features && !self.thresholds.is_empty();
-        self.inputs.iter().eq(inputs.iter().map(|input| input.name)) && is_complete
+        self.inputs.iter().eq(inputs.iter().map(|input| input.name)) && is_complete && self.is_bounded()
+    }
+
+    /// True if the calibrated score is finite for the largest deviations.
+    fn is_bounded(&self) -> bool {
+        let weights: f64 = self.features.iter().map(|feature| feature.weight.abs()).sum();
+        let (a, c) = self.calibration;
+        (a.abs() * (self.bias.abs() + MAX_DEVIATION * weights) + c.abs()).is_finite()
     }
 
     /// Threshold on the probability for the largest budget of the model up to `budget`, or for the smallest

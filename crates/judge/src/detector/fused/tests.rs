@@ -219,6 +219,20 @@ fn parameters_are_checked() {
     }
 }
 
+// The sum of finite weights may be infinite, and the probability not a number.
+#[test]
+fn a_model_without_bounds_is_refused() {
+    let detector = testing::built(&ENTRY, PARAMS);
+    let model = model(&examples(&tracks())).unwrap();
+    let takes = |weight: f64, a: f64| {
+        let mut model = model.clone();
+        model.features.iter_mut().for_each(|feature| feature.weight = weight);
+        model.calibration.0 = a;
+        detector.learner().unwrap().with_model(&serde_json::to_value(model).unwrap()).is_ok()
+    };
+    assert!(takes(1e300, 1.0) && !takes(1e308, 1.0) && !takes(1e300, 1e10));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 

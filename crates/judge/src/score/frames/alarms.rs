@@ -236,6 +236,9 @@ mod tests {
         assert_eq!(Losses::new(&none).reached(&Sorted::new(&none).sweep(Rule::NoOverlap)).found(5.0), None);
         let silent = at_half(&[track(&error, &[0.0, 0.0, 1.0, 0.0, 0.0])]).unwrap();
         assert_eq!((silent.false_alarms, silent.arl0), (Some(0.0), None));
+        let of_none =
+            Losses::new(&[track(&error, &[0.0; 5])]).at_half(&Sorted::new(&[]).sweep(Rule::NoOverlap));
+        assert_eq!(of_none.unwrap().false_alarms, None);
     }
 
     proptest! {

@@ -218,10 +218,17 @@ mod tests {
         let expected = interval(all).unwrap();
         trackfail_testing::assert_near(<[f64; 2]>::from(bounds), <[f64; 2]>::from(expected), 1e-12, "");
         let precision = samples.average_precision(&swept).unwrap();
+        let few = samples.each().take(FEW_SAMPLES);
+        let few = few.map(|w| average_precision(&sweep_of(&repeated(&sequences, &w))).unwrap());
+        let expected = interval(few.collect()).unwrap();
+        trackfail_testing::assert_near(<[f64; 2]>::from(precision), <[f64; 2]>::from(expected), 1e-12, "");
         for ((low, high), value) in [(bounds, auroc(&swept)), (precision, average_precision(&swept))] {
             assert!(low < value.unwrap() && value.unwrap() < high, "{low} {value:?} {high}");
         }
-        assert!(Samples::new(2, 5).auroc(&sweep_of(&sequences[..2])).is_empty());
+        for (samples, sequences) in [(Samples::new(2, 5), &sequences[..2]), (samples, &sequences[..11])] {
+            let swept = sweep_of(sequences);
+            assert!(samples.auroc(&swept).is_empty() && samples.average_precision(&swept).is_none());
+        }
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0]), None);
         assert_eq!(interval(vec![f64::NAN, f64::NAN, 1.0, 3.0]), Some((1.05, 2.95)));
     }

@@ -79,6 +79,7 @@ mod tests {
     #[test]
     fn a_confident_error_costs_most() {
         near(&[(-0.9, true), (-0.6, false), (-0.7, false)], [(0.75 + 5.0 / 12.0) / 2.0, 1.0 / 3.0]);
+        assert!(areas(&sweep(&[(-0.9, true)])).is_none());
     }
 
     // tests/oracles/frames.py: the equations of torch-uncertainty at 7df97be in NumPy 1.26.4, on cases without ties.

@@ -213,7 +213,11 @@ mod tests {
             ["false_alarms_at_half", "delay_at_half"].map(|name| found.get(name)),
             [Some(0.0), Some(2.0)]
         );
-        assert_eq!([found.good_frames, found.lost_frames, found.losses], [20.0, 8.0, 4.0].map(Some));
+        let columns = ["good_frames", "lost_frames", "losses"];
+        assert_eq!(columns.map(|name| found.get(name)), [20.0, 8.0, 4.0].map(Some));
+        let mut read = FrameMeasures::default();
+        columns.iter().for_each(|name| read.set(name, found.get(name)));
+        assert_eq!([read.good_frames, read.lost_frames, read.losses], [20.0, 8.0, 4.0].map(Some));
         assert!(found.get("nab").is_some() && found.get("ece").is_some_and(|e| e > 0.0));
         // Suspicion in place of confidence is the same detector.
         let turned = SIGNAL.map(|y| 1.0 - y);

@@ -98,6 +98,15 @@ mod tests {
         let wrong = of(&[0, 1, 1], &[1, 0, 0]);
         assert_eq!((wrong.precision, wrong.f_score()), (Some(0.0), Some(0.0)));
         assert_eq!(of(&[0, 0], &[1, 0]).recall, None);
+        let range = RangeScore { precision: Some(0.25), recall: Some(0.75) };
+        assert_eq!(range.f_score(), Some(0.375));
+    }
+
+    // By hand: one of three frames is found; ranges that end where the loss starts, or start where it ends, do not meet it.
+    #[test]
+    fn neighbours_are_not_met() {
+        let found = of(&[0, 1, 1, 1, 0], &[1, 0, 1, 0, 1]);
+        assert_eq!((found.precision, found.recall), (Some(1.0 / 3.0), Some(1.0 / 3.0)));
     }
 
     proptest! {

@@ -2,7 +2,7 @@ use super::*;
 use crate::detector::track_quality::Effort;
 use crate::score::chance::Chance;
 use crate::score::frames::list::FRAME_METRICS;
-use crate::score::{Counts, FrameMeasures, TRACKER_METRICS};
+use crate::score::{Counts, FrameMeasures, TRACKER_METRICS, TrackerMetric};
 
 #[test]
 fn names_are_unique_and_found() {
@@ -12,6 +12,14 @@ fn names_are_unique_and_found() {
         assert!(!metric.heading.is_empty() && !metric.formula.is_empty(), "{metric:?}");
     }
     assert_eq!(Metric::from_name("no_such_metric"), None);
+    let named = |m: &TrackerMetric| TrackerMetric::of_heading(m.heading) == Some(*m);
+    assert!(TRACKER_METRICS.iter().all(named) && TrackerMetric::of_heading("none").is_none());
+    assert_eq!(Metric::F_SCORE.title() + &Metric::FPR.title(), "F1 scoreFalse positive rate");
+    let of = |name: &str| Metric::from_name(name).unwrap();
+    let is =
+        ["tp", "delay_median", "auroc"].map(of).map(|m| (m.is_count(), m.is_of_counts(), m.is_of_frames()));
+    assert_eq!(of("tp").filled(&Pooled::default()), "sum over sequences and runs");
+    assert_eq!(is, [(true, true, false), (false, true, false), (false, false, true)]);
     assert!(Metric::unknown("f1").starts_with("unknown metric `f1`; did you mean `f_score` or"));
     assert_eq!(Metric::unknown("recal"), "unknown metric `recal`; did you mean `recall`?");
 }
@@ -47,7 +55,10 @@ fn what_is_unknown_has_no_value() {
     assert_eq!(Metric::SCORE_MEAN.value(&pooled), None);
     let known = Pooled { chance: Some(Chance::within(5)), ..pooled };
     assert!(Metric::F_OVER_CHANCE.value(&known).is_some_and(|v| v < 1.0));
-    assert!(Metric::F_OVER_CHANCE.filled(&known).starts_with("(F - F0) / (1 - F0); F = 6 / 11; F0 = 2 * "));
+    // scipy.stats.hypergeom(500, 7, 11).sf(0) * 4 = 0.580
+    let filled = "(F - F0) / (1 - F0); F = 6 / 11; F0 = 2 * 0.58 / 11, with the true positives expected of 7 detections \
+                  at random";
+    assert_eq!(Metric::F_OVER_CHANCE.filled(&known), filled);
 }
 
 // By hand. 7 detections in 72 frames hit a frame by chance with 7 / 72, and 8 events 56 / 72 times.

@@ -86,6 +86,21 @@ fn curves_are_those_of_got10k() {
     let curves = RULES[2].of_boxes(&boxes, &truth);
     near(&curves, 5.0 / 9.0, 2.0 / 3.0, "got10k");
     assert_eq!(curves.precision[4], 2.0 / 3.0);
+    let empty = Curves { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
+    assert_eq!(Curves::mean([&curves, &empty, &empty]).unwrap().precision[4], 2.0 / 9.0);
+    assert_eq!(Curves::mean([]), None);
+    assert_eq!(iou(&Rect::new(1.0, 1.0, 0.0, 0.0), &Rect::new(1.0, 1.0, 0.0, 0.0)), 0.0);
+}
+
+// By hand: 1-based numbers are positive from the first pixel on.
+#[test]
+fn the_first_pixel_counts_and_what_is_left_of_it_does_not() {
+    let of = |annotated: Annotated, w: f64| {
+        [(0.0, 0.0), (-1.0, 0.0), (0.0, -1.0)]
+            .map(|(x, y)| annotated.includes(&Rect::new(x - w / 2.0, y - w / 2.0, w, w)))
+    };
+    assert_eq!(of(Annotated::Corner, 0.0), [true, false, false]);
+    assert_eq!(of(Annotated::Center, 1.0), [true, false, false]);
 }
 
 // A target at the left border, x = 0 in OTB's pixels: not annotated for the OTB formula, whose rule asks for
