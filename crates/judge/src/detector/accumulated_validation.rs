@@ -364,5 +364,8 @@ mod tests {
         let refused = normal.learner().unwrap().with_model(&model).err().unwrap();
         assert!(refused.to_string().contains("threshold is NaN"), "{refused}");
         assert!(built("{ beta = 1.0 }").learner().is_none());
+        let empirical = built("{ train = \"t\", approximation = \"empirical\" }");
+        let told = [empirical, normal].map(|d| d.learner().unwrap().params()["empirical"].clone());
+        assert_eq!(told, [json!([20, 0.005]), Value::Null]);
     }
 }

@@ -175,12 +175,20 @@ mod tests {
         // A disagreement that begins unsure and is old when it becomes sure raises nothing.
         let late = output("{ threshold = 0.05, window = 2 }", &[0.0; 5], &[0.1, 0.1, 0.1, 0.9, 0.9]);
         assert_eq!(late.alarm, [false; 5]);
+        // What is sure reaches a threshold of 1, as news and after it.
+        assert_eq!(output("{ threshold = 1.0, window = 1 }", &[0.0; 4], &[1.0; 4]).alarm, [true; 4]);
+        let judged = testing::built(&ENTRY, "{}").stream().unwrap().push(&[0.0, 1.0]);
+        assert_eq!(
+            judged.reasons[0].text,
+            "overlap with the watchdog 0.00, which is sure of its place by 1.00"
+        );
     }
 
     #[test]
     fn a_larger_budget_has_no_higher_threshold() {
         let of = |budget: f64| Agreement::new(Params { budget, ..Params::default() }).unwrap().threshold;
         assert!(THRESHOLDS.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 >= pair[1].1));
-        assert_eq!([of(0.5), of(3.0), of(1000.0)], [THRESHOLDS[0].1, THRESHOLDS[1].1, THRESHOLDS[5].1]);
+        let (found, places) = ([0.5, 3.0, THRESHOLDS[2].0, 1000.0].map(of), [0, 1, 2, 5]);
+        assert_eq!(found, places.map(|k: usize| THRESHOLDS[k].1));
     }
 }

@@ -221,6 +221,28 @@ fn outputs_are_pinned() {
     trackfail_testing::check_pins("output detector", DETECTORS.iter().map(pin));
 }
 
+/// Inputs that each detector asks for, all its parameters, and the meaning of its scores.
+#[test]
+fn traits_are_pinned() {
+    let pin = |(kind, text, detector): (&str, &str, Configured<dyn Detector>)| {
+        let flags = [
+            ("signal", detector.needs_signal()),
+            ("seed", detector.uses_seed()),
+            ("reverse", detector.needs_reverse()),
+            ("learner", detector.learner().is_some()),
+            ("pooled", detector.learner().is_some_and(|learner| learner.pools_trackers())),
+            ("own-score", !detector.scores_signal()),
+            ("probability", detector.gives_probability()),
+        ];
+        let flags: Vec<&str> =
+            flags.into_iter().filter(|(_, is_set)| *is_set).map(|(name, _)| name).collect();
+        let (signals, threshold) = (detector.signals(), detector.threshold());
+        let params = detector.params();
+        format!("{kind} {text} signals {signals}, threshold {threshold:?}: {} {params}", flags.join(" "))
+    };
+    trackfail_testing::check_pins("traits detector", all_detectors().into_iter().map(pin));
+}
+
 /// Detectors of the AVU paper judge whole tracks, and anchors are of no use live. Alarms that last until the detector
 /// finds the track good again end the loss at once; other alarms need ten frames.
 #[test]

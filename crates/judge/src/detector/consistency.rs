@@ -217,7 +217,9 @@ mod tests {
         assert_eq!(changes(0.9), [1.0, 2.0, 16.0, 64.0, 128.0, 0.0]);
         assert_eq!(changes(1.0), [1.0, 2.0, 8.0, 16.0, 64.0, 128.0, 0.0]);
         assert_eq!(consistent_sums(&example, 0.9, 2), [3.0, 192.0, 128.0]);
-        assert_eq!(consistent_sums(&example, 0.9, 1), changes(0.9));
+        for tau in [0.9, 0.95] {
+            assert_eq!(consistent_sums(&example, tau, 1), changes(tau));
+        }
         assert!(consistent_sums(&example, 0.9, 12).is_empty());
         let never = Example::new(&[0.0; 5], &[0.0; 5]);
         assert_eq!(consistent_changes(&never, 0.9).count() + consistent_sums(&never, 0.9, 1).len(), 0);

@@ -35,6 +35,7 @@ fn parameters_that_do_not_fit_together_are_refused() {
         ("arte-star", "{ beta = 1.0, train = \"t\" }", "beta"),
         ("arte-star", "{ beta = 1.0, beta_2 = \"half-of-one\" }", "beta_2"),
         ("arte", "{ long = 2, short = 3 }", "short"),
+        ("arma-forecast", "{ order = [2, 2], window = 3 }", "window"),
         ("matched-kalman-bank", "{ life = 4 }", "models"),
         ("periodic", "{ period = 3, phase = 3 }", "phase"),
         ("random", "{ rate = nan }", "rate"),

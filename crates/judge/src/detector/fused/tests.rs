@@ -52,6 +52,9 @@ fn features_by_hand() {
     for (name, value) in expected {
         assert!((feature(&features, name) - value).abs() < 1e-12, "{name}: {features:?}");
     }
+    let mut history = InputHistory::default();
+    [1.0, 3.0, 2.0].iter().for_each(|v| history.pass(input("displacement"), *v));
+    assert!((history.usual(input("displacement")).unwrap() - 2.0).abs() < 1e-12);
 }
 
 #[test]
@@ -311,6 +314,7 @@ fn models_belong_to_the_version() {
         (4, expected),
         "with another model, raise the version"
     );
+    assert!(learned_from("boxes").unwrap().contains(&"Basketball".into()) && learned_from("none").is_none());
 }
 
 // A missing input is no zero: a similarity of 0 speaks for a loss, one that is missing does not.
