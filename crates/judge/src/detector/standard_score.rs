@@ -161,6 +161,13 @@ mod tests {
         assert_eq!(output.alarm, [false, false, false, true]);
     }
 
+    // By hand: beside a million, a deviation of 1e-4 is rounding.
+    #[test]
+    fn what_hardly_varies_has_no_score() {
+        assert_eq!(standard_score(1e6 + 1e-4, &[1e6 + 1e-4, 1e6 - 1e-4]), 0.0);
+        assert!((standard_score(1e6 + 1e-2, &[1e6 + 1e-2, 1e6 - 1e-2]) - 1.0).abs() < 1e-6);
+    }
+
     proptest! {
         #[test]
         fn unit_and_origin_do_not_matter(

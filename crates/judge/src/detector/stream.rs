@@ -121,24 +121,21 @@ struct Following<D: Causal> {
 }
 
 impl<D: Causal> Following<D> {
-    /// Reason why a score is an alarm; `None` if the alarm is only held.
-    fn reason(&self, values: &[f64], score: f64) -> Option<Reason> {
+    /// Reason why a score is an alarm.
+    fn reason(&self, values: &[f64], score: f64) -> Reason {
         if let Some(text) = self.detector.reason(values) {
-            return Some(Reason { text, weight: 1.0 });
+            return Reason { text, weight: 1.0 };
         }
         let what = if self.detector.scores_signal() { "value" } else { "score" };
         let shown = fixed(score, 3);
         let text = match (self.detector.threshold(), self.detector.score_direction()) {
             (None, _) => format!("{what} {shown} is large for this track"),
-            (Some(level), Direction::HigherIsBetter) if score < level => {
+            (Some(level), Direction::HigherIsBetter) => {
                 format!("{what} {shown} is below {}", readable(level))
             }
-            (Some(level), Direction::LowerIsBetter) if score >= level => {
-                format!("{what} {shown} is above {}", readable(level))
-            }
-            _ => return None,
+            (Some(level), _) => format!("{what} {shown} is above {}", readable(level)),
         };
-        Some(Reason { text, weight: 1.0 })
+        Reason { text, weight: 1.0 }
     }
 }
 
@@ -160,7 +157,7 @@ impl<D: Causal> Stream for Following<D> {
                 .map_or(f64::NAN, |step| step.score),
             lost,
             raised: alarm.is_some(),
-            reasons: alarm.and_then(|step| self.reason(values, step.score)).into_iter().collect(),
+            reasons: alarm.map(|step| self.reason(values, step.score)).into_iter().collect(),
         }
     }
 

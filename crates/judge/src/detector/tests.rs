@@ -31,6 +31,8 @@ fn parameters_that_do_not_fit_together_are_refused() {
         ("joint-drop", seventeen.as_str(), "below"),
         ("sequential-test", "{ above = 7.0, high = 5.0 }", "above"),
         ("sequential-test", "{ below = 0.5, low = 1.0 }", "high"),
+        ("sequential-test", "{ below = 0.5, low = -1e308, high = 1e308 }", "high"),
+        ("sequential-test", "{ below = 1.0 }", "below"),
         ("accumulated-validation", "{ beta = 1.0, train = \"t\" }", "beta"),
         ("arte-star", "{ beta = 1.0, train = \"t\" }", "beta"),
         ("arte-star", "{ beta = 1.0, beta_2 = \"half-of-one\" }", "beta_2"),

@@ -173,6 +173,13 @@ fn outputs_are_those_of_the_version() {
         format!("{} {} {digest}", entry.kind, entry.version)
     };
     trackfail_testing::check_pins("output signal", SIGNALS.iter().map(pin));
+    let traits = |(kind, text): (&str, &str)| {
+        let signal = build(kind, text);
+        let (facts, params) = (signal.facts(), signal.params());
+        format!("{kind} {text} {} values of {:?}, {:?}: {params}", facts.width, facts.reads, facts.direction)
+    };
+    let all = SIGNALS.iter().map(|entry| (entry.kind, "{}")).chain(SAVED);
+    trackfail_testing::check_pins("traits signal", all.map(traits));
 }
 
 /// Signals that can be interrupted, in all their forms of memory.
@@ -260,9 +267,12 @@ fn memory_that_is_cut_short_or_of_another_signal_is_refused() {
     let mut session = testing::start(&*build("rgb-histogram", "{ reference = \"first\" }"));
     go_on(&mut *session, &frames, &boxes, 0);
     let saved = session.save().unwrap();
-    let others =
-        [("rgb-histogram", "{ bins = 4 }"), ("template-correlation", "{}"), ("region-covariance", "{}")];
-    for (kind, params) in others {
+    for (kind, params) in [
+        ("rgb-histogram", "{ bins = 4 }"),
+        ("rgb-lbp-histogram", "{}"),
+        ("template-correlation", "{}"),
+        ("region-covariance", "{}"),
+    ] {
         assert!(!testing::start(&*build(kind, params)).restore(&saved), "{kind} {params}");
     }
 }

@@ -211,6 +211,7 @@ mod tests {
         assert_eq!(bhattacharyya(&[0.0, 0.0], &[0.0, 0.0]), 1.0);
         assert_eq!(bhattacharyya(&[0.0, 0.0], &[0.0, 2.0]), 0.0);
         assert_eq!(similarity(Similarity::Intersection, &[1.0, 3.0], &[5.0, 0.0]), 0.25);
+        assert_eq!(similarity(Similarity::Intersection, &[1.0, 0.0], &[1.0, 3.0]), 0.25);
         assert_eq!(similarity(Similarity::Distance, &[1.0, 3.0], &[1.0, 3.0]), 1.0);
         assert!(
             (similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]) - (1.0 - 0.5_f64.sqrt())).abs()
@@ -226,17 +227,23 @@ mod tests {
         let mut memory = None;
         let mut push = |p: [f64; 2]| comparison.push(&mut memory, p.to_vec());
         assert_eq!(
-            [push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0])],
-            [1.0, 0.0, 0.0, 1.0]
+            [push([4.0, 0.0]), push([0.0, 3.0]), push([0.0, 0.0]), push([7.0, 7.0]), push([1.0, 3.0])],
+            [1.0, 0.0, 0.0, 1.0, 0.75]
         );
+        // A model without pixels becomes the first histogram with some.
+        let mut memory = None;
+        let mut push = |p: [f64; 2]| comparison.push(&mut memory, p.to_vec());
+        assert_eq!([push([0.0, 0.0]), push([0.0, 3.0]), push([1.0, 3.0])], [1.0, 0.0, 0.75]);
     }
 
-    // colorsys.rgb_to_hsv(1, .5, 0) = (1/12, 1, 1); (0, 0, 1): hue 2/3; (.2, .4, .2): (1/3, .5, .4) (Python 3.12).
+    // colorsys.rgb_to_hsv(1, .5, 0) = (1/12, 1, 1); (0, 0, 1): hue 2/3; (.2, .4, .2): (1/3, .5, .4); (.2, .4, 0): hue 1/4;
+    // (.4, 0, .8): hue 3/4; (.2, .4, .8): hue 11/18 (Python 3.12).
     #[test]
     fn hues_agree_with_colorsys() {
         assert_eq!(hsv([255, 128, 0]), [(256.0_f64 * 128.0 / 255.0 / 6.0) as u8, 255, 255]);
         assert_eq!(hsv([0, 0, 255]), [170, 255, 255]);
         assert_eq!(hsv([51, 102, 51]), [85, 128, 102]);
+        assert_eq!([[51, 102, 0], [102, 0, 204], [51, 102, 204]].map(|rgb| hsv(rgb)[0]), [64, 192, 156]);
         assert_eq!(hsv([9, 9, 9]), [0, 0, 9]);
         assert_eq!(hsv([0, 0, 0]), [0, 0, 0]);
         assert_eq!(hsv([255, 0, 1])[0], 255);

@@ -187,6 +187,19 @@ mod tests {
     }
 
     #[test]
+    fn a_memory_is_two_lists_of_shares() {
+        let signal = crate::signal::testing::build("object-color", "{ bins = 2 }");
+        let takes = |target: &[f64], around: &[f64]| {
+            let saved = crate::saved::to_bytes(&Some((target, around))).unwrap();
+            crate::signal::testing::start(&*signal).restore(&saved)
+        };
+        let (shares, more) = ([0.125; 8], [0.125, 0.125, 0.125, 0.125, 0.125, 0.125, 0.125, 1.125]);
+        assert!(takes(&shares, &shares));
+        assert!(![(&shares, &more), (&more, &shares)].iter().any(|(target, around)| takes(*target, *around)));
+        assert!(!takes(&shares, &shares[1..]) && !takes(&shares[1..], &shares));
+    }
+
+    #[test]
     fn a_slow_model_follows_the_target_into_other_light() {
         let mut frames = vec![scene(TARGET); 5];
         frames.extend(vec![scene([70, 10, 10]); 100]);

@@ -141,5 +141,9 @@ mod tests {
         let values = |params: &str| run("rgb-histogram", params, &frames, &boxes);
         assert_eq!(values("{}"), [1.0, 0.0, 1.0]);
         assert_eq!(values("{ channels = \"separate\" }"), [1.0, 1.0, 1.0]);
+        // Of a dark red, green and blue share half of their pixels, and red none, which is in bin 3 of 8.
+        let red = Frame::new(2, 1, vec![96, 0, 0, 96, 0, 0]);
+        let found = run("rgb-histogram", "{ channels = \"separate\" }", &[frames[0].clone(), red], &boxes)[1];
+        assert!((found - 2.0 * 2.0_f64.sqrt() / 6.0).abs() < 1e-12, "{found}");
     }
 }

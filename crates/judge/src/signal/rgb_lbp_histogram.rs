@@ -235,6 +235,7 @@ mod tests {
         assert_eq!(code([8, 8, 8, 8, 0, 8, 8, 8, 8]), 9);
         // Without a threshold equal values count, interpolated ones too.
         assert_eq!(lbp_code(&[7.0; 9], 3, 4, 0.0), 8);
+        assert_eq!([Codes::Edges, Codes::Uniform, Codes::All].map(Codes::kept), [2..7, 0..9, 0..10]);
         // A cross: right and left alone.
         assert_eq!(code([0, 0, 0, 10, 0, 10, 0, 0, 0]), 9);
     }

@@ -149,6 +149,19 @@ mod tests {
         assert_eq!(size(1, 400), (1, 32));
     }
 
+    #[test]
+    fn a_memory_has_a_value_for_each_pixel() {
+        let signal = crate::signal::testing::build("template-correlation", "{ side = 4 }");
+        let takes = |w: usize, h: usize, values: usize| {
+            let saved = crate::saved::to_bytes(&Some((w, h, vec![0.5_f64; values]))).unwrap();
+            crate::signal::testing::start(&*signal).restore(&saved)
+        };
+        assert!(takes(4, 3, 12));
+        assert!(
+            !takes(4, 3, 11) && !takes(5, 3, 15) && !takes(3, 5, 15) && !takes(0, 3, 0) && !takes(3, 0, 0)
+        );
+    }
+
     // The same square of 2 x 2 blocks at three scales, on a frame that is flat elsewhere, in other light.
     #[test]
     fn scale_gain_and_offset_cancel() {

@@ -175,6 +175,27 @@ mod tests {
         TrackerState { posterior: Some(moments(covariance)), ..TrackerState::tracked(region) }
     }
 
+    // By hand: 2e-13 is below 1e-13 of a variance of 4, and 5e-13 below the square of 1e-13 of a mean of 10^7.
+    #[test]
+    fn what_is_rounding_is_no_variance() {
+        let singular = |covariance: &[f64], mean: f64| {
+            root_determinant(&Moments { mean: vec![0.0, mean], ..moments(covariance) }, None) == Some(0.0)
+        };
+        assert!(
+            singular(&[4.0, 4.0, 4.0, 4.0 + 2e-13], 0.0) && !singular(&[4.0, 4.0, 4.0, 4.0 + 8e-13], 0.0)
+        );
+        assert!(singular(&[1.0, 0.0, 0.0, 5e-13], 1e7) && !singular(&[1.0, 0.0, 0.0, 5e-13], 1e6));
+    }
+
+    #[test]
+    fn up_to_64_components_are_taken() {
+        let built = |count: usize| {
+            let components: Vec<usize> = (0..count).collect();
+            ENTRY.build_from_text(&format!("{{ components = {components:?} }}")).is_ok()
+        };
+        assert_eq!([0, 1, 64, 65].map(built), [false, true, true, false]);
+    }
+
     fn run(text: &str, states: &[TrackerState]) -> Vec<f64> {
         run_on_states("uncertainty", text, states)
     }

@@ -174,6 +174,16 @@ mod tests {
         assert!(changes(&[1.0, f64::NAN], 2, Form::Absolute, 0.0)[1].is_nan());
     }
 
+    #[test]
+    fn a_memory_has_no_more_values_than_the_window() {
+        let signal = crate::signal::testing::build("uncertainty-change", "{ window = 2 }");
+        let takes = |values: usize| {
+            let saved = crate::saved::to_bytes(&(0_usize, None::<f64>, vec![0.5_f64; values])).unwrap();
+            crate::signal::testing::start(&*signal).restore(&saved)
+        };
+        assert_eq!([0, 2, 3].map(takes), [true, true, false]);
+    }
+
     fn track(roots: &[f64]) -> Vec<TrackerState> {
         let state = |root: &f64| {
             let (mean, covariance) = (vec![50.0, 60.0], vec![*root, 0.0, 0.0, *root]);

@@ -1,5 +1,6 @@
 use super::super::track_quality::machine::TRANSITIONS;
 use super::super::track_quality::testing::{Fake, check_alarms, letters, levels, marks, quality, rows, with};
+use super::super::track_quality::{Condition, Effort};
 use super::*;
 use crate::detector::testing::{alone, plugin};
 use proptest::prelude::*;
@@ -69,6 +70,10 @@ fn a_series_goes_through_every_row() {
     let used = rows(3, &built(&text).events(&SCRIPT).1, &output);
     assert_eq!(used, [0, 1, 3, 4, 2, 0, 3, 5, 0, 3, 6]);
     assert!((0..TRANSITIONS.len()).all(|k| used.contains(&k)));
+    let effort = [(2, 5), (3, 4)].map(|(runs, frames)| Effort { runs, frames }).into_iter().sum();
+    assert_eq!(Effort { runs: 5, frames: 9 }, effort);
+    use Condition::{LockedOn, LockingIn, Scanning};
+    assert_eq!([LockedOn, LockingIn, Scanning].map(Condition::level), [1.0, 0.5, 0.0]);
 }
 
 #[test]

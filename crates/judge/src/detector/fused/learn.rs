@@ -243,6 +243,82 @@ mod tests {
         assert_eq!(reached, [0, 0, 0, 0, 0, 1, 2, 4, 10]);
     }
 
+    // By hand, a stride of 10 and a loss from frame 12 to 32: frames 0 and 40 are good (40 overlaps by exactly .1), 10 overlaps
+    // by less; 12 to 28 are the beginning of the loss without frame 20, which has no ground truth, and 30 is later in it.
+    #[test]
+    fn frames_that_are_learned_from_and_their_weights() {
+        let mut error = vec![0.2; 41];
+        error[12..33].fill(1.0);
+        (error[10], error[20], error[40]) = (0.95, f64::NAN, 0.9);
+        let inputs = [super::super::inputs::find("share").unwrap()];
+        let how = Learning { lambda: 0.1, stride: 10, window: 20 };
+        let example = Example::new(&[0.5; 41], &error);
+        let track = rows_of(&example, &inputs, &how);
+        let rows: Vec<_> = track.rows.iter().map(|row| (row.lost, row.frames, row.weight)).collect();
+        let good = [(false, 10.0, 10.0), (false, 10.0, 3.0)];
+        assert_eq!(
+            rows,
+            [&good[..], &[(true, 1.0, 3.0); 16], &[(true, 10.0, 1.0), (false, 10.0, 10.0)]].concat()
+        );
+        assert_eq!(track.frames(), 56.0);
+    }
+
+    // By the equations: two videos of 2 and 4 frames, whose mean is 3; weights are scaled to the number of rows, and so is
+    // the penalty.
+    #[test]
+    fn a_video_counts_by_the_root_of_its_frames() {
+        let values = [0.0, 1.0, 0.5, 0.25, 1.5, 2.0];
+        let lost = [false, true, false, false, true, true];
+        let of = |video: &'static str, frames: std::ops::Range<usize>| {
+            let rows = &mut track(&lost[frames.clone()]).rows;
+            rows.iter_mut().zip(&values[frames]).for_each(|(row, value)| row.features = vec![*value]);
+            TrackRows { video, source: "", rows: std::mem::take(rows) }
+        };
+        let how = Learning { lambda: 0.5, stride: 1, window: 20 };
+        let (found, bias) = fit(&[of("a", 0..2), of("b", 2..6)], |_| true, 1, &how).unwrap();
+        let shares = [[1.5_f64.sqrt(); 2].as_slice(), &[0.75_f64.sqrt(); 4]].concat();
+        let center = values.iter().sum::<f64>() / 6.0;
+        let scale = (values.iter().map(|v| (v - center).powi(2)).sum::<f64>() / 6.0).sqrt();
+        let total: f64 = shares.iter().sum();
+        let rows = Rows {
+            columns: 1,
+            values: values.iter().map(|v| (v - center) / scale).collect(),
+            lost: lost.to_vec(),
+            weight: shares.iter().map(|share| share * 6.0 / total).collect(),
+        };
+        let expected = logistic::fit(&rows, 3.0).unwrap();
+        let found = [found[0].center, found[0].scale, found[0].weight, bias];
+        trackfail_testing::assert_near(found, [center, scale, expected.weights[0], expected.bias], 1e-9, "");
+    }
+
+    // By hand: a source of 5000 good frames sets the threshold, one of 4999 does not, unless no source has more.
+    #[test]
+    fn small_sources_set_no_threshold_and_old_news_a_low_one() {
+        let calibration = (1.0, 0.0);
+        let of = |source: &'static str, frames: f64, news: f64| {
+            let mut track = TrackRows { source, ..track(&[false]) };
+            (track.rows[0].frames, track.rows[0].news) = (frames, news);
+            track
+        };
+        let found = |tracks: &[TrackRows<'_>]| {
+            let scores: Vec<Vec<f64>> = (0..tracks.len()).map(|k| vec![k as f64]).collect();
+            thresholds(tracks, &scores, calibration)[0].1
+        };
+        let at = |score: f64, news: f64| (probability(calibration, score) * news).next_up();
+        assert_eq!(found(&[of("a", 5000.0, 1.0), of("b", 4999.0, 1.0)]), at(0.0, 1.0));
+        assert_eq!(found(&[of("a", 4000.0, 1.0), of("b", 4999.0, 1.0)]), at(1.0, 1.0));
+        assert_eq!(found(&[of("a", 5000.0, 0.5)]), at(0.0, 0.5));
+    }
+
+    // sklearn 1.9.1: LogisticRegression(C=1 / 6e-6, tol=1e-14, solver="newton-cholesky").fit([[0], [1], [2], [3], [4], [5]],
+    // [0, 0, 0, 1, 1, 1])
+    #[test]
+    fn the_penalty_of_a_calibration_is_small() {
+        let scores = [vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]];
+        let found = calibrate(&[track(&[false, false, false, true, true, true])], &scores).unwrap();
+        trackfail_testing::assert_near(<[f64; 2]>::from(found), [18.24004451, -45.60011127], 1e-6, "");
+    }
+
     #[test]
     fn scores_that_are_low_in_losses_are_worth_nothing() {
         let scores = [vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]];

@@ -135,3 +135,12 @@ fn derivatives(rows: &Rows, lambda: f64, theta: &DVector<f64>) -> (DVector<f64>,
     }
     (gradient, hessian)
 }
+
+#[cfg(test)]
+mod tests {
+    // By hand: far from 0 the loss is 0 on the right side and the distance on the other.
+    #[test]
+    fn a_loss_is_finite_for_every_margin() {
+        assert_eq!([1000.0, 0.0, -1000.0].map(super::loss), [0.0, std::f64::consts::LN_2, 1000.0]);
+    }
+}

@@ -87,6 +87,17 @@ fn the_logistic_model_is_that_of_scikit_learn() {
     let fit = logistic::fit(&rows, 0.5).unwrap();
     let expected = [1.137092314, -0.564906493, -2.403038975];
     assert_near([fit.weights[0], fit.weights[1], fit.bias], expected, 1e-6, "");
+    assert_eq!(fit.weights.len(), 2);
+    // As above with C=100, X = [[2], [-3], [2], [-1], [3], [1], [2]], y = [0, 0, 0, 0, 1, 0, 0] and these weights. A whole
+    // step of Newton's leads away from the minimum.
+    let steep = Rows {
+        columns: 1,
+        values: vec![2.0, -3.0, 2.0, -1.0, 3.0, 1.0, 2.0],
+        lost: vec![false, false, false, false, true, false, false],
+        weight: vec![100.0, 20.0, 0.1, 1.0, 1.0, 0.1, 1.0],
+    };
+    let fit = logistic::fit(&steep, 0.01).unwrap();
+    assert_near([fit.weights[0], fit.bias], [9.27381845, -25.54080447], 1e-6, "");
     let one_kind = Rows { lost: vec![true; 6], ..rows };
     assert!(logistic::fit(&one_kind, 0.5).is_none());
 }
@@ -199,6 +210,48 @@ fn the_three_loudest_inputs_are_the_reasons() {
     }
 }
 
+/// Stream of a model with the weight 1 for the features of these numbers alone, and a threshold of .5.
+fn stream_of(name: &str, features: &[usize]) -> FusedStream {
+    let weight = |k| Weight { center: 0.0, scale: 1.0, weight: f64::from(u8::from(features.contains(&k))) };
+    let model = FusedModel {
+        inputs: vec![name.into()],
+        features: (0..input(name).features).map(weight).collect(),
+        bias: 0.0,
+        calibration: (1.0, 0.0),
+        thresholds: vec![(1.0, 0.5)],
+    };
+    FusedStream::new(Arc::new(model), vec![input(name)], Use { budget: 1.0, confirm: 1, window: 0 })
+}
+
+// By hand: a score of 0 is a probability of .5, which reaches the threshold and needs no reason. An alarm lasts at .5 when
+// it is old news, and is not raised by it.
+#[test]
+fn a_probability_at_the_threshold_is_an_alarm() {
+    let mut stream = stream_of("v2-overlap", &[]);
+    let judged = [0.5, 0.0, 0.0].map(|overlap| stream.push(&[overlap]));
+    let states: Vec<_> = judged.iter().map(|j| (j.raised, j.lost, j.probability, j.reasons.len())).collect();
+    assert_eq!(states, [(true, true, 0.5, 0), (false, true, 0.5, 0), (false, true, 0.5, 0)]);
+}
+
+#[test]
+fn reasons_name_the_value_and_what_is_usual() {
+    let place = |name: &str| FEATURES.iter().position(|feature| *feature == name).unwrap();
+    let mut stream = stream_of("companions", &[place("now"), place("missing")]);
+    let words = input("companions").words;
+    for (value, text) in [
+        (1.0, ": 1.000"),
+        (1.0, ""),
+        (2.0, ": 2.000, usually 1.000"),
+        (f64::NAN, ": missing"),
+        (2.0, ": 2.000, usually 1.000"),
+    ] {
+        let reasons: Vec<String> =
+            stream.push(&[value]).reasons.into_iter().map(|reason| reason.text).collect();
+        let expected = if text.is_empty() { vec![] } else { vec![format!("{words}{text}")] };
+        assert_eq!(reasons, expected, "{value}");
+    }
+}
+
 #[test]
 fn the_order_of_the_tracks_of_a_video_changes_rounding_only_and_the_same_tracks_give_the_same_bytes() {
     let all = tracks();
@@ -234,6 +287,15 @@ fn a_model_without_bounds_is_refused() {
         detector.learner().unwrap().with_model(&serde_json::to_value(model).unwrap()).is_ok()
     };
     assert!(takes(1e300, 1.0) && !takes(1e308, 1.0) && !takes(1e300, 1e10));
+    type Damage = fn(&mut FusedModel);
+    let damages: [Damage; 3] =
+        [|m| m.thresholds.clear(), |m| m.features.truncate(8), |m| m.inputs[0] = "share".into()];
+    for damage in damages {
+        let mut model = model.clone();
+        damage(&mut model);
+        let refused = detector.learner().unwrap().with_model(&serde_json::to_value(model).unwrap());
+        assert!(matches!(refused, Err(LearnError::OtherModel)));
+    }
 }
 
 proptest! {

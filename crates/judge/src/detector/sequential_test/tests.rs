@@ -56,6 +56,11 @@ fn the_wealth_is_that_of_a_direct_computation() {
     for (more, window) in [("", 12), ("window = 3, ", 3)] {
         let got = detect(&format!("{{ {more}below = 0.5, alpha = 0.2 }}"), &Y);
         assert_near(&got.score, wealth(window), 1e-13, more);
+        let shifted = detect(
+            &format!("{{ {more}below = 1.5, alpha = 0.2, low = 1.0, high = 2.0 }}"),
+            &Y.map(|y| y + 1.0),
+        );
+        assert_near(&shifted.score, wealth(window), 1e-13, more);
         // ln 5 = 1.609...
         assert_eq!(got.alarm, wealth(window).map(|x| x >= 1.61), "{more}");
     }

@@ -79,6 +79,7 @@ pub fn rows(locking_in_limit: usize, events: &[Events], output: &DetectorOutput)
         }
         assert_eq!(machine.condition(), quality.condition[t], "frame {t}");
     }
+    assert!(quality.transitions.iter().map(|(_, place)| *place).eq(used.iter().copied()));
     used
 }
 

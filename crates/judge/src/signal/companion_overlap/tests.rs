@@ -37,6 +37,7 @@ fn statistics_by_hand() {
         assert_eq!(value(text, &companions), want, "{text}");
     }
     assert!(value("{}", &[]).is_nan());
+    assert_eq!(value("{ statistic = \"share\", at_most = 3 }", &companions), 2.0 / 3.0);
 }
 
 /// A target of 16 x 16 bright checks on dark noise that moves by `step` a frame, and its boxes.
@@ -73,6 +74,36 @@ fn a_watchdog_agrees_with_a_tracker_on_the_target_and_leaves_one_that_stays_behi
     // The target has left the box of the first frame after eight frames. The watchdog is not started again on the
     // background.
     assert!(lost[12..].iter().all(|o| *o == 0.0), "{lost:?}");
+    let eager = "{ companions = [{ tracker = \"kcf\", restart_margin = 0.0 }] }";
+    assert_eq!(values(eager, &frames, &[boxes[0]; 40]), lost);
+}
+
+#[test]
+fn a_watchdog_that_cannot_start_is_a_fault() {
+    let mut session = testing::start(&*testing::build("companion-overlap", KCF));
+    let (frame, state) = (Frame::new(1, 1, vec![0; 3]), TrackerState::tracked(Region::nowhere()));
+    assert!(session.push(&Observation::new(&frame, &state)).is_nan());
+    assert!(session.fault().is_some() && session.fault().is_none());
+}
+
+#[test]
+fn the_state_of_another_watchdog_is_refused() {
+    const NEVER: &str = "{ companions = [{ tracker = \"kcf\", restart_after = 0 }] }";
+    let (frames, boxes) = moving(2, 1.0);
+    let saved = |text: &str| {
+        let mut session = testing::start(&*testing::build("companion-overlap", text));
+        for (frame, r) in frames.iter().zip(&boxes) {
+            session.push(&Observation::new(frame, &TrackerState::tracked(Region::Rect(*r))));
+        }
+        session.save().unwrap()
+    };
+    let takes =
+        |text: &str, saved: &[u8]| testing::start(&*testing::build("companion-overlap", text)).restore(saved);
+    for (text, other) in [(KCF, NEVER), (NEVER, KCF)] {
+        assert!(takes(text, &saved(text)) && !takes(text, &saved(other)), "{text}");
+    }
+    let without_tracker = vec![(Some(vec![7_u8]), None::<[Vec<u8>; 2]>, 0_usize)];
+    assert!(!takes(NEVER, &saved::to_bytes(&without_tracker).unwrap()));
 }
 
 // The target jumps to another place in frame 5, out of the watchdog's reach, and the tracker with it.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::signal::testing;
+use crate::tracker::nanotrack::look::Cell;
 use crate::tracker::{self, TrackerState};
 
 const OF_V3: &str = "v3 = [\"overlap\", \"score\"]";
@@ -62,6 +63,14 @@ fn a_second_look_of_v3_needs_no_v2() {
     let [score, .., elsewhere] = of_v3[15][2..] else { panic!() };
     assert!(score < 0.7 && elsewhere > 0.0 && of_v3[15][2..] != of_both[15][10..], "{of_v3:?}");
     assert!(of_v3[5][2] > 0.9 && of_v3[5][10] < -2.0, "{of_v3:?}");
+    let of_v2 = beside_with("{ v2 = [\"overlap\", \"score\"], here = [] }", 60.0);
+    let product = beside_with("{ both = [\"product\"], here = [] }", 60.0);
+    assert!(
+        of_both
+            .iter()
+            .zip(of_v2.iter().zip(product))
+            .all(|(all, (v2, product))| all[..2] == *v2 && all[4..5] == product)
+    );
 }
 
 #[test]
@@ -70,6 +79,26 @@ fn a_box_without_numbers_has_no_cells_and_is_apart_from_the_watchdogs() {
     let states = [start, Region::nowhere()].map(TrackerState::tracked);
     let params = "{ v2 = [\"overlap\"], here = [\"score\", \"inside\"] }";
     assert_eq!(testing::rows("deep-verification", params, &frames, &states)[1], [0.0, 0.0, -6.0]);
+}
+
+// By hand: 5 x 5 cells of 20 x 20 pixels, 16 apart around (50, 50), with scores .01 to .25; the tracker's box is centered on
+// (67, 20), one column right of the middle and two rows up. The cells near are those of columns 2 to 4 in rows 0 and 1; of
+// these, only 3, 4 and 8 overlap the box by more than .1: by 342/458, 90/710 and 114/686.
+#[test]
+fn cells_near_inside_and_outside_of_the_box() {
+    let cell = |k: u32| Cell {
+        score: f64::from(k + 1) / 100.0,
+        shift: [16.0 * (f64::from(k % 5) - 2.0), 16.0 * (f64::from(k / 5) - 2.0)],
+        sides: [20.0; 2],
+        penalty: 1.0,
+        rank: 0.0,
+    };
+    let place = Place { center: [50.0; 2], sides: [20.0; 2] };
+    let look = Look { place, cells: (0..25).map(cell).collect(), side: 5, best: 4, cell: 16.0, rate: 0.0 };
+    let second = Second::of(&look, &Rect::new(57.5, 10.5, 20.0, 20.0));
+    assert_eq!([second.middle, second.inside, second.outside], [0.10, 0.09, 0.25]);
+    assert_eq!(second.chosen.score, 0.05);
+    assert!((second.chosen.overlap - 90.0 / 710.0).abs() < 1e-12);
 }
 
 // By hand, with watchdogs at overlaps .25 and 0 of the tracker, and .5 of each other.

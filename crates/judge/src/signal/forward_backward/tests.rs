@@ -58,7 +58,8 @@ fn another_scene_does_not_return() {
     assert!(error > 0.02 && inliers < 0.3 && residual > 0.02, "{error} {inliers} {residual}");
     // In a scene that stands still points return to where they were.
     let strict = "{ measure = \"inliers\", max_error = 0.0, min_correlation = -1.0 }";
-    assert!(values(strict, &[first.clone(), first.clone()], &BOXES)[1] > 0.9);
+    assert!((0.9..=1.0).contains(&values(strict, &[first.clone(), first.clone()], &BOXES)[1]));
+    assert!(values(strict, &[first.clone(), scene(1.3, 0.7, 0.0)], &BOXES)[1] < 0.5);
     // Nothing to follow.
     let flat = Frame::new(160, 120, vec![9; 57_600]);
     assert_eq!(measures("", &[first, flat.clone(), flat]).map(|v| v[2]), [1.0, 0.0, 1.0]);
@@ -70,6 +71,26 @@ fn the_part_of_the_frame_that_is_searched_bounds_the_motion() {
     let [near, none] = ["", ", reach = 0.0, margin = 0.0, levels = 0"]
         .map(|more| values(&format!("{{ window = 9{more} }}"), &frames, &BOXES)[1]);
     assert!(near < none, "{near} {none}");
+}
+
+// A frame of 40 x 30 pixels, with a target of 8 x 6 in a search region of 16 x 12.
+#[test]
+fn a_state_that_does_not_fit_its_frame_is_refused() {
+    let takes = |target: [i64; 4], search: [i64; 4], pixels: usize| {
+        let window = |[x, y, w, h]: [i64; 4]| Window { x, y, w: w as usize, h: h as usize };
+        let part = Some(((40_usize, 30_usize), window(target), window(search), vec![9_u8; pixels]));
+        let signal = crate::signal::testing::build("forward-backward", "{}");
+        crate::signal::testing::start(&*signal).restore(&saved::to_bytes(&part).unwrap())
+    };
+    let (target, search) = ([10, 10, 8, 6], [6, 7, 16, 12]);
+    assert!(takes(target, search, 192) && takes([32, 24, 8, 6], [24, 18, 16, 12], 192));
+    assert!(!takes(target, search, 191));
+    for bad in
+        [[33, 24, 8, 6], [32, 25, 8, 6], [-1, 10, 8, 6], [10, -1, 8, 6], [10, 10, 0, 6], [10, 10, 8, 0]]
+    {
+        assert!(!takes(bad, search, 192), "{bad:?}");
+    }
+    assert!(!takes(target, [25, 7, 16, 12], 192) && !takes(target, [6, 19, 16, 12], 192));
 }
 
 #[test]

@@ -187,9 +187,9 @@ pub struct Cell {
     /// Sides of the cell's box in pixels of the frame.
     pub sides: [f64; 2],
     /// Penalty `exp(-k (s r - 1))` for changes of size and shape.
-    penalty: f64,
+    pub penalty: f64,
     /// Score after penalty and window.
-    rank: f64,
+    pub rank: f64,
 }
 
 /// Cells around a place, `side` x `side`, row by row.
@@ -205,7 +205,7 @@ pub struct Look {
     /// Distance between neighboring cells in pixels of the frame.
     pub cell: f64,
     /// Learning rate of the sides.
-    rate: f64,
+    pub rate: f64,
 }
 
 impl Look {
