@@ -367,5 +367,6 @@ mod tests {
         let empirical = built("{ train = \"t\", approximation = \"empirical\" }");
         let told = [empirical, normal].map(|d| d.learner().unwrap().params()["empirical"].clone());
         assert_eq!(told, [json!([20, 0.005]), Value::Null]);
+        assert!(!built("{ train = \"t\" }").learner().unwrap().pools_trackers());
     }
 }

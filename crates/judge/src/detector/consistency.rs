@@ -238,6 +238,14 @@ mod tests {
         };
         let fitted = fit(&[example], &how).unwrap();
         assert_eq!((fitted.model.samples, fitted.fits.len()), (7, 2));
+        let terms = select::terms(&fitted.fits, 7);
+        for (k, order) in fitted.model.orders.iter().enumerate() {
+            let wins = [Criterion::Aic, Criterion::Bic].map(|criterion| {
+                let winners = select::choose(&terms, criterion, MAX_PENALTY_WEIGHT).winners;
+                winners.into_iter().filter(|winner| *winner == k + 1).count()
+            });
+            assert_eq!((order.components, [order.wins_daic, order.wins_dbic]), (k + 1, wins));
+        }
         assert!((fitted.model.mean - signal.iter().sum::<f64>() / 7.0).abs() < 1e-12);
         let lost = Example::new(&signal, &[1.0; 7]);
         assert!(fit(&[lost], &how).is_err());

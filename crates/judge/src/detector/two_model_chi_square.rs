@@ -254,6 +254,13 @@ mod tests {
         assert_eq!(output.changes.unwrap(), [0, 0, 0, 1, -1, 0, 0]);
     }
 
+    // By hand: the floor is in the squared unit of the signal, whatever its largest value is.
+    #[test]
+    fn the_floor_of_the_variance_is_in_the_unit_of_the_signal() {
+        let text = "{ length = 1, least_reference = 2, variance_floor = 0.01 }";
+        near(&detect(text, &[10.0, 10.0, 20.0]).score[2..], &[100.0 / (0.01 / 2.0 + 0.01)]);
+    }
+
     #[test]
     fn a_constant_never_alarms() {
         for test in ["mean", "energy"] {

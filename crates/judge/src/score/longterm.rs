@@ -107,7 +107,7 @@ impl Rules {
         scores.sort_by(|a, b| b.total_cmp(a));
         let n = scores.len();
         let step = (n / INNER) as f64;
-        let at = |rank: f64| scores[(rank as usize).min(n - 1)];
+        let at = |rank: f64| scores[rank as usize];
         let inner = match self.program {
             Program::Pytracking => {
                 scores.dedup();

@@ -182,6 +182,17 @@ fn outputs_are_those_of_the_version() {
     trackfail_testing::check_pins("traits signal", all.map(traits));
 }
 
+#[test]
+fn a_session_that_saves_nothing_restores_nothing() {
+    struct Silent;
+    impl Session for Silent {
+        fn push(&mut self, _: &Observation<'_>) -> f64 {
+            0.0
+        }
+    }
+    assert!(Silent.save().is_none() && !Silent.restore(&[]) && Silent.fault().is_none());
+}
+
 /// Signals that can be interrupted, in all their forms of memory.
 const SAVED: [(&str, &str); 29] = [
     ("deep-verification", "{}"),

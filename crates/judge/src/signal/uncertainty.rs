@@ -175,14 +175,14 @@ mod tests {
         TrackerState { posterior: Some(moments(covariance)), ..TrackerState::tracked(region) }
     }
 
-    // By hand: 2e-13 is below 1e-13 of a variance of 4, and 5e-13 below the square of 1e-13 of a mean of 10^7.
+    // By hand: 3e-13 is below 1e-13 of a variance of 4, and 5e-13 below the square of 1e-13 of a mean of 10^7.
     #[test]
     fn what_is_rounding_is_no_variance() {
         let singular = |covariance: &[f64], mean: f64| {
             root_determinant(&Moments { mean: vec![0.0, mean], ..moments(covariance) }, None) == Some(0.0)
         };
         assert!(
-            singular(&[4.0, 4.0, 4.0, 4.0 + 2e-13], 0.0) && !singular(&[4.0, 4.0, 4.0, 4.0 + 8e-13], 0.0)
+            singular(&[1.0, 2.0, 2.0, 4.0 + 3e-13], 0.0) && !singular(&[1.0, 2.0, 2.0, 4.0 + 8e-13], 0.0)
         );
         assert!(singular(&[1.0, 0.0, 0.0, 5e-13], 1e7) && !singular(&[1.0, 0.0, 0.0, 5e-13], 1e6));
     }

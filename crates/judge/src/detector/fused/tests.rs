@@ -190,6 +190,16 @@ fn videos_are_dealt_out_to_four_folds() {
     assert!(matches!(learn(5), Err(LearnError::OneKind)));
 }
 
+// What is a loss in one of two videos is none in the other: a model of either is wrong on the one that it has not seen.
+#[test]
+fn the_calibration_is_of_videos_that_were_not_seen() {
+    let all = tracks();
+    let turned: Vec<f64> = all[1].0.iter().map(|v| 1.3 - v).collect();
+    let of = |video: &str, signal, error| Example { video: video.into(), ..Example::new(signal, error) };
+    let model = model(&[of("a", &all[0].0, &all[0].1), of("b", &turned, &all[1].1)]).unwrap();
+    assert_eq!(model.calibration.0, 1e-3);
+}
+
 // By hand: a value counts three times, as the last, the worst and the mean of one, and half of that is its weight.
 #[test]
 fn the_three_loudest_inputs_are_the_reasons() {
@@ -280,13 +290,23 @@ fn parameters_are_checked() {
 fn a_model_without_bounds_is_refused() {
     let detector = testing::built(&ENTRY, PARAMS);
     let model = model(&examples(&tracks())).unwrap();
-    let takes = |weight: f64, a: f64| {
-        let mut model = model.clone();
+    let takes = |weight: f64, bias: f64, calibration: (f64, f64)| {
+        let mut model = FusedModel { bias, calibration, ..model.clone() };
         model.features.iter_mut().for_each(|feature| feature.weight = weight);
-        model.calibration.0 = a;
         detector.learner().unwrap().with_model(&serde_json::to_value(model).unwrap()).is_ok()
     };
-    assert!(takes(1e300, 1.0) && !takes(1e308, 1.0) && !takes(1e300, 1e10));
+    // Nine features of a deviation of 6 at most.
+    for (weight, bias, calibration, is_taken) in [
+        (1e300, 0.0, (1.0, 0.0), true),
+        (1e200, 1e200, (1.0, 1e200), true),
+        (1e307, 0.0, (1.0, 0.0), false),
+        (1e300, 0.0, (1e10, 0.0), false),
+        (1e306, -1.7e308, (1.0, 0.0), false),
+        (1e306, 0.0, (1.0, -1.7e308), false),
+    ] {
+        assert_eq!(takes(weight, bias, calibration), is_taken, "{weight} {bias} {calibration:?}");
+    }
+    assert!(detector.learner().unwrap().pools_trackers());
     type Damage = fn(&mut FusedModel);
     let damages: [Damage; 3] =
         [|m| m.thresholds.clear(), |m| m.features.truncate(8), |m| m.inputs[0] = "share".into()];

@@ -22,7 +22,7 @@ fn values(params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
     run("forward-backward", params, frames, boxes)
 }
 
-const BOXES: [Rect; 2] = [Rect { x: 50.0, y: 40.0, w: 48.0, h: 36.0 }; 2];
+const BOXES: [Rect; 2] = [Rect { x: 50.0, y: 60.0, w: 48.0, h: 36.0 }; 2];
 
 #[test]
 fn the_grid_lies_inside_the_box() {
