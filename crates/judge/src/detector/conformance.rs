@@ -236,9 +236,10 @@ fn traits_are_pinned() {
         ];
         let flags: Vec<&str> =
             flags.into_iter().filter(|(_, is_set)| *is_set).map(|(name, _)| name).collect();
-        let (signals, threshold) = (detector.signals(), detector.threshold());
-        let params = detector.params();
-        format!("{kind} {text} signals {signals}, threshold {threshold:?}: {} {params}", flags.join(" "))
+        // At nine digits.
+        let threshold = detector.threshold().map_or("none".into(), |threshold| format!("{threshold:.8e}"));
+        let (signals, params) = (detector.signals(), detector.params());
+        format!("{kind} {text} signals {signals}, threshold {threshold}: {} {params}", flags.join(" "))
     };
     trackfail_testing::check_pins("traits detector", all_detectors().into_iter().map(pin));
 }

@@ -104,7 +104,7 @@ mod tests {
 
     // By hand: one of three frames is found; ranges that end where the loss starts, or start where it ends, do not meet it.
     #[test]
-    fn neighbours_are_not_met() {
+    fn neighbors_are_not_met() {
         let found = of(&[0, 1, 1, 1, 0], &[1, 0, 1, 0, 1]);
         assert_eq!((found.precision, found.recall), (Some(1.0 / 3.0), Some(1.0 / 3.0)));
     }
