@@ -297,7 +297,12 @@ proptest! {
             let columns: Vec<Vec<f64>> =
                 (0..detector.signals()).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            let alarm = detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) }).alarm;
+            let output = detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
+            let DetectorOutput { score, alarm, .. } = output;
+            let is_beyond = |score: f64| match (detector.threshold(), detector.score_direction()) {
+                (Some(level), Direction::HigherIsBetter) => score <= level,
+                (level, _) => level.is_none_or(|level| score >= level),
+            };
             let want = lost(&alarm, detector.frames_to_recover());
             for t in 0..rows.len() {
                 if t == interrupted {
@@ -311,9 +316,10 @@ proptest! {
                 let said = stream.push(&columns.iter().map(|column| column[t]).collect::<Vec<_>>());
                 prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
                 prop_assert!(kind == "fused" || said.raised == alarm[t], "{} {} {}", kind, text, t);
-                // Every alarm has one reason, but for one that is only held.
+                // Every alarm has one reason, and a score that it is true of, but for one that is only held.
                 let holds = kind == "fused";
                 prop_assert!(holds || said.reasons.len() == usize::from(alarm[t]), "{} {} {}", kind, text, t);
+                prop_assert!(holds || !alarm[t] || is_beyond(score[t]), "{} {} {}", kind, text, t);
             }
         }
     }
