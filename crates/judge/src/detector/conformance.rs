@@ -297,8 +297,8 @@ proptest! {
             let columns: Vec<Vec<f64>> =
                 (0..detector.signals()).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            let output = detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
-            let DetectorOutput { score, alarm, .. } = output;
+            let DetectorOutput { score, alarm, .. } =
+                detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
             let is_beyond = |score: f64| match (detector.threshold(), detector.score_direction()) {
                 (Some(level), Direction::HigherIsBetter) => score <= level,
                 (level, _) => level.is_none_or(|level| score >= level),

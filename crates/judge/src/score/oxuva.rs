@@ -89,10 +89,16 @@ mod tests {
 
     #[test]
     fn frames_by_hand() {
-        const N: f64 = f64::NAN;
         let mut p = Presence::default();
-        for (overlap, says) in [(0.5, true), (0.6, true), (0.49, true), (0.9, false), (N, true), (N, false)] {
-            p.count(Some(overlap).filter(|o| !o.is_nan()), says);
+        for (overlap, says) in [
+            (Some(0.5), true),
+            (Some(0.6), true),
+            (Some(0.49), true),
+            (Some(0.9), false),
+            (None, true),
+            (None, false),
+        ] {
+            p.count(overlap, says);
         }
         assert_eq!(p, Presence { tp: 2, fn_: 2, tn: 1, fp: 1 });
     }

@@ -115,8 +115,9 @@ impl<S: Causal> Session for Following<S> {
 mod tests {
     use crate::image::Frame;
     use crate::region::{Rect, Region};
+    use crate::saved;
     use crate::signal::Observation;
-    use crate::signal::testing::{build, run, start};
+    use crate::signal::testing::{build, run, start, takes};
     use crate::tracker::TrackerState;
 
     // Sides 8, 16 and 24 around (20, 20): the mean of two is 8, 12, 20.
@@ -133,22 +134,16 @@ mod tests {
             assert_ne!(averaged, run(kind, "{}", &frames, &own), "{kind}");
         }
         // A side that is no number leaves the history as it was.
-        let signal = build("rgb-histogram", "{ size_history = 1 }");
-        let mut session = start(&*signal);
+        let mut session = start(&*build("rgb-histogram", "{ size_history = 1 }"));
         for r in [own[0], Rect { h: f64::NAN, ..own[1] }, own[1]] {
             session.push(&Observation::new(&frames[0], &TrackerState::tracked(Region::Rect(r))));
         }
-        let sides = |saved: &[u8]| -> Vec<f64> {
-            saved
-                .windows(8)
-                .map(|bytes| f64::from_le_bytes(bytes.try_into().unwrap()))
-                .filter(|v| *v == 8.0)
-                .collect()
-        };
-        let saved = session.save().unwrap();
-        assert_eq!(sides(&saved), [8.0; 2]);
-        let at = saved.windows(8).rposition(|bytes| bytes == 8.0_f64.to_le_bytes()).unwrap();
-        let forged = [&saved[..at], &f64::NAN.to_le_bytes(), &saved[at + 8..]].concat();
-        assert!(start(&*signal).restore(&saved) && !start(&*signal).restore(&forged));
+        let (memory, sides): (Option<Vec<f64>>, Vec<(f64, f64)>) =
+            saved::from_bytes(&session.save().unwrap()).unwrap();
+        assert_eq!(sides, [(8.0, 8.0), (16.0, 16.0)]);
+        for (side, is_taken) in [(8.0, true), (f64::NAN, false)] {
+            let memory = (&memory, vec![(8.0, side)]);
+            assert_eq!(takes("rgb-histogram", "{ size_history = 1 }", &memory), is_taken, "{side}");
+        }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
 )
 .example("{ bins = 8 }");
 
-/// What a bin is of.
+/// Channels that share a bin.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Channels {

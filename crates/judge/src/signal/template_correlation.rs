@@ -140,7 +140,7 @@ fn resample(frame: &Frame, window: &Window, width: usize, height: usize) -> Vec<
 mod tests {
     use super::*;
     use crate::region::Rect;
-    use crate::signal::testing::run;
+    use crate::signal::testing::{run, takes};
 
     #[test]
     fn templates_have_the_shape_of_the_box() {
@@ -151,10 +151,8 @@ mod tests {
 
     #[test]
     fn a_memory_has_a_value_for_each_pixel() {
-        let signal = crate::signal::testing::build("template-correlation", "{ side = 4 }");
         let takes = |w: usize, h: usize, values: usize| {
-            let saved = crate::saved::to_bytes(&Some((w, h, vec![0.5_f64; values]))).unwrap();
-            crate::signal::testing::start(&*signal).restore(&saved)
+            takes("template-correlation", "{ side = 4 }", &Some((w, h, vec![0.5_f64; values])))
         };
         assert!(takes(4, 3, 12));
         assert!(

@@ -4,7 +4,9 @@ use super::{Observation, SIGNALS, Session, Signal};
 use crate::image::Frame;
 use crate::plugin::{Configured, find};
 use crate::region::{Rect, Region};
+use crate::saved;
 use crate::tracker::{TrackerState, testing};
+use serde::Serialize;
 use trackfail_dataset::synthetic;
 
 /// A signal of this kind.
@@ -16,6 +18,11 @@ pub fn build(kind: &str, params: &str) -> Configured<dyn Signal> {
 pub fn start(signal: &dyn Signal) -> Box<dyn Session> {
     let sequence = synthetic::suite("synthetic-otb").unwrap().swap_remove(0);
     signal.start(&testing::context(&sequence, 1)).unwrap()
+}
+
+/// True if a signal of this kind goes on from a memory.
+pub fn takes(kind: &str, params: &str, memory: &impl Serialize) -> bool {
+    start(&*build(kind, params)).restore(&saved::to_bytes(memory).unwrap())
 }
 
 /// Values of a signal on frames with the tracker's states. The companion stays at the tracker's first place.

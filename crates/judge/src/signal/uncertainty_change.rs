@@ -158,7 +158,7 @@ pub(crate) fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> 
 mod tests {
     use super::*;
     use crate::region::{Rect, Region};
-    use crate::signal::testing::run_on_states;
+    use crate::signal::testing::{run_on_states, takes};
     use crate::tracker::{Moments, TrackerState};
     use proptest::prelude::*;
 
@@ -176,10 +176,8 @@ mod tests {
 
     #[test]
     fn a_memory_has_no_more_values_than_the_window() {
-        let signal = crate::signal::testing::build("uncertainty-change", "{ window = 2 }");
         let takes = |values: usize| {
-            let saved = crate::saved::to_bytes(&(0_usize, None::<f64>, vec![0.5_f64; values])).unwrap();
-            crate::signal::testing::start(&*signal).restore(&saved)
+            takes("uncertainty-change", "{ window = 2 }", &(0_usize, None::<f64>, vec![0.5_f64; values]))
         };
         assert_eq!([0, 2, 3].map(takes), [true, true, false]);
     }

@@ -102,7 +102,7 @@ fn read(files: &[(&str, &str)]) -> Result<crate::spec::Experiment, SpecError> {
     })
 }
 
-/// What [`BASE`] has before its tables, with the groups written out.
+/// Beginning of [`BASE`] up to its tables, with the groups written out.
 const WRITTEN_OUT: &str = r#"schema = 1
 name = "base"
 title = "Base"

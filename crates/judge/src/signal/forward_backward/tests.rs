@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::region::Rect;
-use crate::signal::testing::run;
+use crate::signal::testing::{run, takes};
 use proptest::prelude::*;
 
 /// Waves shifted by `(dx, dy)`; `other` changes them to those of another scene.
@@ -79,8 +79,7 @@ fn a_state_that_does_not_fit_its_frame_is_refused() {
     let takes = |target: [i64; 4], search: [i64; 4], pixels: usize| {
         let window = |[x, y, w, h]: [i64; 4]| Window { x, y, w: w as usize, h: h as usize };
         let part = Some(((40_usize, 30_usize), window(target), window(search), vec![9_u8; pixels]));
-        let signal = crate::signal::testing::build("forward-backward", "{}");
-        crate::signal::testing::start(&*signal).restore(&saved::to_bytes(&part).unwrap())
+        takes("forward-backward", "{}", &part)
     };
     let (target, search) = ([10, 10, 8, 6], [6, 7, 16, 12]);
     assert!(takes(target, search, 192) && takes([32, 24, 8, 6], [24, 18, 16, 12], 192));
