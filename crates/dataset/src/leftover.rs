@@ -1,18 +1,14 @@
 //! Temporary folders, and the removal of those that killed processes left behind.
 
 use std::fs::{File, TryLockError};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Age in seconds from which on a folder counts as abandoned.
-const OLD: u64 = 3600;
+/// Name of the file in a temporary folder that its process holds a lock on.
+pub const LOCK: &str = "trackfail.lock";
 
-/// Name of the file in a temporary folder that its process holds a lock on. Folders without it are not
-/// touched.
-const LOCK: &str = "trackfail.lock";
-
-/// A folder in the system's temporary folder, deleted when the value is dropped. If the process is killed,
-/// the next process that creates such a folder deletes it.
+/// A temporary folder, deleted when the value is dropped. If the process is killed, the next process that
+/// creates such a folder there deletes it.
 #[derive(Debug)]
 pub struct TemporaryFolder {
     folder: TempDir,
@@ -20,8 +16,7 @@ pub struct TemporaryFolder {
 }
 
 impl TemporaryFolder {
-    /// Creates a folder, empty but for its lock file, whose name starts with `prefix`. Folders of the prefix
-    /// that killed processes left are deleted.
+    /// Creates a folder in the system's temporary folder, as [`TemporaryFolder::new_in`] does.
     ///
     /// # Errors
     /// When the folder cannot be created.
@@ -29,8 +24,13 @@ impl TemporaryFolder {
         Self::new_in(&std::env::temp_dir(), prefix)
     }
 
-    fn new_in(parent: &Path, prefix: &str) -> std::io::Result<Self> {
-        remove(parent, prefix, is_free);
+    /// Creates a folder in `parent`, empty but for the file [`LOCK`], whose name starts with `prefix`. Folders of
+    /// the prefix that killed processes left are deleted; those without a lock file are not touched.
+    ///
+    /// # Errors
+    /// When the folder cannot be created.
+    pub fn new_in(parent: &Path, prefix: &str) -> std::io::Result<Self> {
+        remove(parent, prefix, lock_of_left);
         loop {
             let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
             let path = folder.path().join(LOCK);
@@ -42,61 +42,64 @@ impl TemporaryFolder {
         }
     }
 
-    /// Path of the folder.
+    /// Path of the folder, which is closed to other users.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
+
+    /// Creates a folder within, which others may read as they may any other, to be moved to its place.
+    ///
+    /// # Errors
+    /// When the folder cannot be created.
+    pub fn within(&self, name: &str) -> std::io::Result<PathBuf> {
+        let folder = self.path().join(name);
+        std::fs::create_dir(&folder).map(|()| folder)
+    }
 }
 
-/// True if a folder has a lock file that no process holds.
-fn is_free(folder: &Path) -> bool {
+/// The lock of a folder, if it has a lock file that no process held.
+pub fn lock_of_left(folder: &Path) -> Option<File> {
     let lock = folder.join(LOCK);
     // A pipe would be waited for, and a link may lead anywhere.
-    lock.symlink_metadata().is_ok_and(|about| about.is_file())
-        && File::options().write(true).open(lock).is_ok_and(|lock| lock.try_lock().is_ok())
+    lock.symlink_metadata().ok().filter(|about| about.is_file())?;
+    let lock = File::options().write(true).open(lock).ok()?;
+    lock.try_lock().ok().map(|()| lock)
 }
 
-/// Removes folders in `parent` whose names start with `prefix`, if nothing was put into them for an hour.
-pub fn sweep(parent: &Path, prefix: &str) {
-    remove(parent, prefix, is_old);
-}
-
-/// Removes folders in `parent` whose names start with `prefix`, if `is_left` accepts them.
-pub(crate) fn remove(parent: &Path, prefix: &str, is_left: impl Fn(&Path) -> bool) {
+/// Removes folders in `parent` whose names start with `prefix`, if `left` accepts them. What it returns, such
+/// as a lock, is held until the folder is removed.
+pub fn remove<T>(parent: &Path, prefix: &str, left: impl Fn(&Path) -> Option<T>) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
-        if name.starts_with(prefix.as_bytes()) && path.is_dir() && is_left(&path) {
+        if name.starts_with(prefix.as_bytes())
+            && path.is_dir()
+            && let Some(_held) = left(&path)
+        {
             // Another process may be removing it too.
             let _ = std::fs::remove_dir_all(&path);
         }
     }
 }
 
-/// True if a folder is so old that its process must have been killed; a newer one may still be filled or
-/// removed by a running process.
-pub fn is_old(path: &Path) -> bool {
-    let modified = path.symlink_metadata().and_then(|about| about.modified());
-    modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age.as_secs() > OLD))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::{Duration, SystemTime};
     use trackfail_testing::put;
 
     #[test]
-    fn old_folders_of_the_prefix_are_removed() {
-        let root = tempfile::tempdir().unwrap();
-        for (name, age) in [(".work-a", 0), (".work-b", 2), (".other", 2)] {
-            put(root.path(), format!("{name}/a"), "");
-            let time = SystemTime::now() - Duration::from_secs(age * OLD);
-            File::open(root.path().join(name)).unwrap().set_modified(time).unwrap();
+    fn a_lock_is_held_until_the_folder_is_gone() {
+        struct Held(PathBuf);
+        impl Drop for Held {
+            fn drop(&mut self) {
+                assert!(!self.0.exists());
+            }
         }
-        sweep(root.path(), ".work-");
-        let left = [".work-a", ".work-b", ".other"].map(|name| root.path().join(name).exists());
-        assert_eq!(left, [true, false, true]);
+        let root = tempfile::tempdir().unwrap();
+        put(root.path(), "frames-a/a", "");
+        put(root.path(), "others/a", "");
+        remove(root.path(), "frames-", |folder| Some(Held(folder.to_path_buf())));
+        assert!(!root.path().join("frames-a").exists() && root.path().join("others").exists());
     }
 
     #[test]

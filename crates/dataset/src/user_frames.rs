@@ -71,7 +71,9 @@ fn is_pattern(name: &Path) -> bool {
 fn matching(pattern: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     let fault = |message: String| DatasetError::content(pattern, message);
     let text = pattern.to_str().ok_or_else(|| fault("a pattern has to be UTF-8 text".into()))?;
-    let found = glob::glob(text).map_err(|e| fault(format!("no pattern of file names: {e}")))?;
+    let as_a_shell = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::new() };
+    let found =
+        glob::glob_with(text, as_a_shell).map_err(|e| fault(format!("no pattern of file names: {e}")))?;
     let io = |e: glob::GlobError| {
         let path = e.path().to_path_buf();
         DatasetError::io(&path, e.into())
@@ -152,7 +154,7 @@ mod tests {
 
     #[test]
     fn folders_patterns_and_files() {
-        let root = folder_of(&["8.jpg", "9.jpg", "10.jpg", "notes.txt"]);
+        let root = folder_of(&["8.jpg", "9.jpg", "10.jpg", "notes.txt", "._9.jpg", ".11.jpg"]);
         let folder = root.path();
         let all = vec!["8.jpg".to_string(), "9.jpg".into(), "10.jpg".into()];
         for given in [vec![folder.to_path_buf()], vec![folder.join("*.jpg")], vec![folder.join("*")]] {

@@ -24,7 +24,7 @@ pub use stream::VideoStream;
 use super::digest::file_digest;
 use super::guarded::{self, Guarded, Tail};
 use super::text::{shorten_to, visible};
-use super::{DatasetError, ImageFiles, leftover};
+use super::{DatasetError, ImageFiles, leftover::TemporaryFolder};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -144,21 +144,17 @@ fn decode(
         return Ok(());
     }
     let Some(parent) = folder.parent() else { return Err(DatasetError::content(folder, "no folder")) };
-    std::fs::create_dir_all(parent).map_err(|e| DatasetError::io(parent, e))?;
-    leftover::sweep(parent, DECODING);
-    let mut fresh = tempfile::Builder::new();
-    #[cfg(unix)]
-    fresh.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    let fresh = fresh.prefix(DECODING).tempdir_in(parent).map_err(|e| DatasetError::io(parent, e))?;
+    let failed = |e| DatasetError::io(parent, e);
+    std::fs::create_dir_all(parent).map_err(failed)?;
+    let temporary = TemporaryFolder::new_in(parent, DECODING).map_err(failed)?;
+    let fresh = &temporary.within("frames").map_err(failed)?;
     run_on(video, limits, |input, every_frame| {
         let mut command = command(program, input, every_frame, limits);
         // A pattern relative to the working folder: a `%` in the folder's own path would be one too.
-        command
-            .args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"])
-            .current_dir(fresh.path());
-        run(command, fresh.path(), limits, is_stopped)
+        command.args(["-c:v", "png", "-f", "image2", "-start_number", "1", "%06d.png"]).current_dir(fresh);
+        run(command, fresh, limits, is_stopped)
     })?;
-    match std::fs::rename(fresh.path(), folder) {
+    match std::fs::rename(fresh, folder) {
         // Another process was faster.
         Err(_) if folder.is_dir() => Ok(()),
         done => done.map_err(|e| DatasetError::io(folder, e)),

@@ -8,7 +8,7 @@
 use crate::cli::{Failure, io_at, output};
 use crate::dataset::synthetic::scenes::{self, SceneFile};
 use crate::dataset::synthetic::{RenderLayout, SUITES};
-use crate::dataset::{Sequence, leftover};
+use crate::dataset::{Sequence, leftover::TemporaryFolder};
 use crate::image;
 use crate::plugin::unknown;
 use crate::region::Region;
@@ -55,11 +55,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let Some(parent) = dir.parent() else { return refuse("cannot be written as a whole") };
     user_file::check_folder(&dir).map_err(Failure::io)?;
-    leftover::sweep(parent, RENDERING);
-    let temporary = tempfile::Builder::new().prefix(RENDERING).tempdir_in(parent).map_err(io_at(parent))?;
-    // A folder of its own inside: temporary folders are closed to other users.
-    let root = temporary.path().join("suite");
-    fs::create_dir(&root).map_err(io_at(&root))?;
+    let temporary = TemporaryFolder::new_in(parent, RENDERING).map_err(io_at(parent))?;
+    let root = temporary.within("suite").map_err(io_at(parent))?;
     sequences.par_iter().try_for_each(|q| write_sequence(&root.join(&q.name), scenes.layout, q))?;
     if scenes.layout == RenderLayout::Vot {
         let names: Vec<&str> = sequences.iter().map(|q| q.name.as_str()).collect();

@@ -49,7 +49,7 @@ impl Workspace {
             Err(TryLockError::WouldBlock) => return Err(FetchError::Busy(path)),
             Err(TryLockError::Error(e)) => return Err(FetchError::disk(&path, e)),
         }
-        leftover::remove(&folder, UNPACK, |_| true);
+        leftover::remove(&folder, UNPACK, |_| Some(()));
         Ok(Self { root: root.into(), folder, lock })
     }
 

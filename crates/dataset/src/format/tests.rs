@@ -175,6 +175,13 @@ fn faults_name_file_and_line_or_both_counts() {
 }
 
 #[test]
+fn files_that_a_mac_puts_beside_others_are_no_labels() {
+    let files = [("._occlusion.label", "Mac OS X"), ("._00000001.jpg", "Mac OS X"), (".label", "Mac OS X")];
+    let attributes = read("vot", &changed("vot", &files)).unwrap().frame_attributes;
+    assert_eq!(attributes, [("occlusion".to_owned(), vec![false, true])]);
+}
+
+#[test]
 fn images_and_lines_are_as_many() {
     for (word, images, lines, words) in [
         ("got10k", 3, 2, "3 images, but 2 lines"),

@@ -36,7 +36,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
 };
 
 fn is_label(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|e| e == "label")
+    !name.starts_with('.') && name.ends_with(".label")
 }
 
 /// Loads one sequence. Reads the list of files and the text, no image.
@@ -48,7 +48,10 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let path = folder.join(GROUND_TRUTH);
     let truth = parse_truth(&path, &text::read_capped(&path)?)?;
     let mut attributes = Vec::new();
-    for path in entries(&folder)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "label")) {
+    for path in entries(&folder)?
+        .into_iter()
+        .filter(|path| is_label(&path.file_name().unwrap_or_default().to_string_lossy()))
+    {
         let Some(label) = path.file_stem().and_then(|stem| stem.to_str()) else {
             return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
         };

@@ -85,8 +85,7 @@ impl PinnedSuite {
         for root in data_roots.iter().filter(|root| entry.path(root).exists()) {
             match look(root) {
                 Ok(found) => return Ok((root, found)),
-                Err(missing @ DatasetError::Missing(_)) => fault = fault.or(Some(missing)),
-                Err(broken) => return Err(broken),
+                Err(error) => fault = fault.or(Some(error)),
             }
         }
         let hint = if data_roots.is_empty() { format!("{NO_DATA_ROOT}; ") } else { String::new() };

@@ -285,6 +285,14 @@ fn the_first_root_that_has_all_of_a_sequence_is_taken() {
     };
     assert_eq!(taken(&paths), paths[2]);
     assert_eq!(taken(&[paths[3].clone(), paths[2].clone()]), paths[3]);
+    // A copy with a gap is not all of it, in `data verify` as in `data list`.
+    std::fs::remove_file(paths[2].join("otb/Crossing/img/0030.jpg")).unwrap();
+    assert_eq!(taken(&paths), paths[3]);
+    let finding =
+        |roots: &[PathBuf]| suite("otb-dtef20").verify(roots, |name| name == "Crossing").remove(0).finding;
+    let broken = difference(finding(&paths[2..3]));
+    assert_says(&broken, "frame 30 is missing");
+    assert_ne!(difference(finding(&paths[2..])), broken);
     // A part of it says more than nothing.
     let missing = suite("otb-dtef20").load(&paths[..2]).missing;
     let crossing = missing.iter().find(|m| m.name == "Crossing").unwrap();
@@ -338,6 +346,23 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
     assert_eq!(finding(), Finding::NoDigestPinned);
     std::fs::remove_file(clip).unwrap();
     assert!(hint(finding()).starts_with("no images or video in caviar/Walk1; "));
+}
+
+#[test]
+fn a_suite_of_the_users_is_compared_with_its_own_digests_alone() {
+    let root = tempdir().unwrap();
+    write(root.path(), "vot2014/ball", 2, 1..=2);
+    let mut mine = user::parse(Path::new("a"), user::tests::USER_FILE.as_bytes()).unwrap().remove(0);
+    let entry = Entry { name: "ball".into(), folder: "vot2014/ball".into(), ..mine.sequence[1].clone() };
+    let digest = mine.load(&entry, root.path()).unwrap().digest().unwrap().to_owned();
+    let entry = Entry { digest: Some(digest), ..entry };
+    // Other files than those of the built-in suite that has this folder, and a label more.
+    put(root.path(), "vot2014/ball/fast.label", "0\n1\n");
+    mine.sequence = vec![entry];
+    assert_eq!(mine.check(&mine.sequence[0], &at(&root)), Finding::Same);
+    put(root.path(), "vot2014/ball/00000002.jpg", "changed");
+    let fact = difference(mine.check(&mine.sequence[0], &at(&root)));
+    assert!(fact.starts_with("frames or ground truth are other bytes"), "{fact}");
 }
 
 #[test]

@@ -48,8 +48,14 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<PinnedSuite>, Datas
         let name = text::shorten(&text::visible(&suite.name));
         let fault = |message: String| DatasetError::content(path, format!("suite `{name}`: {message}"));
         let no_suite = |other: String| unknown("suite in `includes`", &other, pinned_suite_names());
-        let checked = suite.complete().map_err(no_suite).and_then(|suite| check(&suite).map(|()| suite));
-        let suite = checked.map_err(fault)?;
+        let own = suite.sequence.len();
+        let mut suite = suite.complete().map_err(no_suite).map_err(fault)?;
+        // Archives are fetched for the suites that they belong to.
+        let included = suite.sequence.len() - own;
+        for entry in &mut suite.sequence[..included] {
+            (entry.archive, entry.truth_archive) = (None, None);
+        }
+        check(&suite).map_err(fault)?;
         if suites.iter().any(|known| known.name == suite.name) {
             return Err(fault("it is listed twice; names are unique".into()));
         }

@@ -7,7 +7,7 @@
 use super::listing::first_difference;
 use super::load::Missing;
 use crate::DatasetError;
-use crate::lock::{Entry, PinnedSuite};
+use crate::lock::{Entry, PinnedSuite, pinned_suite};
 use std::path::{Path, PathBuf};
 
 /// Result of comparing a local copy with what is pinned.
@@ -39,18 +39,32 @@ impl PinnedSuite {
         let found = self.in_first_root(entry, data_roots, |root| {
             let fact = match self.compare(entry, root) {
                 Ok(Finding::Differs(fact)) => fact,
-                Ok(finding) => return Ok(finding),
-                Err(missing @ DatasetError::Missing(_)) => return Err(missing),
-                Err(broken) => broken.to_string(),
+                finding => return finding,
             };
-            let first = first_difference(entry, self.format(entry), root, |_| true);
-            Ok(Finding::Differs(first.map(|first| format!("{first}; {fact}")).unwrap_or(fact)))
+            Ok(Finding::Differs(self.with_first_difference(entry, root, fact)))
         });
         match found {
             Ok((_, finding)) => finding,
             Err(DatasetError::Missing(missing)) => Finding::Missing(missing),
-            Err(broken) => Finding::Differs(broken.to_string()),
+            Err(broken) => {
+                // It is the fault of the first root that has a part of the sequence.
+                let fact = broken.to_string();
+                Finding::Differs(match data_roots.iter().find(|root| entry.path(root).exists()) {
+                    Some(root) => self.with_first_difference(entry, root, fact),
+                    None => fact,
+                })
+            }
         }
+    }
+
+    fn with_first_difference(&self, entry: &Entry, root: &Path, fact: String) -> String {
+        self.first_difference(entry, root, |_| true).map(|first| format!("{first}; {fact}")).unwrap_or(fact)
+    }
+
+    /// First file that differs from the list of the built-in suites. A suite of the user's is pinned by its own digests alone.
+    fn first_difference(&self, entry: &Entry, root: &Path, wanted: fn(&str) -> bool) -> Option<String> {
+        pinned_suite(&self.name)?;
+        first_difference(entry, self.format(entry), root, wanted)
     }
 
     fn compare(&self, entry: &Entry, root: &Path) -> Result<Finding, DatasetError> {
@@ -62,7 +76,7 @@ impl PinnedSuite {
                 "frames or ground truth are other bytes: digest {digest}, pinned {pinned}"
             )));
         }
-        let format = self.format(entry);
-        Ok(first_difference(entry, format, root, format.is_label).map_or(Finding::Same, Finding::Differs))
+        let labels = self.first_difference(entry, root, self.format(entry).is_label);
+        Ok(labels.map_or(Finding::Same, Finding::Differs))
     }
 }

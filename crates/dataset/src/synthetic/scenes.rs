@@ -95,6 +95,9 @@ fn check(plan: &ScenePlan) -> Result<(), &'static str> {
     if !text::is_name(&plan.name) || plan.name.contains(['"', '\\', '/']) || plan.name.starts_with('.') {
         return Err("`name` is a plain word without slashes, quotes and a dot at its start");
     }
+    if !plan.attributes.iter().all(|a| text::is_name(a) && a.trim() == a && !a.contains(',')) {
+        return Err("`attributes` are words without commas that do not begin with one of = + - @");
+    }
     let own = |a: &Actor| !a.x.is_empty() && !a.y.is_empty() && a.crosses.is_none() && a.along.is_none();
     let follows = |a: &Actor| a.x.is_empty() && a.y.is_empty() && a.crosses.is_some() != a.along.is_some();
     if !own(&plan.target) {
@@ -218,6 +221,9 @@ mod tests {
             ("x = [[0, 40], [29, 120]]\n", "", "line 4: scene `walk`: the target has `x` and `y`"),
             ("crosses = ", "x = [[0, 1]]\ncrosses = ", "line 4: scene `walk`: whoever is `behind`"),
             ("crosses = { frame = 15, velocity = [-1, 0] }\n", "", "line 4: scene `walk`: whoever is"),
+            ("[\"b\", \"a\"]", "[\"=b\"]", "line 4: scene `walk`: `attributes` are words without commas"),
+            ("[\"b\", \"a\"]", "[\"b,a\"]", "line 4: scene `walk`: `attributes` are words without commas"),
+            ("[\"b\", \"a\"]", "[\" b\"]", "line 4: scene `walk`: `attributes` are words without commas"),
             ("\"walk\"", "\"a/b\"", "line 4: scene `a/b`: `name` is a plain word"),
             (
                 "strides = true",

@@ -8,28 +8,14 @@
 
 use super::{StoreError, TEMPORARY, file};
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::path::{Path, PathBuf};
-use trackfail_dataset::leftover::is_old;
+use trackfail_dataset::leftover::{LOCK, TemporaryFolder, lock_of_left, remove};
 
 /// A staging folder, removed when dropped. [`sweep`] removes those that a killed process left.
-pub struct Staging {
-    folder: PathBuf,
-    /// Lock on the folder, held as long as the folder is in use.
-    _lock: File,
-}
+pub struct Staging(TemporaryFolder);
 
-impl Drop for Staging {
-    fn drop(&mut self) {
-        // A folder that cannot be removed now is swept by a later run.
-        let _ = std::fs::remove_dir_all(&self.folder);
-    }
-}
-
-/// Name of the lock file in a staging folder.
-const LOCK: &str = ".lock";
-/// Prefix of a staging folder that has no lock yet.
-const FRESH: &str = ".trackfail-new-";
+/// Age in seconds from which on a folder without a lock counts as abandoned.
+const OLD: u64 = 3600;
 
 impl Staging {
     /// Creates a folder in `parent`; `parent` is created if needed.
@@ -39,21 +25,12 @@ impl Staging {
     pub fn new(parent: &Path) -> Result<Self, StoreError> {
         let fail = |e| StoreError::new(parent, e);
         std::fs::create_dir_all(parent).map_err(fail)?;
-        // It takes the name that `sweep` looks for only when it is locked, so that no other process takes it for
-        // abandoned.
-        let fresh = tempfile::Builder::new().prefix(FRESH).tempdir_in(parent).map_err(fail)?.keep();
-        let lock = File::create(fresh.join(LOCK)).map_err(fail)?;
-        // Where there are no locks, nothing is swept either.
-        let _ = lock.try_lock();
-        let name = fresh.file_name().unwrap_or_default().to_string_lossy().replacen(FRESH, TEMPORARY, 1);
-        let folder = parent.join(name);
-        std::fs::rename(&fresh, &folder).map_err(fail)?;
-        Ok(Self { folder, _lock: lock })
+        TemporaryFolder::new_in(parent, TEMPORARY).map(Self).map_err(fail)
     }
 
     /// Path of the folder to write into.
     pub fn path(&self) -> &Path {
-        &self.folder
+        self.0.path()
     }
 
     /// Moves all files to `target`. The file `marker` comes last and marks the target as complete. Files in
@@ -170,24 +147,16 @@ fn remove_others(target: &Path, folder: &str, kept: &BTreeSet<PathBuf>) -> Resul
 /// Removes temporary files and folders in `parent` that no running process holds. A folder without a lock is
 /// being created or removed; after an hour it counts as left by a killed process.
 pub fn sweep(parent: &Path) {
+    let is_old = |path: &Path| {
+        let modified = path.symlink_metadata().and_then(|about| about.modified());
+        modified.is_ok_and(|modified| modified.elapsed().is_ok_and(|age| age.as_secs() > OLD))
+    };
+    remove(parent, TEMPORARY, lock_of_left);
+    remove(parent, TEMPORARY, |path| (!path.join(LOCK).exists() && is_old(path)).then_some(()));
     let Ok(entries) = std::fs::read_dir(parent) else { return };
     for path in entries.filter_map(|e| Some(e.ok()?.path())) {
         let name = path.file_name().unwrap_or_default().as_encoded_bytes();
-        if name.starts_with(FRESH.as_bytes()) && is_old(&path) {
-            let _ = std::fs::remove_dir_all(&path);
-        }
-        if !name.starts_with(TEMPORARY.as_bytes()) {
-            continue;
-        }
-        if path.is_dir() {
-            let is_free = match File::open(path.join(LOCK)) {
-                Ok(lock) => lock.try_lock().is_ok(),
-                Err(e) => e.kind() == std::io::ErrorKind::NotFound && is_old(&path),
-            };
-            if is_free {
-                let _ = std::fs::remove_dir_all(&path);
-            }
-        } else {
+        if name.starts_with(TEMPORARY.as_bytes()) && !path.is_dir() {
             let _ = std::fs::remove_file(&path);
         }
     }
@@ -207,7 +176,7 @@ mod tests {
             std::fs::write(folder.join("scores.csv"), "").unwrap();
         }
         let yesterday = std::time::SystemTime::now() - std::time::Duration::from_secs(86_400);
-        File::open(&old).unwrap().set_modified(yesterday).unwrap();
+        std::fs::File::open(&old).unwrap().set_modified(yesterday).unwrap();
         sweep(dir.path());
         assert_eq!((fresh.exists(), old.exists()), (true, false));
     }

@@ -16,10 +16,9 @@ use super::{Results, ResultsError, SPEC, STILLS, USER_SUITES, beside, models, ru
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Error, Write};
 use std::path::{MAIN_SEPARATOR_STR, Path};
-use tempfile::TempDir;
 use trackfail_dataset::archive::{Archive, Packing};
 use trackfail_dataset::fetch::{Caps, unpack};
-use trackfail_dataset::{file_digest, leftover, text};
+use trackfail_dataset::{file_digest, leftover::TemporaryFolder, text};
 use trackfail_engine::store::StoreError;
 use walkdir::{DirEntry, WalkDir};
 use zip::write::SimpleFileOptions;
@@ -167,7 +166,7 @@ fn is_in(folders: &[&str], name: &str) -> bool {
 pub struct Received {
     /// The results.
     pub verified: Verified,
-    temporary: TempDir,
+    temporary: TemporaryFolder,
 }
 
 impl Received {
@@ -179,11 +178,8 @@ impl Received {
     /// [`ResultsError::Refused`].
     pub fn open(file: &Path, parent: &Path) -> Result<Self, ResultsError> {
         let failed = |e| StoreError::new(parent, e);
-        leftover::sweep(parent, UNPACKING);
-        let temporary = tempfile::Builder::new().prefix(UNPACKING).tempdir_in(parent).map_err(failed)?;
-        // A folder of its own inside: temporary folders are closed to other users.
-        let folder = temporary.path().join(INSIDE);
-        std::fs::create_dir(&folder).map_err(failed)?;
+        let temporary = TemporaryFolder::new_in(parent, UNPACKING).map_err(failed)?;
+        let folder = temporary.within(INSIDE).map_err(failed)?;
         let (name, url, into) = (file.display().to_string(), String::new(), String::new());
         let archive =
             Archive { name, url, packing: Packing::Zip, size: None, sha256: None, into, below: None };

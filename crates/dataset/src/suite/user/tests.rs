@@ -62,6 +62,18 @@ fn files_are_read_and_faults_are_named() {
 }
 
 #[test]
+fn sequences_of_built_in_suites_are_included_without_their_archives() {
+    let text = USER_FILE.replacen("sequence = [", "includes = [\"vot2014\", \"otb-100\"]\nsequence = [", 1);
+    let suite = parse(Path::new("a"), text.as_bytes()).unwrap().remove(0);
+    let names: Vec<&str> = suite.sequence.iter().map(|entry| entry.name.as_str()).collect();
+    assert_eq!((names.len(), names[0], &names[125..]), (127, "ball", &["S", "T"][..]));
+    assert!(suite.sequence.iter().all(|entry| entry.archives().next().is_none()));
+    // The copy of a results folder is read again.
+    let kept = parse(Path::new("a"), with_sections("", &section(&suite)).as_bytes()).unwrap().remove(0);
+    assert_eq!(section(&kept), section(&suite));
+}
+
+#[test]
 fn sections_are_written_as_they_are_read() {
     let suites = parse(Path::new("a"), USER_FILE.as_bytes()).unwrap();
     let text = with_sections("schema = 2\n\n\n", &section(&suites[0]));
