@@ -3,6 +3,7 @@
 use crate::detector::labels::TargetState;
 use crate::detector::{Detector, DetectorOutput, StateOfTarget, changes, lost};
 use crate::direction::Direction;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Result of a method on one target. Each list has a value for each frame.
@@ -40,12 +41,14 @@ impl JudgedMethod {
     ) -> Self {
         let frames = output.alarm.len();
         let has_box = |t: usize| present.get(start + t) == Some(&true);
-        let (lost, raised) =
-            (lost(&output.alarm, detector.frames_to_recover()), raised(detector, output, has_box));
-        let mut state = StateOfTarget::default();
-        let probability = |t: usize| if detector.gives_probability() { output.score[t] } else { f64::NAN };
-        let during: Vec<TargetState> =
-            (0..frames).map(|t| state.push(has_box(t), lost[t], raised[t], probability(t))).collect();
+        let lost = lost(&output.alarm, detector.frames_to_recover());
+        let (mut raising, mut state) = (Raising::default(), StateOfTarget::default());
+        let of_frame = |t: usize| {
+            let raised = raising.push(detector, has_box(t), output.alarm[t], output.compared()[t]);
+            let probability = if detector.gives_probability() { output.score[t] } else { f64::NAN };
+            state.push(has_box(t), lost[t], raised, probability)
+        };
+        let during: Vec<TargetState> = (0..frames).map(of_frame).collect();
         let label: Vec<bool> =
             (0..frames).map(|t| output.alarm[t] && during[t] != TargetState::Tracking).collect();
         let changes = match &output.changes {
@@ -100,32 +103,39 @@ pub fn badness(direction: Direction, score: f64) -> f64 {
     if direction == Direction::HigherIsBetter { -score } else { score }
 }
 
-/// For each frame, true if it raises an alarm itself, instead of holding one of an earlier frame.
+/// Memory for telling whether a frame raises an alarm itself, instead of holding one of an earlier frame.
 ///
 /// Detectors of single-frame alarms raise one in each alarm frame. An alarm that lasts is raised where it
-/// begins. If it began during an absence, it is also raised later by a score beyond the threshold. Scores
+/// begins. If it began during an absence, it is also raised later by a value beyond the threshold. Values
 /// that are sums over earlier frames must exceed that of the last frame of the absence instead.
-fn raised(detector: &dyn Detector, output: &DetectorOutput, has_box: impl Fn(usize) -> bool) -> Vec<bool> {
-    if detector.frames_to_recover() > 1 {
-        return output.alarm.clone();
-    }
-    let has_memory = !(detector.scores_signal() || detector.gives_probability());
-    let bad = |score: f64| badness(detector.score_direction(), score);
-    let mut absent = None;
-    let mut before = false;
-    let raises = |(t, (alarm, score)): (usize, (&bool, &f64))| {
-        let beyond = match (has_memory, absent, detector.threshold()) {
-            (true, Some(absent), _) => bad(*score) > bad(absent),
-            (false, _, Some(threshold)) => bad(*score) >= bad(threshold),
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Raising {
+    /// True if the frame before had an alarm.
+    before: bool,
+    /// Value in the last frame without a box.
+    absent: Option<f64>,
+}
+
+impl Raising {
+    /// True if the next frame raises an alarm. `has_box` is true if the tracker has a box there, `compared` is the
+    /// value that is compared with the threshold; NaN in a frame that could not be judged, which changes nothing.
+    pub fn push(&mut self, detector: &dyn Detector, has_box: bool, alarm: bool, compared: f64) -> bool {
+        if detector.frames_to_recover() > 1 || compared.is_nan() {
+            return alarm;
+        }
+        let has_memory = !(detector.scores_signal() || detector.gives_probability());
+        let bad = |value: f64| badness(detector.score_direction(), value);
+        let beyond = match (has_memory, self.absent, detector.threshold()) {
+            (true, Some(absent), _) => bad(compared) > bad(absent),
+            (false, _, Some(threshold)) => bad(compared) >= bad(threshold),
             _ => false,
         };
-        let begins = !std::mem::replace(&mut before, *alarm);
-        if !has_box(t) {
-            absent = Some(*score);
+        let begins = !std::mem::replace(&mut self.before, alarm);
+        if !has_box {
+            self.absent = Some(compared);
         }
-        *alarm && (begins || beyond)
-    };
-    output.alarm.iter().zip(&output.score).enumerate().map(raises).collect()
+        alarm && (begins || beyond)
+    }
 }
 
 #[cfg(test)]

@@ -40,12 +40,13 @@ pub use targets::{Id, MAX_TARGETS, Targets};
 
 use crate::detector::StateOfTarget;
 use crate::image::Frame;
+use crate::judged::Raising;
 use crate::method::{Inputs, MethodError};
 use crate::reader::Seen;
 use crate::region::{Region, RegionError};
 use crate::tracker::TrackerError;
 use chosen::Chosen;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// Most reasons in an answer.
 const MAX_REASONS: usize = 3;
@@ -53,7 +54,7 @@ const MAX_REASONS: usize = 3;
 const TOLD: f64 = 0.1;
 
 /// Options of a monitor.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Name of the method; `None` for the recommended one.
     pub method: Option<String>,
@@ -209,6 +210,7 @@ pub struct Monitor {
     index: u64,
     /// Width and height of the frames; `None` before the first frame.
     size: Option<(usize, usize)>,
+    raising: Raising,
     target: StateOfTarget,
     chosen: Option<Chosen>,
     /// True if neither a method nor inputs were given, so that the method may still change.
@@ -240,6 +242,7 @@ impl Monitor {
             base: base.unwrap_or(0),
             index: 0,
             size: None,
+            raising: Raising::default(),
             target: StateOfTarget::default(),
             chosen,
         })
@@ -252,7 +255,7 @@ impl Monitor {
     /// no other effect.
     pub fn update(&mut self, update: &Update<'_>) -> Result<Answer, MonitorError> {
         let index = self.index;
-        self.index += 1;
+        self.skip();
         let region = match update.region.map(checked) {
             Some(Err(RegionError::NotFinite)) | None => None,
             Some(region) => Some(region?),
@@ -263,7 +266,7 @@ impl Monitor {
         if update.restart {
             let name = self.chosen.take().map(|chosen| chosen.name);
             self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
-            self.target = StateOfTarget::default();
+            (self.raising, self.target) = Default::default();
         }
         let choice = if region.is_some() { self.choose(update)? } else { None };
         let companions: Vec<&Region> = update.companions.iter().collect();
@@ -273,12 +276,16 @@ impl Monitor {
             confidence: update.confidence,
             companions: &companions,
         };
-        let Some((judgement, note)) = self.chosen.as_mut().and_then(|chosen| chosen.push(&seen)) else {
+        let has_box = region.is_some();
+        let judged = self.chosen.as_mut().and_then(|chosen| {
+            let (now, note) = chosen.push(&seen)?;
+            Some((self.raising.push(chosen.detector(), has_box, now.alarm, now.compared), now, note))
+        });
+        let Some((raised, judgement, note)) = judged else {
             let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
-        let state =
-            self.target.push(region.is_some(), judgement.lost, judgement.raised, judgement.probability);
+        let state = self.target.push(has_box, judgement.lost, raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let told = if probability.is_some_and(|p| p < TOLD) { 0 } else { MAX_REASONS };
         let reasons = judgement.reasons.into_iter().take(told).map(|reason| reason.text).collect();
@@ -303,7 +310,7 @@ impl Monitor {
 
     /// Counts a frame whose data cannot be used.
     pub fn skip(&mut self) {
-        self.index += 1;
+        self.index = self.index.saturating_add(1);
     }
 
     /// Index of the next frame, from 0.
@@ -314,6 +321,12 @@ impl Monitor {
     /// Number of the top left pixel in the boxes from which the regions are made.
     pub fn base(&self) -> u8 {
         self.base
+    }
+
+    /// Options of a monitor that goes on as this one began.
+    pub(super) fn options(&self) -> Options {
+        let method = if self.is_free { None } else { self.method().map(str::to_owned) };
+        Options { method, budget: self.budget, inputs: self.inputs, base: Some(self.base) }
     }
 
     /// Name of the method; `None` until it is chosen.

@@ -143,10 +143,19 @@ impl Causal for ConformalForecast {
         let alarm = !forecast.is_nan() && threshold.is_alarm(score);
         Step { forecast: Some(forecast), ..Step::new(score, alarm) }
     }
+
+    fn is_memory(&self, (_, threshold): &Self::Memory) -> bool {
+        let mut earlier: Vec<f64> = threshold.came.iter().copied().collect();
+        earlier.sort_by(f64::total_cmp);
+        // All but the scores and the level is as it was in the beginning.
+        let AdaptiveThreshold { level, ref came, .. } = *threshold;
+        let rebuilt = AdaptiveThreshold { level, earlier, came: came.clone(), ..self.threshold() };
+        level.is_finite() && came.len() <= MOST && *threshold == rebuilt
+    }
 }
 
 /// Moving threshold of a series of scores.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct AdaptiveThreshold {
     rate: f64,
     gamma: f64,
@@ -216,6 +225,29 @@ mod tests {
         assert_eq!((0..12).filter(|t| steps[*t].1).collect::<Vec<_>>(), [4, 7, 11]);
         let levels = steps.map(|step| step.0);
         assert_eq!(levels[4..], [0.25, -0.125, 0.0, 0.125, -0.25, -0.125, 0.0, 0.125]);
+    }
+
+    #[test]
+    fn a_state_that_no_track_leads_to_is_refused() {
+        let detector = ConformalForecast::new(Params::default()).unwrap();
+        let takes = |change: fn(&mut AdaptiveThreshold)| {
+            let mut threshold = detector.threshold();
+            for score in [3.0, 1.0, 2.0] {
+                threshold.is_alarm(score);
+            }
+            change(&mut threshold);
+            let memory = ((Forecaster::default(), threshold), crate::detector::labels::LossState::default());
+            detector.resume(&crate::saved::to_bytes(&memory).unwrap()).is_some()
+        };
+        assert!(takes(|_| {}) && takes(|t| t.level = -0.25));
+        let bad: [fn(&mut AdaptiveThreshold); 5] = [
+            |t| t.earlier.clear(),
+            |t| t.earlier.swap(0, 1),
+            |t| (t.most, t.warm_up) = (1, 0),
+            |t| t.level = f64::NAN,
+            |t| (t.came, t.earlier) = (vec![0.0; MOST + 1].into(), vec![0.0; MOST + 1]),
+        ];
+        assert_eq!(bad.map(takes), [false; 5]);
     }
 
     /// Checks the bounds for all numbers of frames after the warm-up.

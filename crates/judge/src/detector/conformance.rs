@@ -2,8 +2,9 @@
 
 use super::testing::{alone, built, detect};
 use super::track_quality::testing::Fake;
-use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, deviation, lost};
+use super::{DETECTORS, Detector, DetectorOutput, Input, Quality, StateOfTarget, deviation, lost};
 use crate::direction::Direction;
+use crate::judged::{JudgedMethod, Raising};
 use crate::plugin::{Configured, Entry};
 use crate::range_tests;
 use proptest::prelude::*;
@@ -297,13 +298,16 @@ proptest! {
             let columns: Vec<Vec<f64>> =
                 (0..detector.signals()).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-            let DetectorOutput { score, alarm, .. } =
-                detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
+            let output = detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
+            let (compared, DetectorOutput { score, alarm, .. }) = (output.compared(), &output);
             let is_beyond = |score: f64| match (detector.threshold(), detector.score_direction()) {
                 (Some(level), Direction::HigherIsBetter) => score <= level,
                 (level, _) => level.is_none_or(|level| score >= level),
             };
-            let want = lost(&alarm, detector.frames_to_recover());
+            let want = lost(alarm, detector.frames_to_recover());
+            let present: Vec<bool> = rows.iter().map(|row| row[1] > 0.0).collect();
+            let judged = JudgedMethod::new("M", &*detector, &output, 0, &present);
+            let (mut raising, mut target) = (Raising::default(), StateOfTarget::default());
             for t in 0..rows.len() {
                 if t == interrupted {
                     stream = detector.resume(&stream.save()).unwrap();
@@ -311,11 +315,16 @@ proptest! {
                 if t % 7 == 3 && kind != "fused" {
                     // A frame without a value changes nothing.
                     let said = stream.push(&vec![f64::NAN; columns.len()]);
-                    prop_assert_eq!((said.lost, said.raised), (want[t - 1], false), "{} {} {}", kind, text, t);
+                    prop_assert_eq!((said.lost, said.alarm), (want[t - 1], false), "{} {} {}", kind, text, t);
+                    prop_assert!(said.compared.is_nan(), "{} {} {}", kind, text, t);
                 }
                 let said = stream.push(&columns.iter().map(|column| column[t]).collect::<Vec<_>>());
                 prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
-                prop_assert!(kind == "fused" || said.raised == alarm[t], "{} {} {}", kind, text, t);
+                prop_assert_eq!((said.alarm, said.compared), (alarm[t], compared[t]), "{} {} {}", kind, text, t);
+                let has_box = rows[t][1] > 0.0;
+                let raised = raising.push(&*detector, has_box, said.alarm, said.compared);
+                let state = target.push(has_box, said.lost, raised, said.probability);
+                prop_assert_eq!(state, judged.states[t], "{} {} {}", kind, text, t);
                 // Every alarm has one reason, and a score that it is true of, but for one that is only held.
                 let holds = kind == "fused";
                 prop_assert!(holds || said.reasons.len() == usize::from(alarm[t]), "{} {} {}", kind, text, t);

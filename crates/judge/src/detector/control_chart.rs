@@ -116,7 +116,7 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
         let Sum { first, normal, mean, sum, in_alarm } = memory;
         let Some(normal) = normal else {
             first.push(values[0]);
-            if first.len() == start {
+            if first.len() >= start {
                 let of_start = Start::of(first, floor);
                 *mean = RunningMean { mean: of_start.mean, count: start };
                 *normal = Some(of_start);
@@ -183,7 +183,7 @@ pub(super) struct RunningMean {
 impl RunningMean {
     /// Adds a value. The difference is halved first, so that values of opposite sign cannot overflow.
     pub fn add(&mut self, value: f64) {
-        self.count += 1;
+        self.count = self.count.saturating_add(1);
         self.mean += 2.0 * ((value / 2.0 - self.mean / 2.0) / self.count as f64);
     }
 }

@@ -56,7 +56,7 @@ impl Forecaster {
     /// values.
     pub fn push(&mut self, y: f64, plan: Plan, model: impl Fn(&[f64], usize) -> Vec<f64>) -> f64 {
         let mut forecast = None;
-        if self.window.len() == plan.window {
+        if self.window.len() >= plan.window {
             match plan.scheme {
                 Scheme::Block => {
                     if self.path.is_empty() {

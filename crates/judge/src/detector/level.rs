@@ -142,4 +142,17 @@ mod tests {
         assert_eq!(alarms("{ below = 0.75 }", &signal), [true, false, false]);
         assert_eq!(alarms("{ above = 0.75 }", &signal), [false, true, true]);
     }
+
+    // By hand: three decimals, or as many as it takes to see on which side the value is.
+    #[test]
+    fn a_reason_shows_the_difference() {
+        let of = |text: &str, value: f64| {
+            let mut stream = ENTRY.build_from_text(text).unwrap().stream().unwrap();
+            stream.push(&[value]).reasons.remove(0).text
+        };
+        assert_eq!(of("{ above = 0.004 }", 0.0043), "value 0.0043 is above 0.004");
+        assert_eq!(of("{ below = 0.039 }", 0.0387), "value 0.0387 is below 0.039");
+        assert_eq!(of("{ below = 0.039 }", 0.021), "value 0.021 is below 0.039");
+        assert_eq!(of("{ above = 0.039 }", 0.039), "value reaches 0.039");
+    }
 }

@@ -189,7 +189,7 @@ impl GoodFrames {
         match self {
             Self::All(mean) => mean.add(y),
             Self::Last(values, window) => {
-                if values.len() == *window {
+                if values.len() >= *window {
                     values.pop_front();
                 }
                 values.push_back(y);

@@ -184,6 +184,14 @@ impl Causal for SequentialTest {
         }
         step
     }
+
+    fn is_memory(&self, (bets, wealth): &(Bets, f64)) -> bool {
+        let (begin, _) = self.begin();
+        let numbers = [bets.sum, bets.squares, bets.count];
+        wealth.is_finite()
+            && (bets.eps, bets.largest) == (begin.eps, begin.largest)
+            && numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
+    }
 }
 
 /// Bets, and the sums from which they are computed.

@@ -86,7 +86,7 @@ fn standard_score(value: f64, among: &[f64]) -> f64 {
     let mean = among.iter().sum::<f64>() / count;
     let deviation = (among.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
     let largest = among.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-    if deviation > 1e-9 * largest { (value - mean) / deviation } else { 0.0 }
+    if deviation > 1e-9 * largest { ((value - mean) / deviation).clamp(-f64::MAX, f64::MAX) } else { 0.0 }
 }
 
 impl Detector for StandardScore {
@@ -125,7 +125,7 @@ impl Causal for StandardScore {
     }
 
     fn step(&self, before: &mut VecDeque<f64>, values: &[f64]) -> Step {
-        let is_full = before.len() == self.params.span;
+        let is_full = before.len() >= self.params.span;
         let score = if is_full { standard_score(values[0], before.make_contiguous()) } else { 0.0 };
         if is_full {
             before.pop_front();
@@ -159,6 +159,12 @@ mod tests {
         let output = detect("{ below = -1.0, span = 2 }", &[1.0, 3.0, 4.0, 2.0]);
         assert_eq!(output.score, [0.0, 0.0, 2.0, -3.0]);
         assert_eq!(output.alarm, [false, false, false, true]);
+    }
+
+    #[test]
+    fn a_score_is_finite() {
+        let output = detect("{ above = 9.0, span = 2 }", &[1e-160, 2e-160, 1e200]);
+        assert_eq!(output.score, [0.0, 0.0, f64::MAX]);
     }
 
     // By hand: beside a million, a deviation of 1e-4 is rounding.

@@ -12,14 +12,16 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Result for one frame from a [`Stream`].
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// Probability that the target is lost in this frame, in `[0, 1]`; NaN for detectors that estimate none.
     pub probability: f64,
     /// True while an alarm is on: from the frame in which it was raised until the recovery is confirmed.
     pub lost: bool,
-    /// True if this frame itself raises the alarm, instead of holding one of an earlier frame.
-    pub raised: bool,
+    /// True if this frame has an alarm.
+    pub alarm: bool,
+    /// Value that is compared with the threshold; NaN in a frame that could not be judged.
+    pub compared: f64,
     /// Features that speak for a loss, the strongest first.
     pub reasons: Vec<Reason>,
 }
@@ -54,6 +56,11 @@ pub(super) trait Causal: Detector + Clone + 'static {
 
     /// Judges the next frame from the values of its signals, which are finite.
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
+
+    /// True if a saved state may be one of this detector.
+    fn is_memory(&self, _memory: &Self::Memory) -> bool {
+        true
+    }
 
     /// Reason of an alarm in words; `None` if the score is the reason.
     fn reason(&self, _values: &[f64]) -> Option<String> {
@@ -111,7 +118,11 @@ pub(super) fn follow<D: Causal>(detector: &D) -> Option<Box<dyn Stream>> {
 
 /// Stream in the state saved by [`Stream::save`]; `None` if the bytes are from another detector.
 pub(super) fn go_on<D: Causal>(detector: &D, saved: &[u8]) -> Option<Box<dyn Stream>> {
-    Some(Box::new(Following { detector: detector.clone(), memory: saved::from_bytes(saved)? }))
+    let memory: (D::Memory, LossState) = saved::from_bytes(saved)?;
+    detector.is_memory(&memory.0).then(|| {
+        let following = Following { detector: detector.clone(), memory };
+        Box::new(following) as Box<dyn Stream>
+    })
 }
 
 /// A detector on a live track. Frames without a value leave its state unchanged.
@@ -127,13 +138,18 @@ impl<D: Causal> Following<D> {
             return Reason { text, weight: 1.0 };
         }
         let what = if self.detector.scores_signal() { "value" } else { "score" };
-        let shown = fixed(score, 3);
-        let text = match (self.detector.threshold(), self.detector.score_direction()) {
-            (None, _) => format!("{what} {shown} is large for this track"),
-            (Some(level), Direction::HigherIsBetter) => {
+        let Some(level) = self.detector.threshold() else {
+            let text = format!("{what} {} is large for this track", fixed(score, 3));
+            return Reason { text, weight: 1.0 };
+        };
+        // As many digits as it takes to see the difference.
+        let differs = |shown: &String| shown.parse() != Ok(level);
+        let text = match (3..9).map(|digits| fixed(score, digits)).find(differs) {
+            None => format!("{what} reaches {}", readable(level)),
+            Some(shown) if self.detector.score_direction() == Direction::HigherIsBetter => {
                 format!("{what} {shown} is below {}", readable(level))
             }
-            (Some(level), _) => format!("{what} {shown} is above {}", readable(level)),
+            Some(shown) => format!("{what} {shown} is above {}", readable(level)),
         };
         Reason { text, weight: 1.0 }
     }
@@ -156,7 +172,8 @@ impl<D: Causal> Stream for Following<D> {
                 .filter(|_| self.detector.gives_probability())
                 .map_or(f64::NAN, |step| step.score),
             lost,
-            raised: alarm.is_some(),
+            alarm: alarm.is_some(),
+            compared: step.map_or(f64::NAN, |step| step.alarm_score.unwrap_or(step.score)),
             reasons: alarm.map(|step| self.reason(values, step.score)).into_iter().collect(),
         }
     }

@@ -1,7 +1,7 @@
 //! The method that a monitor uses, with its state.
 
 use super::MonitorError;
-use crate::detector::{Judgement, Stream};
+use crate::detector::{Detector, Judgement, Stream};
 use crate::judge::Unannotated;
 use crate::method::{self, FixedDetector, Inputs, Method, MethodError, SignalChoice};
 use crate::num::hexadecimal;
@@ -54,6 +54,10 @@ impl Chosen {
         let reader = Reader::start(&method.signals, &context).map_err(|e| Refusal::Error(e.into()))?;
         let digest = digest(&method.signals, &method.detector);
         Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
+    }
+
+    pub fn detector(&self) -> &dyn Detector {
+        &*self.detector.detector
     }
 
     /// Judges the next frame, from the first region on. The text says why a signal has no value.

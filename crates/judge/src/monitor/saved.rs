@@ -6,10 +6,12 @@
 //! - 2: adds whether the current loss was raised in a frame with a box, the inputs, and the pixel base.
 //! - 3: a missing confidence repeats the last one, as in `detect`; adds whether the
 //!   method was named, and how long a probability of one half still counts.
+//! - 4: adds what tells an alarm that is raised from one that is held.
 
 use super::chosen::Chosen;
-use super::{Monitor, MonitorError, Options};
+use super::{Monitor, MonitorError, Options, checked};
 use crate::detector::StateOfTarget;
+use crate::judged::Raising;
 use crate::method::Inputs;
 use crate::region::Region;
 use serde::de::DeserializeOwned;
@@ -17,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 const NAME: &[u8] = b"trackfail-monitor ";
-const FORMAT: &[u8] = b"3";
+const FORMAT: &[u8] = b"4";
 /// Length of a digest in bytes.
 const DIGEST: usize = 32;
 
@@ -26,6 +28,7 @@ struct Memory {
     index: u64,
     size: Option<(usize, usize)>,
     last: Option<Region>,
+    raising: Raising,
     target: StateOfTarget,
     base: u8,
     budget: Option<f64>,
@@ -72,9 +75,9 @@ impl Monitor {
                 stream: chosen.stream.save(),
             }),
         };
-        let Self { index, size, target, base, budget, inputs, is_free, .. } = *self;
+        let Self { index, size, raising, target, base, budget, inputs, is_free, .. } = *self;
         let last = self.chosen.as_ref().and_then(|chosen| chosen.reader.last().cloned());
-        let memory = Memory { index, size, last, target, base, budget, inputs, is_free, method };
+        let memory = Memory { index, size, last, raising, target, base, budget, inputs, is_free, method };
         sealed(&[NAME, FORMAT, b"\n"].concat(), &memory)
     }
 
@@ -91,6 +94,7 @@ impl Monitor {
             return Err(MonitorError::OtherFormat(String::from_utf8_lossy(format).into_owned()));
         }
         let memory: Memory = unsealed(rest)?;
+        memory.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
         if let (Some(given), Some(saved)) = (&options.method, &memory.method)
             && *given != saved.name
         {
@@ -104,7 +108,7 @@ impl Monitor {
             base: options.base.or(Some(memory.base)),
         })?;
         (monitor.index, monitor.size) = (memory.index, memory.size);
-        monitor.target = memory.target;
+        (monitor.raising, monitor.target) = (memory.raising, memory.target);
         monitor.is_free &= memory.is_free;
         if let Some(saved) = memory.method {
             if monitor.budget != memory.budget {

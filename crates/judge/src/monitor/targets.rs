@@ -1,8 +1,8 @@
 //! Targets of a stream, each with its own monitor, and their state as bytes.
 //!
 //! The state of a stream without ids is that of its [`Monitor`]. With ids, it is a line with the number of
-//! the format, the SHA-256 digest of the rest, the index of the next line, and the id and state of each
-//! target.
+//! the format, the SHA-256 digest of the rest, the index of the next line, the options, and the id and state
+//! of each target. Format 2 adds the options.
 
 use super::saved::{sealed, unsealed};
 use super::{Monitor, MonitorError, Options};
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Most targets at once.
 pub const MAX_TARGETS: usize = 256;
 
-const HEAD: &[u8] = b"trackfail-monitors 1\n";
+const HEAD: &[u8] = b"trackfail-monitors 2\n";
 
 /// Id of a target, as given in the lines.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -36,6 +36,7 @@ pub struct Targets {
 #[derive(Serialize, Deserialize)]
 struct Memory {
     index: u64,
+    options: Options,
     targets: Vec<(Option<Saved>, Vec<u8>)>,
 }
 
@@ -56,17 +57,24 @@ impl Targets {
         Ok(Self { options, monitors, index: 0 })
     }
 
-    /// Restores a stream from a saved state.
+    /// Restores a stream from a saved state. Options that are not given are those of the state.
     ///
     /// # Errors
     /// The errors of [`Monitor::resume`].
     pub fn resume(options: Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let Some(rest) = saved.strip_prefix(HEAD) else {
             let monitor = Monitor::resume(&options, saved)?;
-            let index = monitor.index();
+            let (index, options) = (monitor.index(), monitor.options());
             return Ok(Self { options, monitors: [(None, monitor)].into(), index });
         };
         let memory: Memory = unsealed(rest)?;
+        let saved = memory.options;
+        let options = Options {
+            method: options.method.or(saved.method),
+            budget: options.budget.or(saved.budget),
+            inputs: options.inputs.or(saved.inputs),
+            base: options.base.or(saved.base),
+        };
         let of = |(id, saved): (Option<Saved>, Vec<u8>)| {
             let id = id.map(|id| match id {
                 Saved::Number(number) => Id::Number(number),
@@ -96,7 +104,7 @@ impl Targets {
             Ok((id, monitor.save()?))
         };
         let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
-        sealed(HEAD, &Memory { index: self.index, targets })
+        sealed(HEAD, &Memory { index: self.index, options: self.options.clone(), targets })
     }
 
     /// Method name for lines without an id; `None` until it is chosen.
@@ -107,7 +115,7 @@ impl Targets {
     /// Returns the index of the next line and counts the line.
     pub fn count(&mut self) -> u64 {
         let index = self.index;
-        self.index += 1;
+        self.index = self.index.saturating_add(1);
         index
     }
 
@@ -180,6 +188,35 @@ mod tests {
         for at in [21, 40, saved.len() - 1] {
             assert!(Targets::resume(options(), &saved[..at]).is_err(), "{at}");
         }
+    }
+
+    // A new target after an interruption, whether others are there or not, and after one that ended.
+    #[test]
+    fn options_that_are_not_given_are_those_of_the_state() {
+        let options = Options { base: Some(1), ..of("Displacement") };
+        let id = |number| Some(Id::Number(number));
+        for before in [vec![], vec![None], vec![id(1)], vec![None, id(1)]] {
+            let mut targets = Targets::new(options.clone()).unwrap();
+            for target in &before {
+                push(&mut targets, target.clone(), 5.0);
+            }
+            targets.end(id(1).as_ref());
+            let mut resumed = Targets::resume(Options::default(), &targets.save().unwrap()).unwrap();
+            for target in [id(2), id(1), None] {
+                push(&mut resumed, target.clone(), 5.0);
+                let monitor = resumed.of(target.as_ref()).unwrap().unwrap();
+                assert_eq!(
+                    (monitor.method(), monitor.base()),
+                    (Some("Displacement"), 1),
+                    "{before:?} {target:?}"
+                );
+            }
+        }
+        // A method that was only recommended may still change.
+        let mut free = Targets::new(Options::default()).unwrap();
+        push(&mut free, None, 5.0);
+        let mut resumed = Targets::resume(Options::default(), &free.save().unwrap()).unwrap();
+        assert_eq!(resumed.of(id(2).as_ref()).unwrap().unwrap().method(), None);
     }
 
     #[test]

@@ -128,11 +128,15 @@ impl Rules {
         [f64::INFINITY].into_iter().chain(inner).chain([f64::NEG_INFINITY]).collect()
     }
 
+    /// True if a frame of this confidence counts at the threshold.
+    pub fn counts(&self, threshold: f64, confidence: f64) -> bool {
+        let above_0 = self.program == Program::Pysot && threshold == f64::NEG_INFINITY;
+        if above_0 { confidence > 0.0 } else { confidence >= threshold }
+    }
+
     /// Pr and Re of a track at a threshold.
     fn point(&self, track: &ConfidentTrack, threshold: f64) -> (f64, f64) {
-        let above_0 = self.program == Program::Pysot && threshold == f64::NEG_INFINITY;
-        let counts = |c: f64| if above_0 { c > 0.0 } else { c >= threshold };
-        let frames = track.overlap.iter().zip(&track.confidence).filter(|(_, c)| counts(**c));
+        let frames = track.overlap.iter().zip(&track.confidence).filter(|(_, c)| self.counts(threshold, **c));
         let (sum, count) = frames.fold((0.0, 0_usize), |(sum, n), (overlap, _)| (sum + overlap, n + 1));
         if count == 0 { (1.0, 0.0) } else { (sum / count as f64, sum / track.visible.max(1) as f64) }
     }

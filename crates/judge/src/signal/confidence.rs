@@ -135,7 +135,7 @@ impl Confidences {
             Scale::Ratio => {
                 if t <= self.params.early || self.count == 0 {
                     self.sum += given;
-                    self.count += 1;
+                    self.count = self.count.saturating_add(1);
                 }
                 let mean = self.sum / self.count as f64;
                 if mean <= 0.0 || !mean.is_finite() {
@@ -151,7 +151,7 @@ impl Confidences {
 impl Session for Confidences {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
         let t = self.frame;
-        self.frame += 1;
+        self.frame = self.frame.saturating_add(1);
         let given = observation.state.confidence_or_likelihood().filter(|c| c.is_finite());
         match self.value(t, given) {
             Ok(value) => {

@@ -28,7 +28,8 @@
 //!   "sides" are the windows at the middle of its sides. Where `S_t` is larger than `B_t`, `B_t` is
 //!   enlarged about its center.
 //! - `outside` "shift" moves a window that leaves the frame inside and repeats border pixels only for
-//!   windows larger than the frame; "replicate" always repeats border pixels.
+//!   windows larger than the frame; "replicate" always repeats border pixels, and cuts windows to twice the
+//!   sides of the frame about their center.
 //! - Without any difference of means Eq. 6 is 0 / 0; omega_c is then 1/3.
 //! - In the first frame x_{t-1} is the box itself and v_t = 0.
 //!
@@ -364,13 +365,21 @@ impl Session for Quality {
     }
 }
 
+/// Longest sides of a window that leaves the frame, in sides of the frame.
+const MOST: usize = 2;
+
 /// Window of a box; a single pixel for a box with numbers that are not finite.
 fn place(r: &Rect, frame: &Frame, outside: Outside) -> Window {
     let window = Window::from_rect(r);
     let window = Window { w: window.w.max(1), h: window.h.max(1), ..window };
     match outside {
         Outside::Shift => window.shifted_inside(frame),
-        Outside::Replicate => window,
+        // Of what lies beyond, nothing is seen but copies of the border.
+        Outside::Replicate => {
+            let (w, h) = (window.w.min(MOST * frame.width()), window.h.min(MOST * frame.height()));
+            let (x, y) = (window.x + (window.w - w) as i64 / 2, window.y + (window.h - h) as i64 / 2);
+            Window { x, y, w, h }
+        }
     }
 }
 

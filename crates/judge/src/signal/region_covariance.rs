@@ -170,7 +170,13 @@ impl Causal for Params {
 
     fn is_memory(&self, last: &Self::Memory) -> bool {
         let length = 25 * self.parts.count();
-        last.as_ref().is_none_or(|last| last.len() == length && last.iter().all(|v| v.is_finite()))
+        // What pixels give is far within; beyond it, quotients would overflow.
+        let is_variance = |v: &f64| (1e-20..1e20).contains(v);
+        last.as_ref().is_none_or(|last| {
+            last.len() == length
+                && last.iter().all(|v| v.abs() < 1e20)
+                && last.chunks(25).all(|matrix| matrix.iter().step_by(6).all(is_variance))
+        })
     }
 }
 
@@ -239,7 +245,7 @@ fn distance(a: &Matrix5<f64>, b: &Matrix5<f64>) -> f64 {
 mod tests {
     use super::*;
     use crate::region::Rect;
-    use crate::signal::testing::run;
+    use crate::signal::testing::{run, takes};
 
     #[test]
     fn distance_of_diagonal_matrices() {
@@ -248,6 +254,19 @@ mod tests {
         let b = Matrix5::from_diagonal(&Vector5::new(1.0, 9.0, 2.0, 1.0, 1.0));
         assert!((distance(&a, &b) - 1.549_924).abs() < 5e-7);
         assert!((distance(&a, &b) - 5.0_f64.sqrt() * 2.0_f64.ln()).abs() < 1e-14);
+    }
+
+    // With a variance near 0 in it, a search for singular values would never end.
+    #[test]
+    fn a_memory_is_a_matrix_that_pixels_may_have() {
+        let takes = |place: usize, value: f64| {
+            let mut matrix = Matrix5::<f64>::identity().as_slice().to_vec();
+            matrix[place] = value;
+            takes("region-covariance", "{}", &Some(matrix))
+        };
+        assert!(takes(0, 6e-14) && takes(24, 5e3) && takes(1, -2.0));
+        let bad = [(0, 1e-320), (6, 0.0), (24, -1.0), (12, f64::NAN), (1, 1e300), (5, f64::INFINITY)];
+        assert!(bad.into_iter().all(|(place, value)| !takes(place, value)));
     }
 
     /// Values of a box without a pattern that grows to twice its sides.

@@ -104,7 +104,10 @@ impl Causal for Params {
 
     fn is_memory(&self, memory: &Self::Memory) -> bool {
         let fits = |side: usize| (1..=self.side).contains(&side);
-        memory.as_ref().is_none_or(|(w, h, values)| fits(*w) && fits(*h) && values.len() == w * h)
+        let is_gray = |value: &f64| (0.0..=256.0).contains(value);
+        memory.as_ref().is_none_or(|(w, h, values)| {
+            fits(*w) && fits(*h) && values.len() == w * h && values.iter().all(is_gray)
+        })
     }
 }
 
@@ -151,10 +154,12 @@ mod tests {
 
     #[test]
     fn a_memory_has_a_value_for_each_pixel() {
-        let takes = |w: usize, h: usize, values: usize| {
-            takes("template-correlation", "{ side = 4 }", &Some((w, h, vec![0.5_f64; values])))
+        let of = |w: usize, h: usize, values: Vec<f64>| {
+            takes("template-correlation", "{ side = 4 }", &Some((w, h, values)))
         };
-        assert!(takes(4, 3, 12));
+        let takes = |w: usize, h: usize, values: usize| of(w, h, vec![0.5; values]);
+        assert!(takes(4, 3, 12) && of(1, 2, vec![0.0, 255.0]));
+        assert!(!of(1, 2, vec![0.0, f64::NAN]) && !of(1, 2, vec![-1.0, 0.0]) && !of(1, 2, vec![0.0, 1e9]));
         assert!(
             !takes(4, 3, 11) && !takes(5, 3, 15) && !takes(3, 5, 15) && !takes(0, 3, 0) && !takes(3, 0, 0)
         );

@@ -40,7 +40,7 @@ use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, MAX_SIDE, Window};
 use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
-use crate::region::Region;
+use crate::region::{Rect, Region};
 use crate::saved;
 use sampling::Sampling;
 use serde::{Deserialize, Serialize};
@@ -215,7 +215,9 @@ impl TrackerConfig for Kcf {
         let is_place = memory.region.corners().into_iter().all(is_near) && is_near(memory.moved);
         let is_frame = |side: usize| (1..=MAX_SIDE as usize).contains(&side);
         let is_scale = memory.scale.is_finite() && memory.scale > 0.0;
-        if !is_place || !is_scale || !is_frame(memory.frame.0) || !is_frame(memory.frame.1) {
+        let Rect { w, h, .. } = memory.region.bounds();
+        let has_area = w > 0.0 && h > 0.0;
+        if !is_place || !has_area || !is_scale || !is_frame(memory.frame.0) || !is_frame(memory.frame.1) {
             return None;
         }
         let mut follower = self.follower(memory.frame, &memory.region);

@@ -222,7 +222,7 @@ impl Stream for FusedStream {
             Some(Reason { text, weight: self.model.calibration.0 * parts[k] })
         };
         let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
-        Judgement { probability, lost, raised: compared >= self.threshold, reasons }
+        Judgement { probability, lost, alarm: lost, compared, reasons }
     }
 
     fn save(&self) -> Vec<u8> {

@@ -239,7 +239,8 @@ fn stream_of(name: &str, features: &[usize]) -> FusedStream {
 fn a_probability_at_the_threshold_is_an_alarm() {
     let mut stream = stream_of("v2-overlap", &[]);
     let judged = [0.5, 0.0, 0.0].map(|overlap| stream.push(&[overlap]));
-    let states: Vec<_> = judged.iter().map(|j| (j.raised, j.lost, j.probability, j.reasons.len())).collect();
+    let states: Vec<_> =
+        judged.iter().map(|j| (j.compared >= 0.5, j.lost, j.probability, j.reasons.len())).collect();
     assert_eq!(states, [(true, true, 0.5, 0), (false, true, 0.5, 0), (false, true, 0.5, 0)]);
 }
 
@@ -442,7 +443,7 @@ fn a_disagreement_raises_an_alarm_while_it_is_news_and_stays_probable() {
     assert!(output.alarm[first..].iter().all(|alarm| *alarm));
     let mut stream = detector.stream().unwrap();
     let judged: Vec<_> = values.iter().map(|v| stream.push(v)).collect();
-    assert!(judged[first].raised && !judged[80].raised && judged[80].lost);
+    assert!(judged[first].alarm && judged[80].alarm && judged[80].compared < judged[80].probability);
     let is_named = judged[first].reasons.iter().any(|reason| reason.text.contains("watchdog"));
     assert!(is_named, "{:?}", judged[first]);
 }

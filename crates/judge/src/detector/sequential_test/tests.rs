@@ -17,6 +17,23 @@ fn a_wealth_at_the_limit_is_an_alarm() {
     assert_eq!((output.score[3], output.alarm), (2.0_f64.ln(), vec![false, false, true, true]));
 }
 
+#[test]
+fn a_state_that_no_track_leads_to_is_refused() {
+    let detector = ENTRY.build_from_text("{ below = 0.75 }").unwrap();
+    let takes = |change: fn(&mut Bets), wealth: f64| {
+        let mut bets =
+            SequentialTest::new(Params { below: Some(0.75), ..Params::default() }).unwrap().begin().0;
+        change(&mut bets);
+        let memory = ((bets, wealth), crate::detector::labels::LossState::default());
+        detector.resume(&crate::saved::to_bytes(&memory).unwrap()).is_some()
+    };
+    assert!(takes(|_| {}, 0.0) && takes(|bets| bets.add(0.5, None), -2.0));
+    let bad: [fn(&mut Bets); 4] =
+        [|b| b.largest = -1.0, |b| b.largest = f64::NAN, |b| b.eps = 0.5, |b| b.sum = f64::INFINITY];
+    assert_eq!(bad.map(|change| takes(change, 0.0)), [false; 4]);
+    assert!(!takes(|_| {}, f64::NAN));
+}
+
 // Beside a value of 1, or its square, the next one is lost to rounding, and is missing when it leaves the window.
 #[test]
 fn sums_over_a_window_are_never_negative() {

@@ -180,7 +180,7 @@ impl RunningCompanion {
             }
         };
         let overlap = overlap(&observation.state.region, &state.region);
-        self.apart = if overlap > 0.0 { 0 } else { self.apart + 1 };
+        self.apart = if overlap > 0.0 { 0 } else { self.apart.saturating_add(1) };
         if let Some([observed, own]) = &mut self.likeness {
             let gain = observed.push(observation) - own.push(&Observation::new(observation.frame, &state));
             if self.apart >= self.params.restart_after && gain > self.params.restart_margin {

@@ -31,6 +31,23 @@ fn large_targets_are_tracked_too() {
 }
 
 #[test]
+fn a_state_of_a_box_without_area_is_refused() {
+    let (sequence, ..) = crate::tracker::testing::excerpt(1);
+    let kcf = ENTRY.build_from_text("{}").unwrap();
+    let region = Region::Rect(Rect::new(64.0, 45.0, 1.0, 1.0));
+    let context = crate::tracker::testing::context(&sequence, 0);
+    let (tracker, _) = kcf.start(&context, &frames(0.0, 0.0)[0], &region).unwrap();
+    let saved = tracker.save().unwrap();
+    let takes = |region: Region| {
+        let memory = Memory { region, ..saved::from_bytes(&saved).unwrap() };
+        kcf.resume(&saved::to_bytes(&memory).unwrap()).is_some()
+    };
+    assert!(takes(region));
+    let bad = [Region::Rect(Rect::new(64.0, 45.0, -1e6, 10.0)), Region::Polygon(Vec::new())];
+    assert_eq!(bad.map(takes), [false; 2]);
+}
+
+#[test]
 fn a_target_stays_in_touch_with_the_frame() {
     let region = Region::Rect(Rect::new(1e9, -1e9, 20.0, 20.0));
     for params in ["{}", "{ preset = \"vot\" }"] {
