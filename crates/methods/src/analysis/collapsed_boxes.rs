@@ -6,8 +6,8 @@
 //! collapsed in t:  min(w_t, h_t) < side  and  min(w*_t, h*_t) >= 2 side
 //! ```
 //!
-//! `w`, `h` are the sides of the upright rectangle around the tracker's region in pixels, `w*`, `h*` those
-//! around the ground truth; frames without ground truth do not count. Few such frames are good. The table
+//! `w`, `h` are the sides of the upright rectangle that stands for the tracker's region in pixels, `w*`, `h*`
+//! those of the ground truth; frames without ground truth do not count. Few such frames are good. The table
 //! `sequences` has a row for each sequence with such a frame; the runs of a sequence are counted together.
 //! Our choice: the target must have at least twice the side, so that the box of a small target is not called
 //! collapsed.

@@ -22,7 +22,7 @@ use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
     "longterm",
-    2,
+    3,
     "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
 )
 .example("{ rules = \"longterm/vot-toolkit/1\" }");
@@ -93,7 +93,8 @@ impl Analysis for Longterm {
         let curve = self.rules.curve(&runs);
         let best = best(&curve).ok_or(AnalysisError::NoTrack)?;
         let confidences = || runs.iter().flatten().flat_map(|t| t.confidence.iter().copied());
-        let lowest = confidences().filter(|c| *c >= best.threshold).fold(f64::INFINITY, f64::min);
+        let lowest =
+            confidences().filter(|c| self.rules.counts(best.threshold, *c)).fold(f64::INFINITY, f64::min);
         let highest = confidences().fold(f64::NEG_INFINITY, f64::max);
         let threshold = if lowest.is_finite() { lowest } else { highest };
         let numbers = [best.precision, best.recall, best.f_score(), threshold];

@@ -41,7 +41,7 @@ use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<WindowLengths>(
     "window-lengths",
-    1,
+    2,
     "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
 );
 
@@ -292,11 +292,11 @@ impl Analysis for WindowLengths {
         let of_learned = || rows.iter().filter_map(|r| r.rates[3]);
         let longest = p.lengths.last().copied().unwrap_or(1);
         let numbers = [
-            of_learned().fold(0.0, f64::max),
-            of_learned().fold(1.0, f64::min),
-            share_shorter(&all, longest, None).unwrap_or(0.0),
-            tests[0][0].unwrap_or(0.0),
-            tests[2][0].unwrap_or(0.0),
+            of_learned().reduce(f64::max),
+            of_learned().reduce(f64::min),
+            share_shorter(&all, longest, None),
+            tests[0][0],
+            tests[2][0],
         ];
         let curve = |name: &str, of: &dyn Fn(&OfLength) -> Option<f64>| -> Curve {
             let points = rows.iter().filter_map(|r| Some((r.length as f64, of(r)?)));
@@ -309,7 +309,7 @@ impl Analysis for WindowLengths {
             curve("α", &|_| Some(p.alpha)),
         ];
         Ok(Values {
-            numbers: numbers.map(Some).to_vec(),
+            numbers: numbers.to_vec(),
             tables: vec![
                 durations(&all),
                 p.lengths.iter().map(shares).collect(),

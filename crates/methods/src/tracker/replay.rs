@@ -204,7 +204,8 @@ impl Replay {
                 }
             }
         };
-        if let Some(values) = values(source, boxes.regions.len())? {
+        let in_rows = boxes.confidence.iter().any(Option::is_some) && self.0.confidence.is_none();
+        if !in_rows && let Some(values) = values(source, boxes.regions.len())? {
             boxes.confidence = values;
         }
         self.cut(path, boxes, sequence)
@@ -244,7 +245,8 @@ impl Replay {
                 (Ok(region), _) if t == 0 && from_start => TrackerState::initialized(region),
                 (Ok(region), _) => TrackerState::tracked(region),
                 (Err(e), last) => {
-                    self.without_box(e, last, truth).map_err(|e| DatasetError::content(path, e))?
+                    let start = truth.filter(|_| from_start || e.source == NoBox::NotAsked);
+                    self.without_box(e, last, start).map_err(|e| DatasetError::content(path, e))?
                 }
             };
             state.confidence = confidence.next().flatten();
@@ -253,17 +255,18 @@ impl Replay {
         Ok(states)
     }
 
-    /// State of a frame without a box after a frame with region `last`; `last` is `None` in the first frame.
+    /// State of a frame without a box after a frame with region `last`; `last` is `None` in the first frame,
+    /// where the tracker may have been given `start`.
     fn without_box(
         &self,
         reason: BoxError,
         last: Option<Region>,
-        first_truth: Option<&Region>,
+        start: Option<&Region>,
     ) -> Result<TrackerState, String> {
         match (&reason.source, self.0.without_area.status(), last) {
-            (NoBox::NotAsked | NoBox::NoRow, _, None) => match first_truth {
+            (NoBox::NotAsked | NoBox::NoRow, _, None) => match start {
                 Some(region) => Ok(TrackerState::initialized(region.clone())),
-                None => Err(format!("{reason}, and the first frame has no ground truth to start from")),
+                None => Err(format!("{reason}, and no start with the ground truth of this frame either")),
             },
             (NoBox::NotAsked, _, Some(last)) => Ok(TrackerState::new(last, Status::Skipped)),
             (source, Some(status), Some(last)) if source.may_be_absence() => {

@@ -43,17 +43,20 @@ pub struct Boxes {
 type Answer = (usize, Result<Region, NoBox>, Option<f64>);
 
 impl Boxes {
-    /// Boxes of the frames that a sequence uses, from answers by frame number; a frame without an answer gets
-    /// the reason `missing`.
+    /// Boxes of the frames that a sequence uses, and of the one before if it has one, from answers by frame
+    /// number; a frame without an answer gets the reason `missing`.
     fn of_rows(sequence: &dyn SequenceInfo, mut answers: BTreeMap<u64, Answer>, missing: &NoBox) -> Self {
-        let first = sequence.numbering().first;
+        let numbering = sequence.numbering();
+        // With the frame before, where the run began earlier: what comes then is no initialization.
+        let first = numbering.official.0.max(numbering.first.saturating_sub(1)).min(numbering.first);
+        let count = sequence.frames() + (numbering.first - first) as usize;
         let of_frame = |number: u64| match answers.remove(&number) {
             None => (Err(BoxError { at: format!("frame {number}"), source: missing.clone() }), None),
             Some((line, region, confidence)) => {
                 (region.map_err(|source| BoxError { at: format!("line {line}"), source }), confidence)
             }
         };
-        let (regions, confidence) = (u64::from(first)..).take(sequence.frames()).map(of_frame).unzip();
+        let (regions, confidence) = (u64::from(first)..).take(count).map(of_frame).unzip();
         Self { first, regions, confidence }
     }
 }

@@ -70,6 +70,8 @@ fn formats_and_runs() {
         ("S.json", JSON, 0, [1.0, 2.0]),
         ("S.txt", four, 0, [1.0, 2.0]),
         ("S.txt", "7,1,1,1\n8,1,1,1\n", 0, [6.0, 7.0]),
+        // As many lines as the official range, though the last two are empty.
+        ("S.txt", "1,1,1,1\n2,1,1,1\n3,1,1,1\n\n", 0, [1.0, 2.0]),
         ("S_001.txt", "7,1,1,1\n8,1,1,1\n", 0, [6.0, 7.0]),
         ("S_003.txt", four, 2, [1.0, 2.0]),
         ("S/S_001.txt", "1\n4,4,2,2", 0, [9.0, 4.0]),
@@ -278,6 +280,13 @@ fn a_confidence_is_read_with_the_boxes() {
         let beside = files.iter().filter(|(name, _)| name.contains("scores") || name.contains("confidence"));
         assert_eq!(files_read.len(), 1 + beside.count(), "{files:?}");
     }
+    // Rows that have a confidence need no file beside, unless it is named.
+    let files =
+        [("S.txt", "1,7,9,9,9,9,1\n2,7,9,9,9,9,.75\n3,7,9,9,9,9,.25\n"), ("S_scores.txt", "3\n4\n5\n")];
+    for (more, want) in [("", [1.0, 0.75, 0.25]), (", confidence = 'scores'", [3.0, 4.0, 5.0])] {
+        let states = read_run(more, &files, &sequence, 0).unwrap();
+        assert_eq!(confidences(&states), want.map(Some), "{more}");
+    }
     // The official range is longer than the one used: as many values as boxes.
     let four = "1,1,1,1\n2,1,1,1\n3,1,1,1\n4,1,1,1";
     let states = read(&[("S.txt", four), ("S_confidence.value", "1\n2\n3\n4")], &super::tests::sequence());
@@ -353,6 +362,17 @@ fn frames_without_a_box_may_be_absence_or_the_last_box_again() {
     }
     // The tracks of the first version are not taken for those of this one.
     assert_eq!(Replay::shown(&replay_of("a", &rules[1].0).0)["without_area"], "repeat/2");
+}
+
+// The tracker ran in frame 2, and the range used begins with 3.
+#[test]
+fn rows_after_the_start_are_no_initialization() {
+    let states = read(&[("S.txt", "1,7,5,5,5,5,1\n2,7,6,5,5,5,1\n3,7,7,5,5,5,1\n")], &sequence()).unwrap();
+    assert_eq!((lefts(&states), states[0].status), (vec![5.0, 6.0], Status::Tracked));
+    let lost = [("S.txt", "1,7,5,5,5,5,1\n3,7,6,5,5,5,1\n")];
+    for more in ["", ", without_area = 'absent'"] {
+        assert_says(read_run(more, &lost, &sequence(), 0).unwrap_err(), "frame 3: no row");
+    }
 }
 
 // The frame of the start has no row, nor have those that nobody asked for.

@@ -96,7 +96,9 @@ pub fn parse(
 ) -> Result<Boxes, DatasetError> {
     check_columns(path, &rows)?;
     let (span, used) = (official_span(sequence.numbering()), sequence.frames());
-    drop_empty_end(&mut rows, |n| n as u64 == span || n == used);
+    if rows.len() as u64 != span {
+        drop_empty_end(&mut rows, |n| n as u64 == span || n == used);
+    }
     let first = match rows.len() {
         n if n as u64 == span => sequence.numbering().official.0,
         n if n == used => sequence.numbering().first,

@@ -27,7 +27,8 @@ pub fn take_header<'t>(path: &Path, lines: &mut Vec<Line<'t>>) -> Result<Option<
     let is_word = |w: &&str| w.parse::<f64>().is_err() && w.contains(char::is_alphabetic);
     let is_header = |line: &str| {
         let words: Vec<&str> = cells(without_sign(line)).into_iter().filter(|w| !w.is_empty()).collect();
-        words.len() > 1 && words.iter().all(is_word)
+        // Names of columns differ; `None` in all of them is a box that is not there.
+        words.iter().any(|word| *word != words[0]) && words.iter().all(is_word)
     };
     if !lines.first().is_some_and(|(_, line)| is_header(line)) {
         return Ok(None);
