@@ -112,7 +112,7 @@ pub fn with_nearest_verb(mut error: clap::Error) -> clap::Error {
         Some(ContextValue::String(word)) => word.clone(),
         _ => return error,
     };
-    let (cli, first) = (Cli::command(), std::env::args().nth(1).unwrap_or_default());
+    let (cli, first) = (Cli::command(), std::env::args_os().nth(1).unwrap_or_default());
     let verbs = cli.find_subcommand(&first).unwrap_or(&cli).get_subcommands();
     let near = plugin::nearest(&word, verbs.map(clap::Command::get_name)).map(str::to_string);
     if let Some(near) = near.filter(|_| error.get(ContextKind::SuggestedSubcommand).is_none()) {

@@ -330,7 +330,9 @@ fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<Stri
         .map_err(|m| Failure::usage(format!("{}: {m}", text::visible(&args.name))))?;
     let path = root.join(suite::USER_LOCK);
     if catalog.names().any(|known| known == args.name.as_str()) {
-        let message = format!("{} is in {}; remove its section there first", args.name, path.display());
+        let file = suite::USER_LOCK;
+        let message =
+            format!("{} is in the {file} of a data root; remove its section there first", args.name);
         return Err(Failure::usage(message));
     }
     let only = args.list.as_deref().map(vot::read_list).transpose().map_err(Failure::data)?;

@@ -15,10 +15,10 @@ pub struct Args {
     #[arg(value_name = "TABLE")]
     table: String,
     /// A row of it
-    #[arg(value_name = "ROW")]
+    #[arg(value_name = "ROW", allow_negative_numbers = true)]
     row: String,
     /// A column of it
-    #[arg(value_name = "COLUMN")]
+    #[arg(value_name = "COLUMN", allow_negative_numbers = true)]
     column: String,
     /// Only this tracker, where the table has several
     #[arg(long, value_name = "LABEL")]

@@ -86,6 +86,8 @@ struct Index {
     places: HashMap<Address, (usize, Place)>,
     /// Addresses of a cell's records, by the key of the cell's name.
     names: HashMap<u64, Vec<Address>>,
+    /// Pairs of an older pack and a newer one that has a record of the same address.
+    replaced: BTreeSet<(usize, usize)>,
     /// Reports of damage.
     problems: Vec<String>,
 }
@@ -98,7 +100,10 @@ impl Index {
             if !known.contains(&place.address) {
                 known.push(place.address);
             }
-            self.places.insert(place.address, (self.packs.len(), place));
+            let new = self.packs.len();
+            if let Some((old, _)) = self.places.insert(place.address, (new, place)) {
+                self.replaced.insert((old, new));
+            }
         }
         self.packs.push((path, is_used.into()));
     }
@@ -339,6 +344,10 @@ impl Store {
     /// bytes are left. Does nothing while another run uses the store. Returns the number of removed packs.
     pub fn evict(mut self, limit: u64) -> usize {
         let index = std::mem::take(&mut *self.index_mut());
+        // A record that was replaced would count again in a pack that is newer than that of the new one.
+        for (old, new) in &index.replaced {
+            index.packs[*new].1.fetch_or(index.packs[*old].1.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
         let used = index.packs.iter().filter(|(_, is_used)| is_used.load(Ordering::Relaxed));
         let used: Vec<&PathBuf> = used.map(|(path, _)| path).collect();
         // One after the other, so that the newest pack stays the newest. The time decides what is removed first; without

@@ -275,6 +275,10 @@ mod tests {
             "for all length in 5: recall[ARTE*, length=1] <= recall[ARTE*, Struck]",
             "recall[ARTE*, length=1] <= recall[ARTE*, length=5, Struck]",
         );
+        same(
+            "for all length in 5, 1, 5: recall[ARTE*] > 0",
+            "recall[ARTE*, length=5] > 0 && recall[ARTE*, length=1] > 0",
+        );
         same("1 < 2 || (for all length in 1: recall[ARTE*] > 0)", "1 < 2 || recall[ARTE*, length=1] > 0");
     }
 

@@ -96,7 +96,10 @@ impl Reader<'_> {
         mut document: Spanned<DeTable<'_>>,
     ) -> Result<Experiment, SpecError> {
         let errors = Errors::default();
-        written_out::complete_methods(document.get_mut());
+        if let Err(place) = written_out::complete_methods(document.get_mut()) {
+            let message = format!("methods take more than {MAX_BYTES} bytes from those that they are `like`");
+            return Err(source.error(place, message));
+        }
         let mut words = Words::of(document.get_ref());
         let has_protocol = document.get_ref().contains_key("protocol");
         let document = check::check(source, &OF_WHOLE_FILES, document, &errors);

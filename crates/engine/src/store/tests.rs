@@ -176,6 +176,11 @@ fn of_two_records_under_one_address_the_new_one_counts() {
         assert_eq!((get(&store), store.len()), (11, 4));
         store.evict(u64::MAX);
     }
+    // Also if another record of the first pack is all that is read.
+    let store = Store::open(dir.path()).unwrap();
+    assert!(store.head(&recipe(Stage::Track, 1).address()).is_some());
+    store.evict(u64::MAX);
+    assert_eq!(get(&Store::open(dir.path()).unwrap()), 11);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::super::table::{FindingName, Words};
 use super::{Expr, Op, Quantity, Reference};
+use std::collections::BTreeSet;
 use std::ops::Range;
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::Metric;
@@ -135,7 +136,9 @@ impl<'a> Parser<'a> {
         let mut known = free.concat();
         known.sort_by(f64::total_cmp);
         known.dedup();
-        let values = chosen.unwrap_or_else(|| known.clone());
+        let mut values = chosen.unwrap_or_else(|| known.clone());
+        let mut seen = BTreeSet::new();
+        values.retain(|value| seen.insert(value.to_bits()));
         if let Some(wrong) = values.iter().find(|v| !known.contains(v)) {
             let known: Vec<String> = known.iter().map(f64::to_string).collect();
             return Err(format!("no grid has {axis} = {wrong}; there are {}", known.join(", ")));

@@ -1,6 +1,7 @@
 use super::*;
 use crate::spec::check::tests::SPEC;
 use crate::spec::parse;
+use trackfail_testing::assert_says;
 
 const HEAD: &str =
     "schema = 1\nname = \"a\"\ntitle = \"A\"\nprotocol = \"khalid2016/1\"\nsuites.test = \"synthetic-vot\"\n";
@@ -48,6 +49,20 @@ fn long_files_are_refused_unread() {
     assert!(refused(&" ".repeat(MAX_BYTES + 1)).message.contains("at most 4194304 bytes"));
     #[cfg(unix)]
     assert!(read_text(Path::new("/dev/zero")).unwrap_err().message.contains("at most"));
+}
+
+// A hundred methods that are like one with a long grid would be 200 MB of text.
+#[test]
+fn values_taken_from_other_methods_have_a_limit() {
+    let grid = "0, ".repeat(100_000);
+    let like = |count| many(count, |k| format!("[[method]]\nname = \"m{k}\"\nlike = \"a\"\n"));
+    let head = format!("{HEAD}{TRACKER}[[method]]\nname = \"a\"\nsignal = {{ kind = \"box-motion\" }}\n");
+    let of = |count| {
+        format!("{head}detector = {{ kind = \"level\" }}\ngrid = {{ above = [{grid}] }}\n{}", like(count))
+    };
+    assert_says(refused(&of(100)), "methods take more than 4194304 bytes from those that they are `like`");
+    // Too long a list of methods is told as such.
+    assert!(!refused(&of(300)).message.contains("bytes"));
 }
 
 #[test]
