@@ -90,7 +90,7 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     let concerns = |t: &&Tracker| {
         let is_own = results.is_own(&t.label);
         is_own
-            && references.iter().all(|r| match &r.quantity {
+            && references.iter().filter(|r| r.tracker.is_none()).all(|r| match &r.quantity {
                 Quantity::Metric(_, method) => {
                     experiment.methods.iter().any(|m| m.name == *method && m.runs_on(&t.label))
                 }

@@ -55,30 +55,64 @@ pub struct Chosen<'a> {
 /// # Errors
 /// When a file cannot be read or written.
 pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
-    let (mut macros, mut shown, mut labels) = (Vec::new(), Vec::new(), BTreeSet::new());
+    let (mut macros, mut shown, mut names) = (Vec::new(), Vec::new(), BTreeSet::new());
     for Chosen { experiment, report, items } in chosen {
         let stem = experiment.replace('/', "-");
-        let copy = |from: &str, name: &str| -> Result<(), WriteError> {
+        let mut copy = |from: &str, name: String| -> Result<(), WriteError> {
+            if names.contains(&name) {
+                let message = "the name of several files; write these experiments into folders of their own";
+                return Err(StoreError::new(&folder.join(name), message).into());
+            }
             let path = report.join(from);
             let bytes = std::fs::read(&path).map_err(|e| StoreError::new(&path, e))?;
-            Ok(store::write_derived(&folder.join(name), &bytes)?)
+            store::write_derived(&folder.join(&name), &bytes)?;
+            names.insert(name);
+            Ok(())
         };
         // A report without tables has no numbers.
         if report.join("tables/macros.tex").is_file() {
-            copy("tables/macros.tex", &format!("{stem}-macros.tex"))?;
+            copy("tables/macros.tex", format!("{stem}-macros.tex"))?;
             macros.push(format!("{stem}-macros"));
         }
         for Item { name, file, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
-            if name == "macros" || !labels.insert(label.clone()) {
-                let message = "the name of several files; write these experiments into folders of their own";
-                return Err(StoreError::new(&folder.join(label), message).into());
-            }
-            copy(file, &format!("{label}.{}", if caption.is_none() { "tex" } else { "pdf" }))?;
+            copy(file, format!("{label}.{}", if caption.is_none() { "tex" } else { "pdf" }))?;
             let caption = caption.as_deref().map(latex_escape);
             shown.push(json!({ "label": label, "caption": caption, "is_wide": is_wide }));
         }
     }
     let document = say("paper", json!({ "macros": macros, "items": shown })) + "\n";
     Ok(store::write_derived(&folder.join(DOCUMENT), document.as_bytes())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackfail_testing::{assert_says, folder};
+
+    #[test]
+    fn a_table_and_a_figure_may_have_one_name_and_two_files_may_not() {
+        let names = ["tables/macros.tex", "tables/changes.tex", "figures/changes.pdf", "figures/macros.pdf"];
+        let report = folder(names.map(|name| (name, name)));
+        let item = |name: &str, file: &str, caption: Option<&str>| Item {
+            name: name.to_string(),
+            file: file.to_string(),
+            caption: caption.map(str::to_string),
+            is_wide: false,
+        };
+        let items = [
+            item("changes", names[1], None),
+            item("changes", names[2], Some("Changes")),
+            item("macros", names[3], Some("Macros")),
+        ];
+        let of = |experiment| Chosen { experiment, report: report.path(), items: items.iter().collect() };
+        let paper = tempfile::tempdir().unwrap();
+        write(&[of("a/b")], paper.path()).unwrap();
+        for (file, from) in [("macros.tex", 0), ("changes.tex", 1), ("changes.pdf", 2), ("macros.pdf", 3)] {
+            let copied = std::fs::read_to_string(paper.path().join(format!("a-b-{file}"))).unwrap();
+            assert_eq!(copied, names[from]);
+        }
+        let error = write(&[of("a/b"), of("a-b")], paper.path()).unwrap_err();
+        assert_says(error, "a-b-macros.tex: the name of several files");
+    }
 }

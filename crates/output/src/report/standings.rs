@@ -238,8 +238,10 @@ fn tested<'s>(competing: &[&'s Standing], direction: Direction) -> Vec<(&'s Stan
         return (0..competing.len()).flat_map(with_later).collect();
     }
     let value = |s: &Standing| s.estimate.value;
-    // The first of equal ones.
-    let best = competing.iter().copied().min_by(|a, b| better_first(value(a), value(b), direction));
+    let most = competing.iter().map(|s| s.counts.len()).max();
+    // The first of equal ones, among those that can be the best.
+    let whole = competing.iter().copied().filter(|s| Some(s.counts.len()) == most);
+    let best = whole.min_by(|a, b| better_first(value(a), value(b), direction));
     let others = |best: &'s Standing| competing.iter().copied().filter(move |s| s.label != best.label);
     best.into_iter().flat_map(|best| others(best).map(move |other| (best, other))).collect()
 }

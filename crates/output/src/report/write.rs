@@ -29,7 +29,7 @@ use trackfail_engine::store::{self, StoreError};
 /// Name of the page. A report folder with this file is complete.
 pub const INDEX: &str = "index.html";
 /// Folders in a report folder that contain only parts of the report.
-pub const OWNED: [&str; 3] = ["figures", "data", "stills"];
+pub const OWNED: [&str; 4] = ["tables", "figures", "data", "stills"];
 /// Name of the report as Markdown.
 pub const MARKDOWN: &str = "report.md";
 /// Name of the report's summary.

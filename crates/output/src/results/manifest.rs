@@ -265,8 +265,17 @@ fn write_failed<S: serde::Serializer>(cells: &[FailedCell], to: S) -> Result<S::
     }))
 }
 
+/// Longest texts of failed cells together, in bytes.
+const MAX_FAILURES: usize = 1 << 28;
+
 fn read_failed<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<FailedCell>, D::Error> {
     let groups = Vec::<FailedGroup>::deserialize(from)?;
+    // Each method of a group gets a copy of its reason.
+    let bytes =
+        groups.iter().map(|g| g.methods.len() * (g.reason.len() + g.sequence.len() + g.tracker.len()));
+    if bytes.sum::<usize>() > MAX_FAILURES {
+        return Err(serde::de::Error::custom(format!("the failures take more than {MAX_FAILURES} bytes")));
+    }
     let cells = groups.into_iter().flat_map(|group| {
         let FailedGroup { sequence, tracker, run, method, methods, missing, reason } = group;
         method.into_iter().chain(methods).map(move |method| {
@@ -465,6 +474,20 @@ mod tests {
     use super::*;
     use crate::results::bytes::parts_to_parquet;
     use polars::prelude::{Column, DataFrame};
+
+    // A reason is kept once for many methods in a file, and once for each of them in memory.
+    #[test]
+    fn failures_have_room_for_their_reasons_and_no_more() {
+        let of = |methods: usize, reason: usize| {
+            let (methods, reason) = (vec![""; methods], "x".repeat(reason));
+            let group = serde_json::json!({
+                "sequence": "s", "tracker": "t", "run": 0, "methods": methods, "missing": false, "reason": reason
+            });
+            read_failed(serde_json::json!([group])).map(|cells| cells.len())
+        };
+        assert_eq!(of(3, 1000).unwrap(), 3);
+        trackfail_testing::assert_says(of(100_000, 10_000).unwrap_err(), "the failures take more than");
+    }
 
     // Before: "table: Invalid thrift: transport error", without the file's name.
     #[cfg(target_os = "linux")]

@@ -22,7 +22,9 @@ const MAX_NAMED: usize = 3;
 pub fn data_note(experiment: &Experiment, manifest: &Manifest) -> String {
     let mut note = targets_note(manifest.suite.present.len(), manifest.suite.wanted);
     note.push_str(&declared_note(experiment, manifest));
-    let trackers = || experiment.trackers.iter().zip(&manifest.trackers);
+    // The order of trackers may be another one than in the run.
+    let record = |t: &Tracker| manifest.trackers.iter().find(|record| record.label == t.label);
+    let trackers = || experiment.trackers.iter().filter_map(|t| Some((t, record(t)?)));
     let mut add = |what: &str, done: fn(&TrackerRecord) -> u32, asked: fn(&Tracker) -> u32| {
         let counted: Vec<_> =
             trackers().map(|(t, record)| (t.label.as_str(), done(record), asked(t))).collect();

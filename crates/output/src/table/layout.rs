@@ -318,7 +318,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
     }
     let caption = table.caption.as_ref().unwrap_or(&experiment.title).clone();
     let mut caption = format!("{} Suite {}: {data_note}.", sentence(caption), experiment.suites[TEST]);
-    if let Some(left_out) = left_out(measures) {
+    if let Some(left_out) = left_out(table, measures) {
         caption.push_str(&format!(" † {left_out}"));
     }
     let rows_are = match &table.rows {
@@ -381,10 +381,10 @@ fn events(experiment: &Experiment, table: &Table, measures: &[Measure], tracker:
     Some(format!("{n} {things}"))
 }
 
-/// Sentence on the number of cells without a result, because of missing data or of failures.
-fn left_out(measures: &[Measure]) -> Option<String> {
-    let count =
-        |of: fn(&Measure) -> usize| measures.iter().filter(|m| m.attribute.is_none()).map(of).sum::<usize>();
+/// Sentence on the number of cells of the table's methods without a result, because of missing data or of failures.
+fn left_out(table: &Table, measures: &[Measure]) -> Option<String> {
+    let is_shown = |m: &&Measure| m.attribute.is_none() && table.methods.contains(&m.method);
+    let count = |of: fn(&Measure) -> usize| measures.iter().filter(is_shown).map(of).sum::<usize>();
     let not_there = count(|m| m.not_there);
     let failed = count(|m| m.failed).saturating_sub(not_there);
     let cells = |n: usize| if n == 1 { "1 cell".to_string() } else { format!("{n} cells") };

@@ -72,7 +72,7 @@ struct Row<'s> {
 }
 
 fn auroc(standing: &Standing) -> Option<f64> {
-    standing.auroc.value.parse().ok()
+    standing.auroc.value.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// True if an experiment has enough sequences for ranks.
