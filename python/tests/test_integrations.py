@@ -234,7 +234,7 @@ def test_folders_of_pysot(tmp_path: Path) -> None:
     got = write(tmp_path / "GOT-10k/model", {"v/v_001.txt": "1,2,3,4\n", "v/v_time.txt": "0.1\n"})
     assert read_pysot(got) == {"v": Track([(1, 2, 3, 4)], None)}
     corners = "1.0000,1.0000,5.0000,2.0000,4.0000,6.0000,0.0000,5.0000"
-    vot = write(tmp_path / "VOT2018/model", {"baseline/ants/ants_001.txt": f"1\n{corners}\n2\n0\n0\n0\n0\n1\n"})
+    vot = write(tmp_path / "VOT2018/model", {"baseline/ants/ants_001.txt": f"1\n{corners}\n2\n0\n0\n0\n5,5,5,5,5,5,5,5\n1\n"})
     boxes = read_pysot(vot)["ants"].boxes
     assert boxes == [None, (1, 1, 5, 2, 4, 6, 0, 5), *[None] * 6]
     longterm = {"longterm/cat/cat_001.txt": "1\n1,2,3,4\n", "longterm/cat/cat_001_confidence.value": "\n0.998765\n"}

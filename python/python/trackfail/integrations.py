@@ -259,4 +259,9 @@ def _box(numbers: Any) -> Numbers | None:
     given = tuple(float(number) for number in numbers)
     if any(math.isnan(number) for number in given):
         return None
-    return None if len(given) == 4 and not (given[2] > 0 and given[3] > 0) else given
+    if len(given) == 4:
+        return given if given[2] > 0 and given[3] > 0 else None
+    corners = list(zip(given[::2], given[1::2], strict=True))
+    area = sum(x * v - u * y for (x, y), (u, v) in zip(corners, corners[1:] + corners[:1], strict=True)) / 2
+    # As a region is refused.
+    return given if abs(area) >= 1e-9 else None
