@@ -1,5 +1,6 @@
 //! `trackfail merge DIR...`: copies the records of other stores into one.
 
+use super::run::print::store_problems;
 use super::{Failure, output};
 use crate::engine::store::{FOLDER, Store};
 use std::path::PathBuf;
@@ -27,6 +28,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let mine = Store::open(&args.results).map_err(Failure::io)?;
+    // Packs of its own that are damaged are gone afterwards.
+    store_problems(&mine);
     for folder in &args.folders {
         let theirs = Store::open_read_only(folder).map_err(Failure::io)?;
         let damaged = theirs.problems();
@@ -34,6 +37,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(Failure::io(first.to_string()));
         }
         let merged = mine.merge(&theirs).map_err(Failure::io)?;
+        store_problems(&mine);
         output::write(&format!(
             "{}: {} records added, {} known\n",
             folder.display(),

@@ -27,7 +27,7 @@ const MAX_ERROR: usize = 1000;
 may also be {\"raw\": {\"width\": 640, \"height\": 480, \"format\": \"bgr\", \"data\": \"base64\"}}, or have the file of these bytes as \
 \"path\" instead of \"data\". Out, a line for each line, at once: {\"index\": 51, \"probability\": 0.97, \"state\": \"lost\", \
 \"reasons\": [\"...\"]}, or {\"index\": 52, \"error\": \"...\"} for a line that cannot be used; the stream goes on. States: tracking, \
-lost, absent. Lines about several targets have an \"id\", a number or a text, which stands in the answers, too; each target is judged \
+lost, absent. Lines about several targets have an \"id\", a whole number or a text, which stands in the answers, too; each target is judged \
 apart, at most 256 at once, and {\"id\": 7, \"end\": true} ends one."
 )]
 pub struct Args {

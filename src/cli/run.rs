@@ -2,7 +2,7 @@
 
 mod beside;
 mod dry_run;
-mod print;
+pub(super) mod print;
 
 use super::output::{self, Format};
 use super::{Cause, Exit, Failure, export};
@@ -70,8 +70,8 @@ pub struct Args {
     /// Largest size of the store in GiB; beyond it, what was used longest ago is removed
     #[arg(long, value_name = "GIB", default_value_t = 20.0, value_parser = positive)]
     store_limit: f64,
-    /// Leave out what is known of single frames, models of single folds, and rows of missing sequences, so that results are
-    /// small enough to be kept; their report has no frames
+    /// Leave out what is known of single frames, learned models, and rows of missing sequences, so that results are small
+    /// enough to be kept; their report has no frames
     #[arg(long)]
     compact: bool,
     /// Print no tables and no progress

@@ -13,7 +13,7 @@ mod tests;
 mod training;
 mod why;
 
-pub use cells::{CellState, PlannedCell};
+pub use cells::CellState;
 pub use demand::{distinct_signals, needed_roles, signal_index, variants};
 pub use experiment::{ExperimentPlan, PlannedSequence, PlannedSuite};
 pub use shard::Shard;

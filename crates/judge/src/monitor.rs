@@ -145,6 +145,11 @@ pub enum MonitorError {
     /// The bytes are not a saved state.
     #[error("not a state of `trackfail monitor`")]
     NoState,
+    /// The bytes are the state of a stream with several targets, or with one that was begun anew.
+    #[error(
+        "a state of several targets, or of one that was begun anew, which only `trackfail monitor` goes on from"
+    )]
+    SeveralTargets,
     /// The state was saved by another version of the program.
     #[error("a state of format {0}, which this program does not read")]
     OtherFormat(String),

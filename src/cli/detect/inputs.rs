@@ -3,7 +3,7 @@
 use super::{Args, Tracks};
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
-use crate::dataset::{Sequence, text};
+use crate::dataset::{Numbering, Sequence, text};
 use crate::engine::Stop;
 use crate::region::Region;
 use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, UserBoxesError, UserTarget};
@@ -51,13 +51,19 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
         base: base(args),
         absent: args.absent,
         frames: frames.map(|frames| frames.sequence.len()),
+        first: None,
         size,
     };
     let boxes = read(args, &boxes_path, &options)?;
     boxes.notes(&name(&boxes_path), &options).iter().for_each(|note| output::note(note));
     let whole = match frames {
         Some(frames) => frames.sequence.clone(),
-        None => user_frames::without_frames("boxes", boxes.frames),
+        None => {
+            let whole = user_frames::without_frames("boxes", boxes.frames);
+            let first = boxes.first.map_or(1, |first| first as u32);
+            let numbering = Numbering { first, official: (first, first + whole.len() as u32 - 1) };
+            Sequence { numbering, ..whole }
+        }
     };
     let several = boxes.targets.len() > 1;
     if several && (args.confidence.is_some() || !args.companion.is_empty()) {
@@ -67,7 +73,8 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
             boxes.targets.len()
         )));
     }
-    let options = Options { frames: Some(whole.len()), usual: Some(boxes.format), ..options };
+    let options =
+        Options { frames: Some(whole.len()), first: boxes.first, usual: Some(boxes.format), ..options };
     let companions = args.companion.iter().map(|path| companion(args, path, &options));
     let companions: Vec<Vec<Option<Region>>> = companions.collect::<Result<_, _>>()?;
     let confidence = match &args.confidence {

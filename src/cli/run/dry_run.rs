@@ -64,6 +64,9 @@ fn summary(args: &Args, plan: &ExperimentPlan<'_>, standing: &Standing<'_>) -> S
     line("analyses", analyses);
     let time = match left.seconds {
         _ if args.force => "all of it is computed again (--force)".to_string(),
+        _ if left.is_done() && args.shard.is_none() && !plan.experiment.analyses.is_empty() => {
+            "no track and no cell is left to compute; analyses that the store lacks come on top".to_string()
+        }
         _ if left.is_done() => "nothing is left to compute".to_string(),
         Some(seconds) => format!(
             "about {} on {} threads for trackers and signals, as fast as they have been here; training and reverse runs \
@@ -101,9 +104,13 @@ fn cells(
     let mut headings = vec!["sequence", "tracker", "run", "method", "params", "state"];
     headings.extend(reasons.as_ref().map(|_| "because"));
     let mut reasons = reasons.into_iter().flatten();
-    let rows = plan.cells().zip(standing.states.iter().flatten()).map(|(cell, state)| {
-        let (job, (method, params)) = (plan.jobs[cell.job], &variants[cell.variant]);
-        let sequence = &plan.test().sequences[cell.sequence].sequence.name;
+    let sequences = plan.test().sequences.iter().zip(&standing.states);
+    let cells = sequences.flat_map(|(planned, states)| {
+        let of_sequence = plan.cells_on(&planned.origin.source).into_iter().zip(states);
+        of_sequence.map(|((job, variant), state)| (&planned.sequence.name, job, variant, state))
+    });
+    let rows = cells.map(|(sequence, job, variant, state)| {
+        let (job, (method, params)) = (plan.jobs[job], &variants[variant]);
         let (tracker, run) = (&plan.experiment.trackers[job.tracker].label, job.run.to_string());
         let texts = [sequence, tracker, &run, *method, params].map(String::clone);
         texts.into_iter().chain([state.word().to_string()]).chain(reasons.next()).collect()

@@ -49,30 +49,6 @@ pub enum Presample {
     DropFirst,
 }
 
-/// Reason why a model cannot be fitted.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ArmaError {
-    /// An order above [`MAX_ORDER`].
-    #[error("orders up to {MAX_ORDER} are possible, not ({p}, {q})")]
-    Order {
-        /// Autoregressive order.
-        p: usize,
-        /// Moving average order.
-        q: usize,
-    },
-    /// Fewer values than [`least_window`].
-    #[error("a window needs {needed} values or more, not {got}")]
-    TooShort {
-        /// Least length for the order.
-        needed: usize,
-        /// Length of the window.
-        got: usize,
-    },
-    /// A value that is not finite, or so large that sums overflow.
-    #[error("the window has values that are not finite or too large")]
-    NotFinite,
-}
-
 /// A fitted model, and the end of its window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
@@ -98,20 +74,22 @@ pub fn least_window([p, q]: [usize; 2]) -> usize {
 
 /// Fits a model of order `[p, q]` to a window, oldest value first.
 ///
-/// # Errors
-/// Orders above [`MAX_ORDER`], windows shorter than [`least_window`], values that are not finite.
-pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Result<Fit, ArmaError> {
-    check(y, order)?;
+/// `None` for orders above [`MAX_ORDER`], windows shorter than [`least_window`], and values that are not finite, or so large
+/// that sums overflow.
+pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Option<Fit> {
+    if !is_enough(y, order) {
+        return None;
+    }
     let [p, q] = order;
     let count = y.len() as f64;
     let mean = y.iter().sum::<f64>() / count;
     let largest = y.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let reach = y.iter().fold(0.0_f64, |m, v| m.max((v - mean).abs()));
     if !mean.is_finite() || !reach.is_finite() {
-        return Err(ArmaError::NotFinite);
+        return None;
     }
     if reach <= (CONSTANT * largest).max(f64::MIN_POSITIVE) {
-        return Ok(constant_window(y, order, start));
+        return Some(constant_window(y, order, start));
     }
     let mut z: Vec<f64> = y.iter().map(|v| (v - mean) / reach).collect();
     let deviation = (z.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
@@ -127,7 +105,7 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Result<Fit, ArmaEr
     let (constant, _) = recursion::best_constant(&z, &ar, &ma, start);
     let mut innovations = recursion::innovations(&z, constant, &ar, &ma, start);
     innovations.iter_mut().for_each(|e| *e *= scale);
-    Ok(Fit {
+    Some(Fit {
         constant: scale * constant + mean * (1.0 - ar.iter().sum::<f64>()),
         sse: innovations.iter().map(|e| e * e).sum(),
         ar,
@@ -154,15 +132,9 @@ impl Fit {
     }
 }
 
-fn check(y: &[f64], [p, q]: [usize; 2]) -> Result<(), ArmaError> {
-    if p.max(q) > MAX_ORDER {
-        return Err(ArmaError::Order { p, q });
-    }
-    let needed = least_window([p, q]);
-    if y.len() < needed {
-        return Err(ArmaError::TooShort { needed, got: y.len() });
-    }
-    if y.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(ArmaError::NotFinite) }
+/// True if a window is long enough for a model of these orders, and has finite values.
+fn is_enough(y: &[f64], [p, q]: [usize; 2]) -> bool {
+    p.max(q) <= MAX_ORDER && y.len() >= least_window([p, q]) && y.iter().all(|v| v.is_finite())
 }
 
 fn constant_window(y: &[f64], [p, q]: [usize; 2], start: Presample) -> Fit {

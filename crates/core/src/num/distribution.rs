@@ -78,41 +78,20 @@ pub struct Fitted {
     pub scale: f64,
 }
 
-/// Reason why a distribution cannot be fitted.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DistributionError {
-    /// Fewer than two samples.
-    #[error("a fit needs two samples or more, not {0}")]
-    TooFew(usize),
-    /// A sample that is negative or not finite, or sums that overflow.
-    #[error("samples must be 0 or more, finite, and not so large that their squares overflow")]
-    Sample,
-    /// The samples do not vary.
-    #[error("all samples are equal to {0}: the likelihood has no maximum")]
-    Equal(f64),
-}
-
 /// Distribution of a family with the greatest likelihood.
 ///
-/// # Errors
-/// Fewer than two samples, and samples that are negative, not finite, or all equal. Equal samples are refused
-/// for all families, even those with one parameter, so that the families can be compared.
-pub fn fit(family: Family, samples: &[f64]) -> Result<Fitted, DistributionError> {
-    if samples.len() < 2 {
-        return Err(DistributionError::TooFew(samples.len()));
-    }
-    if !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
-        return Err(DistributionError::Sample);
+/// `None` for fewer than two samples, and for samples that are negative, not finite, so large that their squares overflow,
+/// or all equal: equal ones for all families, even those with one parameter, so that the families can be compared.
+pub fn fit(family: Family, samples: &[f64]) -> Option<Fitted> {
+    if samples.len() < 2 || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
+        return None;
     }
     let mean_of = |f: &dyn Fn(f64) -> f64| mean(samples, |x| f(x.max(FLOOR)));
     let mean = mean_of(&|x| x);
     let deviation = mean_of(&|x| (x - mean) * (x - mean)).sqrt();
     let square = mean_of(&|x| x * x);
-    if !square.is_finite() {
-        return Err(DistributionError::Sample);
-    }
-    if deviation <= EQUAL * mean {
-        return Err(DistributionError::Equal(mean));
+    if !square.is_finite() || deviation <= EQUAL * mean {
+        return None;
     }
     let mean_ln = mean_of(&f64::ln);
     let (first, scale) = match family {
@@ -126,11 +105,7 @@ pub fn fit(family: Family, samples: &[f64]) -> Result<Fitted, DistributionError>
             (shape, mean / shape)
         }
     };
-    if first.is_finite() && scale.is_finite() && scale > 0.0 {
-        Ok(Fitted { family, first, scale })
-    } else {
-        Err(DistributionError::Equal(mean))
-    }
+    (first.is_finite() && scale.is_finite() && scale > 0.0).then_some(Fitted { family, first, scale })
 }
 
 /// Shape and scale of a Weibull distribution, by Newton's method on `1 / k = mean_w ln x - mean ln x`. On the
@@ -246,13 +221,13 @@ mod tests {
     #[test]
     fn samples_without_a_maximum_are_refused() {
         for family in Family::ALL {
-            assert_eq!(fit(family, &[1.0]), Err(DistributionError::TooFew(1)));
-            assert_eq!(fit(family, &[0.5; 9]), Err(DistributionError::Equal(0.5)));
-            assert!(matches!(fit(family, &[0.0; 9]), Err(DistributionError::Equal(_))));
+            assert_eq!(fit(family, &[1.0]), None);
+            assert_eq!(fit(family, &[0.5; 9]), None);
+            assert_eq!(fit(family, &[0.0; 9]), None);
             for bad in [-1.0, f64::NAN, f64::INFINITY, 1e200] {
-                assert_eq!(fit(family, &[1.0, bad]), Err(DistributionError::Sample));
+                assert_eq!(fit(family, &[1.0, bad]), None);
             }
-            assert!(fit(family, &[0.0, 1.0, 1e6]).is_ok());
+            assert!(fit(family, &[0.0, 1.0, 1e6]).is_some());
         }
     }
 
@@ -268,7 +243,7 @@ mod tests {
         fn a_factor_moves_the_scale(x in prop::collection::vec(0.01..5.0_f64, 3..60), factor in 0.1..10.0_f64) {
             let scaled: Vec<f64> = x.iter().map(|x| x * factor).collect();
             for family in Family::ALL {
-                let (Ok(a), Ok(b)) = (fit(family, &x), fit(family, &scaled)) else { continue };
+                let (Some(a), Some(b)) = (fit(family, &x), fit(family, &scaled)) else { continue };
                 for v in [0.05, 0.5, 3.0] {
                     prop_assert!((a.cdf(v) - b.cdf(v * factor)).abs() < 1e-8, "{:?} {:?}", a, b);
                 }

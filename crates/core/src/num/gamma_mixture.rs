@@ -20,7 +20,7 @@ pub mod select;
 mod start;
 
 pub use binned::{Binned, Clipped, FLOOR, SampleError};
-pub use fit::{Fit, FitError, FitOptions, FitOrigin, fit, fit_all};
+pub use fit::{Fit, FitError, FitOptions, fit, fit_all};
 
 use super::special::{gamma_cdf, gamma_survival, ln_gamma};
 use rand::{Rng, RngExt};

@@ -55,6 +55,11 @@ pub struct PassOutput {
 
 type Decoded = Result<Arc<Frame>, StepError>;
 
+/// Frame for those that read no pixels.
+fn blank() -> Arc<Frame> {
+    Arc::new(Frame::new(1, 1, vec![0; 3]))
+}
+
 /// Consecutive frames of the sequence, decoded.
 #[derive(Default)]
 struct Batch {
@@ -133,7 +138,9 @@ impl<'a> Strand<'a> {
 
     /// Processes frame `t`. Returns `false` if a track that the strand reads has ended before.
     fn work_in(&mut self, t: usize, frame: &Decoded, step: Step<'_>) -> Result<bool, StepError> {
-        let frame = || frame.as_ref().map_err(StepError::clone);
+        // Nothing that another strand reads may change this one.
+        let unread = (frame.is_err() && self.reads != Reads::Pixels).then(|| Ok(blank()));
+        let frame = || unread.as_ref().unwrap_or(frame).as_ref().map_err(StepError::clone);
         let Task { run, companions, .. } = &step.tasks[self.task];
         match &mut self.work {
             Work::Tracker(Some(tracker), states) => states.push(tracker.update(frame()?)?),
@@ -194,7 +201,6 @@ pub fn pass(
         let first = now.first + now.frames.len();
         let count =
             (run.sequence.len() - first).min(if reads_pixels { length } else { FRAMES_WITHOUT_PIXELS });
-        let blank = || Arc::new(Frame::new(1, 1, vec![0; 3]));
         let mut next: Vec<Option<Decoded>> = vec![(!reads_pixels).then(|| Ok(blank())); count];
         let step = Step { tasks, progress: &progress, before: &before, now: &now };
         rayon::scope_fifo(|scope| {

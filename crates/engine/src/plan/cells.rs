@@ -11,17 +11,6 @@ use crate::store::address::{Recipe, Stage};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// A cell of the test suite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PlannedCell {
-    /// Index of the sequence in the test suite.
-    pub sequence: usize,
-    /// Index into [`ExperimentPlan::jobs`].
-    pub job: usize,
-    /// Index into [`variants`].
-    pub variant: usize,
-}
-
 /// State of a cell in a store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellState {
@@ -68,14 +57,6 @@ impl ExperimentPlan<'_> {
         pairs.filter(has_cell).collect()
     }
 
-    /// All cells of the test suite, by sequence, in the experiment's order.
-    pub fn cells(&self) -> impl Iterator<Item = PlannedCell> + Clone {
-        self.test().sequences.iter().enumerate().flat_map(|(sequence, planned)| {
-            let cells = self.cells_on(&planned.origin.source).into_iter();
-            cells.map(move |(job, variant)| PlannedCell { sequence, job, variant })
-        })
-    }
-
     /// True if the store has a job's track with all needed signals.
     pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
         let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(suite, planned, job, *k));
@@ -83,13 +64,13 @@ impl ExperimentPlan<'_> {
         planned.addresses[job].as_ref().is_ok_and(|track| store.contains(track)) && wanted.all(is_cached)
     }
 
-    /// State of each cell, in the order of [`ExperimentPlan::cells`].
+    /// State of each cell, in the order of [`ExperimentPlan::cells_on`].
     pub fn states(&self, store: &Store) -> Vec<CellState> {
         self.map_cells(store, |state, _, _| state).into_iter().flatten().collect()
     }
 
     /// Calls `of` with the state of each cell, its name in the store and the origin of its labels. Results
-    /// are by sequence, in the order of [`ExperimentPlan::cells`].
+    /// are by sequence, in the order of [`ExperimentPlan::cells_on`].
     pub(crate) fn map_cells<T: Send>(
         &self,
         store: &Store,

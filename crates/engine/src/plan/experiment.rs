@@ -122,6 +122,10 @@ impl<'a> ExperimentPlan<'a> {
             let (name, missing, wanted) = (name.clone(), suite.missing, suite.wanted);
             suites.push(PlannedSuite { name, sequences, missing, wanted });
         }
+        // A video whose decoding was interrupted is no failure.
+        if stop.is_set() {
+            return Err(RunError::Interrupted);
+        }
         let origins: Vec<&Origin> = suites[0].sequences.iter().map(|s| &s.origin).collect();
         let folds = folds::folds(experiment.folds, &origins, experiment.seed);
         let without_confidence = inputs::trackers_without_confidence(&suites, &jobs);

@@ -31,7 +31,7 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
         };
         let before = store.heads(Stage::Labels, &name()).into_iter().map(|head| head.recipe);
         before.max_by_key(common).map_or_else(
-            || "it was never computed here".to_string(),
+            || "it was never computed here, or has been removed".to_string(),
             |before| difference(&before, &recipe, &recipe_at),
         )
     });

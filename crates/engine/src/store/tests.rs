@@ -206,7 +206,7 @@ fn remains_of_a_killed_run_are_swept_and_folders_in_use_are_not() {
     let used = store.staging().unwrap();
     let left = dir.path().join(".store/staging").join(format!("{TEMPORARY}left"));
     std::fs::create_dir_all(left.join("tables")).unwrap();
-    File::create(left.join(".lock")).unwrap();
+    File::create(left.join(trackfail_dataset::leftover::LOCK)).unwrap();
     let half = dir.path().join(".store/packs").join(format!("{TEMPORARY}half"));
     std::fs::write(&half, "half").unwrap();
     drop(Store::open(dir.path()).unwrap());

@@ -23,7 +23,7 @@
 //! folds of videos.
 
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream, threshold_within};
+use super::{Detector, threshold_within};
 use crate::num::fixed;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -99,17 +99,7 @@ impl Detector for Agreement {
         true
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 /// State of the detector between frames.
@@ -155,6 +145,7 @@ fn inputs(values: &[f64]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::detector::testing;
+    use crate::detector::{DetectorOutput, Input};
 
     fn output(text: &str, overlap: &[f64], score: &[f64]) -> DetectorOutput {
         testing::built(&ENTRY, text).detect(&Input { more: &[score], ..testing::alone(overlap) })

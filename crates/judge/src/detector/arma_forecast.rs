@@ -17,9 +17,9 @@
 //! length"), and the responses before the window (`start`; default `backcast`, as its software does). If
 //! a window cannot be fitted because its values overflow, its last value is the forecast.
 
+use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::num::arma::{self, Presample};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -101,8 +101,8 @@ impl Forecast {
         let Self { window, horizon, scheme, .. } = *self;
         memory.push(y, Plan { window, horizon, scheme }, |y, ahead| {
             match arma::fit(y, self.order, self.start) {
-                Ok(model) => model.forecast(ahead),
-                Err(_) => vec![y[y.len() - 1]; ahead],
+                Some(model) => model.forecast(ahead),
+                None => vec![y[y.len() - 1]; ahead],
             }
         })
     }
@@ -133,17 +133,7 @@ impl Detector for ArmaForecast {
         Some(self.0.threshold)
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for ArmaForecast {
@@ -162,6 +152,7 @@ impl Causal for ArmaForecast {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::DetectorOutput;
     use crate::detector::testing::alone;
 
     fn detect(params: Params, signal: &[f64]) -> DetectorOutput {

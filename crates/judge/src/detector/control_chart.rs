@@ -17,9 +17,9 @@
 //! The floor keeps a start that is constant but for rounding from turning rounding into an alarm: without it,
 //! `sigma` is 0 or nearly so.
 
+use super::Detector;
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::plugin::{ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
@@ -90,17 +90,7 @@ impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
         1
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
@@ -191,6 +181,7 @@ impl RunningMean {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::DetectorOutput;
     use crate::detector::testing::alone;
     use proptest::prelude::*;
     use trackfail_testing::assert_near;

@@ -17,9 +17,9 @@
 //! Choices where the source is silent: without `window` all good frames are in the means; the frames of all signals are
 //! good together; a signal whose mean is not above 0 does not speak.
 
+use super::Detector;
 use super::relative_drop::{GoodFrames, LEAST, WINDOW, check_least};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -80,17 +80,7 @@ impl Detector for JointDrop {
         Some(1.0)
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for JointDrop {
@@ -119,6 +109,7 @@ impl Causal for JointDrop {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::{DetectorOutput, Input};
     use crate::detector::{relative_drop, testing::alone};
     use proptest::prelude::*;
 

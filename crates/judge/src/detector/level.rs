@@ -10,8 +10,8 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
+use super::Detector;
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -105,17 +105,7 @@ impl Detector for Level {
         true
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for Level {

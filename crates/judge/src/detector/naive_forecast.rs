@@ -13,9 +13,9 @@
 //! that this detector and `arma-forecast` start in the same frame; the paper does not say where its own
 //! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
 
+use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 
@@ -64,17 +64,7 @@ impl Detector for NaiveForecast {
         Some(self.0.threshold)
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for NaiveForecast {

@@ -19,10 +19,10 @@
 //! for signals above 0; frames in which `m` is not above 0 score as a frame of the mean does (1 and 0), without an
 //! alarm. A signal of 0 or less below a positive mean has the largest finite `excess`.
 
+use super::Detector;
 use super::control_chart::RunningMean;
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
 use crate::direction::Direction;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -126,17 +126,7 @@ impl Detector for RelativeDrop {
         self.level.direction()
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for RelativeDrop {
@@ -219,6 +209,7 @@ impl GoodFrames {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::DetectorOutput;
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {

@@ -27,7 +27,7 @@
 
 use super::level::{self, Level};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
+use super::{Detector, RECOVERY_FRAMES};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -152,17 +152,7 @@ impl Detector for SequentialTest {
         if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES }
     }
 
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        stream::whole(self, input)
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for SequentialTest {

@@ -88,6 +88,24 @@ impl Step {
     }
 }
 
+/// Methods of a [`Detector`] that is [`Causal`]: live, after an interruption, and of a whole track.
+macro_rules! judges_frame_by_frame {
+    () => {
+        fn stream(&self) -> Option<Box<dyn $crate::detector::Stream>> {
+            $crate::detector::stream::follow(self)
+        }
+
+        fn resume(&self, saved: &[u8]) -> Option<Box<dyn $crate::detector::Stream>> {
+            $crate::detector::stream::go_on(self, saved)
+        }
+
+        fn detect(&self, input: &$crate::detector::Input<'_>) -> $crate::detector::DetectorOutput {
+            $crate::detector::stream::whole(self, input)
+        }
+    };
+}
+pub(super) use judges_frame_by_frame;
+
 /// Judges a whole track frame by frame.
 pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutput {
     let mut memory = detector.begin();

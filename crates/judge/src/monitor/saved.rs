@@ -87,7 +87,9 @@ impl Monitor {
     /// Bytes that are not a state, damaged, or of another version; a state with a method, budget, inputs or
     /// base other than those of the options.
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
-        let rest = saved.strip_prefix(NAME).ok_or(MonitorError::NoState)?;
+        let of_several = saved.starts_with(super::targets::HEAD);
+        let refused = if of_several { MonitorError::SeveralTargets } else { MonitorError::NoState };
+        let rest = saved.strip_prefix(NAME).ok_or(refused)?;
         let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
         let (format, rest) = (&rest[..end], &rest[end + 1..]);
         if format != FORMAT {

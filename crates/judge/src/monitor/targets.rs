@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// Most targets at once.
 pub const MAX_TARGETS: usize = 256;
 
-const HEAD: &[u8] = b"trackfail-monitors 2\n";
+pub(super) const HEAD: &[u8] = b"trackfail-monitors 2\n";
 
 /// Id of a target, as given in the lines.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -82,7 +82,13 @@ impl Targets {
             });
             Ok((id, Monitor::resume(&options, &saved)?))
         };
-        let monitors = memory.targets.into_iter().map(of).collect::<Result<_, MonitorError>>()?;
+        let count = memory.targets.len();
+        let monitors: BTreeMap<_, _> =
+            memory.targets.into_iter().map(of).collect::<Result<_, MonitorError>>()?;
+        // No id twice, and no more than could have come.
+        if monitors.len() != count || monitors.keys().flatten().count() > MAX_TARGETS {
+            return Err(MonitorError::Damaged);
+        }
         Ok(Self { options, monitors, index: memory.index })
     }
 
@@ -185,6 +191,15 @@ mod tests {
         }
         assert_eq!(all, [alone(0), alone(1), alone(2)]);
         let saved = targets.save().unwrap();
+        let memory: Memory = unsealed(&saved[HEAD.len()..]).unwrap();
+        let again = |ids: &[i64]| {
+            let (_, monitor) = &memory.targets[0];
+            let targets = ids.iter().map(|id| (Some(Saved::Number(*id)), monitor.clone())).collect();
+            let forged = Memory { options: options(), index: 0, targets };
+            Targets::resume(options(), &sealed(HEAD, &forged).unwrap()).is_ok()
+        };
+        let many: Vec<i64> = (0..=MAX_TARGETS as i64).collect();
+        assert_eq!([&[7, 8][..], &[7, 7], &many].map(again), [true, false, false]);
         for at in [21, 40, saved.len() - 1] {
             assert!(Targets::resume(options(), &saved[..at]).is_err(), "{at}");
         }

@@ -401,23 +401,6 @@ proptest! {
             }
         }
     }
-
-    // The law: a loss begins in a frame with a box, by an alarm of that frame.
-    #[test]
-    fn no_loss_begins_by_an_alarm_of_an_absence(
-        frames in prop::collection::vec((any::<bool>(), any::<bool>()), 0..60),
-    ) {
-        let mut last = TargetState::Tracking;
-        for (t, answer) in agreements(&frames).iter().enumerate() {
-            prop_assert_eq!(answer.state == TargetState::Absent, !frames[t].0);
-            if answer.state == TargetState::Lost && last != TargetState::Lost {
-                prop_assert_eq!(&answer.reasons, &["value 0.000 is below 0.01"], "frame {}", t);
-            }
-            if frames[t].0 {
-                last = answer.state;
-            }
-        }
-    }
 }
 
 /// The state has the same length after a few tiny frames and after many times more.

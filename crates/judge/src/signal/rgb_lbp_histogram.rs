@@ -183,15 +183,10 @@ fn read_gray(frame: &Frame, window: &Window) -> Vec<f64> {
     for y in window.y - 1..=window.y + window.h as i64 {
         for x in window.x - 1..=window.x + window.w as i64 {
             let inside = (0..frame.width() as i64).contains(&x) && (0..frame.height() as i64).contains(&y);
-            gray.push(if inside { gray_value(frame.pixel(x as usize, y as usize)) } else { 0.0 });
+            gray.push(if inside { f64::from(luma(frame.pixel(x as usize, y as usize))) } else { 0.0 });
         }
     }
     gray
-}
-
-/// Gray value of a pixel, an integer from 0 to 255.
-fn gray_value(pixel: [u8; 3]) -> f64 {
-    f64::from(luma(pixel))
 }
 
 /// Rotation invariant uniform LBP code of the value at `at`, 0..=9.
@@ -238,12 +233,5 @@ mod tests {
         assert_eq!([Codes::Edges, Codes::Uniform, Codes::All].map(Codes::kept), [2..7, 0..9, 0..10]);
         // A cross: right and left alone.
         assert_eq!(code([0, 0, 0, 10, 0, 10, 0, 0, 0]), 9);
-    }
-
-    #[test]
-    fn gray_values_round_half_up() {
-        assert_eq!(gray_value([255; 3]), 255.0);
-        assert_eq!(gray_value([0, 0, 255]), 29.0);
-        assert_eq!(gray_value([10, 20, 30]), 18.0);
     }
 }

@@ -241,7 +241,7 @@ impl UncertaintyModel {
             let end = end_of(&samples);
             let one = |family: &Family| {
                 // A family that cannot be fitted has no value; too few samples are no fault of the data.
-                let fit = distribution::fit(*family, &samples).ok()?;
+                let fit = distribution::fit(*family, &samples)?;
                 let distance = kolmogorov::one_sample(&samples, |v| fit.cdf(v));
                 Some((fit, distance))
             };

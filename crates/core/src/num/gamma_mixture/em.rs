@@ -27,14 +27,12 @@ const BLOCK: usize = 512;
 /// Least number of blocks for which threads are worth their cost.
 const PARALLEL: usize = 6;
 
-/// A model with its likelihood, and how it was reached.
+/// A model with its likelihood.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Run {
     pub components: Vec<Component>,
     /// `ln L` of `components`.
     pub log_likelihood: f64,
-    pub iterations: usize,
-    pub converged: bool,
 }
 
 /// Sums `N_k`, `sum n r x` and `sum n r ln` of a component.
@@ -86,7 +84,7 @@ pub(super) fn run(
             at = next;
         }
     }
-    Run { components: at.components, log_likelihood: at.log_likelihood, iterations, converged }
+    Run { components: at.components, log_likelihood: at.log_likelihood }
 }
 
 /// A model with its likelihood, and the sums for the next iteration.

@@ -7,7 +7,7 @@
 //! up to 16 times wider; the result is then iterated on all cells. A fit that ends below the one before it
 //! starts again from that one, so the likelihood never falls with the order.
 
-use super::binned::{Cells, Clipped};
+use super::binned::Cells;
 use super::em::{Run, run};
 use super::{Binned, MAX_COMPONENTS, Mixture, sort, start};
 use crate::num::seed;
@@ -45,20 +45,6 @@ impl Default for FitOptions {
     }
 }
 
-/// Start that led to a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FitOrigin {
-    /// Groups of equal counts.
-    Quantiles,
-    /// The normal mixture on `x^(1/3)`.
-    CubeRoot,
-    /// The random start of this number, from 0.
-    Random(usize),
-    /// The model of one order less, with this component split.
-    Split(usize),
-}
-
 /// A fitted mixture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fit {
@@ -66,18 +52,6 @@ pub struct Fit {
     pub mixture: Mixture,
     /// Sum over the samples of the natural logarithm of the density, from the means of the cells.
     pub log_likelihood: f64,
-    /// Iterations on all cells.
-    pub iterations: usize,
-    /// True if the last cycle gained less than the tolerance.
-    pub converged: bool,
-    /// Number of starts that were tried for this order.
-    pub starts: usize,
-    /// Start that gave the best fit.
-    pub origin: FitOrigin,
-    /// Number of samples.
-    pub samples: u64,
-    /// Numbers of samples outside the range of the cells.
-    pub clipped: Clipped,
 }
 
 /// Reason why a mixture cannot be fitted.
@@ -127,23 +101,14 @@ pub fn fit(samples: &Binned, k: usize, options: &FitOptions) -> Result<Fit, FitE
 /// See [`FitError`]; the conditions are those of `k_max`.
 pub fn fit_all(samples: &Binned, k_max: usize, options: &FitOptions) -> Result<Vec<Fit>, FitError> {
     let cells = check(samples, k_max, options)?;
-    let mut runs: Vec<Started> = coarse(samples, k_max, options)
-        .into_par_iter()
-        .map(|started| polish(&cells, started, options))
-        .collect();
+    let polish = |of: Run| run(&cells, of.components, options.max_iterations, options.tolerance, |_| ());
+    let mut runs: Vec<Run> = coarse(samples, k_max, options).into_par_iter().map(polish).collect();
     for k in 1..runs.len() {
-        if runs[k].run.log_likelihood < runs[k - 1].run.log_likelihood {
-            let again = resume(&cells, &runs[k - 1], runs[k].starts, options);
-            runs[k] = again;
+        if runs[k].log_likelihood < runs[k - 1].log_likelihood {
+            runs[k] = resume(&cells, &runs[k - 1], options);
         }
     }
-    runs.into_iter().map(|started| finish(samples, started)).collect()
-}
-
-struct Started {
-    run: Run,
-    origin: FitOrigin,
-    starts: usize,
+    runs.into_iter().map(finish).collect()
 }
 
 fn check(samples: &Binned, k: usize, options: &FitOptions) -> Result<Cells, FitError> {
@@ -163,7 +128,7 @@ fn check(samples: &Binned, k: usize, options: &FitOptions) -> Result<Cells, FitE
 }
 
 /// Best model of each order on merged cells.
-fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> {
+fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Run> {
     let mut group = COARSE;
     let mut cells = samples.cells(group);
     while group > 1 && cells.count.len() < MIN_COARSE_CELLS.max(k_max) {
@@ -171,79 +136,65 @@ fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Started> 
         cells = samples.cells(group);
     }
     let cells = &cells;
-    let short = |start, origin| (run(cells, start, SHORT, options.tolerance, |_| ()), origin);
+    let short = |start| run(cells, start, SHORT, options.tolerance, |_| ());
 
     let jobs: Vec<(usize, usize)> =
         (1..=k_max).flat_map(|k| (0..options.restarts + 2).map(move |start| (k, start))).collect();
-    let independent: Vec<(Run, FitOrigin)> = jobs
+    let independent: Vec<Run> = jobs
         .into_par_iter()
         .map(|(k, number)| match number {
-            0 => short(start::quantiles(cells, k), FitOrigin::Quantiles),
-            1 => short(start::cube_root(cells, k), FitOrigin::CubeRoot),
+            0 => short(start::quantiles(cells, k)),
+            1 => short(start::cube_root(cells, k)),
             _ => {
                 let number = number - 2;
                 let names = ["gamma-mixture", &k.to_string(), &number.to_string()];
                 let mut rng = seed::rng(seed::seed(options.seed, &names));
-                short(start::random(cells, k, &mut rng), FitOrigin::Random(number))
+                short(start::random(cells, k, &mut rng))
             }
         })
         .collect();
 
-    let mut best: Vec<Started> = Vec::with_capacity(k_max);
+    let mut best: Vec<Run> = Vec::with_capacity(k_max);
     for tried in independent.chunks(options.restarts + 2) {
-        let splits: Vec<(Run, FitOrigin)> = best.last().map_or_else(Vec::new, |before| {
-            let model = &before.run.components;
-            let split = |at| short(start::split(model, at, 1.0), FitOrigin::Split(at));
+        let splits: Vec<Run> = best.last().map_or_else(Vec::new, |before| {
+            let model = &before.components;
+            let split = |at| short(start::split(model, at, 1.0));
             (0..model.len()).into_par_iter().map(split).collect()
         });
         let all = tried.iter().chain(&splits);
         // The first of equals, so that nothing depends on what rounding makes of ties.
-        let winner = all.reduce(|a, b| if b.0.log_likelihood > a.0.log_likelihood { b } else { a });
-        if let Some((won, origin)) = winner {
-            let run = run(cells, won.components.clone(), options.max_iterations, options.tolerance, |_| ());
-            best.push(Started { run, origin: *origin, starts: tried.len() + splits.len() });
-        }
+        let winner = all.reduce(|a, b| if b.log_likelihood > a.log_likelihood { b } else { a });
+        best.extend(winner.map(|won| {
+            run(cells, won.components.clone(), options.max_iterations, options.tolerance, |_| ())
+        }));
     }
     best
 }
 
-fn polish(cells: &Cells, started: Started, options: &FitOptions) -> Started {
-    let run = run(cells, started.run.components, options.max_iterations, options.tolerance, |_| ());
-    Started { run, ..started }
-}
-
 /// Start from the model of one order less. Its heaviest component is split into two different ones or, if
 /// that gives a lower likelihood, into two equal ones.
-fn resume(cells: &Cells, before: &Started, starts: usize, options: &FitOptions) -> Started {
-    let model = &before.run.components;
+fn resume(cells: &Cells, before: &Run, options: &FitOptions) -> Run {
+    let model = &before.components;
     let weight = |at: usize| model[at].weight;
     let at = (0..model.len()).max_by(|&a, &b| weight(a).total_cmp(&weight(b))).unwrap_or(0);
     let from =
         |apart| run(cells, start::split(model, at, apart), options.max_iterations, options.tolerance, |_| ());
     let mut run = from(1.0);
-    if run.log_likelihood < before.run.log_likelihood {
+    if run.log_likelihood < before.log_likelihood {
         // The halves are the same model, whose likelihood must not differ by the rounding of a longer sum.
         run = from(0.0);
-        run.log_likelihood = run.log_likelihood.max(before.run.log_likelihood);
+        run.log_likelihood = run.log_likelihood.max(before.log_likelihood);
     }
-    Started { run, origin: FitOrigin::Split(at), starts: starts + 1 }
+    run
 }
 
-fn finish(samples: &Binned, Started { run, origin, starts }: Started) -> Result<Fit, FitError> {
+fn finish(run: Run) -> Result<Fit, FitError> {
     let k = run.components.len();
     let mut components = run.components;
     sort(&mut components);
     if !run.log_likelihood.is_finite() {
         return Err(FitError::Invalid(k));
     }
-    Ok(Fit {
-        mixture: Mixture::new(components).map_err(|_| FitError::Invalid(k))?,
-        log_likelihood: run.log_likelihood,
-        iterations: run.iterations,
-        converged: run.converged,
-        starts,
-        origin,
-        samples: samples.count(),
-        clipped: samples.clipped(),
-    })
+    let mixture = Mixture::new(components).map_err(|_| FitError::Invalid(k))?;
+    Ok(Fit { mixture, log_likelihood: run.log_likelihood })
 }

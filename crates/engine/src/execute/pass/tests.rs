@@ -79,6 +79,16 @@ impl Tracker for BadTracker {
     }
 }
 
+fn choice(kind: &str) -> SignalChoice {
+    let entry = SIGNALS.iter().find(|e| e.kind == kind).unwrap();
+    SignalChoice {
+        kind: entry.kind,
+        version: entry.version,
+        signal: entry.build_from_text(entry.example).unwrap(),
+        restarts: Default::default(),
+    }
+}
+
 type Made = Result<(Vec<TrackerState>, Vec<Vec<f64>>), CellError>;
 
 /// Runs a pass on `threads` threads with a signal on each track. If the signal reads companions, these are
@@ -90,14 +100,7 @@ fn make_signal(
     configs: &[Bad],
     states: Option<&[TrackerState]>,
 ) -> Vec<Made> {
-    let entry = SIGNALS.iter().find(|e| e.kind == kind).unwrap();
-    let signal = SignalChoice {
-        kind: entry.kind,
-        version: entry.version,
-        signal: entry.build_from_text(entry.example).unwrap(),
-        restarts: Default::default(),
-    };
-    let frames = Arc::new(FrameCache::new(0));
+    let (signal, frames) = (choice(kind), Arc::new(FrameCache::new(0)));
     let others = |k: usize| (0..configs.len()).filter(move |other| *other != k);
     let tasks = configs.iter().enumerate().map(|(k, bad)| Task {
         run: run(sequence, &frames, *bad),
@@ -161,6 +164,21 @@ fn frames_that_cannot_be_decoded_fail_the_trackers_that_get_to_them() {
         assert_eq!(made.remove(2).unwrap_err().to_string(), "lost its file");
         made.into_iter().for_each(|made| assert_panic(&made.unwrap_err().to_string(), "no frame 4"));
     }
+}
+
+#[test]
+fn who_reads_no_pixels_does_not_fail_beside_those_who_do() {
+    let (sequence, frames) = (sequence(6, &gray(4)), Arc::new(FrameCache::new(0)));
+    let (signals, (states, _)) = (["box-motion", "rgb-histogram"].map(choice), alone());
+    let tasks = signals.each_ref().map(|signal| Task {
+        run: run(&sequence, &frames, Bad::Never),
+        states: Some(&states),
+        signals: vec![signal],
+        companions: Vec::new(),
+    });
+    let made = pass(&tasks, &RunLimits::default(), &|| ()).unwrap();
+    assert_eq!(made[0].as_ref().unwrap().signals, [Ok(vec![0.0; 6])]);
+    assert_panic(&made[1].as_ref().unwrap_err().to_string(), "no frame 4");
 }
 
 #[test]

@@ -157,25 +157,10 @@ impl InputHistory {
     }
 }
 
-/// Median distance of ascending values from `middle`.
-fn median_deviation(sorted: &[f64], middle: f64) -> f64 {
-    let split = sorted.partition_point(|value| *value < middle);
-    let (mut below, mut above) = (sorted[..split].iter().rev().peekable(), sorted[split..].iter().peekable());
-    // From the middle outwards the distances come in ascending order.
-    let mut next = || {
-        let (low, high) = (below.peek().map(|v| middle - **v), above.peek().map(|v| **v - middle));
-        match (low, high) {
-            (Some(low), Some(high)) if low <= high => below.next().map(|_| low),
-            (Some(low), None) => below.next().map(|_| low),
-            _ => above.next().and(high),
-        }
-    };
-    let half = sorted.len() / 2;
-    let mut last = [0.0; 2];
-    for _ in 0..=half {
-        last = [last[1], next().unwrap_or(last[1])];
-    }
-    if sorted.len().is_multiple_of(2) { (last[0] + last[1]) / 2.0 } else { last[1] }
+/// Median distance of values from `middle`.
+fn median_deviation(values: &[f64], middle: f64) -> f64 {
+    let mut distances: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
+    crate::num::summary::median(&mut distances).unwrap_or_default()
 }
 
 /// Slope of the line through equally spaced values, times [`LONG`]; 0 with fewer than 3 values.

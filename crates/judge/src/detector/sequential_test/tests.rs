@@ -1,4 +1,5 @@
 use super::*;
+use crate::detector::DetectorOutput;
 use crate::detector::testing;
 use crate::num::seed;
 use proptest::prelude::*;

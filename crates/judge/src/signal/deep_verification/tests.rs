@@ -23,17 +23,6 @@ fn beside_with(params: &str, shift: f64) -> Vec<Vec<f64>> {
     testing::rows("deep-verification", params, &frames, &states)
 }
 
-#[test]
-fn values_of_both_watchdogs_are_made_of_theirs() {
-    for values in beside(60.0) {
-        let [i2, s2, i3, s3, product, least, most, overlap, against, apart] = values[..10] else { panic!() };
-        let (r2, r3) = ((1.0 - i2) * s2, (1.0 - i3) * s3);
-        assert_eq!([product, least, most], [r2 * r3, r2.min(r3), r2.max(r3)]);
-        assert!((against - overlap * s2.min(s3) * (1.0 - i2.max(i3))).abs() < 1e-15);
-        assert!((apart - (1.0 - overlap) * s2.min(s3)).abs() < 1e-15);
-    }
-}
-
 /// On target, the second look agrees with the watchdog, whose box is that of the tracker. Off target, it
 /// finds a better place elsewhere if the target is in its search region; beyond the frame, in one color, all
 /// places are equal.

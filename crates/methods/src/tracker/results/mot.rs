@@ -49,7 +49,7 @@ pub fn parse(
         return Err(DatasetError::line(path, *line, message));
     }
     let span = usize::try_from(official_span(sequence.numbering())).ok();
-    let (_, targets) = by_target(path, &rows, 0, Some(1), span)?;
+    let (_, targets) = by_target(path, &rows, (0, Some(1)), span, None)?;
     let ids: Vec<String> = targets.keys().flatten().map(i64::to_string).collect();
     let mut listed = ids.iter().take(MAX_LISTED).cloned().collect::<Vec<_>>().join(", ");
     if ids.len() > MAX_LISTED {

@@ -97,19 +97,21 @@ pub fn drop_empty_end(rows: &mut Vec<Row>, fits: impl Fn(usize) -> bool) {
 /// Rows by target and by index of the frame.
 pub type Targets<'r> = BTreeMap<Option<i64>, BTreeMap<usize, &'r Row>>;
 
-/// The rows of each target by frame, and the number of the first frame: 0 if the text has a frame 0, else 1.
-/// `frame` and `target` are indices of columns; `frames` is the number of frames, if it is known.
+/// The rows of each target by frame, and the number of the first frame: `first`, or 0 if the text has a frame 0,
+/// else 1. `frame` and `target` are indices of columns; `frames` is the number of frames, if it is known.
 ///
 /// # Errors
 /// When a number is not whole, a frame does not exist, or a target has two rows in a frame.
 pub fn by_target<'r>(
     path: &Path,
     rows: &'r [Row],
-    frame: usize,
-    target: Option<usize>,
+    (frame, target): (usize, Option<usize>),
     frames: Option<usize>,
+    first: Option<usize>,
 ) -> Result<(usize, Targets<'r>), DatasetError> {
-    let first = usize::from(rows.iter().all(|(_, values)| values.get(frame) != Some(&0.0)));
+    let least = || usize::from(rows.iter().all(|(_, values)| values.get(frame) != Some(&0.0)));
+    let from = first.map_or_else(|| "0 or 1".to_string(), |first| first.to_string());
+    let first = first.unwrap_or_else(least);
     let mut targets = Targets::new();
     for row in rows {
         let (line, values) = row;
@@ -117,7 +119,7 @@ pub fn by_target<'r>(
         let whole = |k: usize| values.get(k).filter(|v| v.fract() == 0.0 && v.abs() < 1e9).map(|v| *v as i64);
         let index = whole(frame).and_then(|number| usize::try_from(number).ok()?.checked_sub(first));
         let (Some(index), None | Some(Some(_))) = (index, target.map(whole)) else {
-            return Err(fault("frame (from 0 or 1 on) and id are whole numbers".into()));
+            return Err(fault(format!("frame (from {from} on) and id are whole numbers")));
         };
         let number = index + first;
         if let Some(frames) = frames.filter(|frames| index >= *frames) {

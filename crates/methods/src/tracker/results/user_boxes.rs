@@ -52,6 +52,8 @@ pub struct Options {
     pub absent: bool,
     /// Number of frames, if it is known.
     pub frames: Option<usize>,
+    /// Number of the first frame in a file that numbers them; `None`: 0 if it has a frame 0, else 1.
+    pub first: Option<usize>,
     /// Width and height of the frames, if they are known.
     pub size: Option<(usize, usize)>,
 }
@@ -264,9 +266,8 @@ impl Reader<'_> {
                 (regions.len(), None, vec![UserTarget { id: None, regions }])
             }
         };
-        if let Some(empty) = targets.iter().find(|t| t.regions.iter().all(Option::is_none)) {
-            let target = empty.id.map_or_else(String::new, |id| format!(" of target {id}"));
-            return Err(DatasetError::content(self.path, format!("no frame has a box{target}")));
+        if targets.iter().flat_map(|target| &target.regions).all(Option::is_none) {
+            return Err(DatasetError::content(self.path, "no frame has a box"));
         }
         let base = self.base();
         Ok(UserBoxes { format: self.format, base, first, frames, targets })
@@ -380,7 +381,8 @@ impl Reader<'_> {
             return Err(self.fault(*line, message));
         }
         let target = columns.position(Role::Target);
-        let (first, targets) = rows::by_target(self.path, rows, frame, target, self.options.frames)?;
+        let (first, targets) =
+            rows::by_target(self.path, rows, (frame, target), self.options.frames, self.options.first)?;
         let last = targets.values().flat_map(|rows| rows.keys()).max().map_or(0, |last| last + 1);
         let frames = self.options.frames.unwrap_or(last);
         // A file of a few rows may name any frame.

@@ -130,7 +130,8 @@ impl Columns {
     /// The two columns that define the box in one direction: two of start, end, center and size.
     fn side(&self, start: Role, end: Role, center: Role, size: Role) -> Option<[(usize, Role); 2]> {
         let pair = |a: Role, b: Role| Some([(self.position(a)?, a), (self.position(b)?, b)]);
-        pair(start, size).or_else(|| pair(start, end)).or_else(|| pair(center, size))
+        // Beside both edges, a size may be that of the image.
+        pair(start, end).or_else(|| pair(start, size)).or_else(|| pair(center, size))
     }
 
     /// Left, top, width and height of the box in a row; NaN if the row has none.
@@ -147,11 +148,12 @@ impl Columns {
         [left, top, width, height]
     }
 
-    /// The numbers of the box in a row, unchanged.
+    /// The numbers of the box in a row, unchanged; none where -1 in all of them marks an absent target.
     pub(super) fn of_box(&self, row: &[f64]) -> Vec<f64> {
-        let is_of_box = |role: Role| is_read(role) && !matches!(role, Frame | Target);
-        let columns = self.roles.iter().zip(row);
-        columns.filter(|(role, _)| is_of_box(**role)).map(|(_, value)| *value).collect()
+        let sides = [self.side(Left, Right, CenterX, Width), self.side(Top, Bottom, CenterY, Height)];
+        let columns = sides.into_iter().flatten().flatten();
+        let numbers: Vec<f64> = columns.filter_map(|(k, _)| row.get(k).copied()).collect();
+        if numbers.iter().all(|number| *number == -1.0) { Vec::new() } else { numbers }
     }
 
     /// True if a row may have this number of columns.

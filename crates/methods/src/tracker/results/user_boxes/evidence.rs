@@ -111,7 +111,8 @@ struct Found {
 
 impl Found {
     fn new(format: BoxFormat, columns: Columns, shape: usize, is_custom: bool, rows: &[&[f64]]) -> Self {
-        let boxes = rows.iter().map(|row| columns.rect(row)).collect();
+        let rect = |row: &&[f64]| if columns.of_box(row).is_empty() { [0.0; 4] } else { columns.rect(row) };
+        let boxes = rows.iter().map(rect).collect();
         Self { format, columns: Some(columns), shape, is_custom, boxes }
     }
 
@@ -184,8 +185,8 @@ impl Table<'_> {
                 continue;
             };
             let (first, end) = (before.len(), before.len() + 4);
-            let numbers: Vec<f64> =
-                self.rows.iter().flat_map(|row| row[first..end].iter().copied()).collect();
+            let boxes = self.rows.iter().map(|row| &row[first..end]).filter(|numbers| **numbers != [-1.0; 4]);
+            let numbers: Vec<f64> = boxes.flatten().copied().collect();
             let fits = match before {
                 [] => after == 0 || !self.is_whole(0),
                 [Frame] => self.is_counter(0),

@@ -17,8 +17,15 @@ fn only(text: &str, options: &Options) -> Vec<Option<Region>> {
     boxes.targets[0].regions.clone()
 }
 
-const SIZE: Options =
-    Options { format: None, usual: None, base: None, absent: false, frames: None, size: Some((200, 100)) };
+const SIZE: Options = Options {
+    format: None,
+    usual: None,
+    base: None,
+    absent: false,
+    frames: None,
+    first: None,
+    size: Some((200, 100)),
+};
 
 fn named(format: &str) -> Option<BoxFormat> {
     Some(BoxFormat::read(format).unwrap())
@@ -166,6 +173,8 @@ fn a_header_names_the_columns() {
         "# x y w h\n11 21 40 30",
         ",x,y,w,h\n0,11,21,40,30",
         "label,file,x1,y1,x2,y2\ntraffic light,img 1.png,11,21,51,51",
+        // Those of the object detection of TensorFlow: `width` and `height` are the image's.
+        "filename,width,height,class,xmin,ymin,xmax,ymax\n1.jpg,200,100,car,11,21,51,51",
         "score\tTop\tLeft\tBottom\tRight\n0.5\t21\t11\t51\t51",
         "xmin,ymin,xmax,ymax\n0.05,0.2,0.25,0.5",
     ] {
@@ -245,6 +254,12 @@ fn targets_of_motchallenge() {
     // Frames count from 0 where there is one of that number.
     let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
     assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven(), None, seven()][..]));
+    // A file of the same kind counts alike, whether it has the first frame or not.
+    let first = |first| Options { first: Some(first), ..of_frames(3) };
+    let later = "1,7,11,21,40,30,1\n2,7,11,21,40,30,1\n";
+    assert_eq!(read(later, &first(0)).unwrap().targets[0].regions, [None, seven(), seven()]);
+    assert_eq!(read(later, &first(1)).unwrap().targets[0].regions, [seven(), seven(), None]);
+    assert_refused(&first(1), &[("0,7,11,21,40,30,1\n", "line 1: frame (from 1 on)")]);
     let beyond = "line 2: frame 3, but there are 3 frames, counted from 0";
     assert_refused(&of_frames(3), &[("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", beyond)]);
     let refused = [
@@ -291,6 +306,23 @@ fn absence_is_an_error_unless_it_is_expected() {
         assert!(read(&format!("11,21,40,30\n{text}"), &absent).is_err(), "{text}");
     }
     assert_refused(&absent, &[("nan,nan,nan,nan\n", "no frame has a box")]);
+    // Of several targets only some may have none.
+    let of_two =
+        read("1,1,11,21,40,30,1\n1,2,500,21,40,30,1\n", &Options { frames: None, ..absent.clone() }).unwrap();
+    assert_eq!(of_two.targets[1].regions, [None]);
+    // A mark of -1 says nothing of the others.
+    let mark = "-1,-1,-1,-1\n";
+    for (text, format) in
+        [("11,21,140,70\n12,22,140,70\n", "xywh"), ("0.1,0.3,0.2,0.4\n0.1,0.3,0.2,0.4\n", "yolo")]
+    {
+        let boxes = read(&format!("{text}{mark}"), &Options { frames: None, ..absent.clone() }).unwrap();
+        assert_eq!((boxes.format.option().as_str(), &boxes.targets[0].regions[2]), (format, &None));
+    }
+    let shares = format!("x1,y1,x2,y2\n0.05,0.2,0.25,0.5\n{mark}");
+    assert_eq!(
+        only(&shares, &Options { frames: None, ..absent.clone() }),
+        [rect(10.0, 20.0, 40.0, 30.0), None]
+    );
     // Marks of the VOT protocol are frames without a box by their format.
     let marks = "1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n";
     let regions = only(marks, &Options { format: Some(BoxFormat::Vot), ..SIZE });
