@@ -38,7 +38,7 @@ protocol = "lines"
 version = "1"
 
 [tracker.leaving]
-command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); exec sh tracker.sh"]
+command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); while [ ! -s left.pid ]; do sleep 0.01; done; exec sh tracker.sh"]
 protocol = "lines"
 version = "1"
 "#;

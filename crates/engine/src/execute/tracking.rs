@@ -12,6 +12,7 @@ use crate::plan::{ExperimentPlan, PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
 use crate::store::{self, Record};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::columns;
@@ -129,7 +130,8 @@ fn compute(
     });
     let tasks: Vec<Task<'_>> = tasks.collect();
     let outputs = pass(&tasks, &context.options.limits, &|| context.frame_done())?;
-    let unchanged = unchanged(context, planned, &open);
+    let signals: BTreeSet<usize> = due.iter().flatten().copied().collect();
+    let unchanged = unchanged(context, planned, &open, &signals);
     let mut records = Vec::new();
     let slots = found.iter_mut().filter(|found| found.is_ok());
     for ((slot, due), output) in slots.zip(due).zip(outputs) {
@@ -182,11 +184,12 @@ fn complete(
     failure.map_or(Ok(()), |e| Err(e.into()))
 }
 
-/// Checks that the files read for these tracks still have the digests in the addresses.
+/// Checks that the files read for these tracks and signals still have the digests in the addresses.
 fn unchanged(
     context: &Context<'_>,
     planned: &PlannedSequence,
     found: &[&CachedTrack],
+    signals: &BTreeSet<usize>,
 ) -> Result<(), CellError> {
     let plan = context.plan;
     let name = &planned.sequence.name;
@@ -196,8 +199,11 @@ fn unchanged(
         return Err(changed());
     }
     let common = recipes::sequence(&planned.sequence, &digest)?;
+    let roots = &context.options.data_roots;
+    if !signals.iter().all(|k| planned.has_same_files(*k, &plan.signals[*k], roots)) {
+        return Err(changed());
+    }
     for found in found {
-        let roots = &context.options.data_roots;
         let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], roots)?;
         if now != found.recipe {
             return Err(changed());

@@ -37,6 +37,14 @@ pub struct PlannedSequence {
     pub(super) gives_confidence: Vec<bool>,
 }
 
+impl PlannedSequence {
+    /// True if the files that the signal of index `k` reads are still as they were when the plan was made.
+    pub(crate) fn has_same_files(&self, k: usize, choice: &SignalChoice, data_roots: &[PathBuf]) -> bool {
+        let now = recipes::signal_files(&self.sequence, choice, data_roots);
+        now.is_ok() && now.ok() == self.signal_files[k].clone().ok()
+    }
+}
+
 /// A suite with its present and missing sequences.
 pub struct PlannedSuite {
     /// Name of the suite.

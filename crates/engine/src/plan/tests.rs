@@ -1,8 +1,12 @@
 //! Plans: tracks that training on others leaves out, and addresses of signals that read other trackers.
 
-use super::variants;
+use super::{ExperimentPlan, variants};
+use crate::execute;
+use crate::limits::Stop;
+use crate::spec;
 use crate::store::address::Recipe;
 use crate::testing::{experiment, with_plan};
+use trackfail_dataset::suite::Origin;
 
 const METHODS: &str = r#"seed = 7
 tracker = [{ name = "still", runs = 2 }, { name = "still", label = "again" }, { name = "ncc" }]
@@ -53,4 +57,27 @@ fn a_companion_signal_is_addressed_by_the_tracks_that_it_reads() {
     let other = METHODS.replace("name = \"ncc\"", "name = \"ncc\", search = 1.5");
     assert_eq!(address(METHODS), address(METHODS));
     assert_ne!(address(METHODS), address(&other));
+}
+
+#[test]
+fn a_model_is_addressed_by_the_videos_and_sources_that_it_is_learned_from() {
+    let methods = METHODS
+        .replace("kind = \"companion-overlap\" }\n", "kind = \"box-motion\", measure = \"scale\" }\n")
+        .replace("kind = \"level\", below = { train", "kind = \"fused\", inputs = [\"scale\"], train")
+        .replace(", maximise = \"f_score\", grid = { values = [0.1, 0.5] } }", "");
+    let experiment = spec::parse("try.toml", &experiment("synthetic-d1", &methods)).unwrap();
+    let addresses = |change: fn(&mut Origin)| {
+        let mut suites = execute::load(&experiment, &[]).unwrap();
+        suites.values_mut().for_each(|suite| change(&mut suite.origins[0]));
+        let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
+        let needs = plan.needs(|_| true).into_iter();
+        needs.map(|(_, need)| need.unwrap().address.to_string()).collect::<Vec<_>>()
+    };
+    let before = addresses(|_| ());
+    assert!(!before.is_empty() && before == addresses(|_| ()));
+    for change in
+        [|origin: &mut Origin| origin.video.push('x'), |origin: &mut Origin| origin.source.push('x')]
+    {
+        assert_ne!(addresses(change), before);
+    }
 }

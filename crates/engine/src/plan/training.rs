@@ -6,7 +6,7 @@ use super::recipes::{self, Read};
 use crate::error::CellError;
 use crate::spec::FoldsBy;
 use crate::spec::method::{DetectorChoice, Method, Variant};
-use crate::store::address::{Address, Recipe};
+use crate::store::address::{Address, Recipe, Stage};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -100,6 +100,13 @@ impl<'a> ExperimentPlan<'a> {
         sequences.flat_map(of).collect()
     }
 
+    /// Digest of the videos and sources of tracks.
+    fn origins(&self, tracks: &[Place]) -> Address {
+        let origin = |(suite, s, _): &Place| &self.suites[*suite].sequences[*s].origin;
+        let all = tracks.iter().map(origin);
+        all.fold(Recipe::new(Stage::Model), |all, origin| all.with(&origin.video, &origin.source)).address()
+    }
+
     /// Parameters and models to train, by variant, tracker and part, from the tracks that `is_there` accepts.
     /// An error if there is no such track.
     pub fn needs(
@@ -120,6 +127,11 @@ impl<'a> ExperimentPlan<'a> {
                 tracks.retain(|place| is_there(place) && reads.contains_key(place));
                 let mine: Vec<Read> = tracks.iter().map(|place| reads[place]).collect();
                 let recipe = recipes::of_model(method, variant, &mine).filter(|_| !mine.is_empty());
+                let recipe = recipe.map(|recipe| match &variant.detector {
+                    // Who learns may weigh examples by their video and source.
+                    DetectorChoice::Learned(_) => recipe.with("videos and sources", self.origins(&tracks)),
+                    _ => recipe,
+                });
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
                 let key = (v, t, part);
                 let need = recipe.ok_or_else(missing).map(|recipe| {

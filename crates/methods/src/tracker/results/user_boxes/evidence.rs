@@ -42,7 +42,8 @@ pub(super) fn candidates(rows: &[Row], options: &Options) -> Vec<BoxFormat> {
     if rows.is_empty() {
         return Vec::new();
     }
-    let table = Table { rows, count, frames: options.frames };
+    let number = options.number.map(|number| number as f64);
+    let table = Table { rows, count, frames: options.frames, number };
     let shares = table.shares();
     let (found, size) = match shares.is_empty() {
         true => (table.pixels(), options.size.map(|(width, height)| (width as f64, height as f64))),
@@ -174,6 +175,8 @@ struct Table<'r> {
     count: usize,
     /// Number of frames, if it is known.
     frames: Option<usize>,
+    /// Number of the first frame's file, if it has one.
+    number: Option<f64>,
 }
 
 impl Table<'_> {
@@ -345,19 +348,20 @@ impl Table<'_> {
         self.column(k).zip(self.column(k).skip(1)).all(|(a, b)| a < b)
     }
 
-    /// True if the column counts rows from 0 or 1, perhaps with gaps.
+    /// True if the column counts rows from 0 or 1 or the number of the first frame's file, perhaps with gaps.
     fn is_counter(&self, k: usize) -> bool {
         let span = self.column(k).last().unwrap_or(0.0) - self.rows[0][k];
         let steps = self.rows.len() - 1;
-        let starts = self.rows[0][k] == 0.0 || self.rows[0][k] == 1.0;
+        let starts = [Some(0.0), Some(1.0), self.number].contains(&Some(self.rows[0][k]));
         steps > 1 && starts && self.is_whole(k) && self.rises(k) && span < 2.0 * steps as f64
     }
 
     fn may_be_frames(&self, k: usize) -> bool {
         let least = self.column(k).fold(f64::INFINITY, f64::min);
         let most = self.column(k).fold(0.0, f64::max);
-        let end = |frames: usize| frames as f64 + least.min(1.0);
-        self.is_whole(k) && least >= 0.0 && self.frames.is_none_or(|frames| most < end(frames))
+        // From 0, from 1, or as the frames' files are numbered.
+        let first = self.number.filter(|number| *number > 1.0 && least >= *number).unwrap_or(least.min(1.0));
+        self.is_whole(k) && least >= 0.0 && self.frames.is_none_or(|frames| most < frames as f64 + first)
     }
 
     /// True if the second column may be the target, with the first one as the frame: no target is twice in a

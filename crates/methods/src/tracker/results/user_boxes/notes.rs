@@ -25,6 +25,15 @@ impl UserBoxes {
                 "note: {name} is read as {words}{frames}{pixels} (--boxes-format {format}{option}){unread}"
             ));
         }
+        let least =
+            self.targets.iter().filter_map(|target| target.regions.iter().position(Option::is_some)).min();
+        if let (Some(number), Some(first), Some(least)) = (given.number, self.first, least)
+            && (first + 1..=first + least).contains(&number)
+        {
+            notes.push(format!(
+                "warning: frame {first} in {name} is taken as the first of the frames, whose file has number {number}"
+            ));
+        }
         let regions = self.targets.iter().flat_map(|target| target.regions.iter().flatten());
         let bounds: Vec<Rect> = regions.map(Region::bounds).collect();
         // A left or top edge at 0 lies one pixel before the first one.

@@ -24,6 +24,7 @@ const SIZE: Options = Options {
     absent: false,
     frames: None,
     first: None,
+    number: None,
     size: Some((200, 100)),
 };
 
@@ -172,6 +173,8 @@ fn a_header_names_the_columns() {
         "y,x,h,w\n21,11,30,40",
         "# x y w h\n11 21 40 30",
         ",x,y,w,h\n0,11,21,40,30",
+        "\tx\ty\tw\th\n0\t11\t21\t40\t30",
+        "frame\tname\tx\ty\tw\th\n1\t\t11\t21\t40\t30",
         "label,file,x1,y1,x2,y2\ntraffic light,img 1.png,11,21,51,51",
         // Those of the object detection of TensorFlow: `width` and `height` are the image's.
         "filename,width,height,class,xmin,ymin,xmax,ymax\n1.jpg,200,100,car,11,21,51,51",
@@ -254,6 +257,20 @@ fn targets_of_motchallenge() {
     // Frames count from 0 where there is one of that number.
     let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
     assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven(), None, seven()][..]));
+    // Numbers that fit those of the files alone are theirs; those that fit both count from 1, with a warning.
+    let of_files = Options { number: Some(11), ..of_frames(3) };
+    let eleven = read("11,7,11,21,40,30,1\n13,7,11,21,40,30,1\n", &of_files).unwrap();
+    assert_eq!((eleven.first, &eleven.targets[0].regions[..]), (Some(11), &[seven(), None, seven()][..]));
+    let both = Options { number: Some(2), ..of_frames(3) };
+    for (text, regions, is_in_doubt) in [
+        ("2,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", [None, seven(), seven()], true),
+        ("1,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", [seven(), None, seven()], false),
+    ] {
+        let boxes = read(text, &both).unwrap();
+        assert_eq!((boxes.first, &boxes.targets[0].regions[..]), (Some(1), &regions[..]));
+        let notes = boxes.notes("a.txt", &both);
+        assert_eq!(notes.iter().any(|note| note.contains("whose file has number 2")), is_in_doubt);
+    }
     // A file of the same kind counts alike, whether it has the first frame or not.
     let first = |first| Options { first: Some(first), ..of_frames(3) };
     let later = "1,7,11,21,40,30,1\n2,7,11,21,40,30,1\n";
@@ -310,6 +327,11 @@ fn absence_is_an_error_unless_it_is_expected() {
     let of_two =
         read("1,1,11,21,40,30,1\n1,2,500,21,40,30,1\n", &Options { frames: None, ..absent.clone() }).unwrap();
     assert_eq!(of_two.targets[1].regions, [None]);
+    let empty = read(
+        "frame\tx\ty\tw\th\n1\t11\t21\t40\t30\n2\t\t\t\t\n",
+        &Options { frames: None, ..absent.clone() },
+    );
+    assert_eq!(empty.unwrap().targets[0].regions, [rect(10.0, 20.0, 40.0, 30.0), None]);
     // A mark of -1 says nothing of the others.
     let mark = "-1,-1,-1,-1\n";
     for (text, format) in
