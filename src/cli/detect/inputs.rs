@@ -52,7 +52,7 @@ pub fn tracks(args: &Args, frames: Option<&UserFrames>) -> Result<(Sequence, Tra
         absent: args.absent,
         frames: frames.map(|frames| frames.sequence.len()),
         first: None,
-        number: frames.map(|frames| frames.sequence.numbering.first as usize),
+        number: frames.map(|frames| frames.sequence.numbering.first as usize).filter(|number| *number > 1),
         size,
     };
     let boxes = read(args, &boxes_path, &options)?;

@@ -133,7 +133,8 @@ impl Accumulated {
     /// Distribution of the sum of values whose cells have these masses.
     fn of_masses(one: Vec<f64>, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
         let kept: f64 = one.iter().sum();
-        // A distribution function may be off by rounding, its weights by what `Mixture` takes; NaN fails the comparisons.
+        // A distribution function may be off by rounding, its weights by what `Mixture` takes; NaN fails the
+        // comparisons.
         let valid = one.iter().all(|m| *m >= -1e-12) && kept > 0.0 && kept <= 1.0 + 2e-6;
         if !valid {
             return Err(AccumulationError::Distribution);

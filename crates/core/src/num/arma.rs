@@ -74,8 +74,8 @@ pub fn least_window([p, q]: [usize; 2]) -> usize {
 
 /// Fits a model of order `[p, q]` to a window, oldest value first.
 ///
-/// `None` for orders above [`MAX_ORDER`], windows shorter than [`least_window`], and values that are not finite, or so large
-/// that sums overflow.
+/// `None` for orders above [`MAX_ORDER`], windows shorter than [`least_window`], and values that are not finite,
+/// or so large that sums overflow.
 pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Option<Fit> {
     if !is_enough(y, order) {
         return None;

@@ -80,8 +80,9 @@ pub struct Fitted {
 
 /// Distribution of a family with the greatest likelihood.
 ///
-/// `None` for fewer than two samples, and for samples that are negative, not finite, so large that their squares overflow,
-/// or all equal: equal ones for all families, even those with one parameter, so that the families can be compared.
+/// `None` for fewer than two samples, and for samples that are negative, not finite, so large that their squares
+/// overflow, or all equal: equal ones for all families, even those with one parameter, so that the families can
+/// be compared.
 pub fn fit(family: Family, samples: &[f64]) -> Option<Fitted> {
     if samples.len() < 2 || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
         return None;

@@ -61,7 +61,8 @@ impl PinnedSuite {
         self.first_difference(entry, root, |_| true).map(|first| format!("{first}; {fact}")).unwrap_or(fact)
     }
 
-    /// First file that differs from the list of the built-in suites. A suite of the user's is pinned by its own digests alone.
+    /// First file that differs from the list of the built-in suites. A suite of the user's is pinned by its own
+    /// digests alone.
     fn first_difference(&self, entry: &Entry, root: &Path, wanted: fn(&str) -> bool) -> Option<String> {
         pinned_suite(&self.name)?;
         first_difference(entry, self.format(entry), root, wanted)

@@ -45,7 +45,7 @@ impl Remaining {
 pub struct Standing<'p> {
     plan: &'p ExperimentPlan<'p>,
     store: &'p Store,
-    /// State of each cell, by sequence of the test suite, in the order of [`ExperimentPlan::cells`].
+    /// State of each cell, by sequence of the test suite, in the order of [`ExperimentPlan::cells_on`].
     pub states: Vec<Vec<CellState>>,
     costs: Costs,
 }

@@ -7,7 +7,7 @@ use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeMap;
 
 /// Reason why each cell is stale, missing or absent, in one sentence. In the order of
-/// [`ExperimentPlan::cells`], without cached cells.
+/// [`ExperimentPlan::cells_on`], without cached cells.
 pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
     let now = current(plan);
     let recipe_at = |text: &str| {

@@ -142,6 +142,8 @@ mod tests {
         };
         assert_eq!(of("{ above = 0.004 }", 0.0043), "value 0.0043 is above 0.004");
         assert_eq!(of("{ below = 0.039 }", 0.0387), "value 0.0387 is below 0.039");
+        assert_eq!(of("{ above = 0.0442 }", 0.0443), "value 0.0443 is above 0.0442");
+        assert_eq!(of("{ below = 0.0447 }", 0.0446), "value 0.0446 is below 0.0447");
         assert_eq!(of("{ below = 0.039 }", 0.021), "value 0.021 is below 0.039");
         assert_eq!(of("{ above = 0.039 }", 0.039), "value reaches 0.039");
     }

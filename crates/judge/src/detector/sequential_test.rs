@@ -177,10 +177,12 @@ impl Causal for SequentialTest {
 
     fn is_memory(&self, (bets, wealth): &(Bets, f64)) -> bool {
         let (begin, _) = self.begin();
-        let numbers = [bets.sum, bets.squares, bets.count];
+        let in_window = bets.frames.iter().flat_map(|(quality, square)| [quality, square]);
+        let mut numbers = [&bets.sum, &bets.squares, &bets.count].into_iter().chain(in_window);
         wealth.is_finite()
+            && bets.frames.len() <= self.params.window.unwrap_or(0)
             && (bets.eps, bets.largest) == (begin.eps, begin.largest)
-            && numbers.iter().all(|number| number.is_finite() && *number >= 0.0)
+            && numbers.all(|number| number.is_finite() && *number >= 0.0)
     }
 }
 
@@ -214,7 +216,7 @@ impl Bets {
     fn add(&mut self, quality: f64, window: Option<usize>) {
         self.sum += quality;
         self.count += 1.0;
-        if window.is_some_and(|window| self.frames.len() == window)
+        if window.is_some_and(|window| self.frames.len() >= window)
             && let Some((past, square)) = self.frames.pop_front()
         {
             self.sum = (self.sum - past).max(0.0);

@@ -160,13 +160,14 @@ impl<D: Causal> Following<D> {
             let text = format!("{what} {} is large for this track", fixed(score, 3));
             return Reason { text, weight: 1.0 };
         };
-        // As many digits as it takes to see the difference.
-        let differs = |shown: &String| shown.parse() != Ok(level);
-        let text = match (3..9).map(|digits| fixed(score, digits)).find(differs) {
+        let is_below = self.detector.score_direction() == Direction::HigherIsBetter;
+        // As many digits as it takes to see on which side it is.
+        let is_true = |shown: &String| {
+            shown.parse().is_ok_and(|shown: f64| if is_below { shown < level } else { shown > level })
+        };
+        let text = match (3..9).map(|digits| fixed(score, digits)).find(is_true) {
             None => format!("{what} reaches {}", readable(level)),
-            Some(shown) if self.detector.score_direction() == Direction::HigherIsBetter => {
-                format!("{what} {shown} is below {}", readable(level))
-            }
+            Some(shown) if is_below => format!("{what} {shown} is below {}", readable(level)),
             Some(shown) => format!("{what} {shown} is above {}", readable(level)),
         };
         Reason { text, weight: 1.0 }

@@ -51,6 +51,20 @@ pub(super) fn sealed(head: &[u8], memory: &impl Serialize) -> Result<Vec<u8>, Mo
     Ok([head, Sha256::digest(&memory).as_slice(), &memory].concat())
 }
 
+/// The bytes after a head of this name and format; `None` after another name.
+pub(super) fn after_head<'s>(
+    saved: &'s [u8],
+    name: &[u8],
+    format: &[u8],
+) -> Result<Option<&'s [u8]>, MonitorError> {
+    let Some(rest) = saved.strip_prefix(name) else { return Ok(None) };
+    let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
+    if rest[..end] != *format {
+        return Err(MonitorError::OtherFormat(String::from_utf8_lossy(&rest[..end]).into_owned()));
+    }
+    Ok(Some(&rest[end + 1..]))
+}
+
 /// Deserializes the state after a head.
 pub(super) fn unsealed<M: DeserializeOwned>(rest: &[u8]) -> Result<M, MonitorError> {
     let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
@@ -87,15 +101,9 @@ impl Monitor {
     /// Bytes that are not a state, damaged, or of another version; a state with a method, budget, inputs or
     /// base other than those of the options.
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
-        let of_several = saved.starts_with(super::targets::HEAD);
+        let of_several = saved.starts_with(super::targets::NAME);
         let refused = if of_several { MonitorError::SeveralTargets } else { MonitorError::NoState };
-        let rest = saved.strip_prefix(NAME).ok_or(refused)?;
-        let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
-        let (format, rest) = (&rest[..end], &rest[end + 1..]);
-        if format != FORMAT {
-            return Err(MonitorError::OtherFormat(String::from_utf8_lossy(format).into_owned()));
-        }
-        let memory: Memory = unsealed(rest)?;
+        let memory: Memory = unsealed(after_head(saved, NAME, FORMAT)?.ok_or(refused)?)?;
         memory.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
         if let (Some(given), Some(saved)) = (&options.method, &memory.method)
             && *given != saved.name

@@ -4,7 +4,7 @@
 //! the format, the SHA-256 digest of the rest, the index of the next line, the options, and the id and state
 //! of each target. Format 2 adds the options.
 
-use super::saved::{sealed, unsealed};
+use super::saved::{after_head, sealed, unsealed};
 use super::{Monitor, MonitorError, Options};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 /// Most targets at once.
 pub const MAX_TARGETS: usize = 256;
 
-pub(super) const HEAD: &[u8] = b"trackfail-monitors 2\n";
+pub(super) const NAME: &[u8] = b"trackfail-monitors ";
+const FORMAT: &[u8] = b"2";
 
 /// Id of a target, as given in the lines.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -62,7 +63,7 @@ impl Targets {
     /// # Errors
     /// The errors of [`Monitor::resume`].
     pub fn resume(options: Options, saved: &[u8]) -> Result<Self, MonitorError> {
-        let Some(rest) = saved.strip_prefix(HEAD) else {
+        let Some(rest) = after_head(saved, NAME, FORMAT)? else {
             let monitor = Monitor::resume(&options, saved)?;
             let (index, options) = (monitor.index(), monitor.options());
             return Ok(Self { options, monitors: [(None, monitor)].into(), index });
@@ -110,7 +111,10 @@ impl Targets {
             Ok((id, monitor.save()?))
         };
         let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
-        sealed(HEAD, &Memory { index: self.index, options: self.options.clone(), targets })
+        sealed(
+            &[NAME, FORMAT, b"\n"].concat(),
+            &Memory { index: self.index, options: self.options.clone(), targets },
+        )
     }
 
     /// Method name for lines without an id; `None` until it is chosen.
@@ -191,15 +195,18 @@ mod tests {
         }
         assert_eq!(all, [alone(0), alone(1), alone(2)]);
         let saved = targets.save().unwrap();
-        let memory: Memory = unsealed(&saved[HEAD.len()..]).unwrap();
+        let memory: Memory = unsealed(after_head(&saved, NAME, FORMAT).unwrap().unwrap()).unwrap();
         let again = |ids: &[i64]| {
             let (_, monitor) = &memory.targets[0];
             let targets = ids.iter().map(|id| (Some(Saved::Number(*id)), monitor.clone())).collect();
             let forged = Memory { options: options(), index: 0, targets };
-            Targets::resume(options(), &sealed(HEAD, &forged).unwrap()).is_ok()
+            let head = [NAME, FORMAT, b"\n"].concat();
+            Targets::resume(options(), &sealed(&head, &forged).unwrap()).is_ok()
         };
         let many: Vec<i64> = (0..=MAX_TARGETS as i64).collect();
         assert_eq!([&[7, 8][..], &[7, 7], &many].map(again), [true, false, false]);
+        let older = Targets::resume(options(), b"trackfail-monitors 1\nx").map(|_| ());
+        assert!(matches!(older, Err(MonitorError::OtherFormat(format)) if format == "1"));
         for at in [21, 40, saved.len() - 1] {
             assert!(Targets::resume(options(), &saved[..at]).is_err(), "{at}");
         }

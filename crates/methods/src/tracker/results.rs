@@ -43,12 +43,13 @@ pub struct Boxes {
 type Answer = (usize, Result<Region, NoBox>, Option<f64>);
 
 impl Boxes {
-    /// Boxes of the frames that a sequence uses, and of the one before if it has one, from answers by frame
+    /// Boxes of the frames that a sequence uses, and of the one before if there are earlier answers, by frame
     /// number; a frame without an answer gets the reason `missing`.
     fn of_rows(sequence: &dyn SequenceInfo, mut answers: BTreeMap<u64, Answer>, missing: &NoBox) -> Self {
         let numbering = sequence.numbering();
         // With the frame before, where the run began earlier: what comes then is no initialization.
-        let first = numbering.official.0.max(numbering.first.saturating_sub(1)).min(numbering.first);
+        let is_from_start = answers.keys().next().is_none_or(|least| *least >= u64::from(numbering.first));
+        let first = if is_from_start { numbering.first } else { numbering.first.saturating_sub(1) };
         let count = sequence.frames() + (numbering.first - first) as usize;
         let of_frame = |number: u64| match answers.remove(&number) {
             None => (Err(BoxError { at: format!("frame {number}"), source: missing.clone() }), None),

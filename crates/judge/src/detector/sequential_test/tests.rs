@@ -29,9 +29,14 @@ fn a_state_that_no_track_leads_to_is_refused() {
         detector.resume(&crate::saved::to_bytes(&memory).unwrap()).is_some()
     };
     assert!(takes(|_| {}, 0.0) && takes(|bets| bets.add(0.5, None), -2.0));
-    let bad: [fn(&mut Bets); 4] =
-        [|b| b.largest = -1.0, |b| b.largest = f64::NAN, |b| b.eps = 0.5, |b| b.sum = f64::INFINITY];
-    assert_eq!(bad.map(|change| takes(change, 0.0)), [false; 4]);
+    let bad: [fn(&mut Bets); 5] = [
+        |b| b.largest = -1.0,
+        |b| b.largest = f64::NAN,
+        |b| b.eps = 0.5,
+        |b| b.sum = f64::INFINITY,
+        |b| b.frames.push_back((0.5, 0.0)),
+    ];
+    assert_eq!(bad.map(|change| takes(change, 0.0)), [false; 5]);
     assert!(!takes(|_| {}, f64::NAN));
 }
 

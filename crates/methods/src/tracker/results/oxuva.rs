@@ -139,19 +139,19 @@ mod tests {
             True,vid0001,obj0000,3,0.75,0.25,0.5,0.5,0.75\r\nF,vid0001,obj0000,5,-1.5,0,0,0,0";
         for text in [text, header] {
             let boxes = read(text).unwrap();
-            assert_eq!((boxes.first, boxes.regions.len()), (1, 5));
-            assert_eq!(boxes.regions[2], Ok(Region::Rect(Rect::new(80.0, 120.0, 80.0, 60.0))), "{text}");
+            assert_eq!(boxes.first, 2);
+            assert_eq!(boxes.regions[1], Ok(Region::Rect(Rect::new(80.0, 120.0, 80.0, 60.0))), "{text}");
             let reason = |k: usize| boxes.regions[k].clone().unwrap_err().source;
             assert_eq!(
-                [reason(1), reason(3), reason(4)],
+                [reason(0), reason(2), reason(3)],
                 [NoBox::NotAsked, NoBox::NotAsked, NoBox::SaidAbsent]
             );
-            assert_eq!(boxes.confidence[1..], [None, Some(0.75), None, Some(-1.5)]);
+            assert_eq!(boxes.confidence, [None, Some(0.75), None, Some(-1.5)]);
         }
         // Frames of the official range that are not used are no error.
         let other = read("v,o,1,true,1,0,1,0,1\nv,o,6,true,1,0,1,0,1\n").unwrap();
-        assert!(other.regions[1..].iter().all(Result::is_err));
-        let empty = read("v,o,2,true,1,0.5,0.5,0,1\n").unwrap().regions[1].clone().unwrap_err();
+        assert!(other.first == 1 && other.regions[1..].iter().all(Result::is_err));
+        let empty = read("v,o,2,true,1,0.5,0.5,0,1\n").unwrap().regions[0].clone().unwrap_err();
         assert!(empty.source.may_be_absence() && empty.to_string().contains("line 1"), "{empty}");
     }
 

@@ -110,7 +110,6 @@ pub fn by_target<'r>(
     first: Option<usize>,
 ) -> Result<(usize, Targets<'r>), DatasetError> {
     let least = || usize::from(rows.iter().all(|(_, values)| values.get(frame) != Some(&0.0)));
-    let from = first.map_or_else(|| "0 or 1".to_string(), |first| first.to_string());
     let first = first.unwrap_or_else(least);
     let mut targets = Targets::new();
     for row in rows {
@@ -119,7 +118,7 @@ pub fn by_target<'r>(
         let whole = |k: usize| values.get(k).filter(|v| v.fract() == 0.0 && v.abs() < 1e9).map(|v| *v as i64);
         let index = whole(frame).and_then(|number| usize::try_from(number).ok()?.checked_sub(first));
         let (Some(index), None | Some(Some(_))) = (index, target.map(whole)) else {
-            return Err(fault(format!("frame (from {from} on) and id are whole numbers")));
+            return Err(fault("frame (from 0 or 1 on) and id are whole numbers".into()));
         };
         let number = index + first;
         if let Some(frames) = frames.filter(|frames| index >= *frames) {

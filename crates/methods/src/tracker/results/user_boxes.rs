@@ -11,7 +11,8 @@
 //!
 //! A header line gives the format in the same words. Without a header the format is found from all numbers.
 //! If they fit several formats, the error lists these. Each line is a frame, unless a column has the number
-//! of the frame. Frame numbers count from 1, or from 0 if the file has a frame 0, or are those of the frames' files if they fit only these.
+//! of the frame. Frame numbers count from 1, or from 0 if the file has a frame 0, or are those of the frames'
+//! files if they fit only these.
 
 mod columns;
 mod evidence;
@@ -52,9 +53,10 @@ pub struct Options {
     pub absent: bool,
     /// Number of frames, if it is known.
     pub frames: Option<usize>,
-    /// Number of the first frame in a file that numbers them; `None`: 0 if it has a frame 0, else 1.
+    /// Number of the first frame in a file that numbers them and fits it; else it is 0 if the file has a frame 0, and 1
+    /// if not.
     pub first: Option<usize>,
-    /// Number of the first frame by the name of its file; `None` if the frames have no numbers of their own.
+    /// Number of the first frame by the name of its file, above 1; `None` if frames count from 0 or 1.
     pub number: Option<usize>,
     /// Width and height of the frames, if they are known.
     pub size: Option<(usize, usize)>,
@@ -207,17 +209,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, 
     if bytes.starts_with(b"\x01\0") {
         return Err(DatasetError::content(path, super::BINARY).into());
     }
-    // In a table with names of columns, two tabs have an empty column between them, as two commas have.
-    let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    let is_table = first.contains(&b'\t') && first.iter().any(u8::is_ascii_alphabetic);
-    let with_commas: Vec<u8>;
-    let bytes = if is_table && !bytes.contains(&b',') && !bytes.contains(&b';') {
-        with_commas = bytes.iter().map(|byte| if *byte == b'\t' { b',' } else { *byte }).collect();
-        &with_commas
-    } else {
-        bytes
-    };
-    let mut lines = rows::lines(path, bytes)?;
+    let with_commas = header::with_commas(bytes);
+    let mut lines = rows::lines(path, with_commas.as_deref().unwrap_or(bytes))?;
     let header = rows::take_header(path, &mut lines)?.filter(|_| options.format.is_none());
     let header = header.map(|line| Header::read(path, line)).transpose()?;
     let said = header.as_ref().map(|header| &header.format);
@@ -380,16 +373,17 @@ impl Reader<'_> {
         }
     }
 
-    /// Number of the first frame, if the options say so, or if the rows fit the numbers of the frames' files and
-    /// do not fit numbers from 0 or 1.
+    /// Number of the first frame: that of its file if the rows fit the numbers of the files and none from 0 or 1,
+    /// else that of the options if the rows fit it. `None`: a frame 0 tells.
     fn first_frame(&self, rows: &[Row], frame: usize) -> Option<usize> {
         let Options { first, number, frames, .. } = *self.options;
-        let (count, number) = (frames.unwrap_or(0) as f64, number.filter(|number| *number > 1));
-        let fit = |least: f64, end: f64| {
-            rows.iter().all(|(_, row)| row.get(frame).is_some_and(|n| (least..end).contains(n)))
+        let count = frames.unwrap_or(0);
+        let fit = |from: usize, count: usize| {
+            let range = from as f64..(from + count) as f64;
+            rows.iter().all(|(_, row)| row.get(frame).is_some_and(|n| range.contains(n)))
         };
-        let of_files = number.filter(|n| fit(*n as f64, *n as f64 + count) && !fit(0.0, count + 1.0));
-        first.or(of_files)
+        let of_files = number.filter(|number| fit(*number, count) && !fit(0, count + 1));
+        of_files.or(first.filter(|first| fit(*first, count)))
     }
 
     /// Number of frames, number of the first frame, and targets of a file with frame numbers in column

@@ -360,7 +360,7 @@ impl Table<'_> {
         let least = self.column(k).fold(f64::INFINITY, f64::min);
         let most = self.column(k).fold(0.0, f64::max);
         // From 0, from 1, or as the frames' files are numbered.
-        let first = self.number.filter(|number| *number > 1.0 && least >= *number).unwrap_or(least.min(1.0));
+        let first = self.number.filter(|number| least >= *number).unwrap_or(least.min(1.0));
         self.is_whole(k) && least >= 0.0 && self.frames.is_none_or(|frames| most < frames as f64 + first)
     }
 

@@ -42,3 +42,24 @@ pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, 
     let empty = of_box.iter().filter(|v| v.is_nan()).count();
     if empty > 0 && empty < of_box.len() { Err(fault) } else { Ok(values) }
 }
+
+/// A table with names of columns between tabs, with commas in their place: two tabs have an empty column between
+/// them, as two commas have. `None` for another text.
+pub(super) fn with_commas(bytes: &[u8]) -> Option<Vec<u8>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let header = text.trim_start_matches('\u{feff}').lines().next()?.trim_end();
+    let is_name = |word: &str| word.is_empty() || word.parse::<f64>().is_err();
+    let tabs = header.matches('\t').count();
+    let has_names = header.contains(char::is_alphabetic) && header.split('\t').map(str::trim).all(is_name);
+    if tabs == 0 || !has_names || text.contains([',', ';']) {
+        return None;
+    }
+    let line = |line: &str| {
+        // More tabs than the header has are no columns.
+        let line = line.trim_end_matches([' ', '\r']);
+        let more = line.matches('\t').count().saturating_sub(tabs);
+        let at_end = line.len() - line.trim_end_matches('\t').len();
+        line[..line.len() - more.min(at_end)].replace('\t', ",")
+    };
+    Some(text.lines().map(line).collect::<Vec<_>>().join("\n").into_bytes())
+}

@@ -175,6 +175,8 @@ fn a_header_names_the_columns() {
         ",x,y,w,h\n0,11,21,40,30",
         "\tx\ty\tw\th\n0\t11\t21\t40\t30",
         "frame\tname\tx\ty\tw\th\n1\t\t11\t21\t40\t30",
+        "frame\tx\ty\tw\th\t\r\n1\t11\t21\t40\t30\t\r\n",
+        "1.1e1\t2.1e1\t40\t30\t",
         "label,file,x1,y1,x2,y2\ntraffic light,img 1.png,11,21,51,51",
         // Those of the object detection of TensorFlow: `width` and `height` are the image's.
         "filename,width,height,class,xmin,ymin,xmax,ymax\n1.jpg,200,100,car,11,21,51,51",
@@ -276,7 +278,9 @@ fn targets_of_motchallenge() {
     let later = "1,7,11,21,40,30,1\n2,7,11,21,40,30,1\n";
     assert_eq!(read(later, &first(0)).unwrap().targets[0].regions, [None, seven(), seven()]);
     assert_eq!(read(later, &first(1)).unwrap().targets[0].regions, [seven(), seven(), None]);
-    assert_refused(&first(1), &[("0,7,11,21,40,30,1\n", "line 1: frame (from 1 on)")]);
+    // Its own numbers may tell.
+    assert_eq!(read("0,7,11,21,40,30,1\n", &first(1)).unwrap().first, Some(0));
+    assert_eq!(read("1,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", &first(0)).unwrap().first, Some(1));
     let beyond = "line 2: frame 3, but there are 3 frames, counted from 0";
     assert_refused(&of_frames(3), &[("0,7,11,21,40,30,1\n3,7,11,21,40,30,1\n", beyond)]);
     let refused = [
