@@ -45,33 +45,28 @@ struct MethodMemory {
     stream: Vec<u8>,
 }
 
-/// Serializes a state after a head and its own digest.
-pub(super) fn sealed(head: &[u8], memory: &impl Serialize) -> Result<Vec<u8>, MonitorError> {
+/// Serializes a state after a line with its name and format, and its own digest.
+pub(super) fn sealed(name: &[u8], format: &[u8], memory: &impl Serialize) -> Result<Vec<u8>, MonitorError> {
     let memory = postcard::to_stdvec(memory).map_err(|_| MonitorError::Damaged)?;
-    Ok([head, Sha256::digest(&memory).as_slice(), &memory].concat())
+    Ok([name, format, b"\n", Sha256::digest(&memory).as_slice(), &memory].concat())
 }
 
-/// The bytes after a head of this name and format; `None` after another name.
-pub(super) fn after_head<'s>(
-    saved: &'s [u8],
+/// Deserializes a [`sealed`] state of this name and format; `None` after another name.
+pub(super) fn unsealed<M: DeserializeOwned>(
+    saved: &[u8],
     name: &[u8],
     format: &[u8],
-) -> Result<Option<&'s [u8]>, MonitorError> {
+) -> Result<Option<M>, MonitorError> {
     let Some(rest) = saved.strip_prefix(name) else { return Ok(None) };
     let end = rest.iter().take(20).position(|b| *b == b'\n').ok_or(MonitorError::Damaged)?;
     if rest[..end] != *format {
         return Err(MonitorError::OtherFormat(String::from_utf8_lossy(&rest[..end]).into_owned()));
     }
-    Ok(Some(&rest[end + 1..]))
-}
-
-/// Deserializes the state after a head.
-pub(super) fn unsealed<M: DeserializeOwned>(rest: &[u8]) -> Result<M, MonitorError> {
-    let (digest, memory) = rest.split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
+    let (digest, memory) = rest[end + 1..].split_at_checked(DIGEST).ok_or(MonitorError::Damaged)?;
     if Sha256::digest(memory).as_slice() != digest {
         return Err(MonitorError::Damaged);
     }
-    postcard::from_bytes(memory).map_err(|_| MonitorError::Damaged)
+    postcard::from_bytes(memory).map(Some).map_err(|_| MonitorError::Damaged)
 }
 
 impl Monitor {
@@ -92,7 +87,7 @@ impl Monitor {
         let Self { index, size, raising, target, base, budget, inputs, is_free, .. } = *self;
         let last = self.chosen.as_ref().and_then(|chosen| chosen.reader.last().cloned());
         let memory = Memory { index, size, last, raising, target, base, budget, inputs, is_free, method };
-        sealed(&[NAME, FORMAT, b"\n"].concat(), &memory)
+        sealed(NAME, FORMAT, &memory)
     }
 
     /// Restores a monitor from a [saved](Monitor::save) state; it then gives the same answers.
@@ -103,7 +98,7 @@ impl Monitor {
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let of_several = saved.starts_with(super::targets::NAME);
         let refused = if of_several { MonitorError::SeveralTargets } else { MonitorError::NoState };
-        let memory: Memory = unsealed(after_head(saved, NAME, FORMAT)?.ok_or(refused)?)?;
+        let memory: Memory = unsealed(saved, NAME, FORMAT)?.ok_or(refused)?;
         memory.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
         if let (Some(given), Some(saved)) = (&options.method, &memory.method)
             && *given != saved.name

@@ -4,7 +4,7 @@
 //! the format, the SHA-256 digest of the rest, the index of the next line, the options, and the id and state
 //! of each target. Format 2 adds the options.
 
-use super::saved::{after_head, sealed, unsealed};
+use super::saved::{sealed, unsealed};
 use super::{Monitor, MonitorError, Options};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -63,12 +63,11 @@ impl Targets {
     /// # Errors
     /// The errors of [`Monitor::resume`].
     pub fn resume(options: Options, saved: &[u8]) -> Result<Self, MonitorError> {
-        let Some(rest) = after_head(saved, NAME, FORMAT)? else {
+        let Some(memory) = unsealed::<Memory>(saved, NAME, FORMAT)? else {
             let monitor = Monitor::resume(&options, saved)?;
             let (index, options) = (monitor.index(), monitor.options());
             return Ok(Self { options, monitors: [(None, monitor)].into(), index });
         };
-        let memory: Memory = unsealed(rest)?;
         let saved = memory.options;
         let options = Options {
             method: options.method.or(saved.method),
@@ -111,10 +110,7 @@ impl Targets {
             Ok((id, monitor.save()?))
         };
         let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
-        sealed(
-            &[NAME, FORMAT, b"\n"].concat(),
-            &Memory { index: self.index, options: self.options.clone(), targets },
-        )
+        sealed(NAME, FORMAT, &Memory { index: self.index, options: self.options.clone(), targets })
     }
 
     /// Method name for lines without an id; `None` until it is chosen.
@@ -195,13 +191,12 @@ mod tests {
         }
         assert_eq!(all, [alone(0), alone(1), alone(2)]);
         let saved = targets.save().unwrap();
-        let memory: Memory = unsealed(after_head(&saved, NAME, FORMAT).unwrap().unwrap()).unwrap();
+        let memory: Memory = unsealed(&saved, NAME, FORMAT).unwrap().unwrap();
         let again = |ids: &[i64]| {
             let (_, monitor) = &memory.targets[0];
             let targets = ids.iter().map(|id| (Some(Saved::Number(*id)), monitor.clone())).collect();
             let forged = Memory { options: options(), index: 0, targets };
-            let head = [NAME, FORMAT, b"\n"].concat();
-            Targets::resume(options(), &sealed(&head, &forged).unwrap()).is_ok()
+            Targets::resume(options(), &sealed(NAME, FORMAT, &forged).unwrap()).is_ok()
         };
         let many: Vec<i64> = (0..=MAX_TARGETS as i64).collect();
         assert_eq!([&[7, 8][..], &[7, 7], &many].map(again), [true, false, false]);
