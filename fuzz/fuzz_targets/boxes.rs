@@ -2,6 +2,8 @@
 
 #![no_main]
 
+mod laws;
+
 use libfuzzer_sys::fuzz_target;
 use std::path::Path;
 use trackfail::tracker::results::Base;
@@ -20,7 +22,12 @@ fuzz_target!(|data: &[u8]| {
         size: (how & 16 == 16).then_some((640, 480)),
         ..Options::default()
     };
-    let Ok(read) = parse(Path::new("fuzz.txt"), data, &options) else { return };
+    let read = |data: &[u8]| parse(Path::new("fuzz.txt"), data, &options).map_err(|e| e.to_string());
+    let answer = read(data);
+    for again in laws::other_spellings(data) {
+        assert_eq!(read(&again), answer);
+    }
+    let Ok(read) = answer else { return };
     for target in &read.targets {
         assert!(target.regions.iter().flatten().all(|region| region.area() > 0.0));
     }

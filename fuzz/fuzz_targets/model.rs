@@ -28,7 +28,8 @@ fn fused(model: &Value) {
 
 fn consistency(model: &Value) {
     for approximation in ["convolution", "normal", "empirical"] {
-        let detector = json!({ "kind": "accumulated-validation", "train": "t", "approximation": approximation });
+        let detector =
+            json!({ "kind": "accumulated-validation", "train": "t", "approximation": approximation });
         let method = unready(&[json!({ "kind": "uncertainty-change" })], &detector);
         let Ok(method) = method.with_model(model) else { continue };
         let threshold = method.detector.detector.threshold().expect("a model gives one");
