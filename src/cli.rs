@@ -48,7 +48,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run experiments, print their tables, write results and report (without SPEC: the quickstart)
+    /// Run experiments, print the answer and its table, write results and report (without SPEC: the quickstart)
     Run(run::Args),
     /// Render tables, figures and HTML pages again, from kept results alone
     Report(report::Args),

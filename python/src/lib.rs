@@ -27,6 +27,19 @@ fn refused(error: impl Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
+/// A number that may be missing: `None`, which also is what NaN says.
+///
+/// # Errors
+/// Infinity.
+fn finite(given: Option<f64>, what: impl Display) -> PyResult<Option<f64>> {
+    match given.filter(|number| !number.is_nan()) {
+        Some(number) if number.is_infinite() => {
+            Err(refused(format!("{what}: {number} is not a finite number; where there is none, give None")))
+        }
+        number => Ok(number),
+    }
+}
+
 /// The extension module.
 #[pymodule]
 fn _trackfail(module: &Bound<'_, PyModule>) -> PyResult<()> {

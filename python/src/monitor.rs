@@ -2,7 +2,7 @@
 
 use crate::frame::{Taken, order};
 use crate::region::{origin, region};
-use crate::{refused, threads};
+use crate::{finite, refused, threads};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -164,6 +164,7 @@ impl Watched {
         let region_of = |given: &Bound<'_, PyAny>| region(given, "box", base);
         let own = numbers.map(region_of).transpose()?.flatten();
         let confidence: Option<f64> = confidence.map(|given| given.extract()).transpose()?;
+        let confidence = finite(confidence, "confidence")?;
         let mut others = Vec::new();
         if let Some(companions) = companions {
             for given in companions.try_iter()? {
@@ -180,7 +181,7 @@ impl Watched {
                 None
             }
         };
-        Ok((frame, own, confidence.filter(|confidence| confidence.is_finite()), others))
+        Ok((frame, own, confidence, others))
     }
 }
 

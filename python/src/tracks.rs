@@ -2,7 +2,7 @@
 
 use crate::frame::{Taken, order};
 use crate::region::{origin, track};
-use crate::{refused, threads};
+use crate::{finite, refused, threads};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use std::sync::atomic::Ordering;
@@ -68,7 +68,9 @@ pub fn judge<'py>(
         }
     }
     let others: Vec<&[Option<Region>]> = others.iter().map(Vec::as_slice).collect();
-    let confidence = confidence.unwrap_or_default();
+    let certain = |(t, given): (usize, Option<f64>)| finite(given, format_args!("confidence, frame {t}"));
+    let confidence = confidence.unwrap_or_default().into_iter().enumerate().map(certain);
+    let confidence = confidence.collect::<PyResult<Vec<Option<f64>>>>()?;
     let given: Vec<Track<'_>> = regions
         .iter()
         .map(|regions| Track { regions, confidence: &confidence, companions: &others })

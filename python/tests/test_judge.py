@@ -21,6 +21,7 @@ import pytest
 import trackfail
 from conftest import Rendered, Run
 from trackfail._types import Floats, Picture
+from trackfail.integrations import by_id
 
 
 @pytest.fixture(scope="module")
@@ -163,6 +164,23 @@ def test_confidence_and_companions() -> None:
     assert sure.method == trackfail.recommended(confidence=True) == "Confidence"
     assert trackfail.judge(None, boxes, companions=[boxes, boxes + 1]).method == "Fused companions"
     assert trackfail.judge(None, boxes, budget=5).method == "Fused boxes"
+
+
+def test_confidence_may_be_missing_but_not_infinite() -> None:
+    boxes, confidence = jumping(), [0.9] * 59
+    none, nan = (trackfail.judge(None, boxes, confidence=[*confidence, missing]) for missing in (None, float("nan")))
+    np.testing.assert_array_equal(none.score, nan.score)
+    for infinite in (float("inf"), -float("inf")):
+        with pytest.raises(ValueError, match=r"confidence, frame 59: -?inf is not a finite number"):
+            trackfail.judge(None, boxes, confidence=[*confidence, infinite])
+
+
+def test_a_video_without_targets(tmp_path: Path) -> None:
+    frames = np.zeros((3, 48, 64), np.uint8)
+    for given in (None, frames, iter(frames), list(frames), tmp_path, tmp_path / "clip.mp4"):
+        assert trackfail.judge(given, by_id([], frames=3)) == {}
+    with pytest.raises(ValueError, match="3 frames and 0 boxes"):
+        trackfail.judge(frames, {"a": []})
 
 
 def test_boxes_may_be_data_frames() -> None:

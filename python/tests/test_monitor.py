@@ -91,6 +91,7 @@ def test_what_is_refused_says_why_and_counts() -> None:
         (pixels(), (1, 2, float("inf"), 4), "finite"),
         (pixels(), "1,2,3,4", "box: want the numbers"),
         (pixels(), 7, "box: want the numbers"),
+        (pixels(), set(BOX), "box: want the numbers"),
     ]
     for frame, box, words in cases:
         with pytest.raises(ValueError, match=words):
@@ -130,6 +131,17 @@ def test_a_box_may_be_missing() -> None:
     monitor = Monitor(method="Displacement")
     states = [monitor.update(None, box).state for box in (None, BOX, None, (float("nan"),) * 4, BOX)]
     assert states == ["absent", "tracking", "absent", "absent", "tracking"]
+
+
+def test_a_confidence_may_be_missing_but_not_infinite() -> None:
+    none, nan, infinite = (Monitor(method="Confidence") for _ in range(3))
+    for monitor in (none, nan, infinite):
+        monitor.update(None, BOX, 0.9)
+    assert none.update(None, BOX, None) == nan.update(None, BOX, float("nan"))
+    for number in (float("inf"), -float("inf")):
+        with pytest.raises(ValueError, match=r"confidence: -?inf is not a finite number"):
+            infinite.update(None, BOX, number)
+    assert infinite.index == 3
 
 
 def test_a_saved_monitor_goes_on(rendered: Rendered, run: Run, tmp_path: Path) -> None:

@@ -111,6 +111,8 @@ def test_faults_end_the_program_with_a_reason(classes: Path) -> None:
     ]:
         ran = serve(classes, name, *messages)
         assert ran.returncode != 0 and words in ran.stderr and ran.stdout == "", ran
+    with pytest.raises(ValueError, match='good: want "high" or "low"'):
+        plugin.signal(good="Low")  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="no method `update`"):
         plugin.signal("wrong")(int)
 

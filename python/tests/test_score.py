@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
+import numpy as np
 import pandas as pd
 import polars as pl
 import pytest
@@ -107,6 +111,9 @@ def test_what_is_refused() -> None:
         trackfail.auroc([0.1, N], [0, 1])
     with pytest.raises(ValueError, match="scores of track 0 has the length 1"):
         trackfail.auroc([0.1], [0, 1])
+    for measure in (trackfail.frame_measures, trackfail.auroc, trackfail.average_precision, partial(trackfail.found_at, 5)):
+        with pytest.raises(ValueError, match='good: want "high" or "low"'):
+            measure([0.9, 0.1], [0, 1], good="High")  # type: ignore[arg-type]
     assert "nab/1" in trackfail.protocols()
 
 
@@ -119,6 +126,23 @@ def test_tracks_may_be_series() -> None:
     for given in (part, polars):
         assert trackfail.auroc(given["score"], given["error"]) == 4.5 / 6
     assert trackfail.auroc([part["score"]], [part["error"]]) == 4.5 / 6
+
+
+@pytest.mark.parametrize("frame", [pd.DataFrame, pl.DataFrame])
+def test_tracks_may_be_the_columns_of_data_frames(frame: Any) -> None:
+    a, b = [0.0] * 20 + [5.0] * 10, [0.0] * 15 + [1.0] * 15
+    error, alarms = [0.0] * 20 + [1.0] * 10, [False] * 20 + [True] * 10
+    for columns in ([a], [a, b]):
+        count = len(columns)
+        want = trackfail.frame_measures(columns, [error] * count, [alarms] * count)
+        scores, wrong, labels = (
+            frame({str(k): column for k, column in enumerate(given)}) for given in (columns, [error] * count, [alarms] * count)
+        )
+        assert want["losses"] == count and trackfail.frame_measures(scores, wrong, labels) == want
+        assert trackfail.frame_measures([scores], [wrong], [labels], alarm_scores=scores) == want
+        assert trackfail.found_at(5, scores, wrong) == want["found_at_5"]
+    # The rows of an array are tracks, as those of a list.
+    assert trackfail.auroc(np.array([a, b]), np.array([error] * 2)) == trackfail.auroc([a, b], [error] * 2)
 
 
 def test_scores_are_compared_as_objects() -> None:

@@ -274,7 +274,8 @@ fn table(suite: &Suite, rows: &[Row]) -> String {
 struct Checks {
     /// Text with one line for each sequence.
     text: String,
-    differing: Vec<String>,
+    /// Names, each with what is to be done.
+    differing: Vec<(String, String)>,
     missing: Vec<String>,
 }
 
@@ -291,7 +292,7 @@ impl Checks {
                     format!("missing: {}", m.how_to_get)
                 }
                 Finding::Differs(fact) => {
-                    self.differing.push(name.clone());
+                    self.differing.push((name.clone(), remedy(suite, &checked.name)));
                     format!("differs: {fact}")
                 }
             };
@@ -300,13 +301,31 @@ impl Checks {
     }
 }
 
+/// What is to be done about a sequence that is not as pinned: to fetch it again, or what its suite says.
+fn remedy(suite: &Suite, sequence: &str) -> String {
+    let mut entries = suite.entries().iter();
+    if entries.any(|entry| entry.name == sequence && entry.archives().next().is_some()) {
+        return "fetch them again".to_string();
+    }
+    // Without a data root all are missing, and say how to get them.
+    let missing = suite.load(&[]).missing.into_iter().next();
+    let how = missing.map(|missing| missing.how_to_get).unwrap_or_default();
+    let how = how.trim_start_matches(suite::NO_DATA_ROOT).trim_start_matches("; ");
+    if how.is_empty() { "put back what was pinned".to_string() } else { how.to_string() }
+}
+
 /// Results for each sequence as text, and an error unless all are as pinned.
 fn verify(suites: &[Suite], data_roots: &[PathBuf], allow_missing: bool) -> (String, Result<(), Failure>) {
     let mut checks = Checks::default();
     suites.iter().for_each(|suite| checks.add(suite, data_roots, |_| true));
     let Checks { text, differing, missing } = checks;
+    let mut by_remedy: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (name, remedy) in &differing {
+        by_remedy.entry(remedy).or_default().push(name);
+    }
+    let told = |(remedy, names): (&str, Vec<&str>)| format!("not as pinned: {}; {remedy}", names.join(", "));
     let wrong = match missing.len() {
-        _ if !differing.is_empty() => format!("not as pinned: {}; fetch them again", differing.join(", ")),
+        _ if !differing.is_empty() => by_remedy.into_iter().map(told).collect::<Vec<_>>().join("\n"),
         count if count > 0 && !allow_missing => {
             format!("{count} sequences are missing; give --allow-missing to accept that")
         }

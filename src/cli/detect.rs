@@ -45,16 +45,16 @@ pub struct Args {
     /// frame,id,left,top,width,height,...; a verdict for each id), vot (corners of a polygon, from pixel 0 on), yolo (center
     /// and size as shares of the frame's sides, perhaps after a class), or the columns in words, such as
     /// frame,x1,y1,x2,y2,confidence (default: what a header line says, else found out where the numbers leave no doubt)
-    #[arg(long, value_parser = BoxFormat::read, value_name = "FORMAT", requires = "boxes")]
+    #[arg(long, value_parser = BoxFormat::read, value_name = "FORMAT", conflicts_with = "init")]
     boxes_format: Option<BoxFormat>,
     /// Lines that are empty, have NaN, no area or a box outside of the frame mean that the target is absent
-    #[arg(long, requires = "boxes")]
+    #[arg(long, conflicts_with = "init")]
     absent: bool,
     /// The tracker's own confidence, a number for each frame
-    #[arg(long, value_name = "FILE", requires = "boxes")]
+    #[arg(long, value_name = "FILE", conflicts_with = "init")]
     confidence: Option<PathBuf>,
     /// Boxes of another tracker on the same frames, in the same format (may be given several times)
-    #[arg(long, value_name = "FILE", requires = "boxes")]
+    #[arg(long, value_name = "FILE", conflicts_with = "init")]
     companion: Vec<PathBuf>,
     /// Instead of boxes: where the target is in the first frame, `x,y,w,h`; a built-in tracker follows it
     #[arg(long, value_name = "BOX", allow_hyphen_values = true)]
@@ -90,20 +90,20 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=1))]
     base: Option<u8>,
     /// With --init: the tracker (see `trackfail list trackers`)
-    #[arg(long, value_name = "KIND", default_value = follow::DEFAULT_TRACKER, requires = "init")]
+    #[arg(long, value_name = "KIND", default_value = follow::DEFAULT_TRACKER, conflicts_with = "boxes")]
     tracker: String,
     /// With --init: the tracker's parameters as a TOML table
-    #[arg(long, value_name = "TABLE", default_value = "{}", requires = "init")]
+    #[arg(long, value_name = "TABLE", default_value = "{}", conflicts_with = "boxes")]
     params: String,
     /// With --init: seed of trackers that draw random numbers
-    #[arg(long, value_name = "N", default_value_t = 0, requires = "init")]
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "boxes")]
     seed: u64,
     /// With --init: a model learned by AVU or ARTE*, a file of the folder `models` of an experiment's results
-    #[arg(long, value_name = "FILE", requires = "init")]
+    #[arg(long, value_name = "FILE", conflicts_with = "boxes")]
     model: Option<PathBuf>,
     /// With --init: where to write the tracker's boxes, a line `x,y,w,h` for each frame; its confidence, if it gives one,
     /// goes beside them
-    #[arg(long, value_name = "FILE", requires = "init")]
+    #[arg(long, value_name = "FILE", conflicts_with = "boxes")]
     save_boxes: Option<PathBuf>,
 }
 

@@ -77,6 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         };
         select::check_sequence(&explained, sequence)?;
+        select::check_frames(&results, cell)?;
         let traces =
             trace::read(&results, &cell.tracker, &cell.label(), Some(sequence)).map_err(|e| io(&e))?;
         select::check_counts(&explained, sequence, &traces).map_err(|e| io(&e))?;

@@ -62,7 +62,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     runs: Option<u32>,
     /// Also write every track as a result file: VOT's format for reset protocols, OTB's for one pass
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", conflicts_with = "shard")]
     export_tracks: Option<PathBuf>,
     /// Time limit of a cell in seconds, looked at between its frames; a cell that takes longer has failed
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = positive)]
@@ -74,10 +74,10 @@ pub struct Args {
     /// enough to be kept; their report has no frames
     #[arg(long)]
     compact: bool,
-    /// Print no tables and no progress
+    /// Print neither the answer nor progress
     #[arg(long, short)]
     quiet: bool,
-    /// Print the tables for reading, or all pooled numbers as CSV or JSON
+    /// Print the answer and the table behind it, or all pooled numbers as CSV or JSON
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

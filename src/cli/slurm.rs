@@ -117,15 +117,17 @@ fn setting(text: &str) -> Result<String, String> {
 
 /// Checks a line from the user: a single line that does not set what the script sets already.
 fn line(text: &str) -> Result<String, String> {
-    const TAKEN: [&str; 10] =
-        ["--array", "-a", "--chdir", "-D", "--dependency", "-d", "--output", "-o", "--job-name", "--signal"];
+    const LONG: [&str; 6] = ["--array", "--chdir", "--dependency", "--job-name", "--output", "--signal"];
+    const SHORT: [&str; 5] = ["-a", "-D", "-d", "-J", "-o"];
     let line = text.trim_start();
     let option = line.strip_prefix("#SBATCH").map(str::trim_start).unwrap_or_default();
     let option = option.split(|c: char| c == '=' || c.is_whitespace()).next().unwrap_or_default();
-    match text {
+    // The value of a short option may follow at once: `-a1-3`.
+    let short = || SHORT.into_iter().find(|short| option.starts_with(*short));
+    match LONG.into_iter().find(|long| *long == option).or_else(short) {
         _ if text.chars().any(char::is_control) => Err("want one line, without control characters".into()),
-        _ if TAKEN.contains(&option) => Err(format!("the script sets {option} itself")),
-        _ => Ok(line.into()),
+        Some(taken) => Err(format!("the script sets {taken} itself")),
+        None => Ok(line.into()),
     }
 }
 

@@ -60,6 +60,24 @@ fn a_target_is_followed_and_doubts_are_told_frame_by_frame() {
     }
 }
 
+// Before: they were dropped without a word.
+#[test]
+fn options_of_the_other_mode_are_refused() {
+    let place = Place::new();
+    for (mode, options) in [
+        (
+            "--boxes boxes.txt",
+            &["--tracker kcf", "--params {}", "--seed 3", "--model none", "--save-boxes saved.txt"][..],
+        ),
+        ("--init 1,2,3,4", &["--boxes-format mot", "--absent", "--confidence none", "--companion none"]),
+    ] {
+        for option in options {
+            let ran = place.run(&format!("detect --frames none {mode} {option}"));
+            ran.refuses(2, "cannot be used with").tells(option.split(' ').next().unwrap());
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_judged_is_told() {
     let place = Place::with(&[

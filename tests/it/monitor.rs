@@ -380,6 +380,14 @@ fn a_wrong_box_is_that_of_its_target() {
 }
 
 #[test]
+fn a_whole_float_is_the_id_that_the_integer_is() {
+    let input = "{\"id\": 7.0, \"box\": [1, 2, 30, 30]}\n{\"id\": 7, \"end\": true}\n{\"id\": 1.5}\n";
+    let answers = answers(&monitor(&Place::new(), "--method Displacement", input).ends(0).out);
+    assert!(answers[0]["id"] == 7 && answers[1]["ended"] == true, "{answers:?}");
+    assert!(answers[2]["error"].as_str().unwrap().contains("a whole number or a text"), "{answers:?}");
+}
+
+#[test]
 fn an_error_quotes_no_more_than_a_part_of_a_line() {
     let key = "k".repeat(500_000);
     let input = format!("{{\"{key}\": 1}}\n{{\"confidence\": \"{key}\"}}\n{{\"frame\": \"{key}\"}}\n");

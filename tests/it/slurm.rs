@@ -124,10 +124,15 @@ fn lines_of_the_user_neither_change_the_job_nor_set_what_the_script_sets() {
     for (line, words) in [
         ("#SBATCH --array=1-9", "the script sets --array itself"),
         (" #SBATCH -o x.log", "the script sets -o itself"),
+        ("#SBATCH -J foo", "the script sets -J itself"),
+        ("#SBATCH -a1-3", "the script sets -a itself"),
+        ("#SBATCH -D/tmp", "the script sets -D itself"),
+        ("#SBATCH -dafterok:1", "the script sets -d itself"),
         ("a\nb", "one line"),
     ] {
         slurm(place.root(), None, &["--line", line]).ends(2).tells(words);
     }
+    slurm(place.root(), None, &["--line", "#SBATCH -Aproject"]).ends(0);
     slurm(place.root(), None, &["--line", "set -- x; echo \"before $#\" >&2"]).ends(0);
     let job = Ran::of(Command::new("/bin/bash").arg(place.path("slurm").join(SCRIPT)).arg("shar"));
     job.ends(2).tells("before 1").tells("`shar` is neither share nor report");

@@ -72,6 +72,17 @@ fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
 }
 
 #[test]
+fn a_changed_sequence_of_ones_own_is_to_be_restored() {
+    let place = data_root();
+    place.run(ADD).ends(0);
+    place.write("got/val/GOT-10k_Val_000001/groundtruth.txt", "1,11,16,16\n".repeat(FRAMES));
+    let told = place.run("data verify my-got --data-root .").ends(3);
+    told.tells("not as pinned: my-got/GOT-10k_Val_000001; this suite is one of your own")
+        .tells("restore its folder")
+        .never_says("fetch");
+}
+
+#[test]
 fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
     let place = data_root();
     let wrong = "schema = 2\n\n[[suite]]\nname = \"x\"\nformat = \"oct\"\n";

@@ -129,6 +129,7 @@ fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
     run("--quiet");
     assert!(run("--dry-run").contains("\n  time      nothing is left to compute\n"));
     place.run("run --verbose").ends(2).tells("--dry-run");
+    place.run("run try.toml --shard 1/2 --export-tracks tracks").refuses(2, "cannot be used with");
 }
 
 /// Cells of many sequences that fail for one cause are told in one line, by a whole run and by a share.

@@ -51,10 +51,7 @@ impl JudgedMethod {
         let during: Vec<TargetState> = (0..frames).map(of_frame).collect();
         let label: Vec<bool> =
             (0..frames).map(|t| output.alarm[t] && during[t] != TargetState::Tracking).collect();
-        let changes = match &output.changes {
-            Some(found) if label == output.alarm => found.clone(),
-            _ => changes(&label),
-        };
+        let changes = changes(&label);
         // Index in the output of each frame of the video.
         let at = || (0..present.len()).map(move |t| t.checked_sub(start));
         let outside = |present: &bool| if *present { TargetState::Tracking } else { TargetState::Absent };
@@ -105,8 +102,8 @@ pub fn badness(direction: Direction, score: f64) -> f64 {
 
 /// Memory for telling whether a frame raises an alarm itself, instead of holding one of an earlier frame.
 ///
-/// Detectors of single-frame alarms raise one in each alarm frame. An alarm that lasts is raised where it
-/// begins. If it began during an absence, it is also raised later by a value beyond the threshold. Values
+/// Detectors of single-frame alarms raise one in each alarm frame. An alarm that lasts, as all of detectors with
+/// probabilities do, is raised where it begins. If it began during an absence, it is also raised later by a value beyond the threshold. Values
 /// that are sums over earlier frames must exceed that of the last frame of the absence instead.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Raising {
@@ -120,7 +117,8 @@ impl Raising {
     /// True if the next frame raises an alarm. `has_box` is true if the tracker has a box there, `compared` is the
     /// value that is compared with the threshold; NaN in a frame that could not be judged, which changes nothing.
     pub fn push(&mut self, detector: &dyn Detector, has_box: bool, alarm: bool, compared: f64) -> bool {
-        if detector.frames_to_recover() > 1 || compared.is_nan() {
+        let is_lasting = detector.frames_to_recover() == 1 || detector.gives_probability();
+        if !is_lasting || compared.is_nan() {
             return alarm;
         }
         let has_memory = !(detector.scores_signal() || detector.gives_probability());
@@ -190,11 +188,13 @@ mod tests {
             crate::plugin::find(crate::detector::DETECTORS, kind).unwrap().build_from_text(text).unwrap()
         };
         let holding: &dyn Detector = &Holding;
+        let agreement = build("agreement", "{ threshold = 0.9 }");
         let (sums, level) = (build("cusum", "{ above = 5.0, start = 2 }"), build("level", "{ below = 0.3 }"));
         for (detector, score, alarm, want) in [
             // Above its threshold it only holds the alarm; below it raises it again.
             (holding, [0.9, 0.9, 0.1, 0.1, 0.5, 0.5, 0.8, 0.9], "..!!!!..", "ttaatttt ..!!...."),
             (holding, [0.9, 0.9, 0.1, 0.1, 0.5, 0.2, 0.5, 0.9], "..!!!!!.", "ttaatllt ..!!.!!."),
+            (&*agreement, [0.1, 0.1, 0.95, 0.95, 0.5, 0.5, 0.95, 0.5], "..!!!!!!", "ttaattll ..!!..!!"),
             // Sums over earlier frames hold what they were in the absence; they speak for a loss where they grow beyond that.
             (&*sums, [0.0, 0.0, 6.0, 40.0, 39.0, 38.0, 39.5, 37.0], "..!!!!!!", "ttaatttt ..!!...."),
             (&*sums, [0.0, 0.0, 6.0, 40.0, 41.0, 38.0, 39.5, 37.0], "..!!!!!!", "ttaallll ..!!!!!!"),

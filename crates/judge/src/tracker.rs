@@ -316,7 +316,7 @@ pub trait Tracker: Send {
     /// frames in reverse order, the copy tracks backwards in time. It draws the same random numbers as the
     /// original would or, with `seed`, those of a track with that seed.
     ///
-    /// `None` from trackers that cannot be copied; all trackers with [`Moments`] can.
+    /// `None` from trackers that cannot be copied; all trackers with [`Moments`] can, unless a protocol restarts them.
     fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
         None
     }

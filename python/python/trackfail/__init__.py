@@ -11,8 +11,9 @@
 
 Boxes are `x, y, w, h` in pixels, or the corners of a convex polygon, `x1, y1, x2, y2, ...`; the top left corner of a frame
 is at 0, 0 unless `base` says 1. `None`, or NaN among the numbers, says that there is no box. Arrays of color frames need to
-say the order of their colors: `colors="bgr"`, as OpenCV has them, or `colors="rgb"`. What is refused raises `ValueError`, an
-argument of another type `TypeError`, and a file that cannot be read or written `OSError`.
+say the order of their colors: `colors="bgr"`, as OpenCV has them, or `colors="rgb"`. What is refused, also an object
+that is no box, raises `ValueError`, another argument of another type `TypeError`, and a file that cannot be read or written
+`OSError`.
 """
 
 from ._judge import Judged, judge, methods, recommended

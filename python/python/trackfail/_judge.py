@@ -155,8 +155,9 @@ def judge(
             of arrays, frames or paths, a folder of images numbered without a gap, or a video, which ffmpeg decodes. None
             for methods that look at boxes alone.
         boxes: A box for each frame, as rows of an array or a data frame or as a list, or a mapping from the name of each
-            target to its boxes. Formats that count pixels from 1, such as OTB's, need `base=1`.
-        confidence: The tracker's own confidence in each frame.
+            target to its boxes; without targets nothing looks at the frames. Formats that count pixels from 1, such as OTB's,
+            need `base=1`.
+        confidence: The tracker's own confidence in each frame; None or NaN where there is none.
         companions: The boxes of other trackers on the same target, for each a box for each frame.
         method: Name of the method; otherwise the one that is recommended for what is given.
         budget: Largest number of false alarms per 1000 frames, for methods that take one.
@@ -166,7 +167,7 @@ def judge(
     Raises:
         ValueError: For what cannot be used, such as more frames than boxes; of an iterator one more is taken to find that.
             Errors that an iterator of frames raises are raised as they are.
-        TypeError: For an argument of another type.
+        TypeError: For an argument of another type; a single box of another type is a ValueError.
         OSError: For a file that cannot be read.
     """
     tracks: Mapping[Any, Any] = boxes if isinstance(boxes, Mapping) else {None: boxes}
@@ -176,6 +177,9 @@ def judge(
     counts = {len(track) for track in named.values()}
     if len(counts) > 1:
         raise ValueError("the tracks have different numbers of frames: " + ", ".join(map(str, sorted(counts))))
+    if frames is not None and not named:
+        # Nothing is judged, however many there are.
+        frames = []
     frame_of = None if frames is None else source(frames, counts.pop() if counts else 0)
     told = _trackfail.judge(
         list(named.values()),

@@ -79,13 +79,13 @@ class Monitor:
                 of a JPEG or PNG file. An array is read where it is, and not kept; all frames have the same size. None where
                 there is no frame.
             box: The tracker's box; None where it has none.
-            confidence: The tracker's own confidence, in its scale; high values are sure.
+            confidence: The tracker's own confidence, in its scale; high values are sure. None or NaN where there is none.
             companions: Boxes of other trackers on the same frame, in the same order in all frames.
 
         Raises:
-            ValueError: For an array of another type, shape or size, or numbers that are no box. The frame counts, and nothing
-                else is changed by it.
-            TypeError: For an argument of another type.
+            ValueError: For an array of another type, shape or size, what is no box, also an object of another type, or an
+                infinite confidence. The frame counts, and nothing else is changed by it.
+            TypeError: For another argument of another type.
             OSError: For a file that cannot be read.
         """
         return _judgement(self._monitor.update(frame, box, confidence, companions, False))

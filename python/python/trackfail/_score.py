@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _trackfail
-from ._judge import _array, _rows
-from ._types import Box, Boxes, Floats, Good, Table
+from ._judge import _rows
+from ._types import Box, Boxes, Floats, Good, Table, checked
 
 Numbers: TypeAlias = Sequence[float] | npt.NDArray[Any]
 Tracks: TypeAlias = Numbers | Table | Sequence[Numbers | Table]
@@ -112,7 +112,7 @@ def frame_measures(
     """All measures of a detector frame by frame, pooled over tracks: the columns of `frame_measures.csv`.
 
     Args:
-        scores: Scores of one track, or a list of them for several; finite.
+        scores: Scores of one track; of several a list of them, the rows of an array or the columns of a data frame; finite.
         error: Tracking errors of the same frames, see `trackfail.errors`.
         labels: The detector's own alarms, for the measures of these.
         good: Scores that are good, high or low ones.
@@ -122,7 +122,11 @@ def frame_measures(
             results and of `Judged`); the measures of alarms at a threshold are those of these.
         sequence: For each track the index of its sequence; those of one are drawn together in bootstrap samples.
         seed: Seed of the bootstrap samples; without one there are no intervals.
+
+    Raises:
+        ValueError: For lists of different lengths, scores that are not finite, and another word as `good`.
     """
+    is_high = checked(good) == "high"
     numbers, wrong = _tracks(scores, error)
     compared = None if alarm_scores is None else _tracks(alarm_scores, error)[0]
     alarms = None
@@ -135,7 +139,7 @@ def frame_measures(
     _same(len(wrong), sequence=names)
     indices = {name: index for index, name in enumerate(dict.fromkeys(names))}
     known = [indices[name] for name in names]
-    return dict(_trackfail.frame_measures(wrong, numbers, compared, alarms, known, good == "high", probability, seed))
+    return dict(_trackfail.frame_measures(wrong, numbers, compared, alarms, known, is_high, probability, seed))
 
 
 def auroc(scores: Tracks, error: Tracks, *, good: Good = "low") -> float | None:
@@ -153,8 +157,9 @@ def found_at(budget: float, scores: Tracks, error: Tracks, *, good: Good = "low"
 
     Of a method with an `alarm_score`, give these numbers as `scores`.
     """
+    is_high = checked(good) == "high"
     numbers, wrong = _tracks(scores, error)
-    return _trackfail.found_at(wrong, numbers, float(budget), good == "high")
+    return _trackfail.found_at(wrong, numbers, float(budget), is_high)
 
 
 def protocols() -> list[str]:
@@ -163,13 +168,13 @@ def protocols() -> list[str]:
 
 
 def _listed(tracks: Tracks) -> list[npt.NDArray[Any]]:
-    """One array for each track."""
-    given = _array(tracks)
-    if isinstance(given, np.ndarray) and given.ndim == 1:
-        return [given]
+    """One array for each track: for each column of a data frame, also of one in a list, and each row of another table."""
+    given: Any = tracks
+    if hasattr(given, "to_numpy"):
+        return list(np.atleast_2d(given.to_numpy().T))
     if len(given) > 0 and np.ndim(given[0]) == 0:
         return [np.asarray(given)]
-    return [np.asarray(track) for track in given]
+    return [one for track in given for one in (_listed(track) if hasattr(track, "to_numpy") else [np.asarray(track)])]
 
 
 def _tracks(scores: Tracks, error: Tracks) -> tuple[list[list[float]], list[list[float]]]:

@@ -23,6 +23,17 @@ class Table(Protocol):
         """The rows as an array."""
 
 
+def checked(good: Good) -> Good:
+    """The word itself; another one would turn measures round.
+
+    Raises:
+        ValueError: For another word.
+    """
+    if good not in ("high", "low"):
+        raise ValueError(f'good: want "high" or "low", the scores that are good, not {good!r}')
+    return good
+
+
 Floats: TypeAlias = npt.NDArray[np.float64]
 Picture: TypeAlias = npt.NDArray[np.uint8] | Frame | str | os.PathLike[str]
 Box: TypeAlias = Sequence[float] | npt.NDArray[Any]

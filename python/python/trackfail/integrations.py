@@ -227,7 +227,7 @@ def _tracks(root: Path, files: dict[str, Path], end: str, want: str) -> dict[str
         beside = file.with_name(file.stem + end)
         confidence = None
         if beside.is_file():
-            confidence = [row[0] if row and math.isfinite(row[0]) else None for _, row in _read(beside)]
+            confidence = [row[0] if row and not math.isnan(row[0]) else None for _, row in _read(beside)]
             if len(confidence) != len(boxes):
                 raise ValueError(f"{beside} has {len(confidence)} lines, {file.name} {len(boxes)}")
         tracks[name] = Track(boxes, confidence)

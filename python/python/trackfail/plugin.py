@@ -43,7 +43,7 @@ from pathlib import Path
 from typing import IO, Any, Literal, TypeAlias, TypeVar
 
 from ._trackfail import Frame
-from ._types import Good
+from ._types import Good, checked
 
 Reads: TypeAlias = Literal["boxes", "pixels", "confidence", "response", "posterior"]
 Role: TypeAlias = Literal["signal", "detector"]
@@ -76,7 +76,7 @@ def signal(
     name: str | None = None, *, good: Good = "high", reads: Reads = "boxes", version: str = "1"
 ) -> Callable[[Class], Class]:
     """Registers a class as a signal; its name otherwise is that of the class in small letters."""
-    return _register("signal", name, version, {"good": good, "reads": reads}, True)
+    return _register("signal", name, version, {"good": checked(good), "reads": reads}, True)
 
 
 def detector(

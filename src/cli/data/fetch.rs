@@ -205,7 +205,8 @@ fn check(
             let mut checks = Checks::default();
             checks.add(suite, data_roots, |name| names.contains(&format!("{}/{name}", suite.name())));
             output::write(&checks.text)?;
-            failed.differing.extend(checks.differing.into_iter().chain(checks.missing));
+            let differing = checks.differing.into_iter().map(|(name, _)| name);
+            failed.differing.extend(differing.chain(checks.missing));
         }
     }
     Ok(())

@@ -8,9 +8,10 @@ use crate::dataset::text::read_at_most;
 use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
 use crate::monitor::{Id, MAX_TARGETS, MonitorError};
 use crate::region::{Region, RegionError};
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, Error, Unexpected};
+use serde::de::{DeserializeOwned, Error, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
+use std::fmt;
 use std::path::PathBuf;
 
 /// Longest line in bytes: the largest frame in base64, and some boxes.
@@ -96,9 +97,51 @@ pub(super) struct Line {
     /// True if the tracker was restarted with this box.
     pub restart: Option<bool>,
     /// Id of the target; `None` if the line names none.
+    #[serde(default, deserialize_with = "id")]
     pub id: Option<Id>,
     /// True if the target is no longer followed.
     pub end: Option<bool>,
+}
+
+/// Parses the id of a target, or null.
+fn id<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Id>, D::Error> {
+    value.deserialize_any(IdVisitor)
+}
+
+struct IdVisitor;
+
+impl Visitor<'_> for IdVisitor {
+    type Value = Option<Id>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an id, a whole number or a text")
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Self::Value, E> {
+        Ok(None)
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Self::Value, E> {
+        Ok(Some(Id::Number(number)))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Self::Value, E> {
+        let large = |_| E::custom(format!("id: {number} is above {}; give it as a text", i64::MAX));
+        i64::try_from(number).map(|number| Some(Id::Number(number))).map_err(large)
+    }
+
+    // Tables of NumPy have whole numbers as 7.0.
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Self::Value, E> {
+        const END: f64 = (1_u64 << 63) as f64;
+        if number.fract() == 0.0 && number.abs() < END {
+            return Ok(Some(Id::Number(number as i64)));
+        }
+        Err(E::invalid_type(Unexpected::Float(number), &self))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Ok(Some(Id::Text(text.to_string())))
+    }
 }
 
 #[derive(Deserialize)]
@@ -349,6 +392,20 @@ mod tests {
         assert!(read(&format!("{{{}}}", &blanks[2..])).is_ok());
         let raw = r#"{"frame": {"raw": {"width": 1, "height": 1, "format": "gray", "data": "AA=="}}}"#;
         assert!(read(&(raw.to_string() + &blanks[20..])).is_ok());
+    }
+
+    #[test]
+    fn an_id_is_a_whole_number_or_a_text() {
+        let id = |text: &str| read(&format!(r#"{{"id": {text}, "box": null}}"#)).unwrap().id;
+        for (text, number) in [("7", 7), ("7.0", 7), ("-3.0", -3), ("1e3", 1000)] {
+            assert_eq!(id(text), Some(Id::Number(number)), "{text}");
+        }
+        assert_eq!([id("\"7.0\""), id("null"), id("NaN")], [Some(Id::Text("7.0".into())), None, None]);
+        for text in ["1.5", "true", "[7]", "{}", "1e19"] {
+            let told = told(&format!(r#"{{"id": {text}}}"#));
+            assert!(told.contains("expected an id, a whole number or a text"), "{told}");
+        }
+        assert!(told(r#"{"id": 9223372036854775808}"#).contains("give it as a text"));
     }
 
     #[test]

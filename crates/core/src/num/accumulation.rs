@@ -97,7 +97,7 @@ pub struct Accumulated {
 
 impl Accumulated {
     /// Distribution of the sum of `length` independent values of a mixture. The masses agree with the
-    /// mixture's distribution function up to 1e-13.
+    /// mixture's distribution function up to 1e-12.
     ///
     /// # Errors
     /// Parameters out of range, and sums that need too many cells.

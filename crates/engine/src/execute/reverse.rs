@@ -82,7 +82,7 @@ pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T 
 /// # Errors
 /// When the tracker cannot be copied.
 pub(super) fn fork(tracker: &dyn Tracker, seed: Option<u64>) -> Result<Fork, StepError> {
-    let no_copy = "this tracker has no copy that could start again from its posterior, so it cannot run \
+    let no_copy = "this tracker cannot be copied, or its protocol restarts it by the ground truth, so it cannot run \
                    backwards";
     tracker.fork(seed).ok_or_else(|| StepError::Here(no_copy.to_string()))
 }

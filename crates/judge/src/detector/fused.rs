@@ -12,7 +12,7 @@
 //! speak for a failure. `budget` is the number of good frames in 1000 that the user accepts at or above the
 //! threshold. The model has a threshold for each budget, determined on videos outside of its training.
 //! Features are relative to the past of the same track, so the scale of a signal does not matter. A missing
-//! value (NaN) has no effect.
+//! value (NaN) counts as nothing; the values before it go on counting.
 //!
 //! Learning (`train`): an L2 logistic model of the frames of other tracks, see fused/learn.rs; or one of the models that
 //! come with the program (`model`), which were learned by `benchmark/deep-models` and are described in `docs/fused.md`.

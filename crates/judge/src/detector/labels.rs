@@ -2,6 +2,7 @@
 //! lost.
 
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
 /// Change into each frame: +1 from consistent to inconsistent, -1 back, 0 if the label stays the same.
 ///
@@ -79,9 +80,13 @@ pub struct StateOfTarget {
 impl StateOfTarget {
     /// State in the next frame. `has_box` is true if the tracker has a box there, `lost` if the detector
     /// considers the target lost (see [`lost`]), `raised` if this frame alone is the reason; `probability` is
-    /// that of a loss, or NaN.
+    /// that of a loss, or NaN in a frame that could not be judged, which ends nothing.
     pub fn push(&mut self, has_box: bool, lost: bool, raised: bool, probability: f64) -> TargetState {
-        self.doubt = if probability >= EVEN { RECOVERY_FRAMES } else { self.doubt.saturating_sub(1) };
+        self.doubt = match probability.partial_cmp(&EVEN) {
+            None => self.doubt,
+            Some(Ordering::Less) => self.doubt.saturating_sub(1),
+            Some(_) => RECOVERY_FRAMES,
+        };
         self.is_lost = self.is_lost && (lost || self.doubt > 0) || lost && has_box && raised;
         match (has_box, self.is_lost) {
             (false, _) => TargetState::Absent,
@@ -147,6 +152,9 @@ mod tests {
         let want = format!("tt{}{}", "l".repeat(1 + 3 + 9 + 1 + 9), "t".repeat(3));
         assert_eq!(of(&"b".repeat(28), &all), want);
         assert_eq!(of("bb--bb", &p(&[(0.1, 2), (0.95, 2), (0.6, 2)])), "ttaatt");
+        // Frames that nothing is known of do not count.
+        let all = p(&[(0.95, 1), (f64::NAN, 30), (0.4, 10)]);
+        assert_eq!(of(&"b".repeat(41), &all), format!("{}t", "l".repeat(40)));
     }
 
     // By hand. `b` is a frame with a box, `-` one without; `.` no alarm, `!` one that is raised, `h` one that is held.

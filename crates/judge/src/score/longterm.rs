@@ -16,6 +16,8 @@
 //! | thresholds | inf, 98 of the n scores by descending rank, -inf | the same by ascending rank, half a rank off | inf, every score, -inf |
 //! | ranks | round(linspace(d, n - d)), d = floor(n / 98) | floor(linspace(d - 1, n - d) + 1/2) | |
 //! | at -inf | every frame | frames with confidence above 0 | every frame |
+//! | start | overlap 0 | overlap 0 | its overlap |
+//! | no confidence | 0 | 0, but no threshold | 0 |
 //!
 //! Runs of a sequence are averaged first, pooled frames are those of all runs. Ranks are 0-based; with 98 scores or fewer
 //! all of them are thresholds (pysot's program breaks there).
@@ -68,7 +70,7 @@ pub static RULES: &[Rules] = &[
 pub struct ConfidentTrack {
     /// Overlap of each frame.
     pub overlap: Vec<f64>,
-    /// Confidence of each frame.
+    /// Confidence of each frame; NaN in one that has 0, but is no threshold.
     pub confidence: Vec<f64>,
     /// Number of frames in which the target is visible.
     pub visible: usize,
@@ -128,8 +130,19 @@ impl Rules {
         [f64::INFINITY].into_iter().chain(inner).chain([f64::NEG_INFINITY]).collect()
     }
 
+    /// True if the program knows the frame of a start by a mark instead of a region, so that its overlap is 0.
+    pub fn marks_starts(&self) -> bool {
+        self.program != Program::Pytracking
+    }
+
+    /// Confidence of a frame for which the tracker gives none.
+    pub fn no_confidence(&self) -> f64 {
+        if self.program == Program::Pysot { f64::NAN } else { 0.0 }
+    }
+
     /// True if a frame of this confidence counts at the threshold.
     pub fn counts(&self, threshold: f64, confidence: f64) -> bool {
+        let confidence = if confidence.is_nan() { 0.0 } else { confidence };
         let above_0 = self.program == Program::Pysot && threshold == f64::NEG_INFINITY;
         if above_0 { confidence > 0.0 } else { confidence >= threshold }
     }

@@ -2,7 +2,7 @@
 
 use super::chance::Chance;
 use super::counts::{Counts, Place};
-use super::restarts::Restarts;
+use super::restarts::{self, Restarts, counted_alarms};
 use std::ops::Range;
 
 /// Score of one method on one track.
@@ -53,9 +53,9 @@ pub struct Protocol {
 }
 
 impl Protocol {
-    /// Scores a track. `pieces` are those that restarts begin ([`super::restarts::pieces`]); the protocol
-    /// decides if each is scored separately. Frames count from the first of the track. Pieces may be longer
-    /// than the track.
+    /// Scores a track, from the first frame on whose error is known: before it the tracker has not started. `pieces` are
+    /// those that restarts begin ([`super::restarts::pieces`]); the protocol decides if each is scored separately.
+    /// Pieces may be longer than the track.
     pub fn judge(
         &self,
         error: &[f64],
@@ -64,16 +64,10 @@ impl Protocol {
         pieces: &[Range<usize>],
     ) -> TrackScore {
         let pieces = self.restarts.apart(pieces);
-        if pieces.is_empty() {
-            return (self.score)(error, alarm, changes);
-        }
         let mut whole = TrackScore::default();
-        for (k, piece) in pieces.iter().enumerate() {
-            let mut alarm = part(alarm, piece).to_vec();
-            if k > 0 {
-                alarm.iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
-            }
-            let score = (self.score)(part(error, piece), &alarm, part(changes, piece));
+        let alarm = counted_alarms(pieces, alarm);
+        for piece in &restarts::started(pieces, error) {
+            let score = (self.score)(part(error, piece), part(&alarm, piece), part(changes, piece));
             let (events, detections) = (whole.events.len(), whole.detections.len());
             whole.counts = [whole.counts, score.counts].into_iter().sum::<Counts>();
             whole.events.extend(score.events.iter().map(|t| t + piece.start));

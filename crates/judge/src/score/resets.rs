@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! accuracy   mean overlap of the frames that count
-//! failures   number of frames in which the overlap was 0 and the tracker was started anew
+//! failures   number of frames in which the overlap was 0
 //! EAO        mean over N = low ..= high of  E(N) = mean over runs of (1/N) sum_{i=1..N} overlap_i
 //! ```
 //!

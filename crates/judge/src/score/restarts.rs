@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Skipped frames do not count, nor does the frame of a restart: neither an alarm in it nor a run of alarms
-//! that begins in it is a detection. Frames that a protocol leaves out at the start of a track are left out
+//! that begins in it is a detection. For measures of frames each piece is a track without these frames. Frames that a protocol leaves out at the start of a track are left out
 //! at the start of each piece. A track without restarts is one piece, scored as in other protocols.
 
 use crate::tracker::Status;
@@ -79,16 +79,33 @@ pub fn counted<'v>(pieces: &[Range<usize>], values: &'v [f64]) -> Cow<'v, [f64]>
     frames(pieces).filter_map(|t| values.get(t).copied()).collect()
 }
 
-/// Tracking errors of all frames, NaN in those that do not [count](counted).
-pub fn counted_errors<'e>(pieces: &[Range<usize>], error: &'e [f64]) -> Cow<'e, [f64]> {
-    if pieces.is_empty() {
-        return error.into();
+/// The pieces, or the whole track where there are none, without the frames before the first whose error is known, in
+/// which the tracker has not started.
+pub(super) fn started(pieces: &[Range<usize>], error: &[f64]) -> Vec<Range<usize>> {
+    let first = error.iter().position(|error| !error.is_nan()).unwrap_or(error.len());
+    let whole = pieces.is_empty().then_some(0..error.len());
+    pieces.iter().cloned().chain(whole).map(|piece| piece.start.max(first)..piece.end).collect()
+}
+
+/// Ranges of frames that count, from the tracker's start on, each a track of its own for measures of frames.
+pub fn parts(pieces: &[Range<usize>], error: &[f64]) -> Vec<Range<usize>> {
+    let part = |(k, piece): (usize, Range<usize>)| {
+        (piece.start + usize::from(k > 0)).min(error.len())..piece.end.min(error.len())
+    };
+    started(pieces, error).into_iter().enumerate().map(part).filter(|part| !part.is_empty()).collect()
+}
+
+/// Alarms without the runs that begin in the frame of a restart.
+pub fn counted_alarms<'a>(pieces: &[Range<usize>], alarm: &'a [bool]) -> Cow<'a, [bool]> {
+    let mut alarm = Cow::Borrowed(alarm);
+    for piece in pieces.iter().skip(1) {
+        let end = piece.end.min(alarm.len());
+        let run = piece.start.min(end)..end;
+        if alarm[run.clone()].first() == Some(&true) {
+            alarm.to_mut()[run].iter_mut().take_while(|alarm| **alarm).for_each(|alarm| *alarm = false);
+        }
     }
-    let mut known = vec![f64::NAN; error.len()];
-    for t in frames(pieces).filter(|t| *t < error.len()) {
-        known[t] = error[t];
-    }
-    known.into()
+    alarm
 }
 
 #[cfg(test)]
@@ -128,10 +145,18 @@ mod tests {
         let numbers: Vec<f64> = (0..40).map(f64::from).collect();
         let those_that_count: Vec<f64> = (0..16).chain(21..40).map(f64::from).collect();
         assert_eq!(counted(&pieces, &numbers), those_that_count);
-        let errors = counted_errors(&pieces, &error);
-        assert!((0..40).all(|t| errors[t] == error[t] || errors[t].is_nan() && (16..=20).contains(&t)));
-        assert!(errors[16..=20].iter().all(|e| e.is_nan()));
-        assert_eq!((&*counted(&[], &numbers), &*counted_errors(&[], &error)), (&*numbers, &*error));
+        assert_eq!((parts(&pieces, &error), &*counted(&[], &numbers)), (vec![0..16, 21..40], &*numbers));
+        assert_eq!(counted_alarms(&pieces, &alarm).into_owned(), set(40, &[[13, 14], [17, 18], [30, 31]]));
+        // Before its start, in frame 3, a tracker is not judged.
+        let late = [&[f64::NAN; 3][..], &error].concat();
+        let (early, moved) = ([&[true, false, true][..], &alarm].concat(), khalid2016::PROTOCOL);
+        let whole = moved.judge(&error, &alarm, &[], &[]);
+        let found = moved.judge(&late, &early, &[], &[]);
+        assert_eq!(
+            (found.counts, found.delays().collect::<Vec<_>>()),
+            (whole.counts, whole.delays().collect())
+        );
+        assert_eq!((found.events, parts(&[], &late).first()), (vec![18], Some(&(3..43))));
         // As one track the restart alone finds the failure, whatever pieces there are.
         let jump = set(40, &[[20, 21]]);
         let as_one = khalid2016::PROTOCOL.judge(&error, &jump, &[], &pieces);
@@ -170,9 +195,8 @@ mod tests {
             let other_alarm: Vec<bool> = (0..status.len()).map(|t| alarm[t] ^ is_skipped(t)).collect();
             let of = |error: &[f64], alarm: &[bool]| khalid2016::NEW_TRACK.judge(error, alarm, &[], &pieces);
             prop_assert_eq!(of(&error, &alarm), of(&other_error, &other_alarm));
-            let errors = counted_errors(&pieces, &error);
-            let known: Vec<f64> = errors.iter().copied().filter(|e| !e.is_nan()).collect();
-            prop_assert_eq!(counted(&pieces, &error).into_owned(), known);
+            let in_parts: Vec<f64> = parts(&pieces, &error).into_iter().flat_map(|part| error[part].to_vec()).collect();
+            prop_assert_eq!(counted(&pieces, &error).into_owned(), in_parts);
         }
 
         // Results from elsewhere may have pieces that their frames do not.
@@ -184,7 +208,8 @@ mod tests {
                 protocol.judge(&error, &alarm, &[], &pieces);
             }
             prop_assert!(counted(&pieces, &error).iter().all(|e| *e == 0.4));
-            prop_assert_eq!(counted_errors(&pieces, &error).len(), frames);
+            prop_assert!(parts(&pieces, &error).iter().all(|part| part.end <= frames));
+            prop_assert_eq!(counted_alarms(&pieces, &alarm).len(), alarm.len());
         }
     }
 }

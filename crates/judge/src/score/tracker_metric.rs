@@ -66,7 +66,7 @@ tracker_metrics! {
         "mean over attributes, weighted by their numbers of frames, of the mean overlap of the \
          frames that count";
     FAILURES = "failures", "failures", LowerIsBetter, "failures",
-        "sum over sequences of the mean over repetitions of the number of restarts";
+        "sum over sequences of the mean over repetitions of the number of failures";
     FAILURES_OF_ATTRIBUTES = "failures_of_attributes", "failures (attributes)", LowerIsBetter, "failures",
         "mean over attributes, weighted by their numbers of frames, of the number of failures in them";
     EAO = "eao", "EAO", HigherIsBetter, "",

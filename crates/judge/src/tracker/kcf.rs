@@ -315,7 +315,7 @@ impl Look for KcfLook {
         let hog = p.features == Features::Hog;
         let colors = if p.color && hog { Colors::Rgb } else { Colors::Gray };
         let (w, h) = self.size;
-        let mut patch = if self.ratio == 1.0 && scale == 1.0 {
+        let mut patch = if p.template == 0 && p.scale_step <= 1.0 {
             let start = |c: f64, n: usize| c.floor() as i64 + 1 - (n / 2) as i64;
             Patch::cut(frame, &Window { x: start(cx, w), y: start(cy, h), w, h }, colors)
         } else {

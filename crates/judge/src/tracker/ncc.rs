@@ -95,7 +95,7 @@ impl Target {
         (window.y, window.h) = cut(window.y, window.h, cy, frame.height());
         let side = ((window.w * window.h) as f64).sqrt();
         let longest = frame.width().max(frame.height()) as f64;
-        let radius = (0.5 * p.search * side).clamp(2.0, longest).round() as i64;
+        let radius = (0.5 * p.search * side).min(longest).max(2.0).round() as i64;
         let mut correlator = Correlator::new(window.w, window.h, radius as usize);
         correlator.set_template(&gray(frame, &window));
         Self { region: region.clone(), window, moved: (0, 0), radius, correlator }

@@ -20,8 +20,8 @@
 //! **Region noise.** Each start box is the truth's rectangle, its sides times U(.9, 1.1), its center moved by
 //! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
 //!
-//! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one. The frames
-//! before are [`Status::Waiting`]. The toolkit takes its start frames from a list that came with its results and is
+//! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one, or the last
+//! one if there is none. The frames before are [`Status::Waiting`]. The toolkit takes its start frames from a list that came with its results and is
 //! not public for all sequences; equal steps follow the paper (Wu, Lim, Yang, 2013: "20 segments").
 //!
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
@@ -54,10 +54,6 @@ pub enum RunProtocol {
     /// Started on a different box in each run.
     OtbSpatial,
 }
-
-/// Version of the protocols; part of the address of a track under any of them but `one-pass`.
-/// - 1: first version.
-pub const VERSION: u32 = 1;
 
 /// Number of frames from a failure to the next start.
 const SKIPPED: usize = 5;
@@ -101,6 +97,13 @@ impl RunProtocol {
         }
     }
 
+    /// Version, part of the address of a track under any protocol but `one-pass`.
+    /// - 1: first version.
+    /// - 2, of `vot-reset-2014`: pixels are counted from the corner of both regions.
+    fn version(self) -> u32 {
+        if self == Self::VotReset2014 { 2 } else { 1 }
+    }
+
     /// Protocol of this name; `None` if it is unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name() == name)
@@ -123,7 +126,7 @@ impl RunProtocol {
         let params = setup.params();
         let under = Under { protocol: self, config: setup.plugin };
         let mut setup = Configured::<dyn TrackerConfig>::new(params, Arc::new(under));
-        setup.show("protocol", format!("{}/{VERSION}", self.name()));
+        setup.show("protocol", format!("{}/{}", self.name(), self.version()));
         setup
     }
 }
@@ -183,7 +186,7 @@ impl TrackerConfig for Under {
 /// Index of the frame in which a run of the temporal protocol starts.
 fn start_frame(truth: &[Option<Region>], run: u32) -> usize {
     let at = run as usize * truth.len().saturating_sub(1) / TEMPORAL_RUNS as usize;
-    (at..truth.len()).find(|t| truth[*t].is_some()).unwrap_or(0)
+    (at..truth.len()).chain((0..at).rev()).find(|t| truth[*t].is_some()).unwrap_or(0)
 }
 
 /// Start box of a run of the spatial protocol.
@@ -330,6 +333,26 @@ impl Supervised {
 impl Tracker for Supervised {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
         self.step(frame, None)
+    }
+
+    fn fork(&self, seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        // Restarts go by the truth of each frame, in their order.
+        if self.restarts() {
+            return None;
+        }
+        let phase = match &self.phase {
+            Phase::Running(tracker) => Phase::Running(tracker.fork(seed)?),
+            Phase::Stopped { until } => Phase::Stopped { until: *until },
+        };
+        Some(Box::new(Self {
+            phase,
+            config: self.config.clone(),
+            sequence: self.sequence.clone(),
+            data_roots: self.data_roots.clone(),
+            rng: self.rng.clone(),
+            last: self.last.clone(),
+            ..*self
+        }))
     }
 }
 

@@ -22,11 +22,11 @@
 //! Deviations: **the color names are a substitute** for the learned table of the original, see
 //! [`crate::image::color_names`]; cells have the mean of their pixels (the original: a bicubic resize); halving as
 //! in [`super::kcf`], with its other safety rules: at least 3 cells each way, targets not larger than the frame and in
-//! touch with it, no move without contrast. The region keeps its offset from the tracked pixel.
+//! touch with it. In a window of one color the gray values and color names still move it. The region keeps its offset from the tracked pixel.
 //!
 //! The response map of the best scale is reported in numbers and, as a density, as the posterior of the
 //! center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is the response
-//! to the window that the filter has just learned; that of a window without contrast is 0.
+//! to the window that the filter has just learned.
 //!
 //! Checked against a separate NumPy version of this description: on diving of VOT2014 both fail in frames 58, 98, 175 and
 //! 194, that one also with the learned table and bicubic cells and without color names; on Couple of OTB responses are so

@@ -14,6 +14,8 @@ pub struct ConfidentFrame {
     pub overlap: Option<f64>,
     /// Value of the signal; 0 if the signal is the tracker's own confidence and the tracker gives none.
     pub confidence: f64,
+    /// False if the tracker gives none.
+    pub is_given: bool,
 }
 
 /// The frames of a run, from the frame in which the tracker was started.
@@ -31,6 +33,7 @@ fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bo
                 status: *status,
                 overlap: truth.as_ref().map(overlap),
                 confidence: if is_given { *value } else { 0.0 },
+                is_given,
             }
         })
         .collect()

@@ -3,9 +3,12 @@
 //! The measures, and what the programs differ in, are in [`crate::score::longterm`]. The signal is used as
 //! the confidence; a high value means that the tracker is sure. A frame without annotation counts as a frame
 //! without target. The overlap is 0 in such frames, and in frames in which the tracker has no box, for
-//! example because it says that the target is absent. Where the signal is the tracker's own confidence, a
-//! frame for which the tracker gives none, the first one included, has confidence 0, as in the programs. If a
-//! tracker starts after the first frame, the frames before its start are left out.
+//! example because it says that the target is absent; vot-toolkit and pysot also have 0 in the frame of the start. Where the
+//! signal is the tracker's own confidence, a frame for which the tracker gives none, the first one included, has
+//! confidence 0, as in the programs. If a tracker starts after the first frame, the frames before its start are left out.
+//!
+//! Deviation: where target and tracker are absent, vot-toolkit has overlap 1 if both are told by empty rectangles, so
+//! that its recall can be above 1; here it is 0.
 //!
 //! Numbers: `lt_precision`, `lt_recall` and `lt_f` at the threshold with the largest F, and `lt_threshold`, the lowest
 //! confidence that reaches it. Tables: `overall`, and `sequences` with precision and recall of each at that threshold.
@@ -15,6 +18,7 @@ use super::confident::{ConfidentFrame, sequences};
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
 use crate::score::TrackerMetric;
 use crate::score::longterm::{ConfidentTrack, Point, RULES, Rules, best};
+use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::plugin::{Entry, ParamError, Plugin};
@@ -22,7 +26,7 @@ use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
     "longterm",
-    3,
+    4,
     "precision, recall and F of trackers over their confidence, by the rules of an evaluation program",
 )
 .example("{ rules = \"longterm/vot-toolkit/1\" }");
@@ -63,10 +67,15 @@ impl Plugin for Longterm {
 const NUMBERS: [TrackerMetric; 4] =
     [TrackerMetric::LT_PRECISION, TrackerMetric::LT_RECALL, TrackerMetric::LT_F, TrackerMetric::LT_THRESHOLD];
 
-fn confident(frames: &[ConfidentFrame]) -> ConfidentTrack {
+fn confident(frames: &[ConfidentFrame], rules: &Rules) -> ConfidentTrack {
+    let overlap = |f: &ConfidentFrame| match f.status {
+        Status::Initialized if rules.marks_starts() => 0.0,
+        _ => f.overlap.unwrap_or(0.0),
+    };
+    let confidence = |f: &ConfidentFrame| if f.is_given { f.confidence } else { rules.no_confidence() };
     ConfidentTrack {
-        overlap: frames.iter().map(|f| f.overlap.unwrap_or(0.0)).collect(),
-        confidence: frames.iter().map(|f| f.confidence).collect(),
+        overlap: frames.iter().map(overlap).collect(),
+        confidence: frames.iter().map(confidence).collect(),
         visible: frames.iter().filter(|f| f.overlap.is_some()).count(),
     }
 }
@@ -88,7 +97,7 @@ impl Analysis for Longterm {
         let sequences = sequences(&populations[0], self.params.overlap, self.params.bounded)?;
         let (names, runs): (Vec<&str>, Vec<Vec<ConfidentTrack>>) = sequences
             .iter()
-            .map(|(name, runs)| (*name, runs.iter().map(|frames| confident(frames)).collect()))
+            .map(|(name, runs)| (*name, runs.iter().map(|frames| confident(frames, self.rules)).collect()))
             .unzip();
         let curve = self.rules.curve(&runs);
         let best = best(&curve).ok_or(AnalysisError::NoTrack)?;
@@ -118,7 +127,6 @@ mod tests {
     use crate::analysis::Findings;
     use crate::detector::Example;
     use crate::score::trajectory::Trajectory;
-    use crate::tracker::Status;
     use proptest::prelude::*;
     use trackfail_core::region::{Rect, Region};
     use trackfail_testing::assert_near;
@@ -180,24 +188,45 @@ mod tests {
         }
     }
 
-    // vot-toolkit 0.9.0, determine_thresholds and compute_tpr_curves in `vot/analysis/longterm.py`, with overlaps of 1, and of
-    // 0 in frames 21 to 25, and `properties(i).get("confidence", 0)`: Pr, Re and F at the largest F.
+    // By hand: at .9 the 35 frames with that confidence count, or all 40. The overlap is 0 in frames 21 to 25, and in the first
+    // one for the programs that know it as a start. `visible` frames have the target.
     #[test]
     fn a_frame_without_a_confidence_has_0() {
-        for (is_absent, confidence, expected) in [
-            (true, None, [1.0, 1.0, 1.0]),
-            (true, Some(0.0), [1.0, 1.0, 1.0]),
-            (true, Some(f64::NAN), [1.0, 1.0, 1.0]),
-            (true, Some(0.9), [0.875, 1.0, 0.933_333_333_333_333_3]),
+        for (is_absent, confidence, count, visible) in [
+            (true, None, 35.0, 35.0),
+            (true, Some(0.0), 35.0, 35.0),
+            (true, Some(f64::NAN), 35.0, 35.0),
+            (true, Some(0.9), 40.0, 35.0),
             // It is said to be absent and is not.
-            (false, None, [1.0, 0.875, 0.933_333_333_333_333_3]),
-            (false, Some(0.0), [1.0, 0.875, 0.933_333_333_333_333_3]),
+            (false, None, 35.0, 40.0),
+            (false, Some(0.0), 35.0, 40.0),
         ] {
             let drawn = said_absent(is_absent, confidence);
-            for rules in ["longterm/vot-toolkit/1", "longterm/pysot/1", "longterm/pytracking/1"] {
-                let what = format!("{rules} {is_absent} {confidence:?}");
-                assert_near(at_best(&findings(rules, &drawn)), expected, 1e-12, what);
+            for (program, sum) in [("vot-toolkit", 34.0), ("pysot", 34.0), ("pytracking", 35.0)] {
+                let (precision, recall) = (sum / count, sum / visible);
+                let expected = [precision, recall, 2.0 * precision * recall / (precision + recall)];
+                let what = format!("{program} {is_absent} {confidence:?}");
+                let found = findings(&format!("longterm/{program}/1"), &drawn);
+                assert_near(at_best(&found), expected, 1e-12, what);
             }
+        }
+    }
+
+    // vot-toolkit 0.9.0, compute_tpr_curves on a trajectory of `Special(INITIALIZATION)` and four boxes on the target, with
+    // `properties(i).get("confidence", 0)`. In pysot's determine_thresholds the first confidence is NaN.
+    #[test]
+    fn a_start_has_no_overlap_and_in_pysot_no_rank() {
+        let mut status = vec![Status::Tracked; 5];
+        status[0] = Status::Initialized;
+        let confidence = vec![None, Some(-1.0), Some(-1.0), Some(-1.0), Some(-1.0)];
+        let (regions, truth) = (vec![square(0.0); 5], vec![Some(square(0.0)); 5]);
+        let drawn = Drawn { regions, status, truth, signal: vec![-1.0; 5], confidence };
+        for (program, expected, points) in
+            [("vot-toolkit", 0.8, 7), ("pysot", 0.8, 6), ("pytracking", 1.0, 4)]
+        {
+            let found = findings(&format!("longterm/{program}/1"), &drawn);
+            assert_near(at_best(&found), [expected; 3], 1e-12, program);
+            assert_eq!(found.charts[0].curves[0].1.len(), points, "{program}");
         }
     }
 
@@ -229,7 +258,7 @@ mod tests {
             signal: vec![1.0, 0.5, 0.1, 0.9],
             confidence: vec![],
         };
-        let findings = findings("longterm/vot-toolkit/1", &drawn);
+        let findings = findings("longterm/pytracking/1", &drawn);
         assert_near(at_best(&findings), [1.0, 1.0 / 3.0, 0.5], 1e-12, "");
         assert_eq!(findings.number("lt_threshold"), Some(1.0));
         for (recall, precision) in [(1.0 / 3.0, 0.5), (4.0 / 9.0, 4.0 / 9.0)] {
@@ -265,7 +294,8 @@ mod tests {
                 confidence: given.iter().copied().map(Some).collect(),
                 signal: given,
             };
-            for rules in RULES {
+            // In pysot it is no threshold.
+            for rules in RULES.iter().filter(|rules| !rules.no_confidence().is_nan()) {
                 prop_assert_eq!(findings(rules.name, &empty), findings(rules.name, &zero));
             }
         }

@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     fn frame(status: Status, overlap: Option<f64>, confidence: f64) -> ConfidentFrame {
-        ConfidentFrame { status, overlap, confidence }
+        ConfidentFrame { status, overlap, confidence, is_given: true }
     }
 
     // By hand: the first frame does not count; the tracker says absent once, and is unsure once.

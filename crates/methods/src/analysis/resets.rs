@@ -25,7 +25,7 @@ use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Resets>(
     "resets",
-    3,
+    4,
     "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
 );
 

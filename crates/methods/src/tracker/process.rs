@@ -57,7 +57,7 @@
 //!
 //! # Common to both
 //!
-//! The answer to the first frame must be a region. It is then replaced by the given region, as in the OTB and
+//! The answer to the first frame must be a region (in TraX a code will do). It is then replaced by the given region, as in the OTB and
 //! VOT protocols. Images are the dataset's files. Frames without a file, and files whose path has control
 //! characters or is not UTF-8, are written as PNG files into a temporary folder, which keeps the last two
 //! images.

@@ -14,6 +14,7 @@ use crate::results::frame_measures::reading;
 use crate::results::{CellScore, Results, ResultsError};
 use crate::table::layout::Origin;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use trackfail_methods::score::frames::{self, ScoredTrack};
 use trackfail_methods::score::metric::Source;
 use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
@@ -65,8 +66,8 @@ pub struct Part {
 struct SequenceShare {
     runs: usize,
     counts: Counts,
-    /// Tracks; errors of frames that do not count are NaN.
-    tracks: Vec<Trace>,
+    /// Tracks, with the parts of each that count, and without the alarms that do not.
+    tracks: Vec<(Trace, Vec<Range<usize>>)>,
     /// Scores of the frames that count, for each track.
     scores: Vec<Vec<f64>>,
     delays: Vec<i64>,
@@ -77,8 +78,9 @@ impl SequenceShare {
         self.delays.extend(protocol.map(|p| trace.judge(p)).iter().flat_map(TrackScore::delays));
         let pieces = protocol.map(|p| p.restarts.apart(&trace.track.pieces)).unwrap_or_default();
         self.scores.push(restarts::counted(pieces, &trace.method.score).into_owned());
-        trace.track.error = restarts::counted_errors(pieces, &trace.track.error).into_owned();
-        self.tracks.push(trace);
+        let parts = restarts::parts(pieces, &trace.track.error);
+        trace.method.alarm = restarts::counted_alarms(pieces, &trace.method.alarm).into_owned();
+        self.tracks.push((trace, parts));
     }
 }
 
@@ -166,16 +168,25 @@ fn pooled<'a>(
     let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
     let frames = metric.is_of_frames().then(|| {
-        let traces = || shares.iter().enumerate().flat_map(|(k, s)| s.tracks.iter().map(move |t| (k, t)));
-        let compared: Vec<&[f64]> = traces().map(|(_, trace)| trace.compared()).collect();
-        let differs = traces().any(|(_, trace)| !trace.method.alarm_score.is_empty());
-        let scored = |(sequence, Trace { track, method }): (usize, &'a Trace)| ScoredTrack {
-            sequence,
-            error: &track.error,
-            score: &method.score,
-            alarm: &method.alarm,
+        let parts = || {
+            let of_share = |(k, share): (usize, &&'a SequenceShare)| {
+                let parts = move |(trace, parts): &'a (Trace, Vec<Range<usize>>)| {
+                    parts.iter().cloned().map(move |part| (k, trace, part))
+                };
+                share.tracks.iter().flat_map(parts)
+            };
+            shares.iter().enumerate().flat_map(of_share)
         };
-        let tracks: Vec<ScoredTrack<'_>> = traces().map(scored).collect();
+        let compared: Vec<&[f64]> = parts().map(|(_, trace, part)| &trace.compared()[part]).collect();
+        let differs = parts().any(|(_, trace, _)| !trace.method.alarm_score.is_empty());
+        let scored =
+            |(sequence, Trace { track, method }, part): (usize, &'a Trace, Range<usize>)| ScoredTrack {
+                sequence,
+                error: &track.error[part.clone()],
+                score: &method.score[part.clone()],
+                alarm: &method.alarm[part],
+            };
+        let tracks: Vec<ScoredTrack<'_>> = parts().map(scored).collect();
         frames::measure(&tracks, differs.then_some(&compared[..]), method, None)
     });
     let chance = protocol.map(|p| p.chance);

@@ -102,13 +102,19 @@ fn of_method<'a>(
         // Sequences without a result are not drawn in bootstrap samples.
         let sequences: BTreeSet<usize> = tracks.iter().map(|(sequence, _)| *sequence).collect();
         let sequences: Vec<usize> = sequences.into_iter().collect();
-        let errors: Vec<_> =
-            done.iter().map(|one| restarts::counted_errors(&one.judged.pieces, &one.track.error)).collect();
-        let scored = done.iter().zip(&errors).map(|(one, error)| ScoredTrack {
+        let alarms: Vec<_> =
+            done.iter().map(|one| restarts::counted_alarms(&one.judged.pieces, &one.output.alarm)).collect();
+        let parts = || {
+            done.iter().zip(&alarms).flat_map(|(one, alarm)| {
+                let parts = restarts::parts(&one.judged.pieces, &one.track.error).into_iter();
+                parts.map(move |part| (one, alarm, part))
+            })
+        };
+        let scored = parts().map(|(one, alarm, part)| ScoredTrack {
             sequence: sequences.partition_point(|sequence| *sequence < one.cell.sequence),
-            error,
-            score: &one.output.score,
-            alarm: &one.output.alarm,
+            error: &one.track.error[part.clone()],
+            score: &one.output.score[part.clone()],
+            alarm: &alarm[part],
         });
         let scored: Vec<ScoredTrack<'_>> = scored.collect();
         let same = |(before, ..): &&(Vec<Done<'_>>, FrameMeasures, Sampled)| {
@@ -121,7 +127,8 @@ fn of_method<'a>(
             Some((_, measures, sampled)) => (*measures, sampled.clone()),
             None => {
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);
-                let compared: Vec<&[f64]> = done.iter().map(|one| one.output.compared()).collect();
+                let compared: Vec<&[f64]> =
+                    parts().map(|(one, _, part)| &one.output.compared()[part]).collect();
                 let differs = done.iter().any(|one| one.output.alarm_score.is_some());
                 let reading = reading(experiment, &first.method, params);
                 of_scores(&scored, differs.then_some(&compared[..]), reading, Some(seed))

@@ -14,8 +14,8 @@
 //! Inputs from a network have only the first three features.
 //!
 //! `t` is a 0-based frame. The past is the last 100 values before frame t. A frame in which an input is
-//! missing does not change its history. In such a frame, `now` and `z` have no value; before the first value,
-//! no feature has one. A feature without a value has no effect on the score.
+//! missing does not change its history. In such a frame, `now`, `change` and `z` have no value; before the first value,
+//! no feature but `missing` has one. A feature without a value has no effect on the score.
 
 use super::inputs::FusedInput;
 use serde::{Deserialize, Serialize};

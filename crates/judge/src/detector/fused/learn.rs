@@ -3,8 +3,8 @@
 //! ```text
 //! examples   the first 16 frames of each loss, and of the other frames with ground truth each `stride`-th, which counts as
 //!            `stride` frames
-//! weight     frames that it counts as, x 3 in the first 16 of a loss, x .1 later in a loss, x .3 on good frames that overlap
-//!            the target by less than .1, x 1 on all others;  x sqrt(m / n), n: frames of the video in all of its tracks, m:
+//! weight     frames that it counts as, x 3 in the first 16 of a loss, x .1 later in a loss, x .3 on good frames whose Dice
+//!            overlap is below .1 (IoU .053), x 1 on all others;  x sqrt(m / n), n: frames of the video in all of its tracks, m:
 //!            their mean over the videos
 //! ```
 //!
@@ -32,6 +32,9 @@ const INNER_FOLDS: usize = 4;
 pub const BUDGETS: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0];
 /// Number of frames at the beginning of a loss, which get the full weight.
 const ONSET: usize = 16;
+/// Least slope of the calibration. A slope of 0 or less would turn the order of the scores around: they are worth nothing
+/// then, and the probability is about the share of lost frames.
+const LEAST_SLOPE: f64 = 1e-3;
 /// Least number of good frames for a source of videos to set a threshold.
 const GOOD_FRAMES: f64 = 5000.0;
 
@@ -189,8 +192,15 @@ fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64)
     }
     // A little shrinking, so that scores which separate the training frames do not get an infinite slope.
     let fit = logistic::fit(&rows, 1e-6 * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
-    // A slope of 0 or less would turn the order of the scores around: they are worth nothing then.
-    Ok((fit.weights.first().copied().unwrap_or_default().max(1e-3), fit.bias))
+    let slope = fit.weights.first().copied().unwrap_or_default();
+    if slope >= LEAST_SLOPE {
+        return Ok((slope, fit.bias));
+    }
+    let total =
+        |of: &dyn Fn(&[f64], bool) -> f64| rows.iter().map(|(x, lost, w)| w * of(x, lost)).sum::<f64>();
+    let (all, lost) = (total(&|_, _| 1.0), total(&|_, lost| f64::from(lost)));
+    let middle = total(&|x, _| x[0]) / all;
+    Ok((LEAST_SLOPE, (lost / (all - lost)).ln() - LEAST_SLOPE * middle))
 }
 
 /// For each budget, the lowest threshold that at most this number of good frames reach, on every source.
@@ -243,7 +253,7 @@ mod tests {
         assert_eq!(reached, [0, 0, 0, 0, 0, 1, 2, 4, 10]);
     }
 
-    // By hand, a stride of 10 and a loss from frame 12 to 32: frames 0 and 40 are good (40 overlaps by exactly .1), 10 overlaps
+    // By hand, a stride of 10 and a loss from frame 12 to 32: frames 0 and 40 are good (40 has a Dice overlap of exactly .1), 10 overlaps
     // by less; 12 to 28 are the beginning of the loss without frame 20, which has no ground truth, and 30 is later in it.
     #[test]
     fn frames_that_are_learned_from_and_their_weights() {
@@ -322,8 +332,16 @@ mod tests {
     #[test]
     fn scores_that_are_low_in_losses_are_worth_nothing() {
         let scores = [vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0]];
-        let slope = |lost: [bool; 6]| calibrate(&[track(&lost)], &scores).unwrap().0;
-        assert_eq!(slope([true, true, false, true, false, false]), 1e-3);
-        assert!(slope([false, false, true, false, true, true]) > 0.1);
+        let fit = |lost: [bool; 6]| calibrate(&[track(&lost)], &scores).unwrap();
+        assert!(fit([false, false, true, false, true, true]).0 > 0.1);
+        // Half of the frames are lost, or two of six.
+        for (lost, share) in [
+            ([true, true, false, true, false, false], 0.5),
+            ([true, true, false, false, false, false], 1.0 / 3.0),
+        ] {
+            let found = fit(lost);
+            assert_eq!(found.0, LEAST_SLOPE);
+            assert!(scores[0].iter().all(|score| (probability(found, *score) - share).abs() < 1e-3));
+        }
     }
 }

@@ -4,7 +4,7 @@
 //! minimize over w, b:  sum_i v_i ln(1 + exp(-y_i (w . x_i + b))) + lambda / 2 |w|^2        y_i = 1 (lost) or -1
 //! ```
 //!
-//! `x_i` are standardized features, `v_i` weights whose sum is the number of rows; `b` has no penalty. For
+//! `x_i` are standardized features, `v_i` weights; `b` has no penalty. For
 //! `lambda > 0` the objective is strictly convex in `w`, so the result does not depend on the start of the
 //! search. Rows are summed in order, on one thread.
 

@@ -30,7 +30,7 @@
 //!   has its reference in the track that is lost already, where the way back may lead as well. On the
 //!   stand-ins for D1 and D2 a lag of 25 frames is no better (`sanmiguel2015/table4`): checks are accepted wrongly
 //!   because particles that are spread widely find the target again on their way back;
-//! * large decreases come before small ones, which they always are too, and before the end of waiting.
+//! * large decreases come before small ones of the same frame, and before the end of waiting.
 
 use super::Condition::{self, LockedOn, LockingIn, Scanning};
 

@@ -50,6 +50,8 @@ impl Place {
         let (width, height) = (frame.width() as f64, frame.height() as f64);
         let Rect { w, h, .. } = self.first;
         if self.scale != 1.0 {
+            // The window of a larger target is that of one as large as the frame.
+            let (w, h) = (w.min(width), h.min(height));
             let most = (width / w).min(height / h).max(1e-9);
             let least = (4.0 / w.min(h)).min(1.0).min(most);
             self.scale = self.scale.clamp(least, most);

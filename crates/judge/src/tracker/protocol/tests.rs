@@ -32,6 +32,10 @@ impl Tracker for (Region, usize) {
         let posterior = crate::tracker::Moments { likelihood: self.1 as f64, ..Default::default() };
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(self.0.clone()) })
     }
+
+    fn fork(&self, _seed: Option<u64>) -> Option<Box<dyn Tracker>> {
+        Some(Box::new(self.clone()))
+    }
 }
 
 fn under(protocol: RunProtocol) -> Configured<dyn TrackerConfig> {
@@ -98,8 +102,32 @@ fn temporal_runs_start_later_and_wait() {
     assert_eq!((&states[0].region, &states[21].region), (&square(21.0), &square(21.0)));
     assert_eq!(words(&track(RunProtocol::OtbTemporal, &q, 0)), format!("I{}", "T".repeat(40)));
     assert_eq!(start_frame(&q.truth, 19), 38);
+    // By hand: after frame 20 the target is never seen again.
+    let gone: Vec<_> = (0..41).map(|t| Some(square(0.0)).filter(|_| t < 20)).collect();
+    assert_eq!([9, 10, 19].map(|run| start_frame(&gone, run)), [18, 19, 19]);
     let errors = crate::score::overlap::errors(&states, &q.truth);
     assert!(errors[..21].iter().all(|e| e.is_nan()) && errors[21] == 0.0);
+}
+
+// Forked before the start and after it, a copy goes on as the whole does; with restarts there is none.
+#[test]
+fn a_copy_goes_on_under_protocols_without_restarts() {
+    let q = sequence((0..20).map(|t| Some(square(f64::from(t)))).collect());
+    let frame = Frame::new(64, 48, vec![0; 3 * 64 * 48]);
+    for protocol in RunProtocol::ALL {
+        let context = RunContext { run: 10, ..testing::context(&q, 5) };
+        let (mut tracker, _) = under(protocol).start(&context, &frame, &square(0.0)).unwrap();
+        for t in 1..15 {
+            let copy = tracker.fork(None);
+            let next = tracker.update(&frame).unwrap();
+            let is_restarted = matches!(
+                protocol,
+                RunProtocol::VotReset | RunProtocol::VotReset2014 | RunProtocol::VotRegionNoise
+            );
+            assert_eq!(copy.is_none(), is_restarted, "{protocol:?}");
+            assert!(copy.is_none_or(|mut copy| copy.update(&frame).unwrap() == next), "{protocol:?} {t}");
+        }
+    }
 }
 
 #[test]

@@ -87,17 +87,20 @@ impl<T: Send + 'static> Child<T> {
         Ok(Self { process, name, lines: Some(lines), answers, within: first, later, quit })
     }
 
-    /// Sends a line and does not wait for the answer.
-    pub fn send(&mut self, line: String) -> Result<(), ProgramFault> {
+    /// Sends a line and does not wait for the answer. `told` describes a message that says by itself why it came
+    /// unasked.
+    pub fn send(
+        &mut self,
+        line: String,
+        told: impl FnOnce(&T) -> Option<String>,
+    ) -> Result<(), ProgramFault> {
         if self.lines.is_none() {
             return Err(ProgramFault("it has ended".into()));
         }
         match self.answers.try_recv() {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
             Ok(Err(e)) => return Err(self.fault(e.to_string())),
-            Ok(Ok(_)) => {
-                return Err(self.fault(UNASKED.into()));
-            }
+            Ok(Ok(early)) => return Err(self.fault(told(&early).unwrap_or(UNASKED.into()))),
         }
         match self.lines.as_ref().map(|lines| lines.try_send(line)) {
             Some(Err(TrySendError::Full(_))) => Err(self.fault("it does not read what it is sent".into())),
@@ -205,7 +208,7 @@ impl Child<String> {
         expected: &str,
         read: impl FnOnce(&str) -> Result<A, String>,
     ) -> Result<A, ProgramFault> {
-        self.send(line)?;
+        self.send(line, |_| None)?;
         let answer = self.receive(expected)?;
         read(&answer).map_err(|why| self.fault(format!("{} ({why}); expected {expected}", received(&answer))))
     }

@@ -58,7 +58,7 @@ impl JsonPeer {
         let mut child = Child::start(command, folder, limits, None, read_line)?;
         let role = program.role.word();
         let meta = Meta { protocol: PROTOCOL, program: &program.name, role, track };
-        child.send(line(&BTreeMap::from([("meta", meta)]))?)?;
+        child.send(line(&BTreeMap::from([("meta", meta)]))?, |_| None)?;
         Ok(Self { child })
     }
 

@@ -214,7 +214,7 @@ impl Trax {
 
     fn send(&mut self, message: &Message) -> Result<(), ProgramFault> {
         let line = trax::write(message).map_err(|e| self.child.fault(e.to_string()))?;
-        self.child.send(line)
+        self.child.send(line, |early| matches!(early, Message::Quit { .. }).then(|| in_words(early)))
     }
 
     fn receive(&mut self) -> Result<FrameAnswer, ProgramFault> {

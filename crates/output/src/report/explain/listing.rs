@@ -1,5 +1,6 @@
 //! Contributions to a number as rows of text: sequences, events and detections, stretches, frames.
 
+use super::select::has_frames;
 use super::{Explained, Part};
 use crate::report::sequences::counted_by;
 use crate::report::trace::{self, Alike, EventOutcome, Moment, Trace};
@@ -64,13 +65,17 @@ pub fn about(results: &Results, table: &Table, explained: &Explained) -> String 
         let printed = p.values.iter().filter(|(column, _)| *column == of.column);
         lines.extend(printed.map(|(_, text)| format!("published for {}: {text}", p.tracker)));
     }
-    lines.push(format!(
-        "from {} sequences; `moves` is how far a sequence moves the number, down to its events with --sequence",
-        explained.parts.len()
-    ));
+    let down = if has_frames(results, of) { ", down to its events with --sequence" } else { "" };
+    let count = explained.parts.len();
+    lines.push(format!("from {count} sequences; `moves` is how far a sequence moves the number{down}"));
     let left_out = explained.failed.iter();
     lines.extend(left_out.map(|(sequence, run, why)| format!("left out: {sequence}, run {run}: {why}")));
     lines.join("\n  ") + "\n"
+}
+
+/// Counts in words.
+pub(super) fn in_words(Counts { tp, fp, fn_, tn }: Counts) -> String {
+    format!("TP {tp}, FP {fp}, FN {fn_}, TN {tn}")
 }
 
 /// Describes a number on one sequence, in several lines.
@@ -80,10 +85,7 @@ pub fn about_sequence(results: &Results, explained: &Explained, sequence: &str) 
         vec![format!("{}, {sequence}: {} on tracker {}", results.experiment.name, of.label(), of.tracker)];
     lines.extend(explained.protocol.map(counted_by));
     let part = explained.parts.iter().find(|p| p.sequence == sequence);
-    lines.extend(part.map(|p| {
-        let Counts { tp, fp, fn_, tn } = p.counts;
-        format!("TP {tp}, FP {fp}, FN {fn_}, TN {tn}")
-    }));
+    lines.extend(part.map(|p| in_words(p.counts)));
     lines.join("\n  ") + "\n"
 }
 

@@ -1,9 +1,11 @@
 //! Selection of the number in a table that is to be explained.
 
 use super::Explained;
+use super::listing::in_words;
 use crate::report::finished::{self, FinishedError};
 use crate::report::trace::Trace;
 use crate::results::analyses::FILE as ANALYSES;
+use crate::results::beside::plain;
 use crate::results::{CellScore, Results};
 use crate::table;
 use crate::table::layout::{self, Origin};
@@ -19,7 +21,7 @@ pub enum SelectError {
     /// The experiment has no results, or they cannot be read.
     #[error(transparent)]
     Finished(#[from] FinishedError),
-    /// An unknown or ambiguous name, or one of a number without parts; with the place where it was looked up.
+    /// An unknown or ambiguous name, or one of a number without parts or frames; with the place where it was looked up.
     #[error("{0}")]
     Name(String),
     /// Files of the results contradict each other.
@@ -142,6 +144,32 @@ pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), SelectE
     Err(SelectError::unknown(&format!("{method} on {tracker}"), "sequence", wanted, known))
 }
 
+/// The file of single frames.
+const FRAMES: &str = "frames.parquet";
+
+/// True for a row of kept results, of which only counts are there.
+fn is_kept(of: &Origin) -> bool {
+    plain(&of.tracker) != of.tracker || plain(&of.method) != of.method
+}
+
+/// True if the results have the single frames behind a number.
+pub fn has_frames(results: &Results, of: &Origin) -> bool {
+    results.manifest.files.contains_key(FRAMES) && !is_kept(of)
+}
+
+/// Checks that the results have the single frames behind a number.
+///
+/// # Errors
+/// When they have none.
+pub fn check_frames(results: &Results, of: &Origin) -> Result<(), SelectError> {
+    let why = match (has_frames(results, of), is_kept(of)) {
+        (true, _) => return Ok(()),
+        (_, true) => "rows marked (kept) have no single frames; explain them in the results they are from",
+        _ => "these results are compact and have no single frames; run it again without --compact",
+    };
+    Err(SelectError::Name(format!("{}: {why}", results.experiment.name)))
+}
+
 /// Checks that the frames of a sequence give the same counts as the table of scores. One run writes both.
 ///
 /// # Errors
@@ -153,7 +181,34 @@ pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> 
     if counted == part.counts {
         return Ok(());
     }
-    let stored = part.counts;
-    let message = format!("{sequence}: frames.parquet gives {counted:?}, scores.csv has {stored:?}");
+    let [counted, stored] = [counted, part.counts].map(in_words);
+    let message = format!("{sequence}: {FRAMES} gives {counted}; scores.csv has {stored}");
     Err(SelectError::Counts(message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::explain::Part;
+    use trackfail_methods::score::khalid2016;
+
+    #[test]
+    fn counts_that_differ_are_told_in_words() {
+        let counts = Counts { tp: 7, fp: 18, fn_: 2, tn: 173 };
+        let [row, column, tracker, method, params] = [""; 5].map(String::from);
+        let metric = Metric::F_SCORE;
+        let part = Part { sequence: "Girl".into(), runs: 1, counts, alone: None, without: None, moves: None };
+        let explained = Explained {
+            of: Origin { row, column, tracker, method, params, attribute: None, metric, counts },
+            value: None,
+            counts,
+            formula: String::new(),
+            protocol: Some(&khalid2016::PROTOCOL),
+            parts: vec![part],
+            failed: Vec::new(),
+        };
+        let told = check_counts(&explained, "Girl", &[]).unwrap_err().to_string();
+        let counted = "frames.parquet gives TP 0, FP 0, FN 0, TN 0; scores.csv has TP 7, FP 18, FN 2, TN 173";
+        assert_eq!(told, format!("Girl: {counted}; run it again"));
+    }
 }
