@@ -176,7 +176,8 @@ tracker = [
 "#;
 
 // got10k 0.1.3 for a box and 29 times 0,0,0,0 on a target that stands still: success 20/21 and precision 1 in the first frame
-// alone. vot-toolkit 0.9.0, `vot/analysis/longterm.py`, for no box in five frames of 30: a confidence that is missing is 0.
+// alone. vot-toolkit 0.9.0, `vot/analysis/longterm.py`, for no box in five frames of 30: a confidence that is missing
+// is 0, and the first frame is known by a mark, which overlaps nothing.
 #[test]
 fn frames_without_a_box_count_as_the_words_of_the_experiment_say() {
     let place = Place::with(&[("datasets.lock", &boxes_lock()), ("spec.toml", WITHOUT_BOX_SPEC)]);
@@ -194,8 +195,8 @@ fn frames_without_a_box_count_as_the_words_of_the_experiment_say() {
         ("got10k", "repeat", "success_auc", 20.0 / 21.0),
         ("overlap", "absent", "ao", 0.0),
         ("overlap", "repeat", "ao", 1.0),
-        ("vot", "empty", "lt_precision", 1.0),
-        ("vot", "empty", "lt_recall", 25.0 / 30.0),
+        ("vot", "empty", "lt_precision", 24.0 / 25.0),
+        ("vot", "empty", "lt_recall", 24.0 / 30.0),
     ] {
         let is_it = |a: &&serde_json::Value| a["analysis"] == analysis && a["tracker"] == tracker;
         let numbers =
