@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let results = named(name)?;
             let other = others.first().map(named).transpose()?;
             let of_second = other.as_ref().unwrap_or(&results);
-            [&results, of_second].into_iter().try_for_each(|of| check_tracker(of, tracker))?;
+            check_tracker(&[&results, of_second], tracker)?;
             let first = pairs::side(&results, &args.first, tracker)?;
             let second = pairs::side(of_second, &args.second, tracker)?;
             compared.extend(by_sequence("", &first.values, &second.values));
@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 return Err(Failure::usage(message));
             }
             let [first, second] = [read(folders[0])?, read(folders[1])?];
-            [&first, &second].into_iter().try_for_each(|of| check_tracker(of, tracker))?;
+            check_tracker(&[&first, &second], tracker)?;
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
                 let of = |results| pairs::side(results, &name, tracker);
                 compared.extend(by_sequence(&name, &of(&first)?.values, &of(&second)?.values));
@@ -108,11 +108,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(args.format, &headings, &rows)
 }
 
-/// Checks that results have the tracker of `--tracker`, also where trackers are compared, which need none.
-fn check_tracker(results: &Results, tracker: Option<&str>) -> Result<(), Failure> {
-    let of_analyses = results.analyses.iter().map(|a| a.tracker.as_str()).filter(|label| !label.is_empty());
-    let known: BTreeSet<&str> =
-        results.measures.iter().map(|m| m.tracker.as_str()).chain(of_analyses).collect();
+/// Checks that one of the results has the tracker of `--tracker`, also where trackers are compared, which need none.
+fn check_tracker(results: &[&Results], tracker: Option<&str>) -> Result<(), Failure> {
+    let of_analyses = results.iter().flat_map(|r| &r.analyses).map(|a| a.tracker.as_str());
+    let of_measures = results.iter().flat_map(|r| &r.measures).map(|m| m.tracker.as_str());
+    let known: BTreeSet<&str> = of_measures.chain(of_analyses.filter(|label| !label.is_empty())).collect();
     match tracker.filter(|wanted| !known.contains(wanted)) {
         Some(wanted) => Err(Failure::usage(unknown("tracker", wanted, known))),
         None => Ok(()),

@@ -66,7 +66,8 @@ def score(
         boxes: The tracker's boxes.
         truth: The boxes of the ground truth; None where there is none.
         protocol: Name and version, see `trackfail.protocols`.
-        error: Tracking errors, instead of boxes and truth.
+        error: Tracking errors, instead of boxes and truth; NaN where there is no truth. The tracker starts in the first
+            frame with an error.
         changes: Changes that the detector finds (1, -1, 0), where these are not those between labels.
         pieces: Parts of a track between restarts of the tracker, each as its first frame and the one after its last. Protocols
             by which a restart begins a new track, such as `khalid2016/2`, score them one by one, without the frames of

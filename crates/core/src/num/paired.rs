@@ -131,7 +131,8 @@ fn with_ties(differences: &[f64], size: f64) -> Vec<f64> {
 pub fn compare(pairs: &[(f64, f64)], level: f64, samples: usize, seed: u64) -> Option<Compared> {
     let differences: Vec<f64> = pairs.iter().map(|(a, b)| a - b).collect();
     let interval = bootstrap_interval(&differences, level, samples, seed)?;
-    let tied = with_ties(&differences, pairs.iter().map(|(a, b)| a.abs().max(b.abs())).fold(0.0, f64::max));
+    let sizes = pairs.iter().flat_map(|(a, b)| [a.abs(), b.abs()]).filter(|size| size.is_finite());
+    let tied = with_ties(&differences, sizes.fold(0.0, f64::max));
     let count = |of: fn(&f64) -> bool| tied.iter().filter(|d| of(d)).count();
     Some(Compared {
         pairs: pairs.len(),

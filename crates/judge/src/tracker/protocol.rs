@@ -342,6 +342,8 @@ impl Tracker for Supervised {
         }
         let phase = match &self.phase {
             Phase::Running(tracker) => Phase::Running(tracker.fork(seed)?),
+            // With a seed of its own a copy runs backwards, where the frame of the start never comes.
+            Phase::Stopped { .. } if seed.is_some() => Phase::Stopped { until: usize::MAX },
             Phase::Stopped { until } => Phase::Stopped { until: *until },
         };
         Some(Box::new(Self {
