@@ -1,4 +1,4 @@
-//! What must not change an answer.
+//! Spellings of a text that must be read alike.
 
 /// The same text with a byte order mark, and with the line ends of Windows.
 pub fn other_spellings(data: &[u8]) -> Vec<Vec<u8>> {

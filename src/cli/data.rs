@@ -301,7 +301,7 @@ impl Checks {
     }
 }
 
-/// What is to be done about a sequence that is not as pinned: to fetch it again, or what its suite says.
+/// Advice for a sequence that is not as pinned: to fetch it again or, where that cannot be, how its suite says to get it.
 fn remedy(suite: &Suite, sequence: &str) -> String {
     let mut entries = suite.entries().iter();
     if entries.any(|entry| entry.name == sequence && entry.archives().next().is_some()) {

@@ -35,8 +35,8 @@ type Span = (i64, i64);
 const MAX_RASTER_SIDE: f64 = 1e5;
 
 impl Areas {
-    /// Overlap of a tracker's region `a` and the truth `b`, from 0 to 1. If a frame of `(width, height)` pixels is given, only the parts
-    /// on it count.
+    /// Overlap of a tracker's region `a` and the truth `b`, from 0 to 1. If a frame of `(width, height)` pixels is
+    /// given, only the parts on it count.
     pub fn overlap(self, a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
         let far = |r: &Region| r.corners().iter().any(|c| c.0.abs().max(c.1.abs()) > MAX_RASTER_SIDE);
         match self {

@@ -65,9 +65,9 @@ pub fn pieces(status: &[Status]) -> Vec<Range<usize>> {
     pieces
 }
 
-/// Frames that count, in order: those of the pieces without the frames of restarts.
-fn frames(pieces: &[Range<usize>]) -> impl Iterator<Item = usize> + '_ {
-    pieces.iter().enumerate().flat_map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
+/// The pieces without the frames of restarts, in order.
+fn without_restarts(pieces: &[Range<usize>]) -> impl Iterator<Item = Range<usize>> + '_ {
+    pieces.iter().enumerate().map(|(k, piece)| piece.start + usize::from(k > 0)..piece.end)
 }
 
 /// Values in the frames that count, in order: those of the pieces without the frames of restarts; all values
@@ -76,7 +76,7 @@ pub fn counted<'v>(pieces: &[Range<usize>], values: &'v [f64]) -> Cow<'v, [f64]>
     if pieces.is_empty() {
         return values.into();
     }
-    frames(pieces).filter_map(|t| values.get(t).copied()).collect()
+    without_restarts(pieces).flatten().filter_map(|t| values.get(t).copied()).collect()
 }
 
 /// The pieces, or the whole track where there are none, without the frames before the first whose error is known, in
@@ -89,10 +89,8 @@ pub(super) fn started(pieces: &[Range<usize>], error: &[f64]) -> Vec<Range<usize
 
 /// Ranges of frames that count, from the tracker's start on, each a track of its own for measures of frames.
 pub fn parts(pieces: &[Range<usize>], error: &[f64]) -> Vec<Range<usize>> {
-    let part = |(k, piece): (usize, Range<usize>)| {
-        (piece.start + usize::from(k > 0)).min(error.len())..piece.end.min(error.len())
-    };
-    started(pieces, error).into_iter().enumerate().map(part).filter(|part| !part.is_empty()).collect()
+    let on_track = |part: Range<usize>| part.start.min(error.len())..part.end.min(error.len());
+    without_restarts(&started(pieces, error)).map(on_track).filter(|part| !part.is_empty()).collect()
 }
 
 /// Alarms without the runs that begin in the frame of a restart.
@@ -141,7 +139,10 @@ mod tests {
         assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
         assert_eq!(s.matches, [(0, 0)]);
         assert_eq!(s.counts, counts(1, 1, 0, 5 + 9));
-        assert_eq!(frames(&pieces).collect::<Vec<_>>(), (0..16).chain(21..40).collect::<Vec<_>>());
+        assert_eq!(
+            without_restarts(&pieces).flatten().collect::<Vec<_>>(),
+            (0..16).chain(21..40).collect::<Vec<_>>()
+        );
         let numbers: Vec<f64> = (0..40).map(f64::from).collect();
         let those_that_count: Vec<f64> = (0..16).chain(21..40).map(f64::from).collect();
         assert_eq!(counted(&pieces, &numbers), those_that_count);

@@ -17,8 +17,8 @@
 //! A_N <- (1 - r) A_N + r Y K^{xx}      A_D <- (1 - r) A_D + r K^{xx} (K^{xx} + lambda)      A = A_N / A_D
 //! ```
 //!
-//! A look without contrast (no feature differs from 0) neither moves nor trains the filter, since its response would consist of rounding
-//! errors.
+//! A look without contrast (no feature differs from 0) neither moves nor trains the filter, since its response would
+//! consist of rounding errors.
 
 pub mod place;
 pub mod response;

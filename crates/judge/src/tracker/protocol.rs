@@ -21,8 +21,8 @@
 //! U(-.1, .1) of the sides, turned by U(-.1, .1) rad; from the track's seed (VOT2014).
 //!
 //! **Temporal.** Run r of 20 starts in frame `floor(r (n - 1) / 20)`, 0-based, or the next annotated one, or the last
-//! one if there is none. The frames before are [`Status::Waiting`]. The toolkit takes its start frames from a list that came with its results and is
-//! not public for all sequences; equal steps follow the paper (Wu, Lim, Yang, 2013: "20 segments").
+//! one if there is none. The frames before are [`Status::Waiting`]. The toolkit takes its start frames from a list that
+//! came with its results and is not public for all sequences; equal steps follow the paper (Wu, Lim, Yang, 2013: "20 segments").
 //!
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).

@@ -22,7 +22,8 @@
 //! Deviations: **the color names are a substitute** for the learned table of the original, see
 //! [`crate::image::color_names`]; cells have the mean of their pixels (the original: a bicubic resize); halving as
 //! in [`super::kcf`], with its other safety rules: at least 3 cells each way, targets not larger than the frame and in
-//! touch with it. In a window of one color the gray values and color names still move it. The region keeps its offset from the tracked pixel.
+//! touch with it. In a window of one color the gray values and color names still move it. The region keeps its offset
+//! from the tracked pixel.
 //!
 //! The response map of the best scale is reported in numbers and, as a density, as the posterior of the
 //! center `[x, y]` in pixels: see `tracker/correlation/response.rs`. That of the first frame is the response
