@@ -307,11 +307,8 @@ fn remedy(suite: &Suite, sequence: &str) -> String {
     if entries.any(|entry| entry.name == sequence && entry.archives().next().is_some()) {
         return "fetch them again".to_string();
     }
-    // Without a data root all are missing, and say how to get them.
-    let missing = suite.load(&[]).missing.into_iter().next();
-    let how = missing.map(|missing| missing.how_to_get).unwrap_or_default();
-    let how = how.trim_start_matches(suite::NO_DATA_ROOT).trim_start_matches("; ");
-    if how.is_empty() { "put back what was pinned".to_string() } else { how.to_string() }
+    let how = suite.how_to_get();
+    if how.is_empty() { "put back what was pinned" } else { how }.to_string()
 }
 
 /// Results for each sequence as text, and an error unless all are as pinned.

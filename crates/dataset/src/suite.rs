@@ -70,6 +70,11 @@ impl Suite {
         self.pinned().map(|p| (p.source.as_str(), p.licence.as_str()))
     }
 
+    /// Advice on how to get the data, also where archives have no address; empty for rendered suites.
+    pub fn how_to_get(&self) -> &str {
+        self.pinned().map_or("", |p| &p.how_to_get)
+    }
+
     /// Pinned sequences in order; empty for rendered suites.
     pub fn entries(&self) -> &[Entry] {
         self.pinned().map_or(&[], |p| &p.sequence)

@@ -18,6 +18,7 @@
 //! | truth that does not count for the overlap | x or y not above 0 | none | none | x or y not above 0 | x or y not above 0 |
 //! | truth that does not count for the error | the same | center not above 0 | none | center not above 0 | x or y not above 0 |
 //! | tracker without a box | its last box stands | a miss | a miss | a miss | its last box stands |
+//! | runs of a sequence | their frames are pooled | equal weights | equal weights | equal weights | equal weights |
 //!
 //! A truth that does not count is a miss of the overlap and a **hit** of the error. x, y and the center are 1-based there.
 //! `lasot/1` leaves frames in which the target is absent out of both counts, but not out of n, which makes them misses.
@@ -28,7 +29,7 @@
 //! programs of pysot and got10k measure the distance of its center instead. A run that starts later than the
 //! sequence (OTB's temporal runs) is scored from its start on.
 //!
-//! Sources: OTB toolkit `calcSeqErrRobust.m`, `perfPlot`; STVIR/pysot (c7fd71c) and its elder, StrangerZhang/pysot-toolkit,
+//! Sources: OTB toolkit `calcSeqErrRobust.m`, `genPerfMat.m`, `perfPlot.m`; STVIR/pysot (c7fd71c) and its elder, StrangerZhang/pysot-toolkit,
 //! `success_overlap`, `success_error`; got10k-toolkit `ExperimentOTB`; HengLan/LaSOT_Evaluation_Toolkit
 //! `calc_seq_err_robust.m`, `eval_tracker.m`; all read for their rules only.
 
@@ -59,6 +60,36 @@ pub struct Rules {
     overlap: Annotated,
     /// Annotations that count for the error.
     error: Annotated,
+    /// Language of the program, on which the last digit of thresholds depends.
+    language: Language,
+    /// True if the frames of a sequence's runs are pooled; otherwise runs have equal weights.
+    pub pools_runs: bool,
+}
+
+/// Language of an evaluation program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Language {
+    Matlab,
+    Python,
+}
+
+impl Language {
+    /// Overlap threshold of index `i`, from 0: `0:0.05:1`, which MATLAB computes from both ends, or
+    /// `numpy.arange(0, 1.05, 0.05)`.
+    fn overlap_threshold(self, i: usize) -> f64 {
+        match self {
+            Self::Matlab if i > OVERLAPS / 2 => 1.0 - (OVERLAPS - 1 - i) as f64 * 0.05,
+            _ => i as f64 * 0.05,
+        }
+    }
+
+    /// Number of overlap thresholds below the overlap.
+    fn overlaps_below(self, overlap: f64) -> usize {
+        // Rounding may put the product on the wrong side of a threshold; the threshold itself decides.
+        let near = (overlap * (OVERLAPS - 1) as f64) as usize;
+        let from = near.saturating_sub(1).min(OVERLAPS);
+        from + (from..OVERLAPS).take_while(|i| overlap > self.overlap_threshold(*i)).count()
+    }
 }
 
 /// Annotations that count.
@@ -96,6 +127,8 @@ pub static RULES: &[Rules] = &[
         missing: Missing::LastBox,
         overlap: Annotated::Corner,
         error: Annotated::Corner,
+        language: Language::Matlab,
+        pools_runs: true,
     },
     Rules {
         name: "pysot/1",
@@ -105,6 +138,8 @@ pub static RULES: &[Rules] = &[
         missing: Missing::Miss,
         overlap: Annotated::All,
         error: Annotated::Center,
+        language: Language::Python,
+        pools_runs: false,
     },
     Rules {
         name: "got10k/1",
@@ -114,6 +149,8 @@ pub static RULES: &[Rules] = &[
         missing: Missing::Miss,
         overlap: Annotated::All,
         error: Annotated::All,
+        language: Language::Python,
+        pools_runs: false,
     },
     Rules {
         name: "pysot-toolkit/1",
@@ -123,6 +160,8 @@ pub static RULES: &[Rules] = &[
         missing: Missing::Miss,
         overlap: Annotated::Corner,
         error: Annotated::Center,
+        language: Language::Python,
+        pools_runs: false,
     },
     Rules {
         name: "lasot/1",
@@ -132,6 +171,8 @@ pub static RULES: &[Rules] = &[
         missing: Missing::LastBox,
         overlap: Annotated::Corner,
         error: Annotated::Corner,
+        language: Language::Matlab,
+        pools_runs: false,
     },
 ];
 
@@ -155,31 +196,23 @@ impl Curves {
         self.precision[PRECISION_AT]
     }
 
-    /// Mean over several runs or sequences; `None` without any.
-    pub fn mean<'c>(curves: impl IntoIterator<Item = &'c Self>) -> Option<Self> {
+    /// Mean over several runs or sequences with their weights; `None` without any.
+    pub fn mean<'c>(curves: impl IntoIterator<Item = (f64, &'c Self)>) -> Option<Self> {
         let mut sum = Self { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
-        let mut count = 0;
-        for c in curves {
-            sum.success.iter_mut().zip(&c.success).for_each(|(s, v)| *s += v);
-            sum.precision.iter_mut().zip(&c.precision).for_each(|(s, v)| *s += v);
-            count += 1;
+        let mut all = 0.0;
+        for (weight, c) in curves {
+            sum.success.iter_mut().zip(&c.success).for_each(|(s, v)| *s += weight * v);
+            sum.precision.iter_mut().zip(&c.precision).for_each(|(s, v)| *s += weight * v);
+            all += weight;
         }
-        sum.success.iter_mut().chain(&mut sum.precision).for_each(|v| *v /= f64::from(count));
-        (count > 0).then_some(sum)
+        sum.success.iter_mut().chain(&mut sum.precision).for_each(|v| *v /= all);
+        (all > 0.0).then_some(sum)
     }
 }
 
-/// Overlap threshold of index `i`, from 0. As in the programs, it is `i / 20` and not a sum of twentieths.
+/// Overlap threshold of index `i`, from 0, for charts.
 pub fn overlap_threshold(i: usize) -> f64 {
     i as f64 / (OVERLAPS - 1) as f64
-}
-
-/// Number of overlap thresholds below the overlap.
-fn overlaps_below(overlap: f64) -> usize {
-    // Rounding may put the product on the wrong side of a threshold; the threshold itself decides.
-    let near = (overlap * (OVERLAPS - 1) as f64) as usize;
-    let from = near.saturating_sub(1).min(OVERLAPS);
-    from + (from..OVERLAPS).take_while(|i| overlap > overlap_threshold(*i)).count()
 }
 
 /// Number of error thresholds below the error; all of them if the error is NaN.
@@ -223,7 +256,7 @@ impl Rules {
                 }
                 _ => f64::INFINITY,
             };
-            success[overlaps_below(overlap)] += 1;
+            success[self.language.overlaps_below(overlap)] += 1;
             precision[errors_below(error)] += 1;
         }
         let frames = boxes.len().max(1) as f64;

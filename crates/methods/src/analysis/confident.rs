@@ -12,10 +12,8 @@ pub struct ConfidentFrame {
     pub status: Status,
     /// Overlap with the target: 0 where the tracker has no box, `None` where the target is not annotated.
     pub overlap: Option<f64>,
-    /// Value of the signal; 0 if the signal is the tracker's own confidence and the tracker gives none.
-    pub confidence: f64,
-    /// False if the tracker gives none.
-    pub is_given: bool,
+    /// Value of the signal; `None` if the signal is the tracker's own confidence and the tracker gives none.
+    pub confidence: Option<f64>,
 }
 
 /// The frames of a run, from the frame in which the tracker was started.
@@ -27,13 +25,12 @@ fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bo
     started
         .map(|(t, (((region, status), truth), value))| {
             let overlap = |truth| region.map_or(0.0, |region| areas.overlap(region, truth, frame));
-            // The signal repeats its last value there, the programs read 0.
+            // The signal repeats its last value where none is given.
             let is_given = trajectory.confidence.get(t).is_none_or(|c| c.is_some_and(f64::is_finite));
             ConfidentFrame {
                 status: *status,
                 overlap: truth.as_ref().map(overlap),
-                confidence: if is_given { *value } else { 0.0 },
-                is_given,
+                confidence: is_given.then_some(*value),
             }
         })
         .collect()

@@ -72,7 +72,7 @@ fn confident(frames: &[ConfidentFrame], rules: &Rules) -> ConfidentTrack {
         Status::Initialized if rules.marks_starts() => 0.0,
         _ => f.overlap.unwrap_or(0.0),
     };
-    let confidence = |f: &ConfidentFrame| if f.is_given { f.confidence } else { rules.no_confidence() };
+    let confidence = |f: &ConfidentFrame| f.confidence.unwrap_or(rules.no_confidence());
     ConfidentTrack {
         overlap: frames.iter().map(overlap).collect(),
         confidence: frames.iter().map(confidence).collect(),

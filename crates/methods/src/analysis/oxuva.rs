@@ -73,11 +73,16 @@ const NUMBERS: [TrackerMetric; 4] = [
     TrackerMetric::OXUVA_MAX_GM,
 ];
 
+/// Confidence in a frame; without any the program reads 0.
+fn confidence(frame: &ConfidentFrame) -> f64 {
+    frame.confidence.unwrap_or(0.0)
+}
+
 /// Counts of frames by presence of the target and the tracker's answer, at this threshold on the confidence.
 fn count(frames: &[ConfidentFrame], threshold: f64) -> Presence {
     let mut presence = Presence::default();
     for frame in frames.iter().filter(|f| f.status != Status::Initialized) {
-        presence.count(frame.overlap, frame.status != Status::Absent && frame.confidence >= threshold);
+        presence.count(frame.overlap, frame.status != Status::Absent && confidence(frame) >= threshold);
     }
     presence
 }
@@ -97,7 +102,7 @@ impl Analysis for Oxuva {
             sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
         let rates = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY)).rates();
         let rates = rates.ok_or(AnalysisError::NoAbsence)?;
-        let mut scores: Vec<f64> = frames.iter().map(|f| f.confidence).collect();
+        let mut scores: Vec<f64> = frames.iter().map(confidence).collect();
         scores.sort_by(f64::total_cmp);
         let at = |k: usize| scores[k * (scores.len() - 1) / (POINTS - 1)];
         let thresholds = (0..POINTS).map(at).chain([f64::INFINITY]);
@@ -116,7 +121,7 @@ mod tests {
     use super::*;
 
     fn frame(status: Status, overlap: Option<f64>, confidence: f64) -> ConfidentFrame {
-        ConfidentFrame { status, overlap, confidence, is_given: true }
+        ConfidentFrame { status, overlap, confidence: Some(confidence) }
     }
 
     // By hand: the first frame does not count; the tracker says absent once, and is unsure once.

@@ -1,8 +1,9 @@
 //! `success`: success and precision of trackers on a suite, by the rules of an evaluation program.
 //!
 //! The measures, and the differences between the programs, are in [`crate::score::success`]. Runs of a
-//! sequence are averaged first (over start frames and boxes for the temporal and spatial protocol of OTB),
-//! then the sequences with equal weights, all of them and those of each attribute. High is good.
+//! sequence are averaged first (over start frames and boxes for the temporal and spatial protocol of OTB; by
+//! `otb-matlab/1` weighted by their frames, so that late starts count little), then the sequences with equal
+//! weights, all of them and those of each attribute. High is good.
 //!
 //! Numbers: `success_auc`, `precision_20`. Tables: `overall`, `sequences`, `attributes`. Charts: `success`
 //! (share of frames over the overlap threshold), `precision` (over the error threshold in pixels); their legends
@@ -11,6 +12,7 @@
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values, unknown_rules};
 use crate::score::TrackerMetric;
 use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
+use crate::score::trajectory::Trajectory;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -18,7 +20,7 @@ use trackfail_core::plugin::{Entry, ParamError, Plugin};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Success>(
     "success",
-    2,
+    3,
     "success AUC and precision@20 of trackers, by the rules of an evaluation program",
 )
 .example("{ rules = \"otb-matlab/1\" }");
@@ -81,17 +83,21 @@ impl Analysis for Success {
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
         let mut sequences: Vec<OfSequence<'_>> = Vec::new();
         for runs in populations[0].trajectories.chunk_by(|a, b| a.sequence == b.sequence) {
-            let curves: Vec<Curves> = runs.iter().map(|c| self.rules.curves(c)).collect();
-            if let Some(curves) = Curves::mean(&curves) {
+            let of_run = |run: &Trajectory<'_>| {
+                let frames = (run.len() - run.start()) as f64;
+                (if self.rules.pools_runs { frames } else { 1.0 }, self.rules.curves(run))
+            };
+            let curves: Vec<(f64, Curves)> = runs.iter().map(of_run).collect();
+            if let Some(curves) = Curves::mean(curves.iter().map(|(weight, curves)| (*weight, curves))) {
                 let (name, attributes) = (runs[0].sequence, runs[0].attributes);
                 sequences.push(OfSequence { name, attributes, curves });
             }
         }
-        let all = Curves::mean(sequences.iter().map(|s| &s.curves)).ok_or(AnalysisError::NoTrack)?;
+        let all = Curves::mean(sequences.iter().map(|s| (1.0, &s.curves))).ok_or(AnalysisError::NoTrack)?;
         let attributes: BTreeSet<&String> = sequences.iter().flat_map(|s| s.attributes).collect();
         let of_attribute = |attribute: &&String| {
             let mine: Vec<_> = sequences.iter().filter(|s| s.attributes.contains(attribute)).collect();
-            let mean = Curves::mean(mine.iter().map(|s| &s.curves))?;
+            let mean = Curves::mean(mine.iter().map(|s| (1.0, &s.curves)))?;
             Some((format!("{attribute} ({})", mine.len()), numbers(&mean)))
         };
         let chart = |headline: f64, points: Vec<(f64, f64)>| vec![(format!("[{headline:.3}]"), points)];

@@ -87,9 +87,25 @@ fn curves_are_those_of_got10k() {
     near(&curves, 5.0 / 9.0, 2.0 / 3.0, "got10k");
     assert_eq!(curves.precision[4], 2.0 / 3.0);
     let empty = Curves { success: vec![0.0; OVERLAPS], precision: vec![0.0; ERRORS] };
-    assert_eq!(Curves::mean([&curves, &empty, &empty]).unwrap().precision[4], 2.0 / 9.0);
+    assert_eq!(Curves::mean([&curves, &empty, &empty].map(|c| (1.0, c))).unwrap().precision[4], 2.0 / 9.0);
+    // Of 100 frames and 50.
+    let pooled = Curves::mean([(100.0, &curves), (50.0, &empty)]).unwrap();
+    assert!((pooled.precision[4] - 4.0 / 9.0).abs() < 1e-12);
     assert_eq!(Curves::mean([]), None);
     assert_eq!(iou(&Rect::new(1.0, 1.0, 0.0, 0.0), &Rect::new(1.0, 1.0, 0.0, 0.0)), 0.0);
+}
+
+// python3 with NumPy: numpy.arange(0, 1.05, .05) is above i / 20 for these i. MATLAB's `0:0.05:1` is symmetric.
+#[test]
+fn thresholds_are_those_of_the_languages() {
+    let above = |language: Language| -> Vec<usize> {
+        (0..OVERLAPS).filter(|i| language.overlap_threshold(*i) > overlap_threshold(*i)).collect()
+    };
+    assert_eq!(above(Language::Python), [3, 6, 7, 12, 14, 17, 19]);
+    assert_eq!(above(Language::Matlab), [3, 6, 7]);
+    // An overlap of .6 and a bit counts in one of them.
+    let counts = |language: Language| language.overlaps_below(0.600_000_000_000_000_1);
+    assert_eq!((counts(Language::Matlab), counts(Language::Python)), (13, 12));
 }
 
 // By hand: 1-based numbers are positive from the first pixel on.
@@ -215,7 +231,7 @@ proptest! {
             prop_assert!(one.precision.is_sorted());
             prop_assert!(one.success.iter().chain(&one.precision).all(|v| (0.0..=1.0).contains(v)));
             let other = rules.of_boxes(&of(&b)[..n], &of(&b)[..n]);
-            let mean = Curves::mean([&one, &other]).unwrap().auc();
+            let mean = Curves::mean([&one, &other].map(|c| (1.0, c))).unwrap().auc();
             prop_assert!((mean - (one.auc() + other.auc()) / 2.0).abs() < 1e-12);
         }
     }
@@ -224,16 +240,19 @@ proptest! {
 proptest! {
     #[test]
     fn thresholds_below_a_value_are_counted(value in -0.1..1.1_f64, i in 0..OVERLAPS, e in 0..70_u32) {
-        let overlaps = |v: f64| (0..OVERLAPS).filter(|i| v > overlap_threshold(*i)).count();
         let errors = |v: f64| (0..ERRORS).filter(|e| v > *e as f64).count();
-        let edge = overlap_threshold(i);
-        for v in [value, edge, edge.next_up(), edge.next_down(), -1.0, 1.0] {
-            prop_assert_eq!(overlaps_below(v), overlaps(v), "{}", v);
+        for language in [Language::Matlab, Language::Python] {
+            let overlaps = |v: f64| (0..OVERLAPS).filter(|i| v > language.overlap_threshold(*i)).count();
+            let edge = language.overlap_threshold(i);
+            for v in [value, edge, edge.next_up(), edge.next_down(), -1.0, 1.0] {
+                prop_assert_eq!(language.overlaps_below(v), overlaps(v), "{}", v);
+            }
+            prop_assert_eq!(language.overlaps_below(f64::NAN), 0);
         }
         let edge = f64::from(e);
         for v in [60.0 * value, edge, edge.next_up(), edge.next_down(), f64::INFINITY] {
             prop_assert_eq!(errors_below(v), errors(v), "{}", v);
         }
-        prop_assert_eq!((overlaps_below(f64::NAN), errors_below(f64::NAN)), (0, ERRORS));
+        prop_assert_eq!(errors_below(f64::NAN), ERRORS);
     }
 }
