@@ -6,8 +6,9 @@ use super::output::{self, Format};
 use crate::num::paired;
 use crate::plugin::unknown;
 use crate::report::finished;
-use crate::report::pairs::{self, Apart, PairsError, Values};
+use crate::report::pairs::{self, Apart, PairsError, Side, Values};
 use crate::results::Results;
+use crate::table::number::p_value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -57,10 +58,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let other = others.first().map(named).transpose()?;
             let of_second = other.as_ref().unwrap_or(&results);
             check_tracker(&[&results, of_second], tracker)?;
-            let first = pairs::side(&results, &args.first, tracker)?;
-            let second = pairs::side(of_second, &args.second, tracker)?;
+            let [first, second] =
+                pairs::sides([(&results, &args.first), (of_second, &args.second)], tracker)?;
+            note_left_out([("A", &first), ("B", &second)]);
             compared.extend(by_sequence("", &first.values, &second.values));
-            reason = without_common(&first.values, &second.values);
+            reason = without_common(&first, &second);
             if other.is_none() {
                 let sides = [(args.first.as_str(), &first), (args.second.as_str(), &second)];
                 compared.extend(pairs::apart(&results, sides, tracker)?.into_iter().map(Compared::Pooled));
@@ -79,8 +81,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             check_tracker(&[&first, &second], tracker)?;
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
-                let of = |results| pairs::side(results, &name, tracker);
-                compared.extend(by_sequence(&name, &of(&first)?.values, &of(&second)?.values));
+                let [a, b] = pairs::sides([(&first, &name), (&second, &name)], tracker)?;
+                compared.extend(by_sequence(&name, &a.values, &b.values));
             }
         }
     }
@@ -102,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ["of", "measure", "sequences", "A", "B", "A - B", low, high, "A higher", "equal", "B higher", "p"];
     output::note(&format!(
         "A is {}, B is {}; means over sequences, interval by bootstrap over sequences, p of Wilcoxon's signed-rank \
-         test; `pooled` and measures of frames are over all sequences together, as tables have them",
+         test; `pooled` and measures of frames are over all sequences together",
         args.first, args.second
     ));
     output::print(args.format, &headings, &rows)
@@ -171,12 +173,30 @@ impl Compared {
         };
         let count = sequences.map_or_else(String::new, |n| n.to_string());
         let head = [of.to_string(), self.measure().to_string(), count].into_iter();
-        Some(head.chain(numbers.map(number)).chain(signs).chain([number(p)]).collect())
+        let p = match (p, format) {
+            (Some(p), Format::Table) => p_value(p),
+            _ => number(p),
+        };
+        Some(head.chain(numbers.map(number)).chain(signs).chain([p]).collect())
+    }
+}
+
+/// Tells how many tracks are left out, since only one of the two methods was run on them.
+fn note_left_out(sides: [(&str, &Side); 2]) {
+    let told =
+        |(name, side): &(&str, &Side)| (side.left_out > 0).then(|| format!("{} of {name}", side.left_out));
+    let told: Vec<String> = sides.iter().filter_map(told).collect();
+    if !told.is_empty() {
+        output::note(&format!(
+            "only tracks that both methods have are compared; left out are {}",
+            told.join(" and ")
+        ));
     }
 }
 
 /// Reason why two sides have no measures in common, as the end of a sentence.
-fn without_common(first: &Values, second: &Values) -> String {
+fn without_common(first: &Side, second: &Side) -> String {
+    let (lonely, [first, second]) = ([first, second].map(|s| s.left_out), [&first.values, &second.values]);
     let measures = |side: &Values| side.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     let sequences = |side: &Values| {
         let all: BTreeSet<&str> =
@@ -184,6 +204,9 @@ fn without_common(first: &Values, second: &Values) -> String {
         all.first().map_or("none".to_string(), |first| format!("{} such as {first}", all.len()))
     };
     let [a, b] = [measures(first), measures(second)];
+    if lonely != [0, 0] && first.iter().all(|(_, values)| values.is_empty()) {
+        return format!(": A has {} tracks and B {}, none of which both have", lonely[0], lonely[1]);
+    }
     if first.iter().any(|(name, _)| second.iter().any(|(other, _)| name == other)) {
         format!(": A has sequences {}, B has {}", sequences(first), sequences(second))
     } else {

@@ -360,7 +360,8 @@ fn add(args: &AddArgs, catalog: &Catalog, data_roots: &[PathBuf]) -> Result<Stri
         only: only.as_deref(),
     };
     let section = suite::gather(&wanted, root).map_err(Failure::data)?;
-    let before = if path.exists() { text::read(&path).map_err(Failure::data)? } else { String::new() };
+    let before =
+        if text::is_absent(&path) { String::new() } else { text::read(&path).map_err(Failure::data)? };
     let whole = suite::with_sections(&before, &section);
     let mut catalog = catalog.clone();
     catalog.add_file(&path, whole.as_bytes()).map_err(Failure::data)?;

@@ -65,6 +65,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let state = args.state.as_deref().map(place).transpose()?;
     let _lock = state.as_deref().map(lock).transpose()?;
     let lines = Arc::new(Mutex::new(start(args, state.as_deref())?));
+    if let (None, Some(chosen)) = (&args.method, &locked(&lines).method) {
+        output::note(&format!("method: {chosen}"));
+    }
     stop_on_signals(lines.clone(), state.clone());
     let ended = serve(args, &lines, state.as_deref());
     keep(&locked(&lines), state.as_deref())?;

@@ -43,7 +43,7 @@ pub struct Args {
     /// Go on without sequences that are not there; tables say how many were
     #[arg(long)]
     allow_missing: bool,
-    /// Time limit of each job, as sbatch takes it, 5 minutes or more; jobs are told to stop 2 minutes before
+    /// Time limit of each job, as sbatch takes it; jobs are told to stop 2 minutes before its end
     #[arg(long, value_name = "TIME", default_value = "04:00:00", value_parser = setting)]
     time: String,
     /// Memory of each job

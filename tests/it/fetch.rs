@@ -13,7 +13,7 @@ use trackfail::dataset::fetch::{
 };
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
-use trackfail_testing::put;
+use trackfail_testing::{assert_says, put};
 
 /// Tells nobody.
 struct Silent;
@@ -133,6 +133,10 @@ fn a_file_that_is_no_archive_is_kept_as_it_is() {
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
     job.archive.url = format!("{}/..", server.url);
     assert!(matches!(run(root.path(), &job, &options()), Err(FetchError::Data(_))));
+    // A page in place of a video.
+    job.archive.url = format!("{}/data/clip.mpg", server.url);
+    assert_says(run(root.path(), &job, &options()).unwrap_err(), "a web page and not otb/clip.mpg");
+    assert!(!root.path().join("otb/clip.mpg").exists());
 }
 
 #[test]

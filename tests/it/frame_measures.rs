@@ -118,6 +118,27 @@ fn are_read_without_the_file(place: &Place) {
     assert_ne!(ours("f_score"), "");
 }
 
+// Before: the counts of `both` on NCC stood against those of `still` on the other tracker alone.
+#[test]
+fn methods_are_compared_on_the_tracks_that_both_have() {
+    let method = |name: &str, trackers: &str, below: f64| {
+        format!(
+            "[[method]]\nname = \"{name}\"\ntrackers = {trackers}\nsignal.kind = \"rgb-histogram\"\n\
+             detector = {{ kind = \"level\", below = {below} }}\n"
+        )
+    };
+    let head = "schema = 1\nname = \"small\"\ntitle = \"t\"\nprotocol = \"frames/1\"\nsuites.test = \"synthetic-otb\"\n\
+                tracker = [{ name = \"still\" }, { name = \"ncc\" }]\n";
+    let methods =
+        [("both", "[\"still\", \"ncc\"]", 0.6), ("rest", "[\"still\"]", 0.5), ("go", "[\"ncc\"]", 0.5)];
+    let place = run(&(head.to_string() + &methods.map(|(name, on, below)| method(name, on, below)).concat()));
+    let compare = |words: &str| place.run(&format!("compare {words} --in small --format csv"));
+    let told = compare("both rest").ends(0).tells("left out are 20 of A\n");
+    assert_eq!(told.out, compare("both rest --tracker still").ends(0).out);
+    assert_ne!(told.out, compare("both go").ends(0).out);
+    compare("rest go").refuses(2, "A has 20 tracks and B 20, none of which both have");
+}
+
 // The oracle finds every loss: the difference to a method is what that method lacks.
 #[test]
 fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_have_no_frames() {

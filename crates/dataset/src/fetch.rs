@@ -35,6 +35,7 @@ pub use unpack::{Caps, unpack};
 use crate::archive::{Archive, Packing};
 use crate::lock::pinned_suites;
 use crate::suite::Finding;
+use std::fs::File;
 use std::path::Path;
 
 /// Settings of [`fetch`].
@@ -96,7 +97,17 @@ pub fn fetch(
     let downloads = space.downloads();
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;
     let placed = match archive.packing {
-        Packing::File => place::file(&got.path, space.root(), &single_file(archive)?)?,
+        Packing::File => {
+            let name = single_file(archive)?;
+            let opened = File::open(&got.path).map_err(|e| FetchError::disk(&got.path, e));
+            if !name.ends_with(".xml") && unpack::is_page(&mut opened?) {
+                download::discard(&downloads, archive)?;
+                let told =
+                    format!("archive {}: a web page and not {name}; nothing of it is kept", archive.name);
+                return Err(FetchError::Data(told));
+            }
+            place::file(&got.path, space.root(), &name)?
+        }
         Packing::Zip => {
             let temporary = space.temporary()?;
             let unpacked = unpack(&got.path, archive, &job.folders, &options.caps, temporary.path());

@@ -4,7 +4,7 @@
 //! [`image::MAX_FILE_BYTES`] bytes, so that reading never waits for a device or a pipe.
 
 use super::{DatasetError, Frames, Sequence, text};
-use crate::frame_order::numbered;
+use crate::frame_order::{file_name, numbered};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -131,8 +131,15 @@ pub(crate) fn take_range(
     (first..=last)
         .map(|n| {
             images.get(&n).cloned().ok_or_else(|| {
+                // Numbers may be counted from the first file, but names are the user's.
+                let names = (images.range(..n).next_back(), images.range(n..).next());
+                let between = match names {
+                    (Some((_, a)), Some((_, b))) => format!(", between {} and {}", file_name(a), file_name(b)),
+                    _ => String::new(),
+                };
                 let message = format!(
-                    "frame {n} is missing; frames {first} to {last} are needed: add it, or number the files without a gap"
+                    "frame {n} is missing{between}; frames {first} to {last} are needed: add it, or number the files \
+                     without a gap"
                 );
                 DatasetError::content(folder, message)
             })

@@ -88,7 +88,8 @@ pub(crate) fn shown<'p>(paths: impl Iterator<Item = &'p Path>) -> String {
     paths.map(|path| file_name(path) + ", ").collect::<String>() + "..."
 }
 
-fn file_name(path: &Path) -> String {
+/// Last part of a path, for messages.
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 

@@ -9,13 +9,18 @@
 
 use super::DatasetError;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// Largest text or JSON file that is read, in bytes. Real ones stay below one MiB.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 /// Longest line that is read, in bytes, enough for a polygon of hundreds of corners.
 pub const MAX_LINE_BYTES: usize = 16 << 10;
+
+/// True if there is nothing at `path`. A link that leads nowhere is there, and cannot be read.
+pub fn is_absent(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_err_and(|e| e.kind() == ErrorKind::NotFound)
+}
 
 /// Reads a file of at most `limit` bytes.
 ///

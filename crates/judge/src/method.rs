@@ -60,7 +60,9 @@ pub enum MethodError {
     #[error("{0}")]
     Unknown(String),
     /// The threshold of the method is trained in an experiment.
-    #[error("method `{0}` has a threshold that is trained on annotated sequences")]
+    #[error(
+        "method `{0}` has a threshold that is trained on annotated sequences; it runs in an experiment (`trackfail run`)"
+    )]
     Trained(String),
     /// The method has no budget.
     #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]

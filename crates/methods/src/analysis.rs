@@ -71,10 +71,10 @@ pub trait Analysis: Send + Sync {
         (1, 1)
     }
 
-    /// True if the analysis takes only the runs of this suite (0-based) that methods are tested on, and not
-    /// the runs that they learn from.
+    /// True if the analysis takes the runs of this suite (0-based) that methods are tested on, and not those
+    /// that they learn from. Trackers are scored and timed on the former.
     fn is_tested(&self, _suite: usize) -> bool {
-        false
+        self.reads() != Reads::Signal
     }
 
     /// Names of the numbers, tables and charts for this number of suites.

@@ -129,7 +129,8 @@ impl Units {
     }
 }
 
-fn add(sums: &mut BySequence, sequence: &str, counts: [i64; 4]) {
+/// Adds counts to those of a sequence.
+pub(crate) fn add(sums: &mut BySequence, sequence: &str, counts: [i64; 4]) {
     let sum = sums.entry(sequence.to_string()).or_default();
     sum.iter_mut().zip(counts).for_each(|(s, c)| *s = (*s + c).min(MOST));
 }
@@ -137,7 +138,8 @@ fn add(sums: &mut BySequence, sequence: &str, counts: [i64; 4]) {
 /// Largest count. Larger ones are clamped, so that sums of forged counts cannot overflow.
 const MOST: i64 = 1 << 40;
 
-fn numbers(counts: Counts) -> [i64; 4] {
+/// TP, FP, FN and TN.
+pub(crate) fn numbers(counts: Counts) -> [i64; 4] {
     let Counts { tp, fp, fn_, tn } = counts;
     [tp, fp, fn_, tn].map(|c| i64::try_from(c).unwrap_or(MOST).min(MOST))
 }

@@ -25,6 +25,7 @@ mod draws;
 use super::seed;
 pub use draws::{Drawn, Draws, percentiles};
 use rand::Rng;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Number of draws in tables and figures, and of random patterns in tests with too many patterns to try all.
 /// Shares then have a standard error of at most 0.0071.
@@ -40,6 +41,13 @@ pub const EXACT_UP_TO: usize = 16;
 
 /// Differences of statistics up to this size count as equal, being the same ratio of different counts.
 const EQUAL: f64 = 1e-12;
+
+/// Bounds at another level of a value whose bounds at [`LEVEL`] are known, as if it were normal on each side.
+pub fn at_level(value: f64, (low, high): (f64, f64), level: f64) -> (f64, f64) {
+    let quantile = |level: f64| Normal::standard().inverse_cdf((1.0 + level) / 2.0);
+    let wider = quantile(level) / quantile(LEVEL);
+    (value - wider * (value - low), value + wider * (high - value))
+}
 
 fn sum<const N: usize>(units: &[[i64; N]]) -> [i64; N] {
     let mut total = [0; N];

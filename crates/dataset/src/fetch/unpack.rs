@@ -44,6 +44,13 @@ impl Default for Caps {
     }
 }
 
+/// True if a download begins as a web page, with which servers like to answer that have lost a file.
+pub fn is_page(download: &mut impl Read) -> bool {
+    let mut start = [0; 64];
+    let n = download.read(&mut start).unwrap_or(0);
+    start[..n].trim_ascii_start().starts_with(b"<")
+}
+
 /// Unpacks the members of a zip file that belong to `folders` into the empty folder `into`.
 ///
 /// # Errors
@@ -60,10 +67,7 @@ pub fn unpack(
     };
     let opened = File::open(file).and_then(|file| Ok((file.metadata()?.len(), BufReader::new(file))));
     let (packed, mut reader) = opened.map_err(|e| FetchError::disk(file, e))?;
-    // Servers that have lost a file like to answer with a page.
-    let mut start = [0; 64];
-    let n = reader.read(&mut start).unwrap_or(0);
-    let is_page = start[..n].trim_ascii_start().starts_with(b"<");
+    let is_page = is_page(&mut reader);
     let left = Rc::new(Cell::new(LIST.saturating_add(caps.entries.saturating_mul(MEMBER))));
     let metered = Metered { inner: reader, left: left.clone(), entries: caps.entries };
     let mut zip = ZipArchive::new(metered).map_err(|e| match is_page {

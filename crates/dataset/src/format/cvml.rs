@@ -78,7 +78,13 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
         Frames::Video(Arc::new(Video::new(video, video::cache(root), (first, last))))
     } else {
         let images = image_folder(&folder, FORMAT.image_folders);
-        Frames::Files(take_range(&images, &numbered_images(&images)?, (first, last))?.into())
+        let numbered = numbered_images(&images)?;
+        if numbered.contains_key(&0) {
+            let message =
+                "the first image is 0, but frame N of the annotation is image N + 1: number them from 1";
+            return Err(DatasetError::content(&images, message));
+        }
+        Frames::Files(take_range(&images, &numbered, (first, last))?.into())
     };
     let numbering = Numbering { first, official: entry.official.unwrap_or(presence) };
     Ok(Sequence::new(name_of(&folder, entry), numbering, annotation.regions(target, (first, last)), frames))

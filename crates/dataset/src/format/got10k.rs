@@ -78,7 +78,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
 
 /// Attributes of the target in `meta_info.ini`; empty without the file.
 fn meta(path: &Path) -> Result<Vec<String>, DatasetError> {
-    if !path.exists() {
+    if text::is_absent(path) {
         return Ok(Vec::new());
     }
     let mut words = Vec::new();

@@ -158,7 +158,7 @@ pub(super) fn cut(
 /// Words of `attributes.txt`, sorted, without repetitions; empty if the file is absent.
 fn read_attributes(folder: &Path) -> Result<Vec<String>, DatasetError> {
     let path = folder.join("attributes.txt");
-    if !path.exists() {
+    if text::is_absent(&path) {
         return Ok(Vec::new());
     }
     let mut words = Vec::new();

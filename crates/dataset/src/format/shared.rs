@@ -41,7 +41,7 @@ pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>, Dat
 /// # Errors
 /// An unreadable file, a malformed entry, or a number of entries other than `frames`.
 pub(super) fn labels(path: &Path, frames: usize, largest: u8) -> Result<Option<Vec<u8>>, DatasetError> {
-    if !path.exists() {
+    if text::is_absent(path) {
         return Ok(None);
     }
     parse_labels(path, &text::read_capped(path)?, frames, largest).map(Some)
@@ -176,6 +176,16 @@ mod tests {
         // 11397 frames, as the longest sequence of LaSOT has, are more than a line of numbers may have.
         let long = vec!["0"; 11_397].join(",");
         assert_eq!(parse(long.as_bytes(), 11_397).unwrap().len(), 11_397);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_is_not_absent() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("full_occlusion.txt");
+        assert_eq!(flags(&path, 3).unwrap(), None);
+        std::os::unix::fs::symlink("nowhere", &path).unwrap();
+        assert!(flags(&path, 3).is_err());
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Sequences in the layout of the Visual Object Tracking challenge (VOT2014, Kristan et al., ECCVW 2014).
 //!
 //! ```text
-//! ball/00000001.jpg ...     frames from 1 on, .jpg or .png
+//! ball/00000001.jpg ...     frames from 1 on, .jpg or .png; or in ball/color
 //! ball/groundtruth.txt      a frame a line: 8 values x1,y1,...,x4,y4 or 4 values x,y,w,h
-//! ball/occlusion.label      a frame a line: 0 or 1
+//! ball/occlusion.label      a frame a line: 0 or 1; or occlusion.tag
 //! list.txt                  beside the folders: the names of all sequences, one per line
 //! ```
 //!
@@ -16,7 +16,7 @@
 
 use super::shared::{flags, name_of, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
-use crate::files::{entries, numbered_images};
+use crate::files::{entries, image_folder, numbered_images};
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
@@ -32,11 +32,13 @@ pub const FORMAT: FormatEntry = FormatEntry {
     // Frame 0 is an extra file and not part of a sequence.
     belongs: |_, _, image| image.is_none_or(|n| n > 0),
     is_label,
+    image_folders: &["color"],
     ..FormatEntry::BASE
 };
 
+/// True for labels, which newer toolkits call tags.
 fn is_label(name: &str) -> bool {
-    !name.starts_with('.') && name.ends_with(".label")
+    !name.starts_with('.') && (name.ends_with(".label") || name.ends_with(".tag"))
 }
 
 /// Loads one sequence. Reads the list of files and the text, no image.
@@ -55,11 +57,18 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
         let Some(label) = path.file_stem().and_then(|stem| stem.to_str()) else {
             return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
         };
+        if attributes.iter().any(|(known, _)| known == label) {
+            return Err(DatasetError::content(
+                &path,
+                format!("`{label}` is both a label and a tag; keep one"),
+            ));
+        }
         attributes.extend(flags(&path, truth.len())?.map(|flags| (label.to_owned(), flags)));
     }
-    let mut images = numbered_images(&folder)?;
+    let folder_of_images = image_folder(&folder, FORMAT.image_folders);
+    let mut images = numbered_images(&folder_of_images)?;
     images.remove(&0);
-    sequence(&folder, &images, name_of(&folder, entry), truth, attributes, Vec::new())
+    sequence(&folder_of_images, &images, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
 /// Regions of a ground-truth file, one per line; `path` is for messages.
@@ -115,6 +124,18 @@ mod tests {
         assert_eq!(s.frame_attributes[1], ("occlusion".into(), vec![false, true, false]));
         let Frames::Files(files) = &s.frames else { panic!("files") };
         assert!(files[0].ends_with("00000001.jpg"));
+    }
+
+    #[test]
+    fn folders_of_newer_toolkits_are_read() {
+        let files =
+            [("groundtruth.txt", "1,2,3,4\n5,6,7,8"), ("occlusion.tag", "0\n1"), ("color/00000001.jpg", "")];
+        let dir = place("vot", [], &files);
+        trackfail_testing::put(dir.path(), "color/00000002.jpg", "");
+        let s = read("vot", &dir).unwrap();
+        assert_eq!((s.len(), s.attributes), (2, vec!["occlusion".to_string()]));
+        trackfail_testing::put(dir.path(), "occlusion.label", "0\n1");
+        assert_says(read("vot", &dir).unwrap_err(), "`occlusion` is both a label and a tag");
     }
 
     // vot-toolkit 0.9.0, vot.region.io: a line of one number is no region, `0` where the target is not there, and one that

@@ -26,7 +26,7 @@ impl Catalog {
     /// A file that cannot be read or is wrong, or a suite that another file defines differently.
     pub fn add_root(&mut self, data_root: &Path) -> Result<(), DatasetError> {
         let path = data_root.join(USER_LOCK);
-        if path.exists() { self.add_file(&path, &text::read_capped(&path)?) } else { Ok(()) }
+        if text::is_absent(&path) { Ok(()) } else { self.add_file(&path, &text::read_capped(&path)?) }
     }
 
     /// Adds the user suites of a file with these contents, as [`Catalog::add_root`] does; `path` is for

@@ -74,9 +74,8 @@ pub(super) fn analysed(
     (a, t): (usize, usize),
     made: Result<Made, StepError>,
 ) -> Result<Result<Analysed, NotAnalysed>, RunError> {
-    let tracker = &experiment.trackers[t];
-    let (analysis, runs, tracker) =
-        (experiment.analyses[a].name.clone(), tracker.training_runs, tracker.label.clone());
+    let (analysis, tracker) = (&experiment.analyses[a], &experiment.trackers[t]);
+    let (analysis, runs, tracker) = (analysis.name.clone(), analysis.runs(0, tracker), tracker.label.clone());
     Ok(match StepError::settled(made)? {
         Err(error) => Err(NotAnalysed { analysis, tracker, error }),
         Ok((suites, mut shares, findings)) => {

@@ -130,7 +130,7 @@ pub fn detect(
     let (signal, more) = (track.signal(signals.first().copied()), track.more(signals));
     let input = Input { signal: &signal, more: &more, error: &track.error, seed, reverse: None };
     let pieces = fixed.restarts.pieces(&track.status);
-    if pieces.len() < 2 {
+    if pieces.len() < 2 && pieces.first().is_none_or(|piece| piece.end == track.error.len()) {
         return reverse::detect(&*fixed.detector, input, track.reversal.as_deref());
     }
     let frames = track.error.len();

@@ -47,7 +47,7 @@ pub struct Task<'a> {
 pub struct PassOutput {
     /// One state per frame; empty if the states were known before.
     pub states: Vec<TrackerState>,
-    /// Values of each signal of the task. Only signals that read companions can fail separately.
+    /// Values of each signal of the task. A signal fails without its track and the other signals.
     pub signals: Vec<Result<Vec<f64>, CellError>>,
     /// Time of the tracker and the signals, with a share of the decoding.
     pub spent: Duration,
@@ -72,7 +72,7 @@ struct Progress<'a> {
     job: Job<'a>,
     /// States of all frames, if known before; otherwise those of the steps so far.
     states: Cow<'a, [TrackerState]>,
-    /// First frame that failed, with the error. Failures of signals that read companions are kept apart.
+    /// First frame in which the tracker failed, with the error. Failures of signals are kept apart.
     failure: Option<(usize, StepError)>,
 }
 
@@ -215,12 +215,7 @@ pub fn pass(
             let one = &mut progress[strand.task];
             if let Work::Tracker(_, states) = &mut strand.work {
                 one.states.to_mut().append(states);
-            }
-            if let Some((t, e)) = &strand.failure
-                && strand.reads != Reads::Companions
-                && one.failure.as_ref().is_none_or(|(first, _)| t < first)
-            {
-                one.failure = Some((*t, e.clone()));
+                one.failure = one.failure.take().or_else(|| strand.failure.clone());
             }
         }
         before.frames.iter().for_each(|_| on_frame());
@@ -248,7 +243,7 @@ fn outputs(
     let mut signals: Vec<Vec<Result<Vec<f64>, CellError>>> = tasks.iter().map(|_| Vec::new()).collect();
     for Strand { task, reads, work, failure } in strands {
         if let Work::Signal(_, values) = work {
-            let alone = lacks(task).or(failure.map(|(_, e)| e)).filter(|_| reads == Reads::Companions);
+            let alone = lacks(task).filter(|_| reads == Reads::Companions).or(failure.map(|(_, e)| e));
             signals[task].push(alone.map_or(Ok(values), |e| Err(failed(task, e))));
         }
     }

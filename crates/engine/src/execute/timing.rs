@@ -72,14 +72,19 @@ fn make(
         }
         let not_run = || CellError::Missing("not run on this tracker".to_string());
         let detector = ready.get(&(v, tracker, 0)).ok_or_else(not_run)?.clone()?;
-        let signals = mine.iter().map(|k| plan.signals[*k].clone()).collect();
+        let signals: Vec<SignalChoice> = mine.iter().map(|k| plan.signals[*k].clone()).collect();
+        if signals.iter().any(|choice| choice.signal.reads() == Reads::Companions) {
+            return Err(StepError::failed(format!(
+                "`{name}` reads other trackers, and cannot be timed alone"
+            )));
+        }
         methods.push(TimedMethod { signals, detector: detector.fixed.detector.plugin.clone() });
     }
     let planned = &plan.suites[suite];
     let run =
         |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
-    let training_runs = plan.experiment.trackers[tracker].training_runs;
-    let timed = track::of_runs(plan, tracks, suite, tracker, training_runs, None);
+    let runs = analysis.runs(0, &plan.experiment.trackers[tracker]);
+    let timed = track::of_runs(plan, tracks, suite, tracker, runs, None);
     let made_on = timed.iter().map(|(_, s, _)| *s).collect::<BTreeSet<usize>>().len();
     let runs: Vec<TrackerRun> = timed.into_iter().map(run).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());

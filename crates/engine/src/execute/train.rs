@@ -16,7 +16,7 @@ use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use trackfail_methods::detector::Example;
 use trackfail_methods::score::Counts;
@@ -296,6 +296,9 @@ fn describe(context: &Context<'_>, mut contents: Vec<(&TrainingNeed<'_>, Content
     let need = contents.first()?.0;
     let suite = &plan.suites[need.tracks.first()?.0];
     let on_others = need.variant.detector.trains_on_others();
+    let used: BTreeSet<usize> =
+        contents.iter().flat_map(|(need, _)| &need.tracks).map(|(_, sequence, _)| *sequence).collect();
+    let sequences = suite.digests().into_iter().enumerate().filter(|(s, _)| used.contains(s));
     let fold = |(need, content): (&TrainingNeed<'_>, Content)| {
         let names = suite.sequences.iter().enumerate();
         let left_out = names.filter(|(s, _)| plan.part(need.variant, *s) == need.key.2);
@@ -314,7 +317,7 @@ fn describe(context: &Context<'_>, mut contents: Vec<(&TrainingNeed<'_>, Content
         runs: tracker.training_runs,
         suite: suite.name.clone(),
         tuned_on_test: !on_others && plan.experiment.suites.get(TEST) == Some(&suite.name),
-        sequences: suite.digests(),
+        sequences: sequences.map(|(_, digest)| digest).collect(),
         content,
     })
 }

@@ -36,7 +36,7 @@ pub fn sequence(sequence: &Sequence, digest: &str) -> Result<Recipe, CellError> 
         recipe = recipe.with("frame decoder", DECODER);
     }
     // Trackers may choose by the type of the target.
-    if let Some(target) = sequence.attributes.iter().find(|a| a.starts_with("target-")) {
+    for target in sequence.attributes.iter().filter(|a| a.starts_with("target-")) {
         recipe = recipe.with("type of target", target);
     }
     if let Some(decoded) = sequence.decoded_digest().map_err(failed)? {
@@ -133,6 +133,15 @@ fn with_restarts(recipe: Recipe, restarts: Restarts) -> Recipe {
     }
 }
 
+/// Adds the treatment of restarts by a detector, see [`judge::detect`](crate::execute::judge::detect). Before
+/// version 2 frames after the only piece of a track were judged with it.
+fn with_pieces(recipe: Recipe, restarts: Restarts) -> Recipe {
+    match restarts {
+        Restarts::PartOfTrack => recipe,
+        Restarts::NewTrack => with_restarts(recipe, restarts).with("pieces", 2),
+    }
+}
+
 /// Version of training; part of the address of all models.
 /// - 1: the candidate with the largest pooled measure, the first among equals, with seed 0.
 /// - 2: candidates may be quantiles of the signal.
@@ -159,7 +168,7 @@ fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
     let plugin = |fixed: &FixedDetector| {
         let recipe = Recipe::new(Stage::Model);
         let recipe = recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params());
-        with_restarts(recipe, fixed.restarts).address()
+        with_pieces(recipe, fixed.restarts).address()
     };
     match &training.candidates {
         Candidates::Listed(list) => {
@@ -214,7 +223,7 @@ impl DetectorKey {
                 with_reverse(model.iter().fold(recipe, |recipe, model| recipe.with("model", model)), fixed);
         } else {
             recipe = recipe.with_plugin("detector", fixed.kind, fixed.version, &fixed.detector.params());
-            recipe = with_restarts(with_reverse(recipe, fixed), fixed.restarts);
+            recipe = with_pieces(with_reverse(recipe, fixed), fixed.restarts);
             recipe = model.iter().fold(recipe, |recipe, model| recipe.with("model", model));
         }
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }

@@ -12,6 +12,7 @@ use serde::Serialize;
 use trackfail_core::direction::Direction;
 use trackfail_methods::analysis::Names;
 use trackfail_methods::score::Metric;
+use trackfail_methods::score::metric::Source;
 
 /// Quantity that varies along one side of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -152,12 +153,12 @@ impl Table {
         }
         let has_none = |keys: &[&str], what: &str| {
             if let Some(key) = keys.iter().find(|key| at.has(key)) {
-                at.key(key).tell(format!("a table {what} has no rows, columns or metric of its own"));
+                at.key(key).tell(format!("a table {what} has no `{key}` of its own"));
             }
         };
         let mut table = Self::empty(&wire.name, wire.caption.as_ref());
         if wire.shows.is_some() {
-            has_none(&["rows", "columns", "metric", "rank"], "that `shows` one of an analysis");
+            has_none(&["rows", "columns", "metric", "rank", "methods"], "that `shows` one of an analysis");
             table.shows = Some(read_shows(at, wire.shows.as_ref(), words, |names| &names.tables)?);
             table.column = wire.column.clone();
         } else if let Some(rank) = &wire.rank {
@@ -213,7 +214,7 @@ impl Table {
         }
         let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { self.metric.as_slice() };
         let of_attributes = [&rows, &columns].contains(&&Side::Attribute);
-        if let Some(m) = metrics.iter().find(|m| of_attributes && !m.is_of_counts()) {
+        if let Some(m) = metrics.iter().find(|m| of_attributes && m.source() != Source::Counts) {
             let name = m.name();
             in_metric.tell(format!(
                 "`{name}` is not known attribute by attribute, only what is made of counts is"

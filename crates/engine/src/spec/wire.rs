@@ -127,6 +127,7 @@ pub struct Tracker {
     #[schemars(extend("enum" = words(&RunProtocol::ALL, |protocol| protocol.name())))]
     pub protocol: Option<String>,
     /// Sources of videos on which the tracker runs, e.g. `otb`; by default all.
+    #[schemars(extend("minItems" = 1))]
     pub sources: Option<Vec<String>>,
     /// Tracks that are known to be absent, with the reason. Only for trackers that replay results. Any other
     /// absent track is a failure.
@@ -165,6 +166,7 @@ pub struct Method {
     ))]
     pub grid: Option<BTreeMap<String, Vec<Number>>>,
     /// Labels of the trackers on which the method is run; by default all.
+    #[schemars(extend("minItems" = 1))]
     pub trackers: Option<Vec<String>>,
     /// Protocol that scores the labels; by default that of the experiment.
     #[schemars(extend("enum" = protocols()))]
@@ -223,6 +225,7 @@ pub struct Analysis {
     #[schemars(extend("maxItems" = MAX_ROLES))]
     pub suites: Vec<String>,
     /// Labels of the trackers whose tracks are analyzed; by default all.
+    #[schemars(extend("minItems" = 1))]
     pub trackers: Option<Vec<String>>,
 }
 

@@ -12,8 +12,8 @@ pub struct Pooled {
     pub counts: Counts,
     /// Mean and standard deviation of the normalized scores, see [`normalized_mean_std`].
     pub score: Option<(f64, f64)>,
-    /// Amount of reverse runs.
-    pub effort: Effort,
+    /// Amount of reverse runs; `None` if it is unknown.
+    pub effort: Option<Effort>,
     /// Rule by which random detections match in the method's protocol; `None` if the protocol is unknown.
     pub chance: Option<Chance>,
     /// Median delay of matched detections, in frames, see [`median_delay`].

@@ -170,6 +170,7 @@ fn line(claim: &Claim, c: &Compared) -> String {
     };
     let [a, b] = c.values;
     let interval = match c.bounds {
+        _ if c.is_taken_as_is => " (taken as it is, without an interval)".to_string(),
         Some((low, high)) if low == high => String::new(),
         Some((low, high)) => format!(" ({} to {})", signed(low), signed(high)),
         None => " (too few sequences, or samples with a value, for an interval)".to_string(),

@@ -177,7 +177,7 @@ fn pooled<'a>(
             };
             shares.iter().enumerate().flat_map(of_share)
         };
-        let compared: Vec<&[f64]> = parts().map(|(_, trace, part)| &trace.compared()[part]).collect();
+        let compared: Vec<&[f64]> = parts().map(|(_, trace, part)| &trace.method.compared()[part]).collect();
         let differs = parts().any(|(_, trace, _)| !trace.method.alarm_score.is_empty());
         let scored =
             |(sequence, Trace { track, method }, part): (usize, &'a Trace, Range<usize>)| ScoredTrack {

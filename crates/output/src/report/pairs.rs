@@ -1,8 +1,8 @@
 //! Measures of a method or tracker by sequence, read from a results folder for comparisons.
 
 use super::standings::{of_every_tracker, pair_of};
-use crate::results::{Results, ResultsError, grouped, method_label};
-use crate::sampling::{BySequence, Sampling, Units, by_sequence, in_common, metric_of_sum, sum_of};
+use crate::results::{CellScore, Results, ResultsError, grouped, method_label};
+use crate::sampling::{BySequence, Sampling, add, by_sequence, in_common, metric_of_sum, numbers, sum_of};
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::score::{Metric, TrackerMetric};
@@ -32,24 +32,60 @@ pub fn names(results: &Results) -> Vec<String> {
 }
 
 /// Measures by sequence of a method, or of a tracker that an analysis scored.
+#[derive(Debug, Default)]
 pub struct Side {
     /// Measures with their values by sequence.
     pub values: Values,
     /// Counts of a method; empty for a tracker.
     counts: BySequence,
+    /// Number of the method's tracks that the other method lacks, which are left out.
+    pub left_out: usize,
 }
 
-/// Measures of a method, or of a tracker that an analysis scored. Counts of a method are pooled within each
-/// sequence, over its runs and over all trackers, or only over `tracker`.
+/// Counts of a method by sequence, tracker and run.
+type ByTrack = BTreeMap<(String, String, i64), [i64; 4]>;
+
+/// Two sides of a comparison, each of its results. Counts of methods are pooled within each sequence, over the
+/// runs and trackers that both methods have, or only over `tracker`.
 ///
 /// # Errors
 /// See [`PairsError`].
-pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side, PairsError> {
-    let values = of_tracker(results, name);
-    if !values.is_empty() {
-        return Ok(Side { values, counts: BySequence::new() });
-    }
-    if !results.measures.iter().any(|m| method_label(&m.method, &m.params) == name) {
+pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 2], PairsError> {
+    let values = of.map(|(results, name)| of_tracker(results, name));
+    let tracks = |k: usize| {
+        let (results, name) = of[k];
+        if values[k].is_empty() { of_method(results, name, tracker) } else { Ok(ByTrack::new()) }
+    };
+    let tracks = [tracks(0)?, tracks(1)?];
+    let side = |values: Values, mine: &ByTrack, other: Option<&ByTrack>| {
+        if !values.is_empty() {
+            return Side { values, ..Side::default() };
+        }
+        let (mut counts, mut left_out) = (BySequence::new(), 0);
+        for (track, numbers) in mine {
+            match other.is_none_or(|other| other.contains_key(track)) {
+                true => add(&mut counts, &track.0, *numbers),
+                false => left_out += 1,
+            }
+        }
+        let of_metric = |metric: Metric| {
+            let value = |(sequence, sum): (&String, &[i64; 4])| {
+                Some((sequence.clone(), metric_of_sum(metric, None, sum)?))
+            };
+            (metric.name().to_string(), counts.iter().filter_map(value).collect())
+        };
+        Side { values: METRICS.map(of_metric).into(), counts, left_out }
+    };
+    // A method beside a tracker, whose measures are others.
+    let both = values.iter().all(Vec::is_empty);
+    let [a, b] = values;
+    Ok([side(a, &tracks[0], both.then_some(&tracks[1])), side(b, &tracks[1], both.then_some(&tracks[0]))])
+}
+
+/// Counts of a method, of all trackers or of one.
+fn of_method(results: &Results, name: &str, tracker: Option<&str>) -> Result<ByTrack, PairsError> {
+    let is_it = |method: &str, params: &str| method_label(method, params) == name;
+    if !results.measures.iter().any(|m| is_it(&m.method, &m.params)) {
         let known = names(results);
         let known = known.iter().map(String::as_str);
         return Err(PairsError::Unknown(unknown("tracker or method", name, known)));
@@ -58,15 +94,11 @@ pub fn side(results: &Results, name: &str, tracker: Option<&str>) -> Result<Side
     if let Some(wanted) = tracker.filter(|wanted| !trackers.contains(wanted)) {
         return Err(PairsError::Unknown(unknown("tracker", wanted, trackers)));
     }
-    let counts = Units::new(&results.experiment, &results.scores()?)
-        .pooled(name, |label| tracker.is_none_or(|wanted| wanted == label));
-    let of_metric = |metric: Metric| {
-        let value = |(sequence, sum): (&String, &[i64; 4])| {
-            Some((sequence.clone(), metric_of_sum(metric, None, sum)?))
-        };
-        (metric.name().to_string(), counts.iter().filter_map(value).collect())
+    let mine = |cell: &CellScore| {
+        is_it(&cell.method, &cell.params) && tracker.is_none_or(|wanted| wanted == cell.tracker)
     };
-    Ok(Side { values: METRICS.map(of_metric).into(), counts })
+    let cells = results.scores()?.into_iter().filter(mine);
+    Ok(cells.map(|cell| ((cell.sequence, cell.tracker, cell.run), numbers(cell.counts))).collect())
 }
 
 /// A measure of two methods over all sequences together, with their difference.

@@ -100,12 +100,6 @@ impl Trace {
         Some(Self { method: methods.into_iter().next()?, track })
     }
 
-    /// Values that are compared with the threshold.
-    pub fn compared(&self) -> &[f64] {
-        let MethodSeries { score, alarm_score, .. } = &self.method;
-        if alarm_score.is_empty() { score } else { alarm_score }
-    }
-
     /// Events, detections and matches, computed by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         self.track.judge(protocol, &self.method.alarm, &self.method.changes)

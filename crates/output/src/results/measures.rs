@@ -127,11 +127,11 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
     let frame = MeasureRow::read(bytes)?;
     let measure = |row: MeasureRow<'_>| {
         let [tracker, method, params] = <[&str; 3]>::from(row.of).map(str::to_string);
-        let runs = count("reverse_runs", row.reverse_runs.unwrap_or(0))?;
-        let frames = count("reverse_frames", row.reverse_frames.unwrap_or(0))?;
+        let [runs, frames] = [("reverse_runs", row.reverse_runs), ("reverse_frames", row.reverse_frames)]
+            .map(|(column, number)| number.map(|number| count(column, number)).transpose());
         // Where no cell has a result the fields are empty.
         let counts = row.counts.unwrap_or_default();
-        let effort = Effort { runs, frames };
+        let effort = runs?.zip(frames?).map(|(runs, frames)| Effort { runs, frames });
         let pooled = Pooled { counts, score: row.score, effort, delay: row.delay, ..Pooled::default() };
         let done = count("done", row.done)? as usize;
         let failed = count("failed", row.failed)? as usize;

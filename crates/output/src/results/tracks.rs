@@ -75,6 +75,13 @@ pub struct MethodSeries {
     pub checks: Vec<ReverseCheck>,
 }
 
+impl MethodSeries {
+    /// Values that are compared with the threshold.
+    pub fn compared(&self) -> &[f64] {
+        if self.alarm_score.is_empty() { &self.score } else { &self.alarm_score }
+    }
+}
+
 /// A check of a track by a reverse run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReverseCheck {

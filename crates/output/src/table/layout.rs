@@ -11,7 +11,7 @@ mod printed;
 
 pub use analysed::analysed;
 
-use super::number::Style;
+use super::number::{Style, printed_value};
 use crate::results::{Measure, method_label};
 use place::{Place, Step, find, groups, steps};
 use printed::Printed;
@@ -285,7 +285,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         if compete {
             // Nor does a number with those of more sequences.
             let fewest = cells.iter().filter(|c| c.value.is_some()).map(|c| c.failed).min().unwrap_or(0);
-            mark_best(cells.iter_mut(), metric.direction(), style, |k, cell| {
+            mark_best(cells.iter_mut(), metric.direction(), |k, cell| {
                 let method = columns[k].1.method;
                 cell.failed <= fewest && method.is_none_or(|m| !is_anchor(experiment, m))
             });
@@ -397,11 +397,10 @@ fn left_out(table: &Table, measures: &[Measure]) -> Option<String> {
     (!reasons.is_empty()).then(|| format!("{}; {them} left out.", reasons.join(", and ")))
 }
 
-/// Marks the best cells and the second best one of those that compete, by their numbers as printed.
+/// Marks the best cells and the second best one of those that compete, by their numbers as they are printed.
 fn mark_best<'c>(
     cells: impl Iterator<Item = &'c mut Cell>,
     direction: Direction,
-    style: Style,
     competes: impl Fn(usize, &Cell) -> bool,
 ) {
     let sign = match direction {
@@ -410,8 +409,8 @@ fn mark_best<'c>(
         Direction::Neither => return,
     };
     let competing = |(k, cell): (usize, &'c mut Cell)| {
-        let value = cell.value.filter(|_| competes(k, cell))?;
-        Some((cell, sign * style.round(value)))
+        let shown = cell.ours.as_deref().filter(|_| competes(k, cell)).and_then(printed_value)?;
+        Some((cell, sign * shown))
     };
     let mut competing: Vec<(&mut Cell, f64)> = cells.enumerate().filter_map(competing).collect();
     competing.sort_by(|a, b| b.1.total_cmp(&a.1));

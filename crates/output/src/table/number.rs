@@ -65,6 +65,11 @@ pub fn printed_value(printed: &str) -> Option<f64> {
     printed.split('±').next()?.trim().parse().ok()
 }
 
+/// Prints the p-value of a test, which is never 0.
+pub fn p_value(p: f64) -> String {
+    if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
+}
+
 /// Style for all numbers of a column, with three or four digits of the largest. `None` if the column is
 /// empty, or its numbers are of too different sizes.
 pub fn style_of_column(values: impl Iterator<Item = f64> + Clone) -> Option<Style> {

@@ -50,6 +50,8 @@ fn faults_say_what_to_do() {
     ] {
         assert_says(message(&place("cvml", 1..=images, files), Entry::default()), words);
     }
+    let of_zero = place("cvml", 0..=4, &[("two.xml", TWO)]);
+    assert_says(message(&of_zero, Entry::default()), "number them from 1");
     let dir = changed("cvml", &[]);
     assert_says(message(&dir, of(8)), "no object 8; annotated are 7, 9");
     for (range, words) in [((4, 5), "its last is 4"), ((0, 2), "frames 0 to 2"), ((3, 2), "frames 3 to 2")] {

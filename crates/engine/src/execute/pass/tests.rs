@@ -178,7 +178,24 @@ fn who_reads_no_pixels_does_not_fail_beside_those_who_do() {
     });
     let made = pass(&tasks, &RunLimits::default(), &|| ()).unwrap();
     assert_eq!(made[0].as_ref().unwrap().signals, [Ok(vec![0.0; 6])]);
-    assert_panic(&made[1].as_ref().unwrap_err().to_string(), "no frame 4");
+    assert_panic(&made[1].as_ref().unwrap().signals[0].as_ref().unwrap_err().to_string(), "no frame 4");
+}
+
+#[test]
+fn a_signal_that_fails_leaves_the_track_to_others() {
+    let (sequence, frames) = (sequence(6, &gray(4)), Arc::new(FrameCache::new(0)));
+    let (histogram, companion) = (choice("rgb-histogram"), choice("companion-overlap"));
+    let (states, _) = alone();
+    let task = |signals, companions| Task {
+        run: run(&sequence, &frames, Bad::Never),
+        states: Some(&states),
+        signals,
+        companions,
+    };
+    let (bare, none) = (task(vec![&histogram], Vec::new()), vec![("another", Some(0))]);
+    let made = pass(&[bare, task(vec![&companion], none)], &RunLimits::default(), &|| ()).unwrap();
+    assert!(made[0].as_ref().unwrap().signals[0].is_err());
+    assert_eq!(made[1].as_ref().unwrap().signals, [Ok(vec![1.0; 6])]);
 }
 
 #[test]

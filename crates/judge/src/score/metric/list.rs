@@ -40,9 +40,9 @@ const OTHERS: &[Metric] = &[
     ratio("informedness", "informedness (Youden's J)", HigherIsBetter, Counts::informedness)
         .shown_as(Kind::Real)
         .with_formula("TP / (TP + FN) - FP / (FP + TN)"),
-    of_reverse_runs("reverse_runs", "runs backwards in time", |p| Some(p.effort.runs as f64))
+    of_reverse_runs("reverse_runs", "runs backwards in time", |p| Some(p.effort?.runs as f64))
         .with_unit("runs"),
-    of_reverse_runs("reverse_frames", "frames of all runs backwards", |p| Some(p.effort.frames as f64))
+    of_reverse_runs("reverse_frames", "frames of all runs backwards", |p| Some(p.effort?.frames as f64))
         .with_unit("frames"),
     Metric::new("f_by_chance", "F1 by chance", Neither, (Kind::Ratio, Source::Counts), BY_CHANCE)
         .with_formula("2 TP0 / (2 TP + FP + FN)"),

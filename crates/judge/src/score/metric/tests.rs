@@ -73,7 +73,7 @@ fn every_metric_reads_its_own_number() {
     let pooled = Pooled {
         counts: Counts { tp: 3, fp: 4, fn_: 5, tn: 60 },
         score: Some((0.5, 0.125)),
-        effort: Effort { runs: 9, frames: 90 },
+        effort: Some(Effort { runs: 9, frames: 90 }),
         chance: Some(Chance::after(0)),
         delay: Some(2.5),
         frames: Some(measures),

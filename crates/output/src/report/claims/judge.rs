@@ -11,7 +11,7 @@
 //! Both numbers are computed from the same samples, so that the difficulty of sequences cancels out of d (a
 //! paired interval). If only bounds of the numbers are known, they are combined as if the numbers were
 //! independent (MOVER: Zou, Donner, Statistics in Medicine 27(10), 2008); this interval is too wide for
-//! methods on the same sequences. Numbers without samples and bounds are taken as exact. A sample without a
+//! methods on the same sequences. At another level it is wider as that of a normal number is. Numbers without samples and bounds are taken as exact. A sample without a
 //! value (such as a ratio with denominator 0) might lie anywhere. If more than 2.5 % of the samples have
 //! none, as many as lie beyond a bound, a comparison of order has no interval. Outcomes are combined by
 //! Kleene's logic: `&&` takes the worse one, `||` the better one, `!` inverts it. The level is that of a
@@ -21,7 +21,7 @@
 
 use super::ClaimOutcome;
 use crate::sampling::LEVEL;
-use trackfail_core::num::pooled::percentiles;
+use trackfail_core::num::pooled::{at_level, percentiles};
 use trackfail_engine::spec::claim::{Claim, Expr, Op, Reference};
 
 /// Differences up to this size count as rounding errors.
@@ -61,6 +61,8 @@ pub struct Compared {
     pub values: [f64; 2],
     /// Bounds of left minus right; `None` without an interval.
     pub bounds: Option<(f64, f64)>,
+    /// True if a side is measured and has no uncertainty that is known.
+    pub is_taken_as_is: bool,
     /// Outcome of the comparison.
     pub outcome: ClaimOutcome,
 }
@@ -155,7 +157,7 @@ fn is_true(op: Op, a: f64, b: f64) -> bool {
 
 fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Compared, String> {
     let (left, right) = (number(a, numbers)?, number(b, numbers)?);
-    let difference = combine(Op::Subtract, (&left, &right), numbers.level)?;
+    let difference = combine(Op::Subtract, (&left, &right))?;
     let is_order = !matches!(op, Op::Equal | Op::NotEqual);
     let bounds = bounds(&difference, numbers.level, is_order);
     let zeroed = |d: f64| if d.abs() < EQUAL { 0.0 } else { d };
@@ -172,7 +174,14 @@ fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Comp
         },
     };
     let (left_side, right_side) = (format!("{a} {}", op.sign()), b.to_string());
-    Ok(Compared { left: left_side, right: right_side, values: [left.value, right.value], bounds, outcome })
+    Ok(Compared {
+        left: left_side,
+        right: right_side,
+        values: [left.value, right.value],
+        bounds,
+        is_taken_as_is: difference.spread == Spread::Exact && (measures(a) || measures(b)),
+        outcome,
+    })
 }
 
 /// True if a side of a comparison contains a measured number.
@@ -186,14 +195,14 @@ fn number(e: &Expr, numbers: &Numbers<'_>) -> Result<Measured, String> {
         Expr::Value(r) => (numbers.of)(r),
         Expr::Negate(a) => {
             let zero = Measured { value: 0.0, spread: Spread::Exact };
-            combine(Op::Subtract, (&zero, &number(a, numbers)?), numbers.level)
+            combine(Op::Subtract, (&zero, &number(a, numbers)?))
         }
-        Expr::Binary(op, a, b) => combine(*op, (&number(a, numbers)?, &number(b, numbers)?), numbers.level),
+        Expr::Binary(op, a, b) => combine(*op, (&number(a, numbers)?, &number(b, numbers)?)),
         Expr::Not(_) => Err("a comparison cannot be used as a number".to_string()),
     }
 }
 
-fn combine(op: Op, (a, b): (&Measured, &Measured), level: f64) -> Result<Measured, String> {
+fn combine(op: Op, (a, b): (&Measured, &Measured)) -> Result<Measured, String> {
     let of = |a: f64, b: f64| match op {
         Op::Add => a + b,
         Op::Subtract => a - b,
@@ -213,7 +222,7 @@ fn combine(op: Op, (a, b): (&Measured, &Measured), level: f64) -> Result<Measure
         }
         (Spread::Draws(x), Spread::Exact) => Spread::Draws(x.iter().map(|x| drawn(*x, b.value)).collect()),
         (Spread::Exact, Spread::Draws(y)) => Spread::Draws(y.iter().map(|y| drawn(a.value, *y)).collect()),
-        _ => match (bounds(a, level, true), bounds(b, level, true)) {
+        _ => match (bounds(a, LEVEL, true), bounds(b, LEVEL, true)) {
             (Some(x), Some(y)) => together(op, (a.value, x), (b.value, y), of),
             _ => Spread::TooFew,
         },
@@ -242,7 +251,7 @@ fn together(
 
 /// Bounds of a number. Samples without a value are left out. If there are too many of them, a comparison of
 /// `order` gets no bounds; equality, such as that of an anchor with 1, concerns only samples with a value.
-/// Known bounds are returned whatever the level.
+/// Known bounds, which are those of 95 %, are widened as if the number were normal.
 fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
     match &m.spread {
         Spread::Exact => Some((m.value, m.value)),
@@ -252,7 +261,7 @@ fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
             let is_known = !order || missing as f64 <= beyond;
             is_known.then(|| percentiles(draws.clone(), draws.len(), level)).flatten()
         }
-        Spread::Bounds(low, high) => Some((*low, *high)),
+        Spread::Bounds(low, high) => Some(at_level(m.value, (*low, *high), level)),
         Spread::TooFew => None,
     }
 }
@@ -382,6 +391,14 @@ mod tests {
         let (low, high) = judgement.compared[0].bounds.unwrap();
         assert!((low - 0.05).abs() < 1e-12 && (high - (0.1 + 0.0018_f64.sqrt())).abs() < 1e-12);
         assert_eq!(judgement.outcome, Holds);
+        // SciPy's norm.ppf: at 99.9 % they are wider by 3.290527 / 1.959964.
+        let at = |level, text| judge(&claim(text), "ncc", level, &of).unwrap();
+        let (low, high) = at(0.999, "recall[DTEF] > recall[RAW]").compared[0].bounds.unwrap();
+        let wider = 1.678_871;
+        assert!((low - (0.1 - 0.05 * wider)).abs() < 1e-6);
+        assert!((high - (0.1 + 0.0018_f64.sqrt() * wider)).abs() < 1e-6);
+        let decided = [0.68, LEVEL].map(|level| at(level, "recall[DTEF] > recall[RAW] + 0.06").outcome);
+        assert_eq!(decided, [Holds, Undecided]);
         assert_eq!(
             (judgement.compared[0].left.as_str(), judgement.compared[0].right.as_str()),
             ("recall[DTEF] >", "recall[RAW]")

@@ -140,7 +140,7 @@ pub fn moments(results: &Results, explained: &Explained, traces: &[Trace], digit
                 detection.map_or("", |t| trace.detection_word(t)).to_string(),
                 distance.map_or_else(String::new, |d| format!("{d:+}")),
                 outcome.words().to_string(),
-                number(digits, trace.method.score.get(t).copied()),
+                number(digits, trace.method.compared().get(t).copied()),
                 number(digits, threshold),
                 note(trace, &moment),
             ]);

@@ -11,6 +11,8 @@ use crate::results::{Measure, TrackSeries};
 use crate::sampling::Sampling;
 use crate::table::layout::is_anchor;
 use crate::table::number;
+use std::ops::RangeInclusive;
+use trackfail_engine::spec::Tracker;
 use trackfail_methods::score::frames::warning::HORIZONS;
 use trackfail_methods::score::khalid2016::TOLERANCE;
 use trackfail_methods::score::{FrameMeasures, Metric, TrackScore};
@@ -228,7 +230,7 @@ fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
 /// Draws the share of events that are detected within a number of frames, with a curve for each method
 /// without a grid, for each of its trackers. Only first runs count.
 pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let (results, mut lines) = (scope.results, Vec::new());
+    let (results, mut found) = (scope.results, Vec::new());
     for tracker in &results.experiment.trackers {
         for method in &scope.params().methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
@@ -238,12 +240,17 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
             };
             let tracks = scope.tracks.iter().filter(|track| track.tracker == tracker.label);
             let scores: Vec<TrackScore> = tracks.filter_map(score).collect();
-            let Some(points) = found_by(&scores) else { continue };
-            let (method, tracker, band) =
-                (method.clone(), tracker.label.clone(), bounds(&scores, &scope.units.sampling));
-            lines.push(Line { method, tracker, points, band, ..Line::default() });
+            found.push((method, tracker, scores));
         }
     }
+    let window = window(found.iter().flat_map(|(.., scores)| scores));
+    let line = |(method, tracker, scores): &(&String, &Tracker, Vec<TrackScore>)| {
+        let (method, tracker) = ((*method).clone(), tracker.label.clone());
+        let points = found_by(scores, window.clone())?;
+        let band = bounds(scores, window.clone(), &scope.units.sampling);
+        Some(Line { method, tracker, points, band, ..Line::default() })
+    };
+    let lines: Vec<Line> = found.iter().filter_map(line).collect();
     let axes = (
         Axis::new("Frames after the event", Range::Auto),
         Axis::new("Share of events found", Range::Fixed(0.0, 1.0)),
@@ -252,27 +259,32 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     of_curves(figure, "", "no method has an event to find".to_string())
 }
 
+/// Delays from minus to plus the tolerance of Khalid et al., and those of all matches.
+fn window<'s>(scores: impl Iterator<Item = &'s TrackScore>) -> RangeInclusive<i64> {
+    let tolerance = TOLERANCE as i64;
+    let widen = |(low, high): (i64, i64), delay: i64| (low.min(delay), high.max(delay));
+    let (low, high) = scores.flat_map(TrackScore::delays).fold((-tolerance, tolerance), widen);
+    low..=high
+}
+
 /// For each delay d in frames, the share of all events whose matched detection came at most d frames after
-/// the event. Delays go from minus to plus the tolerance, so that the curve ends at the recall. `None`
-/// without an event.
-fn found_by(scores: &[TrackScore]) -> Option<Vec<(f64, f64)>> {
+/// the event. With all delays in the window the curve ends at the recall. `None` without an event.
+fn found_by(scores: &[TrackScore], window: RangeInclusive<i64>) -> Option<Vec<(f64, f64)>> {
     let events: usize = scores.iter().map(|s| s.events.len()).sum();
     let delays: Vec<i64> = scores.iter().flat_map(TrackScore::delays).collect();
-    let tolerance = TOLERANCE as i64;
     let share = |d: i64| delays.iter().filter(|delay| **delay <= d).count() as f64 / events as f64;
-    (events > 0).then(|| (-tolerance..=tolerance).map(|d| (d as f64, share(d))).collect())
+    (events > 0).then(|| window.map(|d| (d as f64, share(d))).collect())
 }
 
 /// Bounds of each of these shares by bootstrap over tracks, one per sequence; NaN if there are none.
-fn bounds(scores: &[TrackScore], sampling: &Sampling) -> Vec<(f64, f64)> {
-    let tolerance = TOLERANCE as i64;
+fn bounds(scores: &[TrackScore], window: RangeInclusive<i64>, sampling: &Sampling) -> Vec<(f64, f64)> {
     let at = |d: i64| {
         let found = |s: &TrackScore| s.delays().filter(|delay| *delay <= d).count() as i64;
         let units: Vec<[i64; 2]> = scores.iter().map(|s| [found(s), s.events.len() as i64]).collect();
         let share = |c: &[i64; 2]| (c[1] > 0).then(|| c[0] as f64 / c[1] as f64);
         sampling.interval(&units, share).unwrap_or((f64::NAN, f64::NAN))
     };
-    (-tolerance..=tolerance).map(at).collect()
+    window.map(at).collect()
 }
 
 /// Draws if scores rise before a loss: the area under the ROC curve of "a loss begins within k frames" over

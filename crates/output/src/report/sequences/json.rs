@@ -78,7 +78,8 @@ pub struct Said {
 }
 
 impl Said {
-    /// Series of a method on a track, with the result of its protocol; `threshold` applies to the score.
+    /// Series of a method on a track, with the result of its protocol. Scores are the values that are compared
+    /// with `threshold`.
     pub fn new(
         track: &TrackSeries,
         method: &MethodSeries,
@@ -94,7 +95,7 @@ impl Said {
             marks: trace::moments(judged).into_iter().map(mark).collect(),
             counts: judged.counts,
             events: judged.events.len(),
-            ..Self::of_series(&method.score, &method.alarm, threshold)
+            ..Self::of_series(method.compared(), &method.alarm, threshold)
         }
     }
 
@@ -108,7 +109,8 @@ impl Said {
             let is_over = method.states.get(run.end) == Some(&TargetState::Tracking);
             [Some((None, Some(run.start), 0, 0)), is_over.then_some((None, Some(run.end), 0, 1))]
         };
-        let score: Vec<f64> = method.score.iter().map(|score| score.unwrap_or(f64::NAN)).collect();
+        let compared = method.alarm_score.as_ref().unwrap_or(&method.score);
+        let score: Vec<f64> = compared.iter().map(|score| score.unwrap_or(f64::NAN)).collect();
         Self {
             marks: lost.iter().flat_map(marks).flatten().collect(),
             lost: ends(&lost),

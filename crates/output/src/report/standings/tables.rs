@@ -7,15 +7,11 @@ use crate::sampling::LEVEL;
 use crate::table::build::{cell, group, number, table};
 use crate::table::layout::{Cell, Group, Row, TableLayout};
 use crate::table::leaderboard::better_first;
-use crate::table::number::Style;
+use crate::table::number::{Style, p_value};
 use serde_json::json;
 use trackfail_core::num::ranks::{Friedman, critical_difference};
 
 /// A p-value as tables print it.
-fn p_text(p: f64) -> String {
-    if p < 0.0001 { "<0.0001".to_string() } else { format!("{p:.4}") }
-}
-
 /// Row of a number, its bounds, and three further cells.
 fn row(
     label: String,
@@ -43,11 +39,11 @@ pub fn intervals(of: &Standings) -> TableLayout {
         let p = field.friedman.as_ref().and_then(|friedman| friedman.test).map(|(_, p)| p);
         let ranked = field.friedman.as_ref().map(|friedman| {
             let critical = format!("{:.2}", critical(friedman));
-            json!({ "blocks": friedman.blocks, "p": p.map(p_text), "critical": critical })
+            json!({ "blocks": friedman.blocks, "p": p.map(p_value), "critical": critical })
         });
         let of_standing = |s: &Standing| {
             let rank = cell(s.mean_rank, |v| format!("{v:.2}"));
-            let more = [count(s.counts.len()), rank, cell(s.mean_rank.and(p), p_text)];
+            let more = [count(s.counts.len()), rank, cell(s.mean_rank.and(p), p_value)];
             row(s.label.clone(), s.estimate, |v| measured.style.format(v), more)
         };
         let heading = say("ranks heading", json!({ "label": field.label, "ranked": ranked }));
@@ -78,7 +74,7 @@ pub fn ranked(of: &Standings, mut table: TableLayout) -> TableLayout {
 /// Table `pairs`: differences between two standings of a field, with tests; `None` without any.
 pub fn pairs(of: &Standings) -> Option<TableLayout> {
     let of_pair = |pair: &Pair| {
-        let more = [cell(pair.p, p_text), cell(pair.corrected, p_text), count(pair.sequences)];
+        let more = [cell(pair.p, p_value), cell(pair.corrected, p_value), count(pair.sequences)];
         row(pair.labels.join(" against "), pair.difference, |v| of.measured.style.format_signed(v), more)
     };
     let of_field = |field: &Field| group(&field.label, field.label.clone(), field.pairs.iter().map(of_pair));

@@ -45,7 +45,6 @@ pub fn analysed(
         grid.rows.iter().map(row).collect()
     };
     let columns = found.first().map_or_else(Vec::new, |(_, grid)| grid.columns.clone());
-    let style = |k: usize| styles[k].unwrap_or(Style::DEFAULT);
     let mut headings: Vec<Label> = columns.iter().map(|c| heading(c)).collect();
     let mut caption = table.caption.as_ref().unwrap_or(&experiment.title).clone();
     let is_one_row =
@@ -59,8 +58,7 @@ pub fn analysed(
         });
         let of_trackers: Vec<Vec<Row>> = found.iter().map(rows).collect();
         let mut rows = place.map_or_else(Vec::new, |k| side_by_side(&of_trackers, k));
-        let style = place.map_or(Style::DEFAULT, style);
-        rows.iter_mut().for_each(|r| mark_best(r.cells.iter_mut(), direction(column), style, |_, _| true));
+        rows.iter_mut().for_each(|r| mark_best(r.cells.iter_mut(), direction(column), |_, _| true));
         vec![ungrouped(rows)]
     } else if found.iter().all(is_one_row) {
         let named = |one: &(&Analysed, &Grid)| -> Vec<Row> {
@@ -69,7 +67,7 @@ pub fn analysed(
         let mut rows: Vec<Row> = found.iter().flat_map(named).collect();
         for (k, column) in columns.iter().enumerate() {
             let cells = rows.iter_mut().filter_map(|row| row.cells.get_mut(k));
-            mark_best(cells, direction(column), style(k), |_, _| true);
+            mark_best(cells, direction(column), |_, _| true);
         }
         vec![ungrouped(rows)]
     } else {

@@ -6,10 +6,9 @@ use trackfail_methods::score::Pooled;
 fn best_and_second_by_hand() {
     let marks = |values: &[f64], direction| {
         let mut cells: Vec<Cell> =
-            values.iter().map(|v| Cell { value: Some(*v), ..Cell::default() }).collect();
+            values.iter().map(|v| Cell { ours: Some(format!("{v:.1}")), ..Cell::default() }).collect();
         // The last one is an anchor.
-        let style = Style { decimals: 1, bare: false };
-        mark_best(cells.iter_mut(), direction, style, |k, _| k + 1 < values.len());
+        mark_best(cells.iter_mut(), direction, |k, _| k + 1 < values.len());
         let mark = |c: &Cell| match (c.best, c.tied, c.second) {
             (true, true, false) => 't',
             (true, false, false) => 'b',

@@ -153,7 +153,7 @@ impl Over<'_> {
         for method in methods {
             let Some(m) = self.track.method(method) else { continue };
             let style = self.style(method);
-            lines.push(self.line(&m.score, style));
+            lines.push(self.line(m.compared(), style));
             panel.legend.push(Entry::new(Symbol::Line(style, None), method.as_str()));
             let record = self.results.manifest.method(method);
             levels.extend(record.and_then(|r| r.thresholds.get(self.tracker)).copied());
