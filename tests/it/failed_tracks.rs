@@ -358,6 +358,33 @@ fn a_tracker_that_crashes_on_a_sequence_has_failed_there() {
     }
 }
 
+// Before: all cells of its tracker had failed, and those of the trackers that have this one as a companion.
+#[cfg(unix)]
+#[test]
+fn a_signal_that_crashes_has_failed_for_its_own_methods_alone() {
+    let plugins = "[signal.bad]\ncommand = [\"false\"]\nversion = \"1\"\n";
+    let place = Place::with(&[("plugins.toml", plugins)]);
+    let spec = r#"schema = 1
+name = "mine/three"
+title = "Three"
+protocol = "khalid2016/1"
+suites = { test = "synthetic-vot", train = "synthetic-otb" }
+tracker = [{ name = "ncc" }, { name = "still" }]
+method = [
+    { name = "companions", signal.kind = "companion-overlap", detector = { kind = "level", below = 0.1 } },
+    { name = "trained", signal.kind = "box-motion", detector = { kind = "level", above = { train = "train", maximise = "f_score", grid = { quantiles = 5 } } } },
+    { name = "broken", trackers = ["still"], signal = { kind = "process", program = "bad" }, detector = { kind = "level", below = { train = "train", maximise = "f_score", grid = { quantiles = 5 } } } },
+]
+"#;
+    for _ in ["computed", "from the store"] {
+        run(&place, spec, "")
+            .ends(4)
+            .shows("9 of 45 cells failed")
+            .shows("broken")
+            .never_says("companion still");
+    }
+}
+
 // `part` has no file of c, which is of another source than the videos that it was run on.
 #[test]
 fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {

@@ -72,8 +72,13 @@ fn parts_are_pooled_and_ranks_follow_the_measure() {
 fn wrong_tables_are_refused() {
     for (from, to, words) in [
         ("metric = \"recall\"", "metric = \"score_mean\"", "not known attribute by attribute"),
+        ("metric = \"recall\"", "metric = \"delay_median\"", "not known attribute by attribute"),
         ("rank = \"recall\"", "rank = \"events\"", "`events` ranks nothing"),
-        ("rank = \"recall\"", "rank = \"recall\", rows = [\"tp\"]", "no rows, columns or metric of its own"),
+        (
+            "rank = \"recall\"",
+            "rank = \"recall\", rows = [\"tp\"]",
+            "a table with a `rank` has no `rows` of its own",
+        ),
         ("name = \"board\"", "name = \"macros\"", "the file with the numbers of all tables"),
     ] {
         Place::with(&[("a.toml", &SPEC.replace(from, to))]).run("run a.toml -q").ends(2).tells(words);

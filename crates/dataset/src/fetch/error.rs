@@ -15,7 +15,7 @@ pub enum FetchError {
     #[error("{0}")]
     Data(String),
     /// An I/O error.
-    #[error("{}: {source}; make room and check that the folder can be written to", path.display())]
+    #[error("{}: {source}; {}", path.display(), advice(source))]
     Disk {
         /// File or folder.
         path: PathBuf,
@@ -25,6 +25,15 @@ pub enum FetchError {
     /// Another process fetches into the data root; the path is its lock file.
     #[error("{}: another fetch is using this data root; wait until it has ended", .0.display())]
     Busy(PathBuf),
+}
+
+fn advice(error: &std::io::Error) -> &'static str {
+    match error.kind() {
+        std::io::ErrorKind::CrossesDevices => {
+            "its folder is a link to another file system; give that one as the data root"
+        }
+        _ => "make room and check that the folder can be written to",
+    }
 }
 
 impl FetchError {

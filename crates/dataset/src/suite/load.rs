@@ -109,7 +109,10 @@ impl PinnedSuite {
         }
         let mut sequence = (format.load)(root, entry)?;
         let words = attribute_words(&entry.attributes, entry.target_type);
-        sequence.attributes = sorted(std::mem::take(&mut sequence.attributes).into_iter().chain(words));
+        // Trackers may choose by the type of the target; a file that no digest covers does not change a pinned one.
+        let is_taken = |word: &String| entry.target_type.is_none() || !word.starts_with("target-");
+        let own = std::mem::take(&mut sequence.attributes).into_iter().filter(is_taken);
+        sequence.attributes = sorted(own.chain(words));
         let frames = sequence.len();
         if let Some(pinned) = entry.frames.filter(|pinned| *pinned != frames) {
             let message = format!("{frames} frames, pinned are {pinned}; fetch it again");

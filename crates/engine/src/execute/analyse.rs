@@ -132,8 +132,11 @@ impl Usable {
     ) -> Self {
         let (mut usable, mut lacks) = (Self::default(), Vec::new());
         for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
-            let lack =
-                |j: usize| tracks[s][j].as_ref().err().cloned().or_else(|| plan.unmet(planned, j, signal));
+            let lack = |j: usize| {
+                let track = tracks[s][j].as_ref().map_err(CellError::clone);
+                let checked = track.and_then(|track| track.check(signal.as_slice()));
+                checked.err().or_else(|| plan.unmet(planned, j, signal))
+            };
             let before = lacks.len();
             lacks.extend(plan.jobs_of(tracker, runs).filter_map(lack));
             if lacks.len() == before {

@@ -73,6 +73,7 @@ pub fn cells(
         let mut judge = || -> Result<Judged, StepError> {
             let read = plan.input(planned, j, v)?;
             let track = tracks[j].as_ref().map_err(CellError::clone)?;
+            track.check(signals)?;
             let ReadyDetector { fixed, key } = &**detector.as_ref().map_err(CellError::clone)?;
             let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
             let (recipe, signal) = (recipes::labels(read, key, seed), track.signal(signals.first().copied()));

@@ -4,6 +4,7 @@ use super::reverse::Reversal;
 use crate::error::CellError;
 use crate::plan::ExperimentPlan;
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use trackfail_core::region::Region;
@@ -23,9 +24,11 @@ pub struct Track {
     pub confidence: Vec<Option<f64>>,
     /// Overlap error O_t of each frame, 0 to 1; NaN where the target is not annotated.
     pub error: Vec<f64>,
-    /// Values of each distinct signal of the experiment; empty for signals that are not needed on this track.
-    /// A signal of several values per frame has its series one after the other.
+    /// Values of each distinct signal of the experiment; empty for signals that are not needed on this track or
+    /// failed. A signal of several values per frame has its series one after the other.
     pub signals: Vec<Vec<f64>>,
+    /// Errors of the signals that failed.
+    pub faults: BTreeMap<usize, CellError>,
     /// Number of frames that repeat the region before: frames marked failed or skipped, and frames without a
     /// box in a result file.
     pub repeated: usize,
@@ -34,6 +37,14 @@ pub struct Track {
 }
 
 impl Track {
+    /// Checks that none of these signals failed.
+    ///
+    /// # Errors
+    /// Error of the first one that did.
+    pub fn check(&self, signals: &[usize]) -> Result<(), CellError> {
+        signals.iter().find_map(|k| self.faults.get(k)).map_or(Ok(()), |e| Err(e.clone()))
+    }
+
     /// Values of the signal that a method reads; zeros for methods without a signal.
     pub fn signal(&self, signal: Option<usize>) -> Cow<'_, [f64]> {
         match signal.and_then(|k| self.signals.get(k)) {
@@ -88,5 +99,10 @@ pub fn of_runs(
     signal: Option<usize>,
 ) -> Vec<(Arc<Track>, usize, usize)> {
     let pairs = plan.of_runs(suite, tracker, runs, signal).into_iter();
-    pairs.filter_map(|(s, j)| Some((tracks[suite][s][j].as_ref().ok()?.clone(), s, j))).collect()
+    let with_signal = |(s, j): (usize, usize)| {
+        let track =
+            tracks[suite][s][j].as_ref().ok().filter(|track| track.check(signal.as_slice()).is_ok())?;
+        Some((track.clone(), s, j))
+    };
+    pairs.filter_map(with_signal).collect()
 }

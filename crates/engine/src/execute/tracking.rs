@@ -12,7 +12,7 @@ use crate::plan::{ExperimentPlan, PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
 use crate::store::address::Recipe;
 use crate::store::{self, Record};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::columns;
@@ -30,13 +30,17 @@ struct CachedTrack {
     recipe: Recipe,
     states: Option<Vec<TrackerState>>,
     signals: Vec<Option<Vec<f64>>>,
+    /// Signals that failed in this run.
+    faults: BTreeMap<usize, CellError>,
 }
 
 impl CachedTrack {
     /// Indices of the signals that the track lacks. Without `all`, signals that read companions are left out.
     fn due(&self, plan: &ExperimentPlan<'_>, all: bool) -> Vec<usize> {
         let is_due = |k: &usize| {
-            self.signals[*k].is_none() && (all || plan.signals[*k].signal.reads() != Reads::Companions)
+            self.signals[*k].is_none()
+                && !self.faults.contains_key(k)
+                && (all || plan.signals[*k].signal.reads() != Reads::Companions)
         };
         (0..self.signals.len()).filter(is_due).collect()
     }
@@ -97,7 +101,7 @@ fn look(
     let states = context.cached::<Vec<TrackerState>>(&recipe.address(), rows);
     let states = states.filter(|s| s.len() == rows);
     let signals = (0..plan.signals.len()).map(signal).collect();
-    Ok(CachedTrack { job, recipe, states, signals })
+    Ok(CachedTrack { job, recipe, states, signals, faults: BTreeMap::new() })
 }
 
 /// Computes the missing parts of tracks in one pass. Without `all`, signals that read companions are left to
@@ -168,11 +172,10 @@ fn complete(
         records.push(store::record(plan.name(track.clone()), found.recipe.clone(), rows, &output.states)?);
         found.states = Some(output.states);
     }
-    let mut failure = None;
     for (&k, series) in due.iter().zip(output.signals) {
         let name = plan.name(format!("{track}/{}", plan.signals[k].kind));
         match series {
-            Err(e) => failure = failure.or(Some(e)),
+            Err(e) => drop(found.faults.insert(k, e)),
             Ok(series) => {
                 if let Ok(recipe) = plan.signal_recipe(planned, found.job, k) {
                     records.push(store::record(name, recipe, rows, &series)?);
@@ -181,7 +184,7 @@ fn complete(
             }
         }
     }
-    failure.map_or(Ok(()), |e| Err(e.into()))
+    Ok(())
 }
 
 /// Checks that the files read for these tracks and signals still have the digests in the addresses.
@@ -224,16 +227,17 @@ fn track(context: &Context<'_>, planned: &PlannedSequence, found: CachedTrack) -
     let repeated = states.iter().filter(|s| repeats(s.status)).count();
     let confident = states.iter().any(|s| s.confidence.is_some());
     let by_value = |(series, choice): (Option<Vec<f64>>, &SignalChoice)| match choice.signal.width() {
-        1 => series,
-        width => series.map(|series| columns([(&series[..], width)]).concat()),
+        1 => series.unwrap_or_default(),
+        width => series.map_or_else(Vec::new, |series| columns([(&series[..], width)]).concat()),
     };
-    let signals = found.signals.into_iter().zip(plan.signals.iter()).filter_map(by_value);
+    let signals = found.signals.into_iter().zip(plan.signals.iter()).map(by_value);
     Track {
         regions,
         status: states.iter().map(|s| s.status).collect(),
         confidence: states.iter().filter(|_| confident).map(|s| s.confidence).collect(),
         error: overlap::errors(&states, &planned.sequence.truth),
         signals: signals.collect(),
+        faults: found.faults,
         repeated,
         reversal,
     }

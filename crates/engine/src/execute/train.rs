@@ -121,7 +121,10 @@ pub fn make_ready(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
 ) -> Result<(ReadyDetectors, Vec<Model>), RunError> {
-    let needs = context.plan.needs(|place| track_at(tracks, place).is_ok());
+    let is_there = |place: &Place, signals: &[usize]| {
+        track_at(tracks, place).as_ref().is_ok_and(|track| track.check(signals).is_ok())
+    };
+    let needs = context.plan.needs(is_there);
     let made = make_all(context, tracks, &needs)?;
     let (mut ready, mut models) = (given(context.plan), Vec::new());
     for parts in needs.chunk_by(|(a, _), (b, _)| (a.0, a.1) == (b.0, b.1)) {

@@ -110,7 +110,7 @@ impl ExperimentPlan<'_> {
     fn detector_keys(&self) -> BTreeMap<Key, Result<DetectorKey, CellError>> {
         let given =
             self.given().map(|(key, detector)| (key, Ok::<_, CellError>(DetectorKey::new(detector, None))));
-        let trained = self.needs(|_| true).into_iter().map(|(key, need)| {
+        let trained = self.needs(|_, _| true).into_iter().map(|(key, need)| {
             (key, need.map(|need| DetectorKey::new(&need.variant.detector, Some(need.address))))
         });
         given.chain(trained).collect()

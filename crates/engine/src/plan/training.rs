@@ -107,11 +107,11 @@ impl<'a> ExperimentPlan<'a> {
         all.fold(Recipe::new(Stage::Model), |all, origin| all.with(&origin.video, &origin.source)).address()
     }
 
-    /// Parameters and models to train, by variant, tracker and part, from the tracks that `is_there` accepts.
-    /// An error if there is no such track.
+    /// Parameters and models to train, by variant, tracker and part, from the tracks that `is_there` accepts
+    /// with the signals of the variant. An error if there is no such track.
     pub fn needs(
         &self,
-        is_there: impl Fn(&Place) -> bool + Sync,
+        is_there: impl Fn(&Place, &[usize]) -> bool + Sync,
     ) -> Vec<(Key, Result<TrainingNeed<'a>, CellError>)> {
         let of_variant = |(v, (method, variant)): (usize, (&'a Method, &'a Variant))| {
             let mut needs = Vec::new();
@@ -120,11 +120,12 @@ impl<'a> ExperimentPlan<'a> {
             }
             let role = variant.detector.role().unwrap_or_default();
             let reads = self.suite(role).map(|suite| self.reads(v, suite)).unwrap_or_default();
+            let signals = self.signals_of(v);
             let trackers = self.experiment.trackers.iter().enumerate();
             let trackers = trackers.filter(|(_, tracker)| method.runs_on(&tracker.label));
             for (t, part) in trackers.flat_map(|(t, _)| (0..self.parts(variant)).map(move |part| (t, part))) {
                 let mut tracks = self.training_tracks((v, method, variant), t, part);
-                tracks.retain(|place| is_there(place) && reads.contains_key(place));
+                tracks.retain(|place| is_there(place, signals) && reads.contains_key(place));
                 let mine: Vec<Read> = tracks.iter().map(|place| reads[place]).collect();
                 let recipe = recipes::of_model(method, variant, &mine).filter(|_| !mine.is_empty());
                 let recipe = recipe.map(|recipe| match &variant.detector {

@@ -40,7 +40,7 @@ pub fn why(plan: &ExperimentPlan<'_>, store: &Store) -> Vec<String> {
 
 /// All recipes of the plan except those of labels, by address.
 fn current(plan: &ExperimentPlan<'_>) -> BTreeMap<Address, Recipe> {
-    let needs = plan.needs(|_| true).into_iter();
+    let needs = plan.needs(|_, _| true).into_iter();
     let mut all: Vec<Recipe> = needs.filter_map(|(_, need)| Some(need.ok()?.recipe)).collect();
     for planned in plan.suites.iter().flat_map(|suite| &suite.sequences) {
         all.extend(planned.tracks.iter().flatten().cloned());
@@ -77,6 +77,9 @@ fn difference(before: &Recipe, now: &Recipe, recipe_at: &dyn Fn(&str) -> Option<
                     (Some(before), Some(now)) => return difference(&before, &now, recipe_at),
                     _ => format!("another {name}, whose record has been removed"),
                 }
+            } else if name == "sequence" {
+                // A cell's own sequence stays what it is.
+                "the tracks to learn from are others".to_string()
             } else {
                 let parameter = (name == "parameters").then(|| parameter_difference(was, is)).flatten();
                 parameter.unwrap_or_else(|| format!("{name} was {was}, is {is}"))

@@ -17,6 +17,25 @@ sequence = [
 "#;
 
 #[test]
+fn a_pinned_type_of_target_stays_whatever_the_folder_says() {
+    let root = trackfail_testing::folder([
+        ("a/S/img/0001.jpg", ""),
+        ("a/S/groundtruth_rect.txt", "1,1,5,5"),
+        ("a/S/attributes.txt", "target-face, OCC"),
+    ]);
+    let attributes = |pins: &str| {
+        let entry = format!("{{ name = \"S\", folder = \"a/S\"{pins} }}");
+        let head = "schema = 2\n[[suite]]\nname = \"mine\"\ntitle = \"t\"\nformat = \"otb\"\nsource = \"\"\nlicence = \"\"\n\
+                    how_to_get = \"\"\n";
+        let text = format!("{head}sequence = [{entry}]");
+        let suite = parse(Path::new("user.lock"), text.as_bytes()).unwrap().remove(0);
+        suite.load(&suite.sequence[0], root.path()).unwrap().attributes
+    };
+    assert_eq!(attributes(""), ["OCC", "target-face"]);
+    assert_eq!(attributes(", target_type = \"car\""), ["OCC", "target-car"]);
+}
+
+#[test]
 fn files_are_read_and_faults_are_named() {
     let read = |text: &str| parse(Path::new("user.lock"), text.as_bytes());
     let suites = read(USER_FILE).unwrap();

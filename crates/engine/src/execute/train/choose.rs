@@ -120,6 +120,7 @@ mod tests {
             confidence: vec![],
             error: step(0.2, 1.0),
             signals: vec![step(0.8, 0.1)],
+            faults: Default::default(),
             repeated: 0,
             reversal: None,
         };
