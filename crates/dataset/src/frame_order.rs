@@ -53,6 +53,23 @@ impl Name {
         }
     }
 
+    /// The name with times of day from 0 to 23 hours in place of `12.59.58 PM`, as macOS names screenshots.
+    fn on_24_hours(mut self) -> Self {
+        for k in (0..self.runs.len()).filter(|k| is_time_of_day(&self, *k)).collect::<Vec<_>>() {
+            let after = self.texts[k + 3].trim_start();
+            let (half, rest) = after.split_at_checked(2).unwrap_or_default();
+            let noon = ["am", "pm"].iter().position(|word| half.eq_ignore_ascii_case(word));
+            let hour = self.runs[k].parse().ok().filter(|hour: &usize| (1..=12).contains(hour));
+            if let (Some(noon), Some(hour)) = (noon, hour)
+                && !rest.starts_with(char::is_alphanumeric)
+            {
+                self.texts[k + 3] = rest.to_string();
+                self.runs[k] = (hour % 12 + 12 * noon).to_string();
+            }
+        }
+        self
+    }
+
     /// Digits of a run; empty after the last run.
     fn digits(&self, run: usize) -> &str {
         self.runs.get(run).map_or("", String::as_str)
@@ -111,7 +128,7 @@ pub(crate) fn numbered(paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, Da
 /// Names of the files in natural order. Folders are part of the name if there are several.
 fn named(paths: Vec<PathBuf>) -> Vec<Name> {
     let whole = paths.windows(2).any(|pair| pair[0].parent() != pair[1].parent());
-    let mut names: Vec<Name> = paths.into_iter().map(|path| Name::new(path, whole)).collect();
+    let mut names: Vec<Name> = paths.into_iter().map(|path| Name::new(path, whole).on_24_hours()).collect();
     names.sort_by(|a, b| natural(a, b).then_with(|| a.path.cmp(&b.path)));
     names
 }

@@ -107,6 +107,26 @@ fn a_clock_that_may_have_passed_midnight_is_in_doubt() {
 }
 
 #[test]
+fn clocks_of_twelve_hours_are_read() {
+    let name = |time: &str| format!("Screenshot 2024-01-02 at {time}.png");
+    let times = [
+        "12.00.01\u{202f}AM",
+        "1.00.00\u{202f}am",
+        "12.59.58 PM",
+        "12.59.59 PM",
+        "1.00.00 PM",
+        "11.00.01 PM",
+    ];
+    let names = times.map(name);
+    let names = names.each_ref().map(String::as_str);
+    let order = numbered(paths(&names)).unwrap();
+    assert!(order.into_iter().eq((1..).zip(paths(&names))));
+    // Elsewhere the letters are a part of the name.
+    let others = ["1.00.00 pmx.png", "12.00.00 pmx.png"];
+    assert!(numbered(paths(&others)).unwrap().into_values().eq(paths(&others)));
+}
+
+#[test]
 fn doubt_shows_both_orders() {
     let told = error(&["cam1_0002.png", "cam2_0001.png", "cam1_0004.png", "cam2_0003.png"]);
     assert!(told.contains(
