@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             check_tracker(&[&results, of_second], tracker)?;
             let [first, second] =
                 pairs::sides([(&results, &args.first), (of_second, &args.second)], tracker)?;
-            note_left_out([("A", &first), ("B", &second)]);
+            note_left_out([&first, &second].map(|side| side.left_out));
             compared.extend(by_sequence("", &first.values, &second.values));
             reason = without_common(&first, &second);
             if other.is_none() {
@@ -80,10 +80,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
             let [first, second] = [read(folders[0])?, read(folders[1])?];
             check_tracker(&[&first, &second], tracker)?;
+            let mut left_out = [0; 2];
             for name in pairs::names(&first).into_iter().filter(|n| pairs::names(&second).contains(n)) {
                 let [a, b] = pairs::sides([(&first, &name), (&second, &name)], tracker)?;
+                left_out = [left_out[0] + a.left_out, left_out[1] + b.left_out];
                 compared.extend(by_sequence(&name, &a.values, &b.values));
+                reason = without_common(&a, &b);
             }
+            note_left_out(left_out);
         }
     }
     let measures: BTreeSet<&str> = compared.iter().map(Compared::measure).collect();
@@ -181,22 +185,25 @@ impl Compared {
     }
 }
 
-/// Tells how many tracks are left out, since only one of the two methods was run on them.
-fn note_left_out(sides: [(&str, &Side); 2]) {
-    let told =
-        |(name, side): &(&str, &Side)| (side.left_out > 0).then(|| format!("{} of {name}", side.left_out));
-    let told: Vec<String> = sides.iter().filter_map(told).collect();
+/// Tells how many tracks of A and B are left out, since the method was run on them on one side alone.
+fn note_left_out(numbers: [usize; 2]) {
+    let told = |(name, n): (&str, usize)| (n > 0).then(|| format!("{n} of {name}"));
+    let told: Vec<String> = ["A", "B"].into_iter().zip(numbers).filter_map(told).collect();
     if !told.is_empty() {
+        let told = told.join(" and ");
         output::note(&format!(
-            "only tracks that both methods have are compared; left out are {}",
-            told.join(" and ")
+            "methods are compared on the tracks that both sides have; left out are {told}"
         ));
     }
 }
 
 /// Reason why two sides have no measures in common, as the end of a sentence.
 fn without_common(first: &Side, second: &Side) -> String {
-    let (lonely, [first, second]) = ([first, second].map(|s| s.left_out), [&first.values, &second.values]);
+    if first.is_apart() && second.is_apart() {
+        let [a, b] = [first.left_out, second.left_out];
+        return format!(": A has {a} tracks and B {b}, none of which both have");
+    }
+    let [first, second] = [&first.values, &second.values];
     let measures = |side: &Values| side.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
     let sequences = |side: &Values| {
         let all: BTreeSet<&str> =
@@ -204,9 +211,6 @@ fn without_common(first: &Side, second: &Side) -> String {
         all.first().map_or("none".to_string(), |first| format!("{} such as {first}", all.len()))
     };
     let [a, b] = [measures(first), measures(second)];
-    if lonely != [0, 0] && first.iter().all(|(_, values)| values.is_empty()) {
-        return format!(": A has {} tracks and B {}, none of which both have", lonely[0], lonely[1]);
-    }
     if first.iter().any(|(name, _)| second.iter().any(|(other, _)| name == other)) {
         format!(": A has sequences {}, B has {}", sequences(first), sequences(second))
     } else {

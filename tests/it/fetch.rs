@@ -133,10 +133,13 @@ fn a_file_that_is_no_archive_is_kept_as_it_is() {
     assert_eq!(std::fs::read(root.path().join("otb/truth.xml")).unwrap(), b"mine");
     job.archive.url = format!("{}/..", server.url);
     assert!(matches!(run(root.path(), &job, &options()), Err(FetchError::Data(_))));
-    // A page in place of a video.
-    job.archive.url = format!("{}/data/clip.mpg", server.url);
-    assert_says(run(root.path(), &job, &options()).unwrap_err(), "a web page and not otb/clip.mpg");
-    assert!(!root.path().join("otb/clip.mpg").exists());
+    let server = Server::file(b"\n<!DOCTYPE html><title>gone</title>".to_vec(), "\"1\"");
+    for name in ["clip.mpg", "clip.xml"] {
+        job.archive.url = format!("{}/data/{name}", server.url);
+        let told = format!("a web page and not otb/{name}");
+        assert_says(run(root.path(), &job, &options()).unwrap_err(), told);
+        assert!(!root.path().join("otb").join(name).exists());
+    }
 }
 
 #[test]

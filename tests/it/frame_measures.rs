@@ -137,6 +137,9 @@ fn methods_are_compared_on_the_tracks_that_both_have() {
     assert_eq!(told.out, compare("both rest --tracker still").ends(0).out);
     assert_ne!(told.out, compare("both go").ends(0).out);
     compare("rest go").refuses(2, "A has 20 tracks and B 20, none of which both have");
+    place.write("b.toml", head.replace("\"small\"", "\"other\"") + &method("both", "[\"still\"]", 0.6));
+    place.run("run b.toml -q").ends(0);
+    place.run("compare results/small results/other").ends(0).tells("left out are 20 of A\n");
 }
 
 // The oracle finds every loss: the difference to a method is what that method lacks.

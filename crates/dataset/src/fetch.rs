@@ -100,7 +100,7 @@ pub fn fetch(
         Packing::File => {
             let name = single_file(archive)?;
             let opened = File::open(&got.path).map_err(|e| FetchError::disk(&got.path, e));
-            if !name.ends_with(".xml") && unpack::is_page(&mut opened?) {
+            if unpack::is_page(&mut opened?) {
                 download::discard(&downloads, archive)?;
                 let told =
                     format!("archive {}: a web page and not {name}; nothing of it is kept", archive.name);

@@ -63,7 +63,8 @@ impl Name {
             if let (Some(noon), Some(hour)) = (noon, hour)
                 && !rest.starts_with(char::is_alphanumeric)
             {
-                self.texts[k + 3] = rest.to_string();
+                // Seconds stay within the name: they do not number the frames.
+                self.texts[k + 3] = format!(" {rest}");
                 self.runs[k] = (hour % 12 + 12 * noon).to_string();
             }
         }

@@ -48,7 +48,8 @@ impl Default for Caps {
 pub fn is_page(download: &mut impl Read) -> bool {
     let mut start = [0; 64];
     let n = download.read(&mut start).unwrap_or(0);
-    start[..n].trim_ascii_start().starts_with(b"<")
+    let start = start[..n].trim_ascii_start().to_ascii_lowercase();
+    start.starts_with(b"<!doctype html") || start.starts_with(b"<html")
 }
 
 /// Unpacks the members of a zip file that belong to `folders` into the empty folder `into`.

@@ -121,6 +121,8 @@ fn clocks_of_twelve_hours_are_read() {
     let names = names.each_ref().map(String::as_str);
     let order = numbered(paths(&names)).unwrap();
     assert!(order.into_iter().eq((1..).zip(paths(&names))));
+    let seconds = ["1.00.57 PM", "1.00.58 PM", "1.00.59 PM"].map(name);
+    assert_eq!(kept(seconds), (1, 3, true));
     // Elsewhere the letters are a part of the name.
     let others = ["1.00.00 pmx.png", "12.00.00 pmx.png"];
     assert!(numbered(paths(&others)).unwrap().into_values().eq(paths(&others)));

@@ -40,7 +40,7 @@ pub struct Entry {
     pub frames: Option<usize>,
     /// Width and height in pixels; `None` until a copy has been read.
     pub size: Option<(usize, usize)>,
-    /// Name of the underlying video, if another source has it under another name. See [`Entry::video`].
+    /// Name of the underlying video, if it is not that of the sequence. See [`Entry::video`].
     pub video: Option<String>,
     /// Type of the target; `None` if unknown.
     pub target_type: Option<TargetType>,
@@ -56,9 +56,11 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Name of the underlying video: the name of the sequence, unless the entry gives another.
+    /// Name of the underlying video: the name of the sequence, or of its folder if that has several targets,
+    /// unless the entry gives another.
     pub fn video(&self) -> &str {
-        self.video.as_deref().unwrap_or(&self.name)
+        let folder = self.target.and_then(|_| self.folder.rsplit('/').next());
+        self.video.as_deref().or(folder).unwrap_or(&self.name)
     }
 
     /// Source of the video: the first folder below the data root.

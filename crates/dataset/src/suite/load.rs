@@ -31,7 +31,7 @@ pub struct Broken {
 /// The video that a sequence is taken from, and the source of that video.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
-    /// Name of the video: that of the sequence, unless another source has it under another name.
+    /// Name of the video, see [`Entry::video`].
     pub video: String,
     /// Source of the video: `otb`, `vot2014`.
     pub source: String,

@@ -79,6 +79,7 @@ struct Progress<'a> {
 /// A tracker or a signal, which processes one frame after the other.
 struct Strand<'a> {
     task: usize,
+    run: &'a TrackerRun,
     reads: Reads,
     work: Work<'a>,
     failure: Option<(usize, StepError)>,
@@ -87,8 +88,8 @@ struct Strand<'a> {
 enum Work<'a> {
     /// A tracker, `None` until it is started, and its states in the current step.
     Tracker(Option<Box<dyn Tracker>>, Vec<TrackerState>),
-    /// A signal, and its values in all frames so far.
-    Signal(TrackSignal<'a>, Vec<f64>),
+    /// A signal, `None` until it is started, and its values in all frames so far.
+    Signal(&'a SignalChoice, Option<TrackSignal<'a>>, Vec<f64>),
 }
 
 /// Data of one step, shared by all strands.
@@ -104,18 +105,17 @@ struct Step<'s> {
 
 impl<'a> Strand<'a> {
     /// Creates the strands of a task.
-    fn all_of(task: usize, Task { run, states, signals, .. }: &'a Task<'_>) -> Result<Vec<Self>, StepError> {
-        let strand = |reads, work| Self { task, reads, work, failure: None };
+    fn all_of(task: usize, Task { run, states, signals, .. }: &'a Task<'_>) -> Vec<Self> {
+        let strand = |reads, work| Self { task, run, reads, work, failure: None };
         let mut strands = Vec::new();
         if states.is_none() {
             let reads = if run.config.facts().reads_pixels { Reads::Pixels } else { Reads::Boxes };
             strands.push(strand(reads, Work::Tracker(None, Vec::new())));
         }
-        for choice in signals {
-            let signal = TrackSignal::start(choice, run)?;
-            strands.push(strand(signal.reads(), Work::Signal(signal, Vec::new())));
-        }
-        Ok(strands)
+        let signal =
+            |choice: &&'a SignalChoice| strand(choice.signal.reads(), Work::Signal(choice, None, Vec::new()));
+        strands.extend(signals.iter().map(signal));
+        strands
     }
 
     /// True if the task still needs the strand in frame `t` and later.
@@ -141,7 +141,7 @@ impl<'a> Strand<'a> {
         // Nothing that another strand reads may change this one.
         let unread = (frame.is_err() && self.reads != Reads::Pixels).then(|| Ok(blank()));
         let frame = || unread.as_ref().unwrap_or(frame).as_ref().map_err(StepError::clone);
-        let Task { run, companions, .. } = &step.tasks[self.task];
+        let (run, companions) = (self.run, &step.tasks[self.task].companions);
         match &mut self.work {
             Work::Tracker(Some(tracker), states) => states.push(tracker.update(frame()?)?),
             Work::Tracker(tracker, states) => {
@@ -149,7 +149,7 @@ impl<'a> Strand<'a> {
                 *tracker = Some(started);
                 states.push(state);
             }
-            Work::Signal(signal, values) => {
+            Work::Signal(choice, signal, values) => {
                 let state = |task: usize| step.progress[task].states.get(t);
                 let Some(own) = state(self.task) else { return Ok(false) };
                 let mut others: Vec<&Region> = Vec::new();
@@ -157,6 +157,10 @@ impl<'a> Strand<'a> {
                     let Some(other) = companion.and_then(state) else { return Ok(false) };
                     others.push(&other.region);
                 }
+                let signal = match signal {
+                    Some(signal) => signal,
+                    none => none.insert(TrackSignal::start(choice, run)?),
+                };
                 values.extend(signal.values(frame()?, own, &others, run.sequence.number(t))?);
             }
         }
@@ -178,12 +182,8 @@ pub fn pass(
     let (mut progress, mut strands): (Vec<Progress<'_>>, Vec<Strand<'_>>) = (Vec::new(), Vec::new());
     for (k, task) in tasks.iter().enumerate() {
         let states = task.states.map_or_else(Cow::default, Cow::Borrowed);
-        let mut one = Progress { job: Job::new(limits), states, failure: None };
-        match one.job.step(|| Strand::all_of(k, task)) {
-            Ok(mine) => strands.extend(mine),
-            Err(e) => one.failure = Some((0, e)),
-        }
-        progress.push(one);
+        progress.push(Progress { job: Job::new(limits), states, failure: None });
+        strands.extend(Strand::all_of(k, task));
     }
     let decoding = Job::new(limits);
     let decode = |t: usize| decoding.step(|| run.frame(t));
@@ -241,8 +241,8 @@ fn outputs(
         first.map(|(label, _)| StepError::failed(format!("there is no track of its companion {label}")))
     };
     let mut signals: Vec<Vec<Result<Vec<f64>, CellError>>> = tasks.iter().map(|_| Vec::new()).collect();
-    for Strand { task, reads, work, failure } in strands {
-        if let Work::Signal(_, values) = work {
+    for Strand { task, reads, work, failure, .. } in strands {
+        if let Work::Signal(_, _, values) = work {
             let alone = lacks(task).filter(|_| reads == Reads::Companions).or(failure.map(|(_, e)| e));
             signals[task].push(alone.map_or(Ok(values), |e| Err(failed(task, e))));
         }

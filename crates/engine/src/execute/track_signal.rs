@@ -7,7 +7,6 @@ use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 use trackfail_judge::reader::{SignalFault, SignalReader};
 use trackfail_methods::score::Restarts;
-use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::{Status, TrackerState};
 
 /// A signal that is computed frame by frame on a track. Depending on its choice it begins again at each
@@ -28,11 +27,6 @@ impl<'a> TrackSignal<'a> {
     /// When the signal cannot start, for example because a file that it reads is absent.
     pub fn start(choice: &'a SignalChoice, run: &'a TrackerRun) -> Result<Self, StepError> {
         Ok(Self { choice, run, reader: SignalReader::start(choice, &run.context())?, last: None })
-    }
-
-    /// Input that the signal needs.
-    pub fn reads(&self) -> Reads {
-        self.reader.reads()
     }
 
     /// Values of the signal in the next frame, whose file name has this number. `companions` are the regions

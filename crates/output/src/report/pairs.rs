@@ -42,6 +42,13 @@ pub struct Side {
     pub left_out: usize,
 }
 
+impl Side {
+    /// True if the method has tracks, none of which the other one has.
+    pub fn is_apart(&self) -> bool {
+        self.left_out > 0 && self.counts.is_empty()
+    }
+}
+
 /// Counts of a method by sequence, tracker and run.
 type ByTrack = BTreeMap<(String, String, i64), [i64; 4]>;
 

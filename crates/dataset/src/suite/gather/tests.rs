@@ -60,6 +60,9 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         let section = gather(&wanted("mine", format, folder), root.path()).unwrap();
         let suite = read(&section);
         assert_eq!(suite.sequence_names(), names, "{folder}");
+        // Only targets of one folder are of one video.
+        let videos: Vec<&str> = suite.entries().iter().map(Entry::video).collect();
+        assert_eq!(videos, if folder == "otb" { &["One", "Two", "Two"] } else { names }, "{folder}");
         let loaded = suite.load(&[root.path().to_path_buf()]);
         assert_eq!((loaded.sequences.len(), loaded.broken.len()), (names.len(), 0), "{folder}");
         // Boxes count from 1, but for those of VOT.

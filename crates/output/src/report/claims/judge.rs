@@ -11,11 +11,12 @@
 //! Both numbers are computed from the same samples, so that the difficulty of sequences cancels out of d (a
 //! paired interval). If only bounds of the numbers are known, they are combined as if the numbers were
 //! independent (MOVER: Zou, Donner, Statistics in Medicine 27(10), 2008); this interval is too wide for
-//! methods on the same sequences. At another level it is wider as that of a normal number is. Numbers without samples and bounds are taken as exact. A sample without a
-//! value (such as a ratio with denominator 0) might lie anywhere. If more than 2.5 % of the samples have
-//! none, as many as lie beyond a bound, a comparison of order has no interval. Outcomes are combined by
-//! Kleene's logic: `&&` takes the worse one, `||` the better one, `!` inverts it. The level is that of a
-//! single comparison; there is no correction for their number.
+//! methods on the same sequences. At another level it is as much wider as that of a normal number. Numbers
+//! without samples and bounds are taken as exact. A sample without a value (such as a ratio with denominator
+//! 0) might lie anywhere. If more than 2.5 % of the samples have none, as many as lie beyond a bound, a
+//! comparison of order has no interval. Outcomes are combined by Kleene's logic: `&&` takes the worse one,
+//! `||` the better one, `!` inverts it. The level is that of a single comparison; there is no correction for
+//! their number.
 //!
 //! A missing number makes the claim untestable, never false.
 
@@ -61,7 +62,7 @@ pub struct Compared {
     pub values: [f64; 2],
     /// Bounds of left minus right; `None` without an interval.
     pub bounds: Option<(f64, f64)>,
-    /// True if a side is measured and has no uncertainty that is known.
+    /// True if measured numbers are compared of which none has an interval.
     pub is_taken_as_is: bool,
     /// Outcome of the comparison.
     pub outcome: ClaimOutcome,

@@ -11,7 +11,6 @@ use crate::table::number::{Style, p_value};
 use serde_json::json;
 use trackfail_core::num::ranks::{Friedman, critical_difference};
 
-/// A p-value as tables print it.
 /// Row of a number, its bounds, and three further cells.
 fn row(
     label: String,
