@@ -217,7 +217,7 @@ impl Metric {
         }
     }
 
-    /// True if the metric is computed from counts, so that it can be given for a part of a suite.
+    /// True if the metric is computed from events and detections: from their counts, or from the delays of matches.
     pub fn is_of_counts(self) -> bool {
         matches!(self.source, Source::Counts | Source::Delays)
     }

@@ -30,8 +30,8 @@
 //! sequence (OTB's temporal runs) is scored from its start on.
 //!
 //! Sources: OTB toolkit `calcSeqErrRobust.m`, `genPerfMat.m`, `perfPlot.m`; STVIR/pysot (c7fd71c) and its
-//! elder, StrangerZhang/pysot-toolkit, `success_overlap`, `success_error`; got10k-toolkit `ExperimentOTB`; HengLan/LaSOT_Evaluation_Toolkit
-//! `calc_seq_err_robust.m`, `eval_tracker.m`; all read for their rules only.
+//! elder, StrangerZhang/pysot-toolkit, `success_overlap`, `success_error`; got10k-toolkit `ExperimentOTB`;
+//! HengLan/LaSOT_Evaluation_Toolkit `calc_seq_err_robust.m`, `eval_tracker.m`; all read for their rules only.
 
 use super::trajectory::{Missing, Trajectory, mean};
 use crate::region::{Rect, Region};

@@ -58,19 +58,18 @@ type ByTrack = BTreeMap<(String, String, i64), [i64; 4]>;
 /// # Errors
 /// See [`PairsError`].
 pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 2], PairsError> {
-    let values = of.map(|(results, name)| of_tracker(results, name));
-    let tracks = |k: usize| {
-        let (results, name) = of[k];
-        if values[k].is_empty() { of_method(results, name, tracker) } else { Ok(ByTrack::new()) }
+    // A tracker has values, a method has tracks.
+    let read = |(results, name): (&Results, &str)| -> Result<(Values, Option<ByTrack>), PairsError> {
+        let values = of_tracker(results, name);
+        let tracks = values.is_empty().then(|| of_method(results, name, tracker)).transpose()?;
+        Ok((values, tracks))
     };
-    let tracks = [tracks(0)?, tracks(1)?];
-    let side = |values: Values, mine: &ByTrack, other: Option<&ByTrack>| {
-        if !values.is_empty() {
-            return Side { values, ..Side::default() };
-        }
+    let [(a, of_a), (b, of_b)] = [read(of[0])?, read(of[1])?];
+    let side = |values: Values, mine: &Option<ByTrack>, other: &Option<ByTrack>| {
+        let Some(mine) = mine else { return Side { values, ..Side::default() } };
         let (mut counts, mut left_out) = (BySequence::new(), 0);
         for (track, numbers) in mine {
-            match other.is_none_or(|other| other.contains_key(track)) {
+            match other.as_ref().is_none_or(|other| other.contains_key(track)) {
                 true => add(&mut counts, &track.0, *numbers),
                 false => left_out += 1,
             }
@@ -83,10 +82,7 @@ pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 
         };
         Side { values: METRICS.map(of_metric).into(), counts, left_out }
     };
-    // A method beside a tracker, whose measures are others.
-    let both = values.iter().all(Vec::is_empty);
-    let [a, b] = values;
-    Ok([side(a, &tracks[0], both.then_some(&tracks[1])), side(b, &tracks[1], both.then_some(&tracks[0]))])
+    Ok([side(a, &of_a, &of_b), side(b, &of_b, &of_a)])
 }
 
 /// Counts of a method, of all trackers or of one.
