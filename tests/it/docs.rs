@@ -4,7 +4,6 @@ use crate::sent::keep;
 use crate::tools::{Place, needs};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -92,38 +91,26 @@ fn working_folder() -> Place {
     place
 }
 
-/// Runs the blocks that are marked as needing something, of which there are some, or those that are not marked at all.
-fn run_blocks(need: Option<&str>, folder: &Path) {
+/// Runs the blocks that are marked as needing something, of which there are some, or those that are not marked at all; of each
+/// all commands until one fails.
+fn run_blocks(need: Option<&str>, place: &Place) {
     let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
     let is_one =
         |block: &Block| if need.is_some() { block.marked("needs") == need } else { block.comment.is_none() };
     let blocks: Vec<Block> = blocks.filter(is_one).collect();
     assert!(!blocks.is_empty());
-    blocks.iter().for_each(|block| run(block, folder));
-}
-
-/// Runs a block in a folder, each command of it until one fails.
-fn run(block: &Block, folder: &Path) {
-    let text =
-        block.text.replace("cargo run --release -- ", "trackfail ").replace("cargo run -- ", "trackfail ");
-    let script = format!("set -eu\ntrackfail() {{ \"$PROGRAM\" \"$@\"; }}\n{text}");
-    let mut shell = Command::new("sh");
-    let program = Path::new(env!("CARGO_BIN_EXE_trackfail"));
-    shell.args(["-c", &script]).current_dir(folder).env("PROGRAM", program);
-    // Programs that a block runs may run this one.
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let own = std::iter::once(program.parent().unwrap().to_path_buf());
-    shell.env("PATH", std::env::join_paths(own.chain(std::env::split_paths(&path))).unwrap());
-    shell.env_remove("TRACKFAIL_DATA").env_remove("TRACKFAIL_PLUGINS");
-    let output = shell.output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{}: {}\n{told}", block.place, output.status);
+    for Block { place: name, text, .. } in blocks {
+        let text =
+            text.replace("cargo run --release -- ", "trackfail ").replace("cargo run -- ", "trackfail ");
+        let ran = place.shell(&format!("set -eu\n{text}"));
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.err);
+    }
 }
 
 #[cfg(unix)]
 #[test]
 fn shell_blocks_run() {
-    run_blocks(None, working_folder().root());
+    run_blocks(None, &working_folder());
 }
 
 #[cfg(unix)]
@@ -133,7 +120,7 @@ fn shell_blocks_that_need_real_data_run() {
     let place = Place::new();
     let data = trackfail_testing::real_data().canonicalize().unwrap();
     std::os::unix::fs::symlink(data, place.path("DATA")).unwrap();
-    run_blocks(Some("real data"), place.root());
+    run_blocks(Some("real data"), &place);
 }
 
 #[cfg(unix)]
@@ -142,7 +129,7 @@ fn shell_blocks_that_need_real_data_run() {
 fn shell_blocks_that_need_ffmpeg_run() {
     let place = working_folder();
     place.shell("ffmpeg -nostdin -v error -i video/%04d.png clip.mp4").ends(0);
-    run_blocks(Some("ffmpeg"), place.root());
+    run_blocks(Some("ffmpeg"), &place);
 }
 
 #[cfg(unix)]
@@ -150,7 +137,7 @@ fn shell_blocks_that_need_ffmpeg_run() {
 #[test]
 fn shell_blocks_that_need_gnu_parallel_run() {
     let place = working_folder();
-    run_blocks(Some("GNU parallel"), place.root());
+    run_blocks(Some("GNU parallel"), &place);
     // Nothing was left to the last run but tables and report.
     let told = place.run("run my.toml --results shared --dry-run --shard 1/4 --format csv").out;
     assert_eq!(told.matches(",done,").count(), 4, "{told}");

@@ -132,18 +132,14 @@ impl Place {
         Ran::of(&mut self.command(line))
     }
 
-    /// Runs a line of a shell in which `trackfail` is the program.
+    /// Runs a line of a shell. Its PATH, which programs that it starts have too, begins with the folder of this program.
     pub fn shell(&self, line: &str) -> Ran {
+        let own = Path::new(env!("CARGO_BIN_EXE_trackfail")).parent().unwrap().to_path_buf();
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let path = std::iter::once(own).chain(std::env::split_paths(&path));
         let mut shell = Command::new("sh");
-        let text = format!("trackfail() {{ \"$PROGRAM\" \"$@\"; }}\n{line}");
-        Ran::of(
-            shell
-                .args(["-c", &text])
-                .current_dir(self.root())
-                .env("PROGRAM", env!("CARGO_BIN_EXE_trackfail"))
-                .env_remove("TRACKFAIL_DATA")
-                .env_remove("TRACKFAIL_PLUGINS"),
-        )
+        shell.args(["-c", line]).current_dir(self.root()).env("PATH", std::env::join_paths(path).unwrap());
+        Ran::of(shell.env_remove("TRACKFAIL_DATA").env_remove("TRACKFAIL_PLUGINS"))
     }
 }
 
