@@ -2,11 +2,10 @@
 
 use base64::Engine;
 use serde_json::{Value, json};
-use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trackfail_testing::conditions::{BROWSERS, runs};
@@ -24,13 +23,13 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Chromium with one page.
 pub struct Browser {
     process: Child,
-    // Pipes are opened, read and written by threads of their own, which may wait for ever.
-    to: Sender<Vec<u8>>,
+    to: ChildStdin,
+    // Read by a thread of its own, which may wait for ever.
     from: Receiver<Vec<u8>>,
     last: u64,
     session: String,
     events: Vec<Value>,
-    // Its profile and pipes; gone with it.
+    // Its profile; gone with it.
     _folder: tempfile::TempDir,
 }
 
@@ -40,16 +39,15 @@ impl Browser {
         let name = BROWSERS.into_iter().find(|name| runs(name, &["--version"]));
         let name = name.expect("the Chromium that was there when this test was compiled has gone");
         let folder = tempfile::tempdir().unwrap();
-        let (to, from) = (folder.path().join("to"), folder.path().join("from"));
-        assert!(Command::new("mkfifo").args([&to, &from]).status().unwrap().success());
         // The browser reads commands from descriptor 3 and answers on descriptor 4.
         let script = r#"exec "$0" --headless=new --no-sandbox --disable-gpu --disable-dev-shm-usage --no-first-run \
             --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars \
-            --user-data-dir="$3" --remote-debugging-pipe about:blank 3<"$1" 4>"$2""#;
+            --user-data-dir="$1" --remote-debugging-pipe about:blank 3<&0 4>&1 </dev/null >/dev/null"#;
         let mut shell = Command::new("sh");
-        shell.args(["-c", script, name]).args([&to, &from]).arg(folder.path().join("profile"));
-        let process = shell.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let (to, from) = (writer(to), reader(from));
+        shell.args(["-c", script, name]).arg(folder.path().join("profile"));
+        shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut process = shell.spawn().unwrap();
+        let (to, from) = (process.stdin.take().unwrap(), reader(process.stdout.take().unwrap()));
         let (session, events) = (String::new(), Vec::new());
         let mut browser = Self { process, to, from, last: 0, session, events, _folder: folder };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}))["targetId"].clone();
@@ -83,7 +81,7 @@ impl Browser {
         }
         let mut bytes = message.to_string().into_bytes();
         bytes.push(0);
-        self.to.send(bytes).expect("chromium has gone");
+        self.to.write_all(&bytes).expect("chromium has gone");
         loop {
             let answer = self.read();
             if answer["id"] == self.last {
@@ -244,32 +242,12 @@ impl Browser {
     }
 }
 
-/// Writes to a pipe what is sent.
-fn writer(pipe: PathBuf) -> Sender<Vec<u8>> {
-    let (sender, messages) = channel::<Vec<u8>>();
-    thread::spawn(move || {
-        let Ok(mut file) = File::options().write(true).open(pipe) else { return };
-        while let Ok(message) = messages.recv() {
-            if file.write_all(&message).is_err() {
-                return;
-            }
-        }
-    });
-    sender
-}
-
 /// Messages from a pipe, each of which ends with a zero.
-fn reader(pipe: PathBuf) -> Receiver<Vec<u8>> {
+fn reader(pipe: ChildStdout) -> Receiver<Vec<u8>> {
     let (sender, messages) = channel();
     thread::spawn(move || {
-        let Ok(file) = File::open(pipe) else { return };
-        let mut file = BufReader::new(file);
-        let mut bytes = Vec::new();
-        while file.read_until(0, &mut bytes).is_ok() && bytes.pop() == Some(0) {
-            if sender.send(std::mem::take(&mut bytes)).is_err() {
-                return;
-            }
-        }
+        let mut all = BufReader::new(pipe).split(0).map_while(Result::ok);
+        let _ = all.try_for_each(|message| sender.send(message));
     });
     messages
 }
