@@ -1,7 +1,7 @@
 //! Kept results beside those of an experiment: one table, one bootstrap, and partners that are refused.
 
 use crate::sent::changes_are_told;
-use crate::tools::{Place, assert_same_files, files};
+use crate::tools::{Place, assert_same_files, assert_says, files};
 use trackfail::results::beside::{Kept, keep};
 
 /// An experiment with these keys behind its name, and these methods, each with its threshold.
@@ -44,8 +44,7 @@ fn kept_rows_are_those_of_one_run() {
         let of = |results: &str| place.read(&format!("{results}/mine/new/tables/{table}.csv"));
         assert_eq!(of("results").replace(" (kept)", ""), of("other"), "{table}");
     }
-    let page = place.read("reports/mine/new/report.md");
-    assert!(page.contains("Rows marked (kept) are those of kept/old"), "{page}");
+    assert_says(place.read("reports/mine/new/report.md"), "Rows marked (kept) are those of kept/old");
     let summary = place.json("reports/mine/new/summary.json");
     let methods: Vec<&str> =
         summary["standings"].as_array().unwrap().iter().map(|s| s["method"].as_str().unwrap()).collect();

@@ -1,7 +1,7 @@
 //! Errors name file and line, and set the exit code.
 
 use crate::sent::keep;
-use crate::tools::{Place, Ran};
+use crate::tools::{Place, Ran, assert_says};
 
 const SPEC: &str = r#"schema = 1
 name = "mine/try"
@@ -223,8 +223,7 @@ fn a_figure_without_a_value_is_left_out_and_the_report_says_so() {
     let sweep = "[[figure]]\nname = \"f\"\nkind = \"sweep\"\nmetric = \"recall\"\nx = \"below\"\n";
     let place = Place::with(&[("try.toml", &(spec + sweep))]);
     assert_eq!(place.run("run try.toml --quiet").ends(0).err, "");
-    let page = place.read("reports/mine/try/index.html");
-    assert!(page.contains("Figure f is not drawn: recall has no value"), "{page}");
+    assert_says(place.read("reports/mine/try/index.html"), "Figure f is not drawn: recall has no value");
 }
 
 #[test]

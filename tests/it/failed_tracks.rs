@@ -1,6 +1,6 @@
 //! Tracks that are missing, cut, empty or crashed: failure as data, with methods and without.
 
-use crate::tools::{Place, Ran, suite};
+use crate::tools::{Place, Ran, assert_says, suite};
 
 /// Frames of every sequence.
 const FRAMES: usize = 10;
@@ -165,8 +165,7 @@ fn trackers_are_compared_on_the_sequences_that_all_have() {
 
     // A tracker alone has what it has, and says so.
     run(&place, &spec(&["cut"], ANALYSIS), "--allow-missing").ends(4);
-    let table = kept(&place, "tables/overall.md");
-    assert!(table.contains("| cut (2 of 3 targets) | 0.952 | 1 |"), "{table}");
+    assert_says(kept(&place, "tables/overall.md"), "| cut (2 of 3 targets) | 0.952 | 1 |");
 
     // Where nothing is missing, there is nothing to tell.
     exact(&place, "part");
@@ -205,8 +204,7 @@ fn numbers_of_fewer_sequences_have_no_star() {
     assert!(!table.contains("**1.000"), "{table}");
     exact(&place, "part");
     run(&place, &spec, "");
-    let table = kept(&place, "tables/alarms.md");
-    assert!(table.contains("**1.000** ="), "{table}");
+    assert_says(kept(&place, "tables/alarms.md"), "**1.000** =");
 }
 
 const CONFIDENCE: &str = r#"
@@ -309,8 +307,7 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
         let more = cut(spec(&["full", "cut", "part"], rest));
         run(&place, &more, "").ends(3).shows("no result of `part` for c");
     }
-    let scores = kept(&place, "scores.csv");
-    assert!(scores.contains("not run: has no track on c, as declared: its file was cut"), "{scores}");
+    assert_says(kept(&place, "scores.csv"), "not run: has no track on c, as declared: its file was cut");
     run(&place, &cut(spec(&["full", "cut"], ANALYSIS)), "");
     assert!(kept(&place, "tables/overall.md").contains("| cut (2 of 3 targets) |"));
 

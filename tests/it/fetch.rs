@@ -3,7 +3,7 @@
 use crate::download::fails;
 use crate::packed::{zip, zipped};
 use crate::server::{Server, full};
-use crate::tools::{Place, files};
+use crate::tools::{Place, assert_says, files};
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use trackfail::dataset::fetch::{
 };
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
-use trackfail_testing::{assert_says, put};
+use trackfail_testing::put;
 
 /// Tells nobody.
 struct Silent;
@@ -192,7 +192,7 @@ fn one_fetch_at_a_time() {
 fn an_archive_without_the_folder_names_what_it_begins_with() {
     let server = Server::file(zip(&[zipped("SEQ/a", b""), zipped("readme", b"")]), "\"1\"");
     let (error, root) = fails(&server, |_, _| {});
-    trackfail_testing::assert_says(error.to_string(), "no folder otb/seq, and begins with `SEQ/a`");
+    assert_says(error.to_string(), "no folder otb/seq, and begins with `SEQ/a`");
     nothing_left(root.path());
 }
 

@@ -1,6 +1,6 @@
 //! Methods that learn, methods of some trackers only, repetitions, and analyses.
 
-use crate::tools::{Place, Ran, Row, assert_same_files};
+use crate::tools::{Place, Ran, Row, assert_same_files, assert_says};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -109,8 +109,7 @@ fn a_reduced_number_of_runs_is_noted_in_every_table() {
         let notes = ["PF: 1 run of 2", "PF: 1 run of 3 to learn from"];
         assert!(notes.iter().all(|note| table.contains(note)), "{table}");
     }
-    let report = place.read("reports/mine/learning/report.md");
-    assert!(report.contains("was tuned on the test suite itself"), "{report}");
+    assert_says(place.read("reports/mine/learning/report.md"), "was tuned on the test suite itself");
 }
 
 const OTHERS: &str = r#"schema = 1
@@ -159,7 +158,7 @@ fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shard
         assert_eq!((folds.len(), names.len()), (10, 18));
     }
     let table = one.read("results/mine/others/tables/f.md");
-    assert!(table.contains("companions, jumps: learned from other videos and other trackers"), "{table}");
+    assert_says(table, "companions, jumps: learned from other videos and other trackers");
 
     run(&one, OTHERS, "--compact").ends(0);
     assert!(!one.has("results/mine/others/models"));

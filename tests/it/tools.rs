@@ -11,7 +11,7 @@ pub use program::trackfail;
 pub use program::{Place, Ran, Row, number, words};
 #[cfg(target_os = "linux")]
 pub use program::{memory, resident};
-pub use trackfail_testing::{assert_same_files, files, needs, rows};
+pub use trackfail_testing::{assert_same_files, assert_says, files, needs, rows};
 
 /// A file that describes a suite of the user's own, by the names and folders of its sequences.
 pub fn suite(name: &str, format: &str, sequences: &[(&str, &str)]) -> String {

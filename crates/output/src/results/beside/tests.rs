@@ -8,6 +8,7 @@ use serde_json::json;
 use tempfile::TempDir;
 use trackfail_engine::spec::read::parse;
 use trackfail_methods::score::{Counts, Metric};
+use trackfail_testing::assert_says;
 
 /// TP, FP and FN of the methods `old` and `new` on four sequences.
 const OLD: [[u64; 3]; 4] = [[1, 0, 1], [2, 1, 0], [0, 1, 1], [9, 9, 0]];
@@ -227,15 +228,12 @@ fn another_partner_is_refused_with_both_named() {
         (NCC, "name = \"ncc\"\nlabel = \"my (kept)\"", "the name `my (kept)` is that of a kept one"),
     ] {
         let told = told(from, to, &right, &there).unwrap_err();
-        assert!(
-            told.starts_with("mine/new cannot stand beside kept/old: ") && told.contains(words),
-            "{told}"
-        );
+        assert!(told.starts_with("mine/new cannot stand beside kept/old: "), "{told}");
+        assert_says(told, words);
     }
     let changed = told("seed", "seed", &digests("other"), &there).unwrap_err();
-    assert!(changed.contains("sequence b is other here and digest of b there"), "{changed}");
-    let none = told("seed", "seed", &BTreeMap::new(), &there).unwrap_err();
-    assert!(none.contains("no sequence in common"), "{none}");
+    assert_says(changed, "sequence b is other here and digest of b there");
+    assert_says(told("seed", "seed", &BTreeMap::new(), &there).unwrap_err(), "no sequence in common");
     // A parameter of an earlier version, that the experiment file does not have.
     there.manifest.trackers[0].params["gone"] = true.into();
     assert_eq!(told("seed", "seed", &right, &there), Ok(()));
@@ -278,8 +276,7 @@ fn another_method_of_the_name_is_refused() {
         (own(&TRAINED.replace("values = [0.5, 0.9]", "quantiles = 9")), &trained, "among 9 quantiles here"),
         (own(TRAINED).replace("seed = 7", "seed = 7\nfolds = \"source\""), &trained, "by source, by f_score"),
     ] {
-        let told = told(&own, there).unwrap_err();
-        assert!(told.contains(words), "{told}");
+        assert_says(told(&own, there).unwrap_err(), words);
     }
     // Versions are those of the run, parameters those of the experiment file.
     let variant = &given.experiment.methods[0].variants[0];
@@ -295,8 +292,7 @@ fn another_method_of_the_name_is_refused() {
     given.manifest.methods = vec![same];
     assert_eq!(told(&own("0.9"), &given), Ok(()));
     given.manifest.methods = vec![later];
-    let other = told(&own("0.9"), &given).unwrap_err();
-    assert!(other.contains("the detector of method old is level version "), "{other}");
+    assert_says(told(&own("0.9"), &given).unwrap_err(), "the detector of method old is level version ");
 }
 
 #[test]
