@@ -92,10 +92,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let trackers = success::RULES.iter().map(|r| row("boxes of trackers", r.name, r.summary));
             let longterm = longterm::RULES.iter().map(|r| row("confidence of trackers", r.name, r.summary));
             let runs = RunProtocol::ALL.iter().map(|p| row("running trackers", p.name(), p.summary()));
-            print(
-                &["of", "protocol", "summary"],
-                detectors.chain(trackers).chain(longterm).chain(runs).collect(),
-            )
+            let all = detectors.chain(trackers).chain(longterm).chain(runs);
+            print(&["of", "protocol", "summary"], all.collect())
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::run::print::store_problems;
 use super::{Failure, output};
-use crate::engine::store::{FOLDER, Store};
+use crate::engine::store::{FOLDER, Merged, Store};
 use std::path::PathBuf;
 
 /// Arguments of `merge`.
@@ -36,14 +36,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let Some(first) = damaged.first() {
             return Err(Failure::io(first.to_string()));
         }
-        let merged = mine.merge(&theirs).map_err(Failure::io)?;
+        let Merged { added, known } = mine.merge(&theirs).map_err(Failure::io)?;
         store_problems(&mine);
-        output::write(&format!(
-            "{}: {} records added, {} known\n",
-            folder.display(),
-            merged.added,
-            merged.known
-        ))?;
+        output::write(&format!("{}: {added} records added, {known} known\n", folder.display()))?;
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use crate::dataset::text::is_plain;
 use crate::results;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Map, Value};
 use std::io::Write;
 
 /// How a list is printed.
@@ -27,15 +28,10 @@ pub enum Format {
 /// # Errors
 /// When stdout cannot be written to.
 pub fn print(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<(), Failure> {
-    match (format, terminal_width()) {
-        (Format::Table, Some(width)) => write(&table(headings, rows, &[], Some(width))),
+    match (format, terminal_size::terminal_size_of(std::io::stdout())) {
+        (Format::Table, Some((width, _))) => write(&table(headings, rows, &[], Some(width.0))),
         _ => write(&text(format, headings, rows)?),
     }
-}
-
-/// Width of the terminal in columns; `None` if stdout is not a terminal.
-fn terminal_width() -> Option<u16> {
-    terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| width.0)
 }
 
 /// Table of rows under headings, at most `width` columns wide. The columns `numbers` are right-aligned.
@@ -65,10 +61,10 @@ pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<S
             String::from_utf8_lossy(&bytes.map_err(Failure::io)?).into_owned()
         }
         Format::Json => {
-            let objects: Vec<serde_json::Map<String, serde_json::Value>> = rows
-                .iter()
-                .map(|row| headings.iter().zip(row).map(|(h, v)| (h.to_string(), json(h, v))).collect())
-                .collect();
+            let fields = |row: &Vec<String>| {
+                headings.iter().zip(row).map(|(h, v)| (h.to_string(), json(h, v))).collect()
+            };
+            let objects: Vec<Map<String, Value>> = rows.iter().map(fields).collect();
             serde_json::to_string_pretty(&objects).map_err(Failure::io)? + "\n"
         }
     })
@@ -78,9 +74,9 @@ pub fn text(format: Format, headings: &[&str], rows: &[Vec<String>]) -> Result<S
 const NAMES: [&str; 8] = ["experiment", "suite", "sequence", "tracker", "method", "params", "kind", "title"];
 
 /// A field as JSON: null for a missing value, else a number or a text. Names are always texts.
-fn json(heading: &str, field: &str) -> serde_json::Value {
+fn json(heading: &str, field: &str) -> Value {
     if field.is_empty() {
-        return serde_json::Value::Null;
+        return Value::Null;
     }
     if NAMES.contains(&heading) {
         return field.into();

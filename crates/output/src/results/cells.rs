@@ -16,13 +16,8 @@ pub fn method_label(method: &str, params: &str) -> String {
 
 /// Parses a grid point like `horizon=5;window=20` into axes and values.
 pub fn parse_point(params: &str) -> Vec<(String, f64)> {
-    params
-        .split(';')
-        .filter_map(|part| {
-            let (axis, value) = part.split_once('=')?;
-            Some((axis.to_string(), value.parse().ok()?))
-        })
-        .collect()
+    let parts = params.split(';').filter_map(|part| part.split_once('='));
+    parts.filter_map(|(axis, value)| Some((axis.to_string(), value.parse().ok()?))).collect()
 }
 
 /// Cells sorted by name, independent of the order in which they were computed.

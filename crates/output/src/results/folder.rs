@@ -140,11 +140,8 @@ fn write_frames(
 
 /// Names of the files that runs write by themselves, those of compact results too.
 pub(super) fn names() -> Vec<String> {
-    let plain = of_folder().map(|file| file.name.to_string());
-    plain
-        .into_iter()
-        .chain([packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()])
-        .collect()
+    let others = [packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()];
+    of_folder().map(|file| file.name.to_string()).into_iter().chain(others).collect()
 }
 
 /// Removes files of earlier runs that these results do not have.

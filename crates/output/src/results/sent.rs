@@ -66,6 +66,7 @@ impl Verified {
         let mut missing: BTreeSet<&String> = named.keys().collect();
         let (mut faults, mut unnamed, known) = (Vec::new(), BTreeSet::new(), names());
         let is_mine = |entry: &DirEntry| !(is_of_runs && entry.path().join(manifest::FILE).exists());
+        let is_unnamed = |name: &str| name.split_once('/').is_some_and(|(first, _)| UNNAMED.contains(&first));
         let walk = WalkDir::new(folder).min_depth(1).sort_by_file_name().into_iter();
         for entry in walk.filter_entry(is_mine) {
             let entry = entry.map_err(|e| StoreError::new(folder, Error::from(e)))?;
@@ -80,7 +81,7 @@ impl Verified {
                 if file_digest(entry.path())? != *digest {
                     faults.push(format!("{name} is changed"));
                 }
-            } else if is_of_runs && (name == run::FILE || is_in(&UNNAMED, &name)) {
+            } else if is_of_runs && (name == run::FILE || is_unnamed(&name)) {
                 unnamed.insert(name);
             } else {
                 faults.push(format!("{name} does not belong there"));
@@ -155,11 +156,6 @@ fn is_of_results(name: &str, known: &[String]) -> bool {
         [file] => is_known(file),
         _ => false,
     }
-}
-
-/// True if a file is in one of these folders.
-fn is_in(folders: &[&str], name: &str) -> bool {
-    name.split_once('/').is_some_and(|(first, _)| folders.contains(&first))
 }
 
 /// Results that came as one file, in a temporary folder.

@@ -178,26 +178,17 @@ fn plugins(
     own: Option<(&[Plugin], &Plugin)>,
 ) -> (Vec<Plugin>, Plugin) {
     let params = own.map_or(&Value::Null, |(_, detector)| &detector.2);
-    let detector = as_run(detector_of(variant), record.map(|record| &record.detector), params);
-    let mut signals = signals_of(variant);
+    let fixed = variant.detector.example();
+    let read = (fixed.kind.to_string(), fixed.version, fixed.detector.params());
+    let detector = as_run(read, record.map(|record| &record.detector), params);
+    let read = variant.signals().map(|s| (s.kind.to_string(), s.version, s.signal.params()));
+    let mut signals: Vec<Plugin> = read.collect();
     // The manifest has the first one alone.
     if let Some(first) = signals.first_mut() {
         let params = own.and_then(|(signals, _)| signals.first()).map_or(&Value::Null, |own| &own.2);
         *first = as_run(first.clone(), record.and_then(|record| record.signal.as_ref()), params);
     }
     (signals, detector)
-}
-
-fn signals_of(variant: &Variant) -> Vec<Plugin> {
-    variant
-        .signals()
-        .map(|choice| (choice.kind.to_string(), choice.version, choice.signal.params()))
-        .collect()
-}
-
-fn detector_of(variant: &Variant) -> Plugin {
-    let fixed = variant.detector.example();
-    (fixed.kind.to_string(), fixed.version, fixed.detector.params())
 }
 
 /// Training of a variant in words: the parameter or model, the suite, and the choice among candidates.
