@@ -54,20 +54,3 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn text(name: &str, file: &str) -> String {
     TEMPLATE.replace("SCHEMA", SCHEMA).replace("NAME", name).replace("FILE", file)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_template_is_an_experiment() {
-        let text = text("mine/first", "first.toml");
-        let experiment = crate::spec::parse("first.toml", &text).map_err(|e| e.to_string()).unwrap();
-        assert_eq!(experiment.name, "mine/first");
-        assert!(
-            text.starts_with("#:schema ./trackfail.schema.json\n")
-                && text.contains("trackfail run first.toml")
-        );
-        assert!(text.lines().all(|line| line.len() <= 120));
-    }
-}

@@ -125,8 +125,17 @@ fn a_wrong_experiment_names_line_and_nearest_word() {
 #[test]
 fn exit_codes_are_the_documented_ones() {
     let place = Place::new();
-    for wrong in ["run no-such-experiment", "frobnicate", "data render synthetic-ott /nonexistent"] {
-        place.run(wrong).ends(2);
+    for (line, code) in [
+        ("run no-such-experiment", 2),
+        ("frobnicate", 2),
+        ("data render synthetic-ott /nonexistent", 2),
+        ("data list vot2104", 2),
+        ("data list --format xml", 2),
+        ("data list --format csv --data-root /no/such/folder", 3),
+        ("data verify vot2014 --data-root .", 3),
+        ("data verify vot2014 --allow-missing --data-root .", 0),
+    ] {
+        place.run(line).ends(code);
     }
     let words = "25 of 25 sequences of suite vot2014 are missing: no data root is set";
     place.run("run khalid2016/table2").ends(3).tells(words).tells("votchallenge.net");

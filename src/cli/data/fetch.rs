@@ -319,18 +319,14 @@ mod tests {
 
     #[test]
     fn names_are_suites_or_sequences() {
-        let names = |text: &[&str]| {
-            let chosen =
-                chosen(&Catalog::default(), &text.iter().map(|t| String::from(*t)).collect::<Vec<_>>());
-            chosen
-                .map(|c| c.iter().map(|w| (w.suite.name().to_owned(), w.sequences.len())).collect::<Vec<_>>())
+        let names = |text: &[&str]| -> Vec<(String, usize)> {
+            let text: Vec<String> = text.iter().map(|t| t.to_string()).collect();
+            let chosen = chosen(&Catalog::default(), &text).unwrap();
+            chosen.iter().map(|w| (w.suite.name().to_owned(), w.sequences.len())).collect()
         };
-        assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]).unwrap(), [("vot2014".into(), 2)]);
-        assert_eq!(names(&["vot2014/ball", "vot2014"]).unwrap(), [("vot2014".into(), 25)]);
-        assert_eq!(names(&[]).unwrap().len(), Catalog::default().names().count());
-        assert!(
-            matches!(names(&["vot2014/bal"]), Err(e) if e.exit == Exit::Usage && e.to_string().contains("ball"))
-        );
+        assert_eq!(names(&["vot2014/ball", "vot2014/bolt"]), [("vot2014".into(), 2)]);
+        assert_eq!(names(&["vot2014/ball", "vot2014"]), [("vot2014".into(), 25)]);
+        assert_eq!(names(&[]).len(), Catalog::default().names().count());
     }
 
     #[test]

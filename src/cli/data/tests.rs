@@ -1,15 +1,4 @@
 use super::*;
-use clap::Parser;
-
-#[derive(Debug, Parser)]
-struct Cli {
-    #[command(flatten)]
-    args: Args,
-}
-
-fn parse(words: &[&str]) -> Args {
-    Cli::try_parse_from([&["data"], words].concat()).unwrap().args
-}
 
 fn vot() -> Vec<Suite> {
     vec![Catalog::default().suite("vot2014").unwrap()]
@@ -19,25 +8,6 @@ fn vot() -> Vec<Suite> {
 fn root() -> tempfile::TempDir {
     let files = [("00000001.jpg", ""), ("groundtruth.txt", "1,2,3,4")];
     trackfail_testing::folder(files.map(|(name, text)| (format!("vot2014/ball/{name}"), text)))
-}
-
-#[test]
-fn arguments() {
-    let args = parse(&["verify", "vot2014", "--allow-missing", "--data-root", "/x", "--data-root", "/y"]);
-    assert!(
-        matches!(&args.verb, Verb::Verify { names, allow_missing: true, unpack: None } if names == &["vot2014"])
-    );
-    assert_eq!(args.data_roots.given, [PathBuf::from("/x"), PathBuf::from("/y")]);
-    assert!(matches!(parse(&["list", "--format", "csv"]).verb, Verb::List { format: Format::Csv, .. }));
-    assert!(Cli::try_parse_from(["data", "list", "--format", "xml"]).is_err());
-}
-
-#[test]
-fn wrong_words_have_their_exit_codes() {
-    let root = root();
-    let at = root.path().to_str().unwrap();
-    assert_eq!(run(&parse(&["list", "vot2104", "--data-root", at])).unwrap_err().code(), 2);
-    assert_eq!(run(&parse(&["list", "--data-root", "/no/such/folder"])).unwrap_err().code(), 3);
 }
 
 #[test]
