@@ -105,10 +105,9 @@ fn the_next_fetch_goes_on_after_a_kill() {
 fn a_file_that_changed_meanwhile_is_not_glued() {
     for (field, left) in [(("ETag", "\"2\""), &b"the old"[..]), (("X", ""), b"of the old file")] {
         let root = tempfile::tempdir().unwrap();
-        let body = sample();
         let server = Server::new(move |n, request| match n {
             0 => full("206 Partial Content", &[("Content-Range", "bytes 7-9/99"), field], b"new"),
-            _ => file(request, &body, "\"2\""),
+            _ => file(request, &sample(), "\"2\""),
         });
         leave(root.path(), &server, left, "\"1\"");
         arrives(root.path(), &server);
@@ -179,9 +178,8 @@ fn chunks_are_put_together_and_a_missing_last_one_is_noticed() {
 
 #[test]
 fn a_stall_is_an_error_after_a_while_and_what_came_is_kept() {
-    let body = sample();
     let server = Server::new(move |_, request| {
-        let mut bytes = sent(file(request, &body, "\"1\""));
+        let mut bytes = sent(file(request, &sample(), "\"1\""));
         bytes.truncate(bytes.len().min(1000));
         vec![Step::Send(bytes), Step::Stall]
     });
@@ -204,11 +202,10 @@ fn a_stall_is_an_error_after_a_while_and_what_came_is_kept() {
 fn busy_servers_are_asked_again_and_others_are_not() {
     for status in ["500 Oops", "503 Busy", "429 Too Many Requests", "408 Timeout"] {
         let root = tempfile::tempdir().unwrap();
-        let body = sample();
         let server = Server::new(move |n, request| match n {
             0 => full(status, &[("Retry-After", "0")], b"wait"),
             1 => full(status, &[("Retry-After", "Fri, 31 Dec 1999 23:59:59 GMT")], b"wait"),
-            _ => file(request, &body, "\"1\""),
+            _ => file(request, &sample(), "\"1\""),
         });
         arrives(root.path(), &server);
         assert_eq!(server.asked().len(), 3, "{status}");
@@ -232,11 +229,10 @@ fn busy_servers_are_asked_again_and_others_are_not() {
 #[test]
 fn redirects_are_followed_to_http_only_and_not_for_ever() {
     let root = tempfile::tempdir().unwrap();
-    let body = sample();
     let server = Server::new(move |_, request| match request.path.as_str() {
         "/a.zip" => full("302 Found", &[("Location", "/b/c.zip")], b"there"),
         "/b/c.zip" => full("308 Moved", &[("Location", "d.zip?x")], b""),
-        "/b/d.zip?x" => file(request, &body, "\"1\""),
+        "/b/d.zip?x" => file(request, &sample(), "\"1\""),
         _ => Vec::new(),
     });
     leave(root.path(), &server, &sample()[..100], "\"1\"");

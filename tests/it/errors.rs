@@ -1,6 +1,6 @@
 //! Errors name file and line, and set the exit code.
 
-use crate::sent::keep;
+use crate::sent::place_with;
 use crate::tools::{Place, Ran, assert_says};
 
 const SPEC: &str = r#"schema = 1
@@ -195,8 +195,7 @@ fn damaged_results_are_an_error_and_never_a_number() {
 // Before: only where methods are compared.
 #[test]
 fn an_unknown_tracker_is_refused_where_trackers_are_compared() {
-    let place = Place::new();
-    keep(&place, "quickstart");
+    let place = place_with("quickstart");
     let compare = "compare KCF NCC --in quickstart --metric success_auc";
     place.run(compare).ends(0);
     place.run(&format!("{compare} --tracker Nope")).refuses(2, "unknown tracker `Nope`");

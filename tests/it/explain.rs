@@ -1,6 +1,6 @@
 //! From a number of a table down to the frames, by the results alone.
 
-use crate::sent::keep;
+use crate::sent::place_with;
 use crate::tools::Place;
 use serde_json::Value;
 
@@ -102,8 +102,7 @@ fn refuses_unknown_names(place: &Place) {
 // Before: the frames were taken to contradict the scores.
 #[test]
 fn compact_results_say_that_they_have_no_frames() {
-    let place = Place::new();
-    keep(&place, "khalid2016/table1");
+    let place = place_with("khalid2016/table1");
     let number = "explain khalid2016/table1/table1 f_score DTEF --tracker SP";
     place.run(number).ends(0).says("how far a sequence moves the number").never_says("--sequence");
     let down = place.run(&format!("{number} --sequence Girl"));

@@ -1,5 +1,6 @@
 //! Tests that need data or programs are left out where these are missing, and only there.
 
+use crate::docs::root;
 use trackfail_testing::conditions::NEEDS;
 use trackfail_testing::met_when_compiled;
 
@@ -22,8 +23,4 @@ fn no_test_is_ignored_without_a_reason() {
     let bare = ["#[ignore", "]"].concat();
     let ignored: Vec<_> = sources.filter(|p| std::fs::read_to_string(p).unwrap().contains(&bare)).collect();
     assert!(ignored.is_empty(), "{ignored:?}");
-}
-
-fn root() -> &'static std::path::Path {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
 }

@@ -19,7 +19,7 @@ pub fn keep(place: &Place, experiment: &str) {
 }
 
 /// A place with kept results of an experiment.
-fn place_with(experiment: &str) -> Place {
+pub fn place_with(experiment: &str) -> Place {
     let place = Place::new();
     keep(&place, experiment);
     place

@@ -8,15 +8,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 fn start(folder: &Path) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_trackfail"))
-        .env_remove("HOME")
-        .env_remove("TRACKFAIL_DATA")
-        .current_dir(folder)
-        .args(["run", "--quiet"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
+    command.env_remove("HOME").env_remove("TRACKFAIL_DATA").current_dir(folder).args(["run", "--quiet"]);
+    command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
 /// A results folder that says it is whole has the files that it says it has.
