@@ -158,10 +158,8 @@ mod tests {
     #[test]
     fn no_escape_sequence_reaches_the_terminal() {
         let name = "a\u{1b}[2J\u{1b}]0;title\u{7}\r\u{9b}31m\u{202e}\tb\n";
-        assert_eq!(
-            for_terminal(name),
-            "a\u{fffd}[2J\u{fffd}]0;title\u{fffd}\u{fffd}\u{fffd}31m\u{fffd}\tb\n"
-        );
+        let shown = "a\u{fffd}[2J\u{fffd}]0;title\u{fffd}\u{fffd}\u{fffd}31m\u{fffd}\tb\n";
+        assert_eq!(for_terminal(name), shown);
         for format in [Format::Table, Format::Csv, Format::Json] {
             let shown = for_terminal(&text(format, &["title"], &[vec![name.to_string()]]).unwrap());
             assert!(!shown.contains(|c: char| c != '\n' && c != '\t' && !is_plain(c)), "{shown:?}");

@@ -91,8 +91,7 @@ fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
     if !path.is_file() && path.extension().is_none_or(|end| end != "toml") {
         return Ok((asked.to_string(), None));
     }
-    let name = name_of(path).map_err(Failure::usage)?;
-    Ok((name, Some(path)))
+    Ok((name_of(path).map_err(Failure::usage)?, Some(path)))
 }
 
 /// Absent results count as a wrong argument, damaged ones as an I/O error, in all verbs.

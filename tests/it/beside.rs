@@ -111,7 +111,6 @@ fn sent_results_have_their_copy_of_kept_ones() {
 fn other_partners_are_refused_before_anything_runs() {
     let place = kept();
     for (from, to, words) in [
-        ("khalid2016/1", "khalid2016/2", "the protocol is khalid2016/2 here and khalid2016/1 there"),
         ("seed = 3", "seed = 4", "mine/new cannot stand beside kept/old: the seed is 4 here and 3 there"),
         ("synthetic-otb", "synthetic-vot", "synthetic-vot"),
         ("kept/old", "kept/odd", "did you mean `kept/old`?"),

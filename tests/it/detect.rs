@@ -65,13 +65,10 @@ fn a_target_is_followed_and_doubts_are_told_frame_by_frame() {
 fn options_of_the_other_mode_are_refused() {
     let place = Place::new();
     for (mode, options) in [
-        (
-            "--boxes boxes.txt",
-            &["--tracker kcf", "--params {}", "--seed 3", "--model none", "--save-boxes saved.txt"][..],
-        ),
-        ("--init 1,2,3,4", &["--boxes-format mot", "--absent", "--confidence none", "--companion none"]),
+        ("--boxes boxes.txt", "--tracker kcf; --params {}; --seed 3; --model none; --save-boxes saved.txt"),
+        ("--init 1,2,3,4", "--boxes-format mot; --absent; --confidence none; --companion none"),
     ] {
-        for option in options {
+        for option in options.split("; ") {
             let ran = place.run(&format!("detect --frames none {mode} {option}"));
             ran.refuses(2, "cannot be used with").tells(option.split(' ').next().unwrap());
         }

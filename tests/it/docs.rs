@@ -59,10 +59,6 @@ fn blocks(document: &str) -> Vec<Block> {
     found
 }
 
-fn shell_blocks(document: &str) -> Vec<Block> {
-    blocks(document).into_iter().filter(|block| block.language == "sh").collect()
-}
-
 #[test]
 fn every_shell_block_is_run_or_says_why_not() {
     let languages = ["sh", "console", "text", "toml", "python", "rust"];
@@ -94,10 +90,10 @@ fn working_folder() -> Place {
 /// Runs the blocks that are marked as needing something, of which there are some, or those that are not marked at all; of each
 /// all commands until one fails.
 fn run_blocks(need: Option<&str>, place: &Place) {
-    let blocks = documents().into_iter().flat_map(|document| shell_blocks(&document));
+    let blocks = documents().into_iter().flat_map(|document| blocks(&document));
     let is_one =
         |block: &Block| if need.is_some() { block.marked("needs") == need } else { block.comment.is_none() };
-    let blocks: Vec<Block> = blocks.filter(is_one).collect();
+    let blocks: Vec<Block> = blocks.filter(|block| block.language == "sh").filter(is_one).collect();
     assert!(!blocks.is_empty());
     for Block { place: name, text, .. } in blocks {
         let text =

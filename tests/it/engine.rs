@@ -93,10 +93,8 @@ fn computed(tally: &Tally) -> (usize, usize, usize) {
 fn a_change_computes_exactly_the_results_that_depend_on_it() {
     let place = place();
     assert_eq!(states(&place), [("missing".to_string(), 16)].into());
-    assert!(
-        why(&place, "Couple,ncc,0,RAW")
-            .ends_with("missing,\"it was never computed here, or has been removed\"")
-    );
+    let never = "missing,\"it was never computed here, or has been removed\"";
+    assert!(why(&place, "Couple,ncc,0,RAW").ends_with(never));
     assert_eq!(computed(&run(&place)), (4, 8, 16));
     let before = run(&place);
     assert_eq!(computed(&before), (0, 0, 0));

@@ -104,9 +104,8 @@ fn tracks_fail_without_methods_as_with_them() {
     assert!(place.read(PAGE).contains("line 10"));
     // What is missing has not failed.
     let part = spec(&["full", "part"], METHOD);
-    let ran = run(&place, &part, "--allow-missing")
-        .ends(0)
-        .says("The data of 1 cell is not there; it is left out.");
+    let ran = run(&place, &part, "--allow-missing").ends(0);
+    let ran = ran.says("The data of 1 cell is not there; it is left out.");
     let (page, index) = (place.read(PAGE), place.read("reports/index.html"));
     for text in [&ran.all(), &kept(&place, "tables/alarms.md"), &page, &index] {
         assert!(!text.to_lowercase().contains("failed:") && !text.contains("<dt>Failed"), "{text}");

@@ -1,9 +1,9 @@
 //! `trackfail monitor`: JSON lines in, JSON lines out.
 
 use crate::live::{Live, answers, jumping, lines, monitor};
-use crate::tools::{Place, Ran, needs};
 #[cfg(target_os = "linux")]
-use crate::tools::{memory, resident};
+use crate::tools::memory;
+use crate::tools::{Place, Ran, needs};
 use base64::Engine as _;
 use serde_json::{Value, json};
 #[cfg(target_os = "linux")]
@@ -182,7 +182,7 @@ fn answers_that_nobody_reads_pile_up_nowhere() {
     let mut live = Live::start(&place, "--method Displacement --state track.state");
     let line = json!({"box": [1, 1, 20, 20]});
     live.ask(&line);
-    let before = resident(live.child.id());
+    let before = memory(live.child.id(), "VmRSS:");
     let mut input = live.input.take().unwrap();
     // Far more than pipes hold; the writer is stuck until the program ends.
     let writer = std::thread::spawn(move || {
@@ -191,7 +191,7 @@ fn answers_that_nobody_reads_pile_up_nowhere() {
     });
     std::thread::sleep(std::time::Duration::from_secs(2));
     assert!(!writer.is_finished(), "the program reads on though nobody takes its answers");
-    let grown = resident(live.child.id()).saturating_sub(before);
+    let grown = memory(live.child.id(), "VmRSS:").saturating_sub(before);
     assert!(grown < 2048, "{grown} KiB");
     live.signal("-TERM");
     assert_eq!(live.child.wait().unwrap().code(), Some(130));

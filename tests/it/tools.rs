@@ -6,11 +6,11 @@ pub mod page;
 #[path = "../tools/program.rs"]
 mod program;
 
+#[cfg(target_os = "linux")]
+pub use program::memory;
 #[cfg(unix)]
 pub use program::trackfail;
 pub use program::{Place, Ran, Row, number, words};
-#[cfg(target_os = "linux")]
-pub use program::{memory, resident};
 pub use trackfail_testing::{assert_same_files, assert_says, files, needs, rows};
 
 /// A file that describes a suite of the user's own, by the names and folders of its sequences.

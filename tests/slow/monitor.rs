@@ -1,6 +1,6 @@
 //! A day of `trackfail monitor`: its memory does not grow.
 
-use crate::tools::resident;
+use crate::tools::memory;
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
@@ -22,7 +22,7 @@ fn growth(method: &[&str], early: usize, all: usize, line: fn(usize) -> String) 
     let mut last = String::new();
     let mut read = |count: usize| {
         (0..count).for_each(|_| last = answers.next().unwrap().unwrap());
-        (resident(child.id()), last.clone())
+        (memory(child.id(), "VmRSS:"), last.clone())
     };
     let (before, _) = read(early);
     let (after, last) = read(all - early);

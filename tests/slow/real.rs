@@ -1,6 +1,6 @@
 //! The papers' experiments on real sequences.
 
-use crate::tools::{Place, assert_same_files, needs, real_data};
+use crate::tools::{Place, Row, assert_same_files, needs, real_data};
 
 /// A place with the results of an experiment of the program.
 fn run(words: &str) -> Place {
@@ -18,10 +18,8 @@ fn table2_counts_the_failures_of_the_result_files() {
     // kalman's files have 64; it was evaluated with upright boxes, and loses the turned ones five times
     // more often (diving 111 and 188, drunk 368, 541 and 562; counted with a polygon clipper in Python).
     for (tracker, failures) in [("GOTURN", "2"), ("PFTracker", "23"), ("CFTTracker", "9"), ("kalman", "69")] {
-        let pooled = all
-            .iter()
-            .find(|r| r["sequence"] == "*" && r["tracker"] == tracker && r["method"] == "DTEF")
-            .unwrap();
+        let is_it = |r: &&Row| r["sequence"] == "*" && r["tracker"] == tracker && r["method"] == "DTEF";
+        let pooled = all.iter().find(is_it).unwrap();
         assert_eq!(pooled["events"], failures, "{tracker}");
         assert_eq!(pooled["status"], "partial: 8 of 25");
     }

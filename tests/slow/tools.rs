@@ -7,6 +7,6 @@ pub mod page;
 mod program;
 
 #[cfg(target_os = "linux")]
-pub use program::resident;
+pub use program::memory;
 pub use program::{Place, Ran, Row, trackfail};
 pub use trackfail_testing::{assert_same_files, needs, real_data};

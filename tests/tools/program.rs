@@ -211,13 +211,7 @@ impl Ran {
     }
 }
 
-/// Resident memory of a process in KiB.
-#[cfg(target_os = "linux")]
-pub fn resident(id: u32) -> u64 {
-    memory(id, "VmRSS:")
-}
-
-/// A line of what the system knows of the memory of a process, in KiB.
+/// A line of what the system knows of the memory of a process, in KiB: `VmRSS:` is what it takes now, `VmHWM:` the most.
 #[cfg(target_os = "linux")]
 pub fn memory(id: u32, name: &str) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap();

@@ -261,16 +261,13 @@ fn another_method_of_the_name_is_refused() {
     let (mut given, trained) = (read("0.9"), read(TRAINED));
     assert_eq!(told(&own("0.9"), &given), Ok(()));
     assert_eq!(told(&own(TRAINED), &trained), Ok(()));
+    let others = "the training of method old is `below` on others of synthetic-otb by video, by ";
     let (signal, first) = ("signal.kind = \"rgb-histogram\"", "\nsignal.reference = \"first\"");
     for (own, there, words) in [
         (own("0.8"), &given, "the detector of method old is level version "),
         (own("0.9").replace(signal, &format!("{signal}{first}")), &given, "the signal of method old is "),
         (own("0.9").replace("khalid2016/1", "khalid2016/2"), &given, "the protocol of method old is "),
-        (
-            own(TRAINED),
-            &given,
-            "the training of method old is `below` on others of synthetic-otb by video, by ",
-        ),
+        (own(TRAINED), &given, others),
         (own(&TRAINED.replace("f_score", "recall")), &trained, "by recall among 0.5, 0.9 here and "),
         (own(&TRAINED.replace("0.9", "0.8")), &trained, "by f_score among 0.5, 0.8 here and "),
         (own(&TRAINED.replace("values = [0.5, 0.9]", "quantiles = 9")), &trained, "among 9 quantiles here"),
