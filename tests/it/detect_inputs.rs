@@ -53,9 +53,8 @@ fn scores(ran: &Ran) -> Vec<f64> {
 }
 
 fn assert_same(ran: &Ran, want: &[f64], name: &str) {
-    let found = scores(ran);
-    assert_eq!((ran.code, found.len()), (Some(0), want.len()), "{name}: {}", ran.err);
-    assert!(found.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-6), "{name}: {found:?} {want:?}");
+    assert_eq!(ran.code, Some(0), "{name}: {}", ran.err);
+    trackfail_testing::assert_near(scores(ran), want, 1e-6, name);
 }
 
 #[test]

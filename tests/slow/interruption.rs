@@ -2,6 +2,7 @@
 
 use crate::tools::{Place, Ran, assert_same_files, needs, trackfail};
 use sha2::{Digest, Sha256};
+use std::ffi::OsStr;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -52,11 +53,9 @@ fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
     assert_eq!(kills, 50, "{finished} runs were over before they could be killed");
     assert!(start(killed.root()).wait().unwrap().success());
     assert_same_files(whole.root(), killed.root());
-    let left: Vec<_> = walkdir::WalkDir::new(killed.root())
-        .into_iter()
-        .filter_map(|e| Some(e.ok()?.path().to_path_buf()))
-        .filter(|p| p.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b".trackfail-tmp-")))
-        .collect();
+    let is_temporary = |name: &OsStr| name.as_encoded_bytes().starts_with(b".trackfail-tmp-");
+    let entries = walkdir::WalkDir::new(killed.root()).into_iter().flatten();
+    let left: Vec<_> = entries.filter(|entry| is_temporary(entry.file_name())).collect();
     assert!(left.is_empty(), "temporary files are left: {left:?}");
 }
 

@@ -41,12 +41,9 @@ fn for_people(tracks: &[&JudgedTrack]) -> Result<String, Failure> {
         // Targets have names where there are several.
         let skipped = usize::from(tracks.len() < 2);
         let headings = &["target", "method", "losses", "frames lost", "first", "at the end"][skipped..];
-        let rows: Vec<Vec<String>> = tracks
-            .iter()
-            .flat_map(|track| track.methods.iter().map(move |m| row(track, m, skipped)))
-            .collect();
+        let rows = tracks.iter().flat_map(|track| track.methods.iter().map(move |m| row(track, m, skipped)));
         text.push('\n');
-        text.push_str(&output::text(Format::Table, headings, &rows)?);
+        text.push_str(&output::text(Format::Table, headings, &rows.collect::<Vec<_>>())?);
     }
     Ok(text)
 }

@@ -193,10 +193,8 @@ pub(super) fn measure<'a>(
         let methods = grouped(&outcome.cells, |cell| &cell.method);
         groups.extend(methods.into_iter().flat_map(|(_, cells)| pools(experiment, outcome, &cells)));
     }
-    let rows = groups
-        .par_iter()
-        .map(|(tracker, cells)| of_method(experiment, outcome, (tracker, cells)))
-        .collect::<Result<Vec<_>, StoreError>>()?;
+    let rows = groups.par_iter().map(|(tracker, cells)| of_method(experiment, outcome, (tracker, cells)));
+    let rows = rows.collect::<Result<Vec<_>, StoreError>>()?;
     Ok(rows.into_iter().flatten().collect())
 }
 

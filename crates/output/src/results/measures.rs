@@ -96,10 +96,8 @@ pub fn by_attribute(
         let scores = scores.iter().filter(|s| is_mine(&s.sequence));
         for ((tracker, method, params), cells) in grouped(scores, |s| (&s.tracker, &s.method, &s.params)) {
             let label = method_label(method, params);
-            let failed: Vec<&FailedCell> = without
-                .iter()
-                .filter(|c| is_mine(&c.sequence) && c.tracker == *tracker && c.method == label)
-                .collect();
+            let is_it = |c: &&FailedCell| is_mine(&c.sequence) && c.tracker == *tracker && c.method == label;
+            let failed: Vec<&FailedCell> = without.iter().filter(is_it).collect();
             let counts = cells.iter().map(|cell| cell.counts).sum();
             measures.push(Measure {
                 tracker: tracker.clone(),
