@@ -83,7 +83,7 @@ impl<const RUNNING: bool> Plugin for ControlChart<RUNNING> {
 
 impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
     fn threshold(&self) -> Option<f64> {
-        Some(self.limit.value())
+        Some(self.limit.value)
     }
 
     fn frames_to_recover(&self) -> usize {
@@ -102,7 +102,7 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
 
     fn step(&self, memory: &mut Sum, values: &[f64]) -> Step {
         let Params { k, start, release, floor, .. } = self.params;
-        let limit = self.limit.value();
+        let limit = self.limit.value;
         let Sum { first, normal, mean, sum, in_alarm } = memory;
         let Some(normal) = normal else {
             first.push(values[0]);
@@ -119,7 +119,7 @@ impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
             mean.add(y);
         }
         let above = (y - mean.mean) / normal.deviation;
-        let z = if matches!(self.limit, Level::Below(_)) { -above } else { above };
+        let z = if self.limit.is_least { -above } else { above };
         let least = if *in_alarm { limit } else { 0.0 };
         *sum = (*sum + z.clamp(-f64::MAX, f64::MAX) - k).clamp(least, f64::MAX);
         if *in_alarm && z <= release {

@@ -36,11 +36,11 @@ pub struct Params {
 
 /// A fixed level of the signal.
 #[derive(Debug, Clone, Copy)]
-pub enum Level {
-    /// Low values are alarms.
-    Below(f64),
-    /// High values are alarms.
-    Above(f64),
+pub struct Level {
+    /// Value of the level.
+    pub value: f64,
+    /// True if low values are alarms, false if high ones are.
+    pub is_least: bool,
 }
 
 impl Plugin for Level {
@@ -50,8 +50,8 @@ impl Plugin for Level {
 
     fn make(params: Params) -> Result<Self, ParamError> {
         let message = match (params.below, params.above) {
-            (Some(level), None) => return Ok(Self::Below(level)),
-            (None, Some(level)) => return Ok(Self::Above(level)),
+            (Some(value), None) => return Ok(Self { value, is_least: true }),
+            (None, Some(value)) => return Ok(Self { value, is_least: false }),
             (Some(_), Some(_)) => "give `below` or `above`, not both",
             (None, None) => "give `below` (low values are alarms) or `above` (high values are alarms)",
         };
@@ -62,39 +62,23 @@ impl Plugin for Level {
 impl Level {
     /// True if the value is an alarm.
     pub fn is_alarm(self, y: f64) -> bool {
-        match self {
-            Self::Below(level) => y < level,
-            Self::Above(level) => y >= level,
-        }
-    }
-
-    /// Value of the level.
-    pub fn value(self) -> f64 {
-        match self {
-            Self::Below(level) | Self::Above(level) => level,
-        }
+        if self.is_least { y < self.value } else { y >= self.value }
     }
 
     /// Direction in which values are good.
     pub fn direction(self) -> Direction {
-        match self {
-            Self::Below(_) => Direction::HigherIsBetter,
-            Self::Above(_) => Direction::LowerIsBetter,
-        }
+        if self.is_least { Direction::HigherIsBetter } else { Direction::LowerIsBetter }
     }
 
     /// Name of the parameter that sets the level.
     pub(super) fn key(self) -> &'static str {
-        match self {
-            Self::Below(_) => "below",
-            Self::Above(_) => "above",
-        }
+        if self.is_least { "below" } else { "above" }
     }
 }
 
 impl Detector for Level {
     fn threshold(&self) -> Option<f64> {
-        Some(self.value())
+        Some(self.value)
     }
 
     fn score_direction(&self) -> Direction {

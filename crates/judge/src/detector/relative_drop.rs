@@ -91,14 +91,14 @@ impl Plugin for RelativeDrop {
         let Params { below, above, rule, window, least } = params;
         let level = Level::new(level::Params { below, above })?;
         // A signal that keeps its mean is never an alarm, whatever its sums are rounded to.
-        let (ordinary, words) = match (level, rule) {
-            (Level::Below(limit), Rule::Ratio) => (limit < 1.0, "below 1"),
-            (Level::Above(limit), Rule::Ratio) => (limit > 1.0, "above 1"),
-            (Level::Below(limit), Rule::Excess) => (limit < 0.0, "below 0"),
-            (Level::Above(limit), Rule::Excess) => (limit > 0.0, "above 0"),
+        let (ordinary, words) = match (level.is_least, rule) {
+            (true, Rule::Ratio) => (level.value < 1.0, "below 1"),
+            (false, Rule::Ratio) => (level.value > 1.0, "above 1"),
+            (true, Rule::Excess) => (level.value < 0.0, "below 0"),
+            (false, Rule::Excess) => (level.value > 0.0, "above 0"),
         };
         if !ordinary {
-            return Err(ParamError::out_of_range(level.key(), words, level.value()));
+            return Err(ParamError::out_of_range(level.key(), words, level.value));
         }
         check_least(least, window)?;
         Ok(Self { params, level })
@@ -119,7 +119,7 @@ impl RelativeDrop {
 
 impl Detector for RelativeDrop {
     fn threshold(&self) -> Option<f64> {
-        Some(self.level.value())
+        Some(self.level.value)
     }
 
     fn score_direction(&self) -> Direction {

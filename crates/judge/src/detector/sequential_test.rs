@@ -121,9 +121,9 @@ impl Plugin for SequentialTest {
             return Err(ParamError::out_of_range("high", "finite and above `low`", high));
         }
         let test = Self { params, mean };
-        let eps = test.quality(mean.value());
+        let eps = test.quality(mean.value);
         if !(eps > 0.0 && eps < 1.0) {
-            return Err(ParamError::out_of_range(mean.key(), "between `low` and `high`", mean.value()));
+            return Err(ParamError::out_of_range(mean.key(), "between `low` and `high`", mean.value));
         }
         Ok(test)
     }
@@ -134,7 +134,7 @@ impl SequentialTest {
     fn quality(&self, y: f64) -> f64 {
         let Params { low, high, .. } = self.params;
         let y = y.clamp(low, high);
-        let from = if matches!(self.mean, Level::Below(_)) { y - low } else { high - y };
+        let from = if self.mean.is_least { y - low } else { high - y };
         from / (high - low)
     }
 
@@ -160,7 +160,7 @@ impl Causal for SequentialTest {
     type Memory = (Bets, f64);
 
     fn begin(&self) -> (Bets, f64) {
-        let eps = self.quality(self.mean.value());
+        let eps = self.quality(self.mean.value);
         (Bets { eps, largest: self.params.largest_bet / (1.0 - eps), ..Bets::default() }, 0.0)
     }
 

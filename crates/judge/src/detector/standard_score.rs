@@ -91,7 +91,7 @@ fn standard_score(value: f64, among: &[f64]) -> f64 {
 
 impl Detector for StandardScore {
     fn threshold(&self) -> Option<f64> {
-        Some(self.level.value())
+        Some(self.level.value)
     }
 
     fn score_direction(&self) -> Direction {
