@@ -123,17 +123,12 @@ impl Plugin for AccumulatedValidation {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        match (p.beta, &p.train) {
-            (Some(_), None) | (None, Some(_)) => Ok(Self { beta: p.beta, params: p }),
-            (None, None) => {
-                let message = "give `train` (role of the suite to learn from) or `beta` (the threshold)";
-                Err(ParamError { message: message.to_string(), key: None, span: None })
-            }
-            (Some(_), Some(_)) => {
-                let message = "give `train` or `beta`, not both";
-                Err(ParamError { message: message.to_string(), key: Some("beta"), span: None })
-            }
-        }
+        let message = match (p.beta, &p.train) {
+            (Some(_), None) | (None, Some(_)) => return Ok(Self { beta: p.beta, params: p }),
+            (None, None) => "give `train` (role of the suite to learn from) or `beta` (the threshold)",
+            (Some(_), Some(_)) => "give `train` or `beta`, not both",
+        };
+        Err(ParamError { message: message.to_string(), key: p.beta.map(|_| "beta"), span: None })
     }
 }
 

@@ -103,15 +103,7 @@ impl ConformalForecast {
 
     fn threshold(&self) -> AdaptiveThreshold {
         let Params { rate, gamma, warm_up, .. } = self.0;
-        AdaptiveThreshold {
-            rate,
-            gamma,
-            warm_up,
-            level: rate,
-            most: MOST,
-            earlier: Vec::new(),
-            came: VecDeque::new(),
-        }
+        AdaptiveThreshold { rate, gamma, warm_up, level: rate, most: MOST, ..AdaptiveThreshold::default() }
     }
 }
 
@@ -155,7 +147,7 @@ impl Causal for ConformalForecast {
 }
 
 /// Moving threshold of a series of scores.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct AdaptiveThreshold {
     rate: f64,
     gamma: f64,

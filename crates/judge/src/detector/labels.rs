@@ -9,15 +9,8 @@ use std::cmp::Ordering;
 /// A track is consistent before its first frame, so an alarm in the first frame counts as +1. This is the
 /// difference of labels in the text under Eq. 9 of Khalid et al. (BMVC 2016).
 pub fn changes(alarm: &[bool]) -> Vec<i32> {
-    let mut before = false;
-    alarm
-        .iter()
-        .map(|&now| {
-            let change = i32::from(now) - i32::from(before);
-            before = now;
-            change
-        })
-        .collect()
+    let before = |t: usize| t > 0 && alarm[t - 1];
+    (0..alarm.len()).map(|t| i32::from(alarm[t]) - i32::from(before(t))).collect()
 }
 
 /// 0-based frames in which runs of alarms begin, including frame 0.
