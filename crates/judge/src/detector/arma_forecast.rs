@@ -70,25 +70,8 @@ impl Default for Params {
 }
 
 impl Params {
-    fn forecast(&self) -> Forecast {
-        let Self { order, window, horizon, threshold: _, scheme, start } = *self;
-        Forecast { order, window, horizon, scheme, start }
-    }
-}
-
-/// A forecast by ARMA models, with the parameters of the same names in [`Params`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Forecast {
-    pub order: [usize; 2],
-    pub window: usize,
-    pub horizon: usize,
-    pub scheme: Scheme,
-    pub start: Presample,
-}
-
-impl Forecast {
     /// Checks that the window is long enough for the order.
-    pub fn check(&self) -> Result<(), ParamError> {
+    pub(super) fn check(&self) -> Result<(), ParamError> {
         let least = arma::least_window(self.order);
         if self.window < least {
             return Err(ParamError::out_of_range("window", &format!("from {least} to 100000"), self.window));
@@ -97,7 +80,7 @@ impl Forecast {
     }
 
     /// Returns the forecast of the next frame (NaN if there is none yet), then adds its actual value `y`.
-    pub fn push(&self, memory: &mut Forecaster, y: f64) -> f64 {
+    pub(super) fn push(&self, memory: &mut Forecaster, y: f64) -> f64 {
         let Self { window, horizon, scheme, .. } = *self;
         memory.push(y, Plan { window, horizon, scheme }, |y, ahead| {
             match arma::fit(y, self.order, self.start) {
@@ -123,7 +106,7 @@ impl Plugin for ArmaForecast {
     ];
 
     fn make(params: Params) -> Result<Self, ParamError> {
-        params.forecast().check()?;
+        params.check()?;
         Ok(Self(params))
     }
 }
@@ -144,7 +127,7 @@ impl Causal for ArmaForecast {
     }
 
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
-        let forecast = self.0.forecast().push(memory, values[0]);
+        let forecast = self.0.push(memory, values[0]);
         forecasting::judge(values[0], forecast, self.0.threshold)
     }
 }

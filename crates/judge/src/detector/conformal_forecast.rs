@@ -23,7 +23,7 @@
 //! to exceed together and count as one detection. The parameters of the forecast are those of the paper, as in
 //! `arma-forecast`.
 
-use super::arma_forecast::{self, Forecast};
+use super::arma_forecast;
 use super::forecasting::{self, Forecaster, Scheme};
 use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream, changes};
@@ -96,9 +96,10 @@ impl Plugin for ConformalForecast {
 }
 
 impl ConformalForecast {
-    fn forecast(&self) -> Forecast {
+    /// The forecast, whose own threshold is not read.
+    fn forecast(&self) -> arma_forecast::Params {
         let Params { order, window, horizon, scheme, start, .. } = self.0;
-        Forecast { order, window, horizon, scheme, start }
+        arma_forecast::Params { order, window, horizon, scheme, start, ..arma_forecast::Params::default() }
     }
 
     fn threshold(&self) -> AdaptiveThreshold {
