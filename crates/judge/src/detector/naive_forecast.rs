@@ -16,10 +16,10 @@
 use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<NaiveForecast>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "naive-forecast",
     1,
     "forecasts the last value; alarm when the signal leaves it by the threshold",
@@ -46,28 +46,19 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct NaiveForecast(Params);
-
-impl Plugin for NaiveForecast {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[forecasting::WINDOW, forecasting::HORIZON, forecasting::THRESHOLD];
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl Detector for NaiveForecast {
+impl Detector for Params {
     fn threshold(&self) -> Option<f64> {
-        Some(self.0.threshold)
+        Some(self.threshold)
     }
 
     stream::judges_frame_by_frame!();
 }
 
-impl Causal for NaiveForecast {
+impl Causal for Params {
     type Memory = Forecaster;
 
     fn begin(&self) -> Forecaster {
@@ -75,7 +66,7 @@ impl Causal for NaiveForecast {
     }
 
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
-        let Params { window, horizon, threshold, scheme } = self.0;
+        let Self { window, horizon, threshold, scheme } = *self;
         let last = |y: &[f64], ahead| vec![y[y.len() - 1]; ahead];
         let forecast = memory.push(values[0], Plan { window, horizon, scheme }, last);
         forecasting::judge(values[0], forecast, threshold)
@@ -93,7 +84,7 @@ mod tests {
         let signal = [9.0, 1.0, 2.0, 5.0, 5.0, 4.0, 4.5];
         let output = |scheme| {
             let params = Params { window: 2, horizon: 2, threshold: 1.0, scheme };
-            NaiveForecast::new(params).unwrap().detect(&crate::detector::testing::alone(&signal))
+            params.detect(&crate::detector::testing::alone(&signal))
         };
         let block = output(Scheme::Block);
         assert_eq!(block.score, [0.0, 0.0, 1.0, 4.0, 0.0, 1.0, 0.5]);
