@@ -157,8 +157,9 @@ impl Plugin for Arte {
         if p.short > p.long {
             return Err(ParamError::out_of_range("short", "1 to `long` frames", p.short));
         }
-        let limit = p.locking_in_limit.unwrap_or(p.long);
-        Ok(Self { rules: Rules::new(p.accept_below, p.reverse_limit, limit, p.reference_lag), params: p })
+        let Params { accept_below, reverse_limit, reference_lag, .. } = p;
+        let locking_in_limit = p.locking_in_limit.unwrap_or(p.long);
+        Ok(Self { rules: Rules { accept_below, reverse_limit, locking_in_limit, reference_lag }, params: p })
     }
 }
 

@@ -123,7 +123,8 @@ impl Plugin for ArteStar {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        let rules = Rules::new(p.accept_below, p.reverse_limit, p.locking_in_limit, p.reference_lag);
+        let Params { accept_below, reverse_limit, locking_in_limit, reference_lag, .. } = p;
+        let rules = Rules { accept_below, reverse_limit, locking_in_limit, reference_lag };
         let validation = AccumulatedValidation::new(validation_params(&p, p.length))?;
         if p.beta.is_some() && p.beta_2 == Second::HalfOfOne {
             let message =

@@ -10,8 +10,7 @@ pub(super) mod testing;
 
 use super::Input;
 use crate::plugin::Range;
-use machine::{Events, Machine, TRANSITIONS};
-use recovery::Recovery;
+use machine::{Events, Machine};
 use serde::{Deserialize, Serialize};
 
 /// Condition of a tracker, estimated from its uncertainty.
@@ -102,22 +101,17 @@ pub(super) const REFERENCE_LAG: Range = Range::within("reference_lag", 1.0, 100_
 /// Settings of the state machine and of its recovery checks.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
-    recovery: Recovery,
-    locking_in_limit: usize,
-    reference_lag: usize,
+    /// Error below which a check is accepted, tau_4.
+    pub accept_below: f64,
+    /// Most frames of a run backwards.
+    pub reverse_limit: usize,
+    /// Number of frames after which LOCKING-IN ends.
+    pub locking_in_limit: usize,
+    /// Number of frames from the reference of a check to the frame in which the track was lost.
+    pub reference_lag: usize,
 }
 
 impl Rules {
-    /// Creates rules from parameters that are in their ranges.
-    pub(super) fn new(
-        accept_below: f64,
-        reverse_limit: usize,
-        locking_in_limit: usize,
-        reference_lag: usize,
-    ) -> Self {
-        Self { recovery: Recovery { accept_below, reverse_limit }, locking_in_limit, reference_lag }
-    }
-
     /// Labels each frame of an unsuccessful track and records the steps. `events` has one entry per frame.
     pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
         let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
@@ -125,14 +119,13 @@ impl Rules {
         let mut alarm = Vec::with_capacity(events.len());
         for (t, events) in events.iter().enumerate() {
             let row = machine.step(t, *events, |reference| {
-                let check = self.recovery.check(input.reverse, t, reference);
+                let check = self.check(input.reverse, t, reference);
                 quality.checks.push(check);
                 check.accepted
             });
-            let place = row.and_then(|row| TRANSITIONS.iter().position(|known| known == row));
-            quality.transitions.extend(place.map(|place| (t, place)));
-            quality.condition.push(machine.condition());
-            alarm.push(!machine.successful());
+            quality.transitions.extend(row.map(|row| (t, row)));
+            quality.condition.push(machine.condition);
+            alarm.push(!machine.successful);
         }
         (alarm, quality)
     }

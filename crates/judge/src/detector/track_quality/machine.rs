@@ -129,8 +129,11 @@ pub static TRANSITIONS: &[Transition] = &[
 /// Condition of a tracker and status of its track, from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Machine {
-    condition: Condition,
-    successful: bool,
+    /// Condition after the last step.
+    pub condition: Condition,
+    /// True if the track is successful after the last step.
+    pub successful: bool,
+    /// Reference frame of checks, before the track was lost; 0 if it never was.
     reference: usize,
     locking_in_since: usize,
     locking_in_limit: usize,
@@ -152,33 +155,15 @@ impl Machine {
         }
     }
 
-    /// Condition after the last step.
-    pub fn condition(&self) -> Condition {
-        self.condition
-    }
-
-    /// True if the track is successful after the last step.
-    pub fn successful(&self) -> bool {
-        self.successful
-    }
-
-    /// Reference frame of checks, before the track was lost; 0 if it never was.
-    pub fn reference(&self) -> usize {
-        self.reference
-    }
-
-    /// Processes the events of frame `t`, which increases from step to step, and returns the row that was
-    /// applied. For a recovery check, `check` is called with the reference frame and returns true to accept.
-    pub fn step(
-        &mut self,
-        t: usize,
-        events: Events,
-        check: impl FnOnce(usize) -> bool,
-    ) -> Option<&'static Transition> {
+    /// Processes the events of frame `t`, which increases from step to step, and returns the index of the row
+    /// that was applied. For a recovery check, `check` is called with the reference frame and returns true to
+    /// accept.
+    pub fn step(&mut self, t: usize, events: Events, check: impl FnOnce(usize) -> bool) -> Option<usize> {
         let waited =
             self.condition == LockingIn && t.saturating_sub(self.locking_in_since) >= self.locking_in_limit;
         let events = events.with(Event::WaitingOver, waited);
-        let row = TRANSITIONS.iter().find(|r| r.from == self.condition && events.contains(r.on))?;
+        let place = TRANSITIONS.iter().position(|r| r.from == self.condition && events.contains(r.on))?;
+        let row = TRANSITIONS[place];
         match row.then {
             Action::Lose if self.successful => {
                 self.successful = false;
@@ -191,7 +176,7 @@ impl Machine {
             self.locking_in_since = t;
         }
         self.condition = row.to;
-        Some(row)
+        Some(place)
     }
 }
 

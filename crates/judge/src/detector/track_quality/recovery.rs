@@ -16,21 +16,12 @@
 //!   frame would be near enough, but it belongs to the doubtful track, which would be compared with itself;
 //! * without a tracker that runs backwards, or when its run breaks, the check is rejected.
 
-use super::Check;
+use super::{Check, Rules};
 use crate::detector::Reverse;
 
-/// Settings of recovery checks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Recovery {
-    /// Error below which a check is accepted, tau_4.
-    pub accept_below: f64,
-    /// Most frames of a run backwards.
-    pub reverse_limit: usize,
-}
-
-impl Recovery {
+impl Rules {
     /// Checks in `frame` if the tracker follows the target of the earlier frame `reference` again.
-    pub fn check(&self, reverse: Option<&dyn Reverse>, frame: usize, reference: usize) -> Check {
+    pub(super) fn check(&self, reverse: Option<&dyn Reverse>, frame: usize, reference: usize) -> Check {
         let near = frame.saturating_sub(reference) <= self.reverse_limit;
         let error = reverse.filter(|_| near).and_then(|reverse| reverse.error(frame, reference));
         Check { frame, reference, error, accepted: error.is_some_and(|e| e < self.accept_below) }
@@ -42,14 +33,15 @@ mod tests {
     use super::super::testing::Fake;
     use super::*;
 
-    const RECOVERY: Recovery = Recovery { accept_below: 0.8, reverse_limit: 200 };
+    const RULES: Rules =
+        Rules { accept_below: 0.8, reverse_limit: 200, locking_in_limit: 25, reference_lag: 1 };
 
     // The error at the reference decides. Beyond the limit of 200 frames nothing is run.
     #[test]
     fn checks_by_hand() {
         let of = |answer: Option<f64>, frame: usize| {
             let reverse = Fake::always(answer);
-            let check = RECOVERY.check(Some(&reverse), frame, 10);
+            let check = RULES.check(Some(&reverse), frame, 10);
             assert_eq!((check.frame, check.reference), (frame, 10));
             (check.error.map(f64::to_bits), check.accepted, reverse.asked())
         };
@@ -60,6 +52,6 @@ mod tests {
         assert_eq!(of(Some(0.0), 210), (Some(0), true, vec![(210, 10)]));
         assert_eq!(of(Some(0.0), 211), (None, false, vec![]));
         let none = Check { frame: 19, reference: 10, error: None, accepted: false };
-        assert_eq!(RECOVERY.check(None, 19, 10), none);
+        assert_eq!(RULES.check(None, 19, 10), none);
     }
 }

@@ -1,6 +1,6 @@
 //! Helpers for tests of `arte` and `arte-star`: scripted reverse runs, and short texts.
 
-use super::machine::{Events, Machine, TRANSITIONS};
+use super::machine::{Events, Machine};
 use super::{Condition, Quality};
 use crate::detector::testing::alone;
 use crate::detector::{DetectorOutput, Input, Reverse};
@@ -67,17 +67,15 @@ pub fn marks(alarm: &[bool]) -> String {
     alarm.iter().map(|a| if *a { 'x' } else { '.' }).collect()
 }
 
-/// Rows of [`TRANSITIONS`] that a machine applies for these events, with the answers of checks from
+/// Rows of the table that a machine applies for these events, with the answers of checks from
 /// `output`. The conditions must agree with those in `output`.
 pub fn rows(locking_in_limit: usize, events: &[Events], output: &DetectorOutput) -> Vec<usize> {
     let (mut machine, quality) = (Machine::new(locking_in_limit, 1), quality(output));
     let mut used = Vec::new();
     for (t, events) in events.iter().enumerate() {
         let accepted = |_| quality.checks.iter().any(|c| c.frame == t && c.accepted);
-        if let Some(row) = machine.step(t, *events, accepted) {
-            used.extend(TRANSITIONS.iter().position(|r| r == row));
-        }
-        assert_eq!(machine.condition(), quality.condition[t], "frame {t}");
+        used.extend(machine.step(t, *events, accepted));
+        assert_eq!(machine.condition, quality.condition[t], "frame {t}");
     }
     assert!(quality.transitions.iter().map(|(_, place)| *place).eq(used.iter().copied()));
     used

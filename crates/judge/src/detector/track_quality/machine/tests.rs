@@ -9,10 +9,11 @@ fn play(limit: usize, lag: usize, script: &[(Events, bool)]) -> Vec<Option<usize
     let mut rows = Vec::new();
     for (t, (events, accepted)) in script.iter().enumerate() {
         let mut checked = None;
-        let row = machine.step(t, *events, |reference| {
+        let place = machine.step(t, *events, |reference| {
             checked = Some(reference);
             *accepted
         });
+        let row = place.map(|place| TRANSITIONS[place]);
         let then = row.map(|row| row.then);
         // Only an unsuccessful track is checked, against the frame before its loss.
         assert_eq!(checked, (then == Some(Action::Check)).then_some(reference), "frame {t}");
@@ -22,11 +23,11 @@ fn play(limit: usize, lag: usize, script: &[(Events, bool)]) -> Vec<Option<usize
             Some(Action::Check) => is_lost = !accepted,
             _ => {}
         }
-        assert_eq!((machine.successful(), machine.reference()), (!is_lost, reference), "frame {t}");
-        assert!(row.is_none_or(|row| row.to == machine.condition()), "frame {t}");
+        assert_eq!((machine.successful, machine.reference), (!is_lost, reference), "frame {t}");
+        assert!(row.is_none_or(|row| row.to == machine.condition), "frame {t}");
         // Whoever looks for a target has lost one.
-        assert!(machine.condition() == LockedOn || is_lost, "frame {t}");
-        rows.push(row.and_then(|row| TRANSITIONS.iter().position(|known| known == row)));
+        assert!(machine.condition == LockedOn || is_lost, "frame {t}");
+        rows.push(place);
     }
     rows
 }
