@@ -1,6 +1,6 @@
 //! Helpers for tests of `arte` and `arte-star`: scripted reverse runs, and short texts.
 
-use super::machine::{Events, Machine};
+use super::machine::TRANSITIONS;
 use super::{Condition, Quality};
 use crate::detector::testing::alone;
 use crate::detector::{DetectorOutput, Input, Reverse};
@@ -67,18 +67,14 @@ pub fn marks(alarm: &[bool]) -> String {
     alarm.iter().map(|a| if *a { 'x' } else { '.' }).collect()
 }
 
-/// Rows of the table that a machine applies for these events, with the answers of checks from
-/// `output`. The conditions must agree with those in `output`.
-pub fn rows(locking_in_limit: usize, events: &[Events], output: &DetectorOutput) -> Vec<usize> {
-    let (mut machine, quality) = (Machine::new(locking_in_limit, 1), quality(output));
-    let mut used = Vec::new();
-    for (t, events) in events.iter().enumerate() {
-        let accepted = |_| quality.checks.iter().any(|c| c.frame == t && c.accepted);
-        used.extend(machine.step(t, *events, accepted));
-        assert_eq!(machine.condition, quality.condition[t], "frame {t}");
+/// Rows of the table that were applied, in order. Each leads from the condition of the frame before to its own.
+pub fn rows(output: &DetectorOutput) -> Vec<usize> {
+    let quality = quality(output);
+    for &(t, row) in &quality.transitions {
+        let before = t.checked_sub(1).map_or(Condition::LockedOn, |t| quality.condition[t]);
+        assert_eq!((TRANSITIONS[row].from, TRANSITIONS[row].to), (before, quality.condition[t]), "frame {t}");
     }
-    assert!(quality.transitions.iter().map(|(_, place)| *place).eq(used.iter().copied()));
-    used
+    quality.transitions.iter().map(|(_, row)| *row).collect()
 }
 
 /// Checks the law of both detectors: alarms begin with a rise above the threshold and end with an accepted check, whose
