@@ -126,15 +126,6 @@ pub struct Arte {
     rules: Rules,
 }
 
-/// Relative changes in one frame, without unit; 0 if there is no reference.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Changes {
-    long_increase: f64,
-    short_increase: f64,
-    long_decrease: f64,
-    short_decrease: f64,
-}
-
 impl Plugin for Arte {
     type Params = Params;
 
@@ -177,8 +168,9 @@ impl Arte {
         (0..u.len()).map(mean).collect()
     }
 
-    /// The four changes in frame `t` of the smoothed series.
-    fn changes(&self, smoothed: &[f64], t: usize) -> Changes {
+    /// Relative increase and decrease over the long and the short window in frame `t` of the smoothed series,
+    /// without unit; 0 if there is no reference.
+    fn changes(&self, smoothed: &[f64], t: usize) -> [(f64, f64); 2] {
         let Params { long, short, settling, floor, decrease, .. } = self.params;
         let now = smoothed[t];
         let within = |window: usize| {
@@ -195,9 +187,7 @@ impl Arte {
             // Ratios of numbers that have little to do with each other may be too large for a number.
             (((now - least) / least).min(f64::MAX), ((now - most) / over).max(-f64::MAX))
         };
-        let ((long_increase, long_decrease), (short_increase, short_decrease)) =
-            (within(long), within(short));
-        Changes { long_increase, short_increase, long_decrease, short_decrease }
+        [within(long), within(short)]
     }
 
     /// Score and events in each frame, from the uncertainty `u`.
@@ -207,12 +197,12 @@ impl Arte {
         let tau_3 = self.params.tau_3.unwrap_or(-tau_1 / 2.0);
         let smoothed = self.smoothed(u);
         let frame = |t: usize| {
-            let c = self.changes(&smoothed, t);
-            let score = c.long_increase.max(c.short_increase);
+            let [(long_rise, long_fall), (short_rise, short_fall)] = self.changes(&smoothed, t);
+            let score = long_rise.max(short_rise);
             let events = Events::default()
                 .with(Event::LargeIncrease, score > tau_1)
-                .with(Event::LargeDecrease, c.long_decrease.min(c.short_decrease) < tau_2)
-                .with(Event::SmallDecrease, c.short_decrease < tau_3);
+                .with(Event::LargeDecrease, long_fall.min(short_fall) < tau_2)
+                .with(Event::SmallDecrease, short_fall < tau_3);
             (score, events)
         };
         (0..u.len()).map(frame).unzip()
