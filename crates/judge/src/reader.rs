@@ -68,11 +68,6 @@ impl SignalReader {
         Ok(Self { kind: choice.kind, reads, width, session })
     }
 
-    /// Kind of the signal.
-    pub fn kind(&self) -> &'static str {
-        self.kind
-    }
-
     /// Input of the signal.
     pub fn reads(&self) -> Reads {
         self.reads
@@ -111,16 +106,6 @@ impl SignalReader {
             (_, Some(fault)) => Err(SignalFault::Broke(fault)),
             (Some(value), None) => Err(SignalFault::NotFinite { kind, value: *value }),
         }
-    }
-
-    /// Saves the state; `None` for signals that cannot be interrupted.
-    pub fn save(&self) -> Option<Vec<u8>> {
-        self.session.save()
-    }
-
-    /// Restores a saved state of the same signal. Returns `false` if it does not match.
-    pub fn restore(&mut self, saved: &[u8]) -> bool {
-        self.session.restore(saved)
     }
 }
 
@@ -204,13 +189,13 @@ impl Reader {
     /// # Errors
     /// The kind of a signal that cannot be saved.
     pub fn save(&self) -> Result<Vec<Vec<u8>>, &'static str> {
-        self.signals.iter().map(|signal| signal.save().ok_or(signal.kind)).collect()
+        self.signals.iter().map(|signal| signal.session.save().ok_or(signal.kind)).collect()
     }
 
     /// Restores saved states of the same signals. Returns `false` if they do not match.
     pub fn restore(&mut self, saved: &[Vec<u8>], last: Option<Region>) -> bool {
         self.last = last;
         let pairs = self.signals.iter_mut().zip(saved);
-        saved.len() == pairs.len() && pairs.into_iter().all(|(signal, saved)| signal.restore(saved))
+        saved.len() == pairs.len() && pairs.into_iter().all(|(signal, saved)| signal.session.restore(saved))
     }
 }
