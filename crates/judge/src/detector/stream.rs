@@ -150,27 +150,25 @@ struct Following<D: Causal> {
 }
 
 impl<D: Causal> Following<D> {
-    /// Reason why a score is an alarm.
-    fn reason(&self, values: &[f64], score: f64) -> Reason {
+    /// Reason why a score is an alarm, in words.
+    fn reason(&self, values: &[f64], score: f64) -> String {
         if let Some(text) = self.detector.reason(values) {
-            return Reason { text, weight: 1.0 };
+            return text;
         }
         let what = if self.detector.scores_signal() { "value" } else { "score" };
         let Some(level) = self.detector.threshold() else {
-            let text = format!("{what} {} is large for this track", fixed(score, 3));
-            return Reason { text, weight: 1.0 };
+            return format!("{what} {} is large for this track", fixed(score, 3));
         };
         let is_below = self.detector.score_direction() == Direction::HigherIsBetter;
         // As many digits as it takes to see on which side it is.
         let is_true = |shown: &String| {
             shown.parse().is_ok_and(|shown: f64| if is_below { shown < level } else { shown > level })
         };
-        let text = match (3..9).map(|digits| fixed(score, digits)).find(is_true) {
+        match (3..9).map(|digits| fixed(score, digits)).find(is_true) {
             None => format!("{what} reaches {}", readable(level)),
             Some(shown) if is_below => format!("{what} {shown} is below {}", readable(level)),
             Some(shown) => format!("{what} {shown} is above {}", readable(level)),
-        };
-        Reason { text, weight: 1.0 }
+        }
     }
 }
 
@@ -186,14 +184,14 @@ impl<D: Causal> Stream for Following<D> {
         }
         let lost = state.is_lost(recovery);
         let alarm = step.filter(|step| step.alarm);
+        let reason = |step: Step| Reason { text: self.reason(values, step.score), weight: 1.0 };
+        let probable = step.filter(|_| self.detector.gives_probability());
         Judgement {
-            probability: step
-                .filter(|_| self.detector.gives_probability())
-                .map_or(f64::NAN, |step| step.score),
+            probability: probable.map_or(f64::NAN, |step| step.score),
             lost,
             alarm: alarm.is_some(),
             compared: step.map_or(f64::NAN, |step| step.alarm_score.unwrap_or(step.score)),
-            reasons: alarm.map(|step| self.reason(values, step.score)).into_iter().collect(),
+            reasons: alarm.map(reason).into_iter().collect(),
         }
     }
 
