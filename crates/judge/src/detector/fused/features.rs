@@ -18,6 +18,7 @@
 //! no feature but `missing` has one. A feature without a value has no effect on the score.
 
 use super::inputs::FusedInput;
+use crate::direction::Direction;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
@@ -112,24 +113,13 @@ impl InputHistory {
         self.past.push_back(x);
         self.sorted.insert(self.sorted.partition_point(|value| *value < x), x);
     }
-}
 
-/// Value of an input as it is compared, for motions its logarithm; NaN if it is missing.
-fn transformed(input: &FusedInput, value: f64) -> f64 {
-    match value.is_finite() {
-        true if input.is_motion => (MOTION_FLOOR + value.max(0.0)).ln(),
-        true => value,
-        false => f64::NAN,
-    }
-}
-
-impl InputHistory {
     /// Features over windows, from `now` to `change`.
     fn windows(&self, input: &FusedInput, now: f64) -> [f64; 7] {
         let last = |count: usize| self.past.iter().skip(self.past.len().saturating_sub(count)).copied();
-        let worst = |count| match input.bad_is_high() {
-            true => last(count).fold(f64::NAN, f64::max),
-            false => last(count).fold(f64::NAN, f64::min),
+        let worst = |count| match input.good {
+            Direction::LowerIsBetter => last(count).fold(f64::NAN, f64::max),
+            _ => last(count).fold(f64::NAN, f64::min),
         };
         let mean = |count: usize| last(count).sum::<f64>() / self.past.len().min(count) as f64;
         let early = self.early.0 / self.early.1 as f64;
@@ -154,6 +144,15 @@ impl InputHistory {
     /// Median of the past, in the unit of the input; `None` without a past.
     pub fn usual(&self, input: &FusedInput) -> Option<f64> {
         self.median().map(|x| if input.is_motion { x.exp() - MOTION_FLOOR } else { x })
+    }
+}
+
+/// Value of an input as it is compared, for motions its logarithm; NaN if it is missing.
+fn transformed(input: &FusedInput, value: f64) -> f64 {
+    match value.is_finite() {
+        true if input.is_motion => (MOTION_FLOOR + value.max(0.0)).ln(),
+        true => value,
+        false => f64::NAN,
     }
 }
 

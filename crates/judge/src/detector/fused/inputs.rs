@@ -23,13 +23,6 @@ pub struct FusedInput {
     pub is_watchdog_overlap: bool,
 }
 
-impl FusedInput {
-    /// True if high values speak for a failure.
-    pub fn bad_is_high(&self) -> bool {
-        self.good == Direction::LowerIsBetter
-    }
-}
-
 const fn high(name: &'static str, words: &'static str) -> FusedInput {
     FusedInput {
         name,
@@ -42,14 +35,7 @@ const fn high(name: &'static str, words: &'static str) -> FusedInput {
 }
 
 const fn motion(name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput {
-        name,
-        words,
-        good: Direction::LowerIsBetter,
-        is_motion: true,
-        features: FEATURES.len(),
-        is_watchdog_overlap: false,
-    }
+    FusedInput { good: Direction::LowerIsBetter, is_motion: true, ..high(name, words) }
 }
 
 /// A value of the signal `deep-verification` as an input.
