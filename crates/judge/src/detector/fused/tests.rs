@@ -204,15 +204,7 @@ fn the_calibration_is_of_videos_that_were_not_seen() {
 #[test]
 fn the_three_loudest_inputs_are_the_reasons() {
     let names = ["v2-apart", "v2-distance", "here-distance", "here-outside"];
-    let model = FusedModel {
-        inputs: names.map(String::from).to_vec(),
-        features: vec![Weight { center: 0.0, scale: 1.0, weight: 1.0 }; 12],
-        bias: 0.0,
-        calibration: (0.5, 0.0),
-        thresholds: vec![(1.0, 0.5)],
-    };
-    let how = Use { budget: 1.0, confirm: 1, window: 20 };
-    let mut stream = FusedStream::new(Arc::new(model), names.map(input).to_vec(), how);
+    let mut stream = stream_of(&names, &[1.0; 12], 0.5);
     let reasons = stream.push(&[1.0, 4.0, 2.0, 3.0]).reasons;
     assert_eq!(reasons.iter().map(|reason| reason.weight).collect::<Vec<_>>(), [6.0, 4.5, 3.0]);
     for (reason, name) in reasons.iter().zip(["v2-distance", "here-outside", "here-distance"]) {
@@ -220,24 +212,25 @@ fn the_three_loudest_inputs_are_the_reasons() {
     }
 }
 
-/// Stream of a model with the weight 1 for the features of these numbers alone, and a threshold of .5.
-fn stream_of(name: &str, features: &[usize]) -> FusedStream {
-    let weight = |k| Weight { center: 0.0, scale: 1.0, weight: f64::from(u8::from(features.contains(&k))) };
+/// Stream of a model with a weight for each feature of these inputs, a slope of its calibration, and a threshold of .5.
+fn stream_of(names: &[&str], weights: &[f64], slope: f64) -> FusedStream {
+    let feature = |weight: &f64| Weight { center: 0.0, scale: 1.0, weight: *weight };
     let model = FusedModel {
-        inputs: vec![name.into()],
-        features: (0..input(name).features).map(weight).collect(),
+        inputs: names.iter().map(|name| String::from(*name)).collect(),
+        features: weights.iter().map(feature).collect(),
         bias: 0.0,
-        calibration: (1.0, 0.0),
+        calibration: (slope, 0.0),
         thresholds: vec![(1.0, 0.5)],
     };
-    FusedStream::new(Arc::new(model), vec![input(name)], Use { budget: 1.0, confirm: 1, window: 0 })
+    let inputs = names.iter().map(|name| input(name)).collect();
+    FusedStream::new(Arc::new(model), inputs, Use { budget: 1.0, confirm: 1, window: 0 })
 }
 
 // By hand: a score of 0 is a probability of .5, which reaches the threshold and needs no reason. An alarm lasts at .5 when
 // it is old news, and is not raised by it.
 #[test]
 fn a_probability_at_the_threshold_is_an_alarm() {
-    let mut stream = stream_of("v2-overlap", &[]);
+    let mut stream = stream_of(&["v2-overlap"], &[0.0; 3], 1.0);
     let judged = [0.5, 0.0, 0.0].map(|overlap| stream.push(&[overlap]));
     let states: Vec<_> =
         judged.iter().map(|j| (j.compared >= 0.5, j.lost, j.probability, j.reasons.len())).collect();
@@ -246,8 +239,8 @@ fn a_probability_at_the_threshold_is_an_alarm() {
 
 #[test]
 fn reasons_name_the_value_and_what_is_usual() {
-    let place = |name: &str| FEATURES.iter().position(|feature| *feature == name).unwrap();
-    let mut stream = stream_of("companions", &[place("now"), place("missing")]);
+    let weights = FEATURES.map(|name| f64::from(["now", "missing"].contains(&name)));
+    let mut stream = stream_of(&["companions"], &weights, 1.0);
     let words = input("companions").words;
     for (value, text) in [
         (1.0, ": 1.000"),
