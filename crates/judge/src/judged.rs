@@ -171,11 +171,7 @@ mod tests {
         let output = DetectorOutput { score: score.to_vec(), alarm, ..DetectorOutput::default() };
         let present: Vec<bool> = boxes.chars().map(|c| c == 'b').collect();
         let method = JudgedMethod::new("M", detector, &output, 0, &present);
-        let mut sum = 0;
-        for (change, label) in method.changes.iter().zip(&method.label) {
-            sum += change;
-            assert_eq!(sum, i32::from(*label), "changes are those of the labels");
-        }
+        assert_eq!(method.changes, changes(&method.label));
         let states: String = method.states.iter().filter_map(|state| state.word().chars().next()).collect();
         let labels: String = method.label.iter().map(|label| if *label { '!' } else { '.' }).collect();
         format!("{states} {labels}")

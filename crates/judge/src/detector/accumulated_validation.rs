@@ -24,7 +24,6 @@
 use super::consistency::{self, ConsistencyModel, Fitting};
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
 use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
-use crate::num::gamma_mixture::FitOptions;
 use crate::num::gamma_mixture::select::Criterion;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -209,13 +208,8 @@ impl Learner for AccumulatedValidation {
 
     fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
         let p = &self.params;
-        let how = Fitting {
-            tau: p.tau,
-            components: p.components,
-            max_components: p.max_components,
-            criterion: p.criterion,
-            options: FitOptions::default(),
-        };
+        let Params { tau, components, max_components, criterion, .. } = *p;
+        let how = Fitting { tau, components, max_components, criterion };
         let consistency = consistency::fit(examples, &how)?.model;
         let empirical = match p.approximation {
             Approximation::Empirical => {

@@ -106,15 +106,12 @@ pub struct Fitting {
     pub max_components: usize,
     /// Criterion that chooses the order.
     pub criterion: Criterion,
-    /// Options of fitting the mixtures.
-    pub options: FitOptions,
 }
 
 impl Fitting {
-    /// Settings that choose the order by dBIC, with the default options.
+    /// Settings that choose the order by dBIC.
     pub fn by_bic(tau: f64, max_components: usize) -> Self {
-        let options = FitOptions::default();
-        Self { tau, components: None, max_components, criterion: Criterion::Bic, options }
+        Self { tau, components: None, max_components, criterion: Criterion::Bic }
     }
 }
 
@@ -164,13 +161,14 @@ pub fn fit(examples: &[Example<'_>], how: &Fitting) -> Result<Fitted, Consistenc
     let squares = examples.iter().flat_map(|e| consistent_changes(e, how.tau)).map(|c| (c - mean).powi(2));
     let variance = squares.sum::<f64>() / n;
     let most = how.components.unwrap_or(how.max_components);
-    let mut fits = fit_all(&binned, most, &how.options);
+    let options = FitOptions::default();
+    let mut fits = fit_all(&binned, most, &options);
     // Few samples carry few components.
     for fewer in (1..most).rev() {
         if how.components.is_some() || !matches!(fits, Err(FitError::TooFew { .. })) {
             break;
         }
-        fits = fit_all(&binned, fewer, &how.options);
+        fits = fit_all(&binned, fewer, &options);
     }
     let fits = fits.map_err(|source| ConsistencyError::Mixture { tau: how.tau, source })?;
     let terms = select::terms(&fits, binned.count());
@@ -229,13 +227,7 @@ mod tests {
     fn few_samples_carry_few_components_and_none_are_an_error() {
         let signal = [0.5, 0.25, 0.7, 0.1, 0.9, 1.5, 0.4];
         let example = Example::new(&signal, &[0.0; 7]);
-        let how = Fitting {
-            tau: 0.9,
-            components: None,
-            max_components: 10,
-            criterion: Criterion::Bic,
-            options: FitOptions::default(),
-        };
+        let how = Fitting::by_bic(0.9, 10);
         let fitted = fit(&[example], &how).unwrap();
         assert_eq!((fitted.model.samples, fitted.fits.len()), (7, 2));
         let terms = select::terms(&fitted.fits, 7);

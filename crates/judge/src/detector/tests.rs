@@ -60,27 +60,16 @@ fn parameters_that_do_not_fit_together_are_refused() {
 /// A parameter that has a unit: its name, its value, and the power of the signal's unit that is its own.
 type InUnits = (&'static str, f64, i32);
 
+const FLOOR: &[InUnits] = &[("variance_floor", 1e-4, 2)];
+const VARIANCES: &[InUnits] =
+    &[("start_variance", 10.0, 2), ("jump_variance", 1.0, 2), ("least_noise", 1e-8, 2)];
+
 /// Kinds with their parameters without a unit, those with one, and the power of the signal's unit that is the score's.
 const UNITS: [(&str, &str, &[InUnits], i32); 5] = [
     ("arma-forecast", "horizon = 5", &[("threshold", 0.004, 1)], 1),
-    (
-        "two-model-chi-square",
-        "length = 3, least_reference = 4, test = \"mean\"",
-        &[("variance_floor", 1e-4, 2)],
-        0,
-    ),
-    (
-        "two-model-chi-square",
-        "length = 3, least_reference = 4, test = \"energy\"",
-        &[("variance_floor", 1e-4, 2)],
-        0,
-    ),
-    (
-        "matched-kalman-bank",
-        "forgetting = 0.75, start_window = 9",
-        &[("start_variance", 10.0, 2), ("jump_variance", 1.0, 2), ("least_noise", 1e-8, 2)],
-        1,
-    ),
+    ("two-model-chi-square", "length = 3, least_reference = 4, test = \"mean\"", FLOOR, 0),
+    ("two-model-chi-square", "length = 3, least_reference = 4, test = \"energy\"", FLOOR, 0),
+    ("matched-kalman-bank", "forgetting = 0.75, start_window = 9", VARIANCES, 1),
     ("relative-drop", "below = 0.6", &[], 0),
 ];
 
