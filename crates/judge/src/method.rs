@@ -123,11 +123,6 @@ pub fn takes_budget(name: &str) -> bool {
     schema.is_some_and(|schema| schema.get("properties").and_then(|p| p.get(BUDGET)).is_some())
 }
 
-/// Names of the methods that have a budget of false alarms.
-pub fn names_with_budget() -> Vec<&'static str> {
-    names().into_iter().filter(|name| takes_budget(name)).collect()
-}
-
 impl Method {
     /// Method called `name` with its published threshold. With a budget, the threshold allows at most this
     /// number of false alarms per 1000 frames.
@@ -138,12 +133,14 @@ impl Method {
         let named =
             find(name).ok_or_else(|| MethodError::Unknown(plugin::unknown("method", name, names())))?;
         let mut detector = named.detector.clone();
+        let is_trained = |value: &Value| value.get("train").is_some();
         if detector.as_object().is_some_and(|params| params.values().any(is_trained)) {
             return Err(MethodError::Trained(name.to_string()));
         }
         if let Some(budget) = budget {
             if !takes_budget(name) {
-                return Err(MethodError::NoBudget { method: name.to_string(), known: names_with_budget() });
+                let known = names().into_iter().filter(|name| takes_budget(name)).collect();
+                return Err(MethodError::NoBudget { method: name.to_string(), known });
             }
             detector[BUDGET] = budget.into();
         }
@@ -178,10 +175,7 @@ impl Method {
     /// # Errors
     /// A method that does not learn, and a model of another method.
     pub fn with_model(mut self, model: &Value) -> Result<Self, MethodError> {
-        let refuse = |message: String| MethodError::Params {
-            part: self.detector.kind.to_string(),
-            source: ParamError { message, key: None, span: None },
-        };
+        let refuse = |message: String| refused(self.detector.kind, message);
         let learner = self.detector.detector.learner().ok_or_else(|| refuse("it does not learn".into()))?;
         let detector = learner.with_model(model).map_err(|e| refuse(e.to_string()))?;
         self.detector.detector.plugin = detector;
@@ -201,9 +195,9 @@ impl Method {
     }
 }
 
-/// True if a parameter is trained instead of given.
-fn is_trained(value: &Value) -> bool {
-    value.get("train").is_some()
+/// Error about a signal or a detector for which no single parameter is to blame.
+fn refused(part: &str, message: String) -> MethodError {
+    MethodError::Params { part: part.to_string(), source: ParamError { message, key: None, span: None } }
 }
 
 /// Builds a plugin from its kind and its parameters.
@@ -212,19 +206,15 @@ fn build<T: ?Sized>(
     what: &str,
     value: &Value,
 ) -> Result<(&'static Entry<T>, Configured<T>), MethodError> {
-    let refuse = |part: &str, message: String| MethodError::Params {
-        part: part.to_string(),
-        source: ParamError { message, key: None, span: None },
-    };
     let mut params = match value {
         Value::Object(params) => params.clone(),
-        _ => return Err(refuse(what, "must be an object with a `kind`".into())),
+        _ => return Err(refused(what, "must be an object with a `kind`".into())),
     };
     let Some(Value::String(kind)) = params.remove("kind") else {
-        return Err(refuse(what, "has no `kind`".into()));
+        return Err(refused(what, "has no `kind`".into()));
     };
     let entry = plugin::find(list, &kind)
-        .ok_or_else(|| refuse(what, plugin::unknown(what, &kind, list.iter().map(|e| e.kind))))?;
+        .ok_or_else(|| refused(what, plugin::unknown(what, &kind, list.iter().map(|e| e.kind))))?;
     let built = (entry.build)(RawParams::Json(&params.into()))
         .map_err(|source| MethodError::Params { part: kind, source })?;
     Ok((entry, built))
