@@ -41,9 +41,14 @@ struct Memory {
     targets: Vec<(Option<Saved>, Vec<u8>)>,
 }
 
-/// An id in saved form. Its tag makes numbers and texts distinguishable.
+/// An id in saved form.
 #[derive(Serialize, Deserialize)]
-enum Saved {
+struct Saved(#[serde(with = "Tagged")] Id);
+
+/// Form of a saved id, whose tag makes numbers and texts distinguishable.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Id")]
+enum Tagged {
     Number(i64),
     Text(String),
 }
@@ -76,11 +81,7 @@ impl Targets {
             base: options.base.or(saved.base),
         };
         let of = |(id, saved): (Option<Saved>, Vec<u8>)| {
-            let id = id.map(|id| match id {
-                Saved::Number(number) => Id::Number(number),
-                Saved::Text(text) => Id::Text(text),
-            });
-            Ok((id, Monitor::resume(&options, &saved)?))
+            Ok((id.map(|Saved(id)| id), Monitor::resume(&options, &saved)?))
         };
         let count = memory.targets.len();
         let monitors: BTreeMap<_, _> =
@@ -102,13 +103,7 @@ impl Targets {
         {
             return monitor.save();
         }
-        let of = |(id, monitor): (&Option<Id>, &Monitor)| {
-            let id = id.clone().map(|id| match id {
-                Id::Number(number) => Saved::Number(number),
-                Id::Text(text) => Saved::Text(text),
-            });
-            Ok((id, monitor.save()?))
-        };
+        let of = |(id, monitor): (&Option<Id>, &Monitor)| Ok((id.clone().map(Saved), monitor.save()?));
         let targets = self.monitors.iter().map(of).collect::<Result<_, MonitorError>>()?;
         sealed(NAME, FORMAT, &Memory { index: self.index, options: self.options.clone(), targets })
     }
@@ -194,7 +189,7 @@ mod tests {
         let memory: Memory = unsealed(&saved, NAME, FORMAT).unwrap().unwrap();
         let again = |ids: &[i64]| {
             let (_, monitor) = &memory.targets[0];
-            let targets = ids.iter().map(|id| (Some(Saved::Number(*id)), monitor.clone())).collect();
+            let targets = ids.iter().map(|id| (Some(Saved(Id::Number(*id))), monitor.clone())).collect();
             let forged = Memory { options: options(), index: 0, targets };
             Targets::resume(options(), &sealed(NAME, FORMAT, &forged).unwrap()).is_ok()
         };
