@@ -304,7 +304,9 @@ impl Monitor {
         if self.chosen.as_ref().is_some_and(stays) {
             return Ok(None);
         }
-        let chosen = Chosen::recommended(inputs_of(update), self.budget)?;
+        let (frames, companions) = (update.frame.is_some(), !update.companions.is_empty());
+        let inputs = Inputs { frames, companions, confidence: update.confidence.is_some() };
+        let chosen = Chosen::recommended(inputs, self.budget)?;
         let name = chosen.name.clone();
         Ok(match (self.chosen.replace(chosen), update.frame) {
             (Some(_), _) => Some(format!("frames have come: {name} from here on")),
@@ -354,27 +356,15 @@ impl Monitor {
     }
 }
 
-/// Inputs that are present in a frame.
-fn inputs_of(update: &Update<'_>) -> Inputs {
-    Inputs {
-        frames: update.frame.is_some(),
-        companions: !update.companions.is_empty(),
-        confidence: update.confidence.is_some(),
-    }
-}
-
 /// Checks that the region is valid.
 fn checked(region: &Region) -> Result<Region, RegionError> {
     match region {
         Region::Rect(r) => Region::from_numbers(&[r.x, r.y, r.w, r.h]),
+        // Two corners would be read as a box.
+        Region::Polygon(corners) if corners.len() < 3 => Err(RegionError::Count(2 * corners.len())),
         Region::Polygon(corners) => {
             let numbers: Vec<f64> = corners.iter().flat_map(|(x, y)| [*x, *y]).collect();
-            // Two corners would be read as a box.
-            if corners.len() < 3 {
-                Err(RegionError::Count(numbers.len()))
-            } else {
-                Region::from_numbers(&numbers)
-            }
+            Region::from_numbers(&numbers)
         }
     }
 }
