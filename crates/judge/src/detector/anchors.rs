@@ -31,49 +31,39 @@ use serde::{Deserialize, Serialize};
 const FAILURE: f64 = 1.0 - 1e-12;
 
 pub(crate) const NEVER: Entry<dyn Detector> =
-    Entry::of::<Anchor<Constant<false>>>("never", 1, "an anchor: no alarm in any frame");
+    Entry::of::<Constant<false>>("never", 1, "an anchor: no alarm in any frame");
 
 pub(crate) const ALWAYS: Entry<dyn Detector> =
-    Entry::of::<Anchor<Constant<true>>>("always", 1, "an anchor: alarm in every frame");
+    Entry::of::<Constant<true>>("always", 1, "an anchor: alarm in every frame");
 
 pub(crate) const PERIODIC: Entry<dyn Detector> =
-    Entry::of::<Anchor<Periodic>>("periodic", 1, "an anchor: a one-frame alarm in every period")
+    Entry::of::<Periodic>("periodic", 1, "an anchor: a one-frame alarm in every period")
         .example("{ period = 11 }")
         .more(&["{ period = 2, phase = 1 }"]);
 
 pub(crate) const RANDOM: Entry<dyn Detector> =
-    Entry::of::<Anchor<Random>>("random", 1, "an anchor: isolated one-frame alarms at a given rate")
+    Entry::of::<Random>("random", 1, "an anchor: isolated one-frame alarms at a given rate")
         .example("{ rate = 0.04 }")
         .more(&["{ rate = 0.5 }"]);
 
-pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Anchor<Oracle>>(
+pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Oracle>(
     "oracle",
     1,
     "an anchor: alarm exactly while the ground truth says the target is lost",
 );
 
 /// A detector that is defined by its alarms.
-struct Anchor<A>(A);
-
-/// Alarms of an anchor, one per frame.
-trait Alarms: Plugin + Send + Sync + 'static {
+pub trait Alarms: Plugin + Send + Sync + 'static {
+    /// True if the alarms depend on the seed.
     const USES_SEED: bool = false;
+    /// Frames without an alarm in a row that confirm a recovery.
     const FRAMES_TO_RECOVER: usize = 1;
 
+    /// Alarms, one per frame.
     fn alarms(&self, input: &Input<'_>) -> Vec<bool>;
 }
 
-impl<A: Alarms> Plugin for Anchor<A> {
-    type Params = A::Params;
-
-    const RANGES: &'static [Range] = A::RANGES;
-
-    fn make(params: A::Params) -> Result<Self, ParamError> {
-        A::make(params).map(Self)
-    }
-}
-
-impl<A: Alarms> Detector for Anchor<A> {
+impl<A: Alarms> Detector for A {
     fn needs_signal(&self) -> bool {
         false
     }
@@ -87,7 +77,7 @@ impl<A: Alarms> Detector for Anchor<A> {
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let alarm = self.0.alarms(input);
+        let alarm = self.alarms(input);
         let score = alarm.iter().map(|&a| f64::from(u8::from(a))).collect();
         DetectorOutput { score, alarm, ..DetectorOutput::default() }
     }
