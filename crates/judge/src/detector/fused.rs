@@ -130,13 +130,9 @@ impl Plugin for Fused {
             return Err(ParamError::out_of_range("inputs", "from 1 to 64 names", params.inputs.len()));
         }
         let find = |name: &String| {
-            let known = || INPUTS.iter().map(|input| input.name);
-            let message = || crate::plugin::unknown("input", name, known());
-            inputs::find(name).ok_or_else(|| ParamError {
-                message: message(),
-                key: Some("inputs"),
-                span: None,
-            })
+            let message = || crate::plugin::unknown("input", name, INPUTS.iter().map(|input| input.name));
+            let refuse = || ParamError { message: message(), key: Some("inputs"), span: None };
+            inputs::find(name).ok_or_else(refuse)
         };
         let inputs = params.inputs.iter().map(find).collect::<Result<_, _>>()?;
         let unready = Self { params, inputs, model: None };

@@ -103,11 +103,8 @@ impl Plugin for TwoModelChiSquare {
             Test::Mean => 1.0,
             Test::Energy => params.length as f64,
         };
-        let chi_square = ChiSquared::new(freedom).map_err(|e| ParamError {
-            message: e.to_string(),
-            key: Some("length"),
-            span: None,
-        })?;
+        let refuse = |message: String| ParamError { message, key: Some("length"), span: None };
+        let chi_square = ChiSquared::new(freedom).map_err(|e| refuse(e.to_string()))?;
         Ok(Self { threshold: chi_square.inverse_cdf(1.0 - params.alpha), params })
     }
 }
