@@ -114,10 +114,6 @@ pub struct Memory {
 impl Causal for Agreement {
     type Memory = Memory;
 
-    fn begin(&self) -> Memory {
-        Memory::default()
-    }
-
     fn step(&self, memory: &mut Memory, values: &[f64]) -> Step {
         let (overlap, score) = inputs(values);
         let apart = (1.0 - overlap) * score;

@@ -122,10 +122,6 @@ impl Detector for ArmaForecast {
 impl Causal for ArmaForecast {
     type Memory = Forecaster;
 
-    fn begin(&self) -> Forecaster {
-        Forecaster::default()
-    }
-
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
         let forecast = self.0.push(memory, values[0]);
         forecasting::judge(values[0], forecast, self.0.threshold)

@@ -96,10 +96,6 @@ impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
 impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
     type Memory = Sum;
 
-    fn begin(&self) -> Sum {
-        Sum::default()
-    }
-
     fn step(&self, memory: &mut Sum, values: &[f64]) -> Step {
         let Params { k, start, release, floor, .. } = self.params;
         let limit = self.limit.value;

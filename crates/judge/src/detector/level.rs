@@ -95,8 +95,6 @@ impl Detector for Level {
 impl Causal for Level {
     type Memory = ();
 
-    fn begin(&self) {}
-
     fn step(&self, (): &mut (), values: &[f64]) -> Step {
         Step::new(values[0], self.is_alarm(values[0]))
     }

@@ -61,10 +61,6 @@ impl Detector for Params {
 impl Causal for Params {
     type Memory = Forecaster;
 
-    fn begin(&self) -> Forecaster {
-        Forecaster::default()
-    }
-
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
         let Self { window, horizon, threshold, scheme } = *self;
         let last = |y: &[f64], ahead| vec![y[y.len() - 1]; ahead];

@@ -167,6 +167,12 @@ pub(super) enum GoodFrames {
     Last(VecDeque<f64>, usize),
 }
 
+impl Default for GoodFrames {
+    fn default() -> Self {
+        Self::new(None)
+    }
+}
+
 impl GoodFrames {
     pub(super) fn new(window: Option<usize>) -> Self {
         match window {

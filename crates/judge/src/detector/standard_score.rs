@@ -120,10 +120,6 @@ impl Causal for StandardScore {
     /// The last `span` values.
     type Memory = VecDeque<f64>;
 
-    fn begin(&self) -> VecDeque<f64> {
-        VecDeque::new()
-    }
-
     fn step(&self, before: &mut VecDeque<f64>, values: &[f64]) -> Step {
         let is_full = before.len() >= self.params.span;
         let score = if is_full { standard_score(values[0], before.make_contiguous()) } else { 0.0 };

@@ -49,10 +49,12 @@ pub trait Stream: Send {
 /// A detector that judges frame by frame.
 pub(super) trait Causal: Detector + Clone + 'static {
     /// State between frames, of bounded size.
-    type Memory: Serialize + DeserializeOwned + Send;
+    type Memory: Default + Serialize + DeserializeOwned + Send;
 
     /// State before the first frame.
-    fn begin(&self) -> Self::Memory;
+    fn begin(&self) -> Self::Memory {
+        Self::Memory::default()
+    }
 
     /// Judges the next frame from the values of its signals, which are finite.
     fn step(&self, memory: &mut Self::Memory, values: &[f64]) -> Step;
