@@ -143,6 +143,38 @@ impl MatchedKalmanBank {
         samples.iter().for_each(|y| bank.step(*y));
         bank
     }
+
+    fn follow(&self, signal: &[f64]) -> DetectorOutput {
+        let Params { noise_variance, start_window, merge, .. } = self.0;
+        let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE)).collect();
+        let starting = if noise_variance.is_some() { 1 } else { start_window };
+        let mut bank = self.run(&[]);
+        let mut reported: Vec<usize> = Vec::new();
+        let mut inconsistent = false;
+        let mut output = DetectorOutput::default();
+        let mut changes = Vec::with_capacity(samples.len());
+        for (t, y) in samples.iter().enumerate() {
+            if t < starting {
+                bank = self.run(&samples[..=t]);
+            } else {
+                bank.step(*y);
+            }
+            let best = bank.best;
+            let mut change = 0;
+            if let Some(jump) = best.jump
+                && reported.iter().all(|r| r.abs_diff(jump.frame) >= merge)
+                && best.level != jump.from
+            {
+                reported.push(jump.frame);
+                inconsistent = best.level > jump.from;
+                change = if inconsistent { 1 } else { -1 };
+            }
+            changes.push(change);
+            output.alarm.push(inconsistent);
+            output.score.push(best.level);
+        }
+        DetectorOutput { changes: Some(changes), ..output }
+    }
 }
 
 /// Unbiased variance; 0 for fewer than two samples.
@@ -245,40 +277,6 @@ impl Detector for MatchedKalmanBank {
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         consistency::on_defined_frames(input.signal, |signal| self.follow(signal))
-    }
-}
-
-impl MatchedKalmanBank {
-    fn follow(&self, signal: &[f64]) -> DetectorOutput {
-        let Params { noise_variance, start_window, merge, .. } = self.0;
-        let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE)).collect();
-        let starting = if noise_variance.is_some() { 1 } else { start_window };
-        let mut bank = self.run(&[]);
-        let mut reported: Vec<usize> = Vec::new();
-        let mut inconsistent = false;
-        let mut output = DetectorOutput::default();
-        let mut changes = Vec::with_capacity(samples.len());
-        for (t, y) in samples.iter().enumerate() {
-            if t < starting {
-                bank = self.run(&samples[..=t]);
-            } else {
-                bank.step(*y);
-            }
-            let best = bank.best;
-            let mut change = 0;
-            if let Some(jump) = best.jump
-                && reported.iter().all(|r| r.abs_diff(jump.frame) >= merge)
-                && best.level != jump.from
-            {
-                reported.push(jump.frame);
-                inconsistent = best.level > jump.from;
-                change = if inconsistent { 1 } else { -1 };
-            }
-            changes.push(change);
-            output.alarm.push(inconsistent);
-            output.score.push(best.level);
-        }
-        DetectorOutput { changes: Some(changes), ..output }
     }
 }
 

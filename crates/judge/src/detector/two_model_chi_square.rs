@@ -130,23 +130,7 @@ impl TwoModelChiSquare {
         let statistic = if distance == 0.0 { 0.0 } else { (distance / scale).min(f64::MAX) };
         (statistic, m2 - m1)
     }
-}
 
-impl Detector for TwoModelChiSquare {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.threshold)
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
-    }
-}
-
-impl TwoModelChiSquare {
     fn compare(&self, signal: &[f64]) -> DetectorOutput {
         let Params { length, reference, least_reference, .. } = self.params;
         let before = (reference * length).max(least_reference);
@@ -171,6 +155,20 @@ impl TwoModelChiSquare {
             sign = now;
         }
         DetectorOutput { score, alarm, changes: Some(changes), ..DetectorOutput::default() }
+    }
+}
+
+impl Detector for TwoModelChiSquare {
+    fn threshold(&self) -> Option<f64> {
+        Some(self.threshold)
+    }
+
+    fn frames_to_recover(&self) -> usize {
+        1
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        consistency::on_defined_frames(input.signal, |signal| self.compare(signal))
     }
 }
 
