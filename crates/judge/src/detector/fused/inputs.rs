@@ -39,16 +39,12 @@ const fn motion(name: &'static str, words: &'static str) -> FusedInput {
 }
 
 /// A value of the signal `deep-verification` as an input.
-const fn deep(good: Direction, name: &'static str, words: &'static str) -> FusedInput {
-    FusedInput { good, features: 3, ..high(name, words) }
-}
-
 const fn deep_high(name: &'static str, words: &'static str) -> FusedInput {
-    deep(Direction::HigherIsBetter, name, words)
+    FusedInput { features: 3, ..high(name, words) }
 }
 
 const fn deep_low(name: &'static str, words: &'static str) -> FusedInput {
-    deep(Direction::LowerIsBetter, name, words)
+    FusedInput { good: Direction::LowerIsBetter, ..deep_high(name, words) }
 }
 
 const fn deep_overlap(name: &'static str, words: &'static str) -> FusedInput {

@@ -62,14 +62,11 @@ pub fn fit(rows: &Rows, lambda: f64) -> Option<Fit> {
         return None;
     }
     let objective = |theta: &DVector<f64>| {
-        let sum: f64 = rows
-            .iter()
-            .map(|(row, lost, weight)| {
-                let score = score(theta, row);
-                weight * loss(if lost { score } else { -score })
-            })
-            .sum();
-        sum + lambda / 2.0 * theta.rows(0, n - 1).norm_squared()
+        let of_row = |(row, lost, weight): (&[f64], bool, f64)| {
+            let score = score(theta, row);
+            weight * loss(if lost { score } else { -score })
+        };
+        rows.iter().map(of_row).sum::<f64>() + lambda / 2.0 * theta.rows(0, n - 1).norm_squared()
     };
     let mut theta = DVector::<f64>::zeros(n);
     let mut value = objective(&theta);

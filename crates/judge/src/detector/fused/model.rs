@@ -200,12 +200,8 @@ impl FusedStream {
 
 impl Stream for FusedStream {
     fn push(&mut self, values: &[f64]) -> Judgement {
-        let usual: Vec<Option<f64>> = self
-            .inputs
-            .iter()
-            .zip(&self.memory.histories)
-            .map(|(input, history)| history.usual(input))
-            .collect();
+        let histories = self.inputs.iter().zip(&self.memory.histories);
+        let usual: Vec<Option<f64>> = histories.map(|(input, history)| history.usual(input)).collect();
         let FusedStep { parts, probability, compared, alarm: lost } = self.step(values);
         let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
