@@ -5,12 +5,11 @@ use super::error::At;
 use super::method::SignalChoice;
 use super::raw_plugin::RawPlugin;
 use super::wire;
-use std::collections::BTreeMap;
+use super::words::Known;
 use trackfail_core::plugin::Configured;
 use trackfail_methods::analysis::{ANALYSES, Names};
 use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::SIGNALS;
-use trackfail_methods::tracker::process::Programs;
 
 /// An analysis of an experiment.
 pub struct Analysis {
@@ -48,12 +47,8 @@ impl Analysis {
 }
 
 /// Checks an `[[analysis]]`.
-pub(super) fn read(
-    at: At<'_>,
-    programs: Option<&Programs>,
-    wire: &wire::Analysis,
-    suites: &BTreeMap<String, String>,
-) -> Option<Analysis> {
+pub(super) fn read(at: At<'_>, wire: &wire::Analysis, known: &Known<'_>) -> Option<Analysis> {
+    let Known { programs, suites, .. } = *known;
     let compute = RawPlugin::read(at.key("compute"), programs, &wire.compute, "analysis", ANALYSES)?;
     let (kind, version) = (compute.entry.kind, compute.entry.version);
     let plugin: Configured<dyn trackfail_methods::analysis::Analysis> = compute.build(&[], at)?;

@@ -14,13 +14,14 @@ use super::method::{self, Method};
 use super::name::{self, check_file_name, check_method_name, check_unique};
 use super::schema::OF_WHOLE_FILES;
 use super::table::{self, Published, Table, Words, all_known};
+use super::words::Known;
 use super::{Experiment, OTHERS, TEST, builtin, claim, wire, written_out};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use trackfail_dataset::suite::Catalog;
-use trackfail_methods::score::{self, Protocol};
+use trackfail_methods::score;
 use trackfail_methods::tracker::process::Programs;
 
 /// Version of the format.
@@ -101,25 +102,17 @@ impl Reader<'_> {
             return Err(source.error(place, message));
         }
         let mut words = Words::of(document.get_ref());
-        let has_protocol = document.get_ref().contains_key("protocol");
         let document = check::check(source, &OF_WHOLE_FILES, document, &errors);
         let document = with_stand_ins(document);
         let at = At::new(source, &document, &errors);
         let wire = at.read::<wire::Experiment>();
-        let experiment = wire.map(|wire| self.build(at, wire, &mut words, has_protocol, text));
+        let experiment = wire.map(|wire| self.build(at, wire, &mut words, text));
         errors.or(experiment)
     }
 
     /// Builds an experiment and reports its errors: unknown names, refused parameters of plugins, and invalid
     /// claims.
-    fn build(
-        &self,
-        at: At<'_>,
-        wire: wire::Experiment,
-        words: &mut Words,
-        has_protocol: bool,
-        text: &str,
-    ) -> Experiment {
+    fn build(&self, at: At<'_>, wire: wire::Experiment, words: &mut Words, text: &str) -> Experiment {
         let (in_trackers, in_methods) = (at.key("tracker"), at.key("method"));
         if wire.schema != SCHEMA {
             let message = format!("schema {} is not known; this program reads {SCHEMA}", wire.schema);
@@ -140,17 +133,17 @@ impl Reader<'_> {
             }
         }
         // Where the protocol is wrong, methods are not told that they have none.
-        let in_place = score::PROTOCOLS.first().filter(|_| has_protocol);
+        let in_place = score::PROTOCOLS.first().filter(|_| words.has_protocol);
         let protocol = wire.protocol.as_deref().and_then(score::protocol).or(in_place);
         read_suites(at.key("suites"), &wire.suites, self.catalog);
-        let known = Known { programs: self.programs, suites: &wire.suites };
-        let trackers = trackers::read_trackers(in_trackers, &wire.tracker, &known, words);
+        let known = Known { programs: self.programs, suites: &wire.suites, words, protocol };
+        let trackers = trackers::read_trackers(in_trackers, &wire.tracker, &known);
         trackers::check_data(in_trackers, &wire.tracker, &known, self.catalog);
         if wire.tracker.is_empty() && at.is_fine() {
             in_trackers.tell("there is no [[tracker]]");
         }
-        let methods = read_methods(in_methods, &wire.method, protocol, &known, words);
-        let analyses = read_analyses(at.key("analysis"), &wire.analysis, &known, words);
+        let methods = read_methods(in_methods, &wire.method, &known);
+        let analyses = read_analyses(at.key("analysis"), &wire.analysis, &known);
         if wire.method.is_empty() && wire.analysis.is_empty() && at.is_fine() {
             at.tell("there is no [[method]]");
         }
@@ -236,20 +229,8 @@ fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
     document
 }
 
-/// Names that items of an experiment may refer to.
-struct Known<'a> {
-    programs: Option<&'a Programs>,
-    /// Suite names by role; empty if `[suites]` has errors.
-    suites: &'a BTreeMap<String, String>,
-}
-
-fn read_methods(
-    at: At<'_>,
-    wire: &[wire::Method],
-    protocol: Option<&'static Protocol>,
-    known: &Known<'_>,
-    words: &Words,
-) -> Vec<Method> {
+fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Method> {
+    let words = known.words;
     let mut methods: Vec<Method> = Vec::new();
     let mut room = MAX_DETECTORS;
     for (k, m) in wire.iter().enumerate() {
@@ -269,7 +250,7 @@ fn read_methods(
             continue;
         }
         let its_own = m.protocol.as_deref().map(|name| score::protocol(name).unwrap_or(&score::PROTOCOLS[0]));
-        let Some(protocol) = its_own.or(protocol) else {
+        let Some(protocol) = its_own.or(known.protocol) else {
             in_name.tell(format!("`{}` has no `protocol`, and neither has the experiment", m.name));
             continue;
         };
@@ -286,7 +267,8 @@ fn read_methods(
     methods
 }
 
-fn read_analyses(at: At<'_>, wire: &[wire::Analysis], known: &Known<'_>, words: &Words) -> Vec<Analysis> {
+fn read_analyses(at: At<'_>, wire: &[wire::Analysis], known: &Known<'_>) -> Vec<Analysis> {
+    let words = known.words;
     let mut analyses: Vec<Analysis> = Vec::new();
     let has_grid = |name: &&String| words.grids.iter().any(|grid| grid.method == **name);
     let without_grid = words.methods.iter().filter(|name| !has_grid(name)).map(String::as_str);
@@ -295,7 +277,7 @@ fn read_analyses(at: At<'_>, wire: &[wire::Analysis], known: &Known<'_>, words: 
         let at = at.item(k);
         check_file_name(at.key("name"), &a.name);
         all_known(at.key("trackers"), "tracker", a.trackers.as_deref().unwrap_or_default(), &words.trackers);
-        let Some(analysis) = analysis::read(at, known.programs, a, known.suites) else { continue };
+        let Some(analysis) = analysis::read(at, a, known) else { continue };
         let timed = analysis.plugin.timed().0;
         if let Some(wrong) = timed.iter().find(|name| !without_grid.clone().any(|known| known == *name)) {
             at.tell_unknown("method without a grid", wrong, without_grid.clone());

@@ -3,11 +3,13 @@
 use super::analysis::Analysis;
 use super::method::Method;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::unknown;
 use trackfail_methods::analysis::Names;
+use trackfail_methods::score::Protocol;
+use trackfail_methods::tracker::process::Programs;
 
 /// Names defined by an experiment, for checking references. Names of wrong parts are included, so that
 /// references to them are not reported as well.
@@ -31,6 +33,18 @@ pub struct Words {
     pub analyses: Vec<(String, Option<Names>)>,
     /// Names of the tables.
     pub tables: Vec<String>,
+    /// True if the file names a protocol, be it known or not.
+    pub has_protocol: bool,
+}
+
+/// What trackers, methods and analyses of an experiment may refer to.
+pub(super) struct Known<'a> {
+    pub programs: Option<&'a Programs>,
+    /// Suite names by role; empty if `[suites]` has errors.
+    pub suites: &'a BTreeMap<String, String>,
+    pub words: &'a Words,
+    /// Protocol of methods that name none.
+    pub protocol: Option<&'static Protocol>,
 }
 
 /// Values of an axis in the grid of a method.
@@ -78,6 +92,7 @@ impl Words {
             methods,
             analyses: names("analysis").into_iter().map(|name| (name, None)).collect(),
             tables: names("table"),
+            has_protocol: document.contains_key("protocol"),
             sequences: Vec::new(),
         }
     }

@@ -3,7 +3,6 @@
 use super::{Known, MAX_RUNS};
 use crate::spec::error::At;
 use crate::spec::name::check_label;
-use crate::spec::table::Words;
 use crate::spec::{Tracker, raw_plugin, wire};
 use std::collections::BTreeSet;
 use trackfail_core::plugin;
@@ -16,12 +15,7 @@ fn label(wire: &wire::Tracker) -> &String {
 }
 
 /// Checks all `[[tracker]]` items; `at` is their list.
-pub(super) fn read_trackers(
-    at: At<'_>,
-    all: &[wire::Tracker],
-    known: &Known<'_>,
-    words: &Words,
-) -> Vec<Tracker> {
+pub(super) fn read_trackers(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>) -> Vec<Tracker> {
     let mut trackers: Vec<Tracker> = Vec::new();
     for (k, tracker) in all.iter().enumerate() {
         let (at, label) = (at.item(k), label(tracker));
@@ -31,7 +25,7 @@ pub(super) fn read_trackers(
         if all[..k].iter().any(|other| self::label(other) == label) {
             in_label.tell(format!("two trackers are called `{label}`; give one a `label`"));
         }
-        let before = words.trackers.iter().take_while(|other| *other != label);
+        let before = known.words.trackers.iter().take_while(|other| *other != label);
         if let Some(like) = tracker.like.as_ref().filter(|like| !before.clone().any(|other| other == *like)) {
             at.key("like").tell_unknown("tracker before this one", like, before.map(String::as_str));
         }
