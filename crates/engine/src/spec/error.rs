@@ -151,6 +151,16 @@ impl<'a> At<'a> {
         self.tell(unknown(what, &shorten_to(word, MAX_WORD), known));
     }
 
+    /// True if a word is among the known ones; another word is reported.
+    pub fn knows<'k>(self, what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) -> bool {
+        let known: Vec<&str> = known.into_iter().collect();
+        let is_known = known.contains(&word);
+        if !is_known {
+            self.tell_unknown(what, word, known);
+        }
+        is_known
+    }
+
     /// Reports an error in a part of the text of this value.
     pub fn tell_part(self, text: &str, part: Option<Range<usize>>, message: String) {
         let span = self.value.span();

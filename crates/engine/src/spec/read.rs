@@ -160,11 +160,8 @@ impl Reader<'_> {
             let in_tables = at.key("table");
             check_unique(in_tables, "table", &wire.table, k, |t| &t.name);
             let before = words.tables.iter().map(String::as_str).take_while(|name| *name != t.name);
-            if let Some(other) =
-                t.published.as_ref().filter(|other| !before.clone().any(|name| name == *other))
-            {
-                let at = in_tables.item(k).key("published");
-                at.tell_unknown("table before this one", other, before);
+            if let Some(other) = &t.published {
+                in_tables.item(k).key("published").knows("table before this one", other, before);
             }
             tables.extend(Table::read(in_tables.item(k), t, words));
         }
@@ -241,8 +238,7 @@ fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Met
         let published = builtin::method_tables().iter().map(|(name, _)| name.as_str());
         let before = words.methods.iter().map(String::as_str).take_while(|name| *name != m.name);
         let bases = before.chain(published.clone());
-        if let Some(like) = m.like.as_ref().filter(|like| !bases.clone().any(|name| name == *like)) {
-            at.key("like").tell_unknown("method before this one", like, bases);
+        if m.like.as_ref().is_some_and(|like| !at.key("like").knows("method before this one", like, bases)) {
             continue;
         }
         if m.signal.is_none() && m.detector.is_none() {
@@ -303,9 +299,7 @@ fn read_published(at: At<'_>, wire: &[wire::Published], tables: &[Table], words:
 /// Checks the suite of each role.
 fn read_suites(at: At<'_>, suites: &BTreeMap<String, String>, catalog: &Catalog) {
     for (role, suite) in suites {
-        if !catalog.names().any(|known| known == suite) {
-            at.key(role).tell_unknown("suite", suite, catalog.names());
-        }
+        at.key(role).knows("suite", suite, catalog.names());
         if role == OTHERS {
             let message = "`others` is no role: it stands for the test suite without the sequence and the tracker at hand";
             at.key(role).tell(message);

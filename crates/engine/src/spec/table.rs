@@ -83,11 +83,7 @@ const ATTRIBUTE: &str = "attribute";
 
 /// Grid axis that a word of the file names.
 pub(super) fn grid_axis(at: At<'_>, word: &str, words: &Words) -> Option<String> {
-    let axis = words.axes.iter().find(|axis| *axis == word).cloned();
-    if axis.is_none() {
-        at.tell_unknown("grid axis", word, words.axes.iter().map(String::as_str));
-    }
-    axis
+    at.knows("grid axis", word, words.axes.iter().map(String::as_str)).then(|| word.to_string())
 }
 
 /// Reports each word of a list that is not among the known ones.
@@ -261,9 +257,5 @@ fn read_columns(at: At<'_>, columns: &str, words: &Words) -> Option<Side> {
     };
     let axes = words.axes.iter().map(String::as_str);
     let known = ["method", "tracker", ATTRIBUTE].into_iter().chain(axes);
-    if !known.clone().any(|known| known == columns) {
-        at.key("columns").tell_unknown("column", columns, known);
-        return None;
-    }
-    Some(side)
+    at.key("columns").knows("column", columns, known).then_some(side)
 }

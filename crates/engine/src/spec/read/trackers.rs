@@ -25,9 +25,9 @@ pub(super) fn read_trackers(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>
         if all[..k].iter().any(|other| self::label(other) == label) {
             in_label.tell(format!("two trackers are called `{label}`; give one a `label`"));
         }
-        let before = known.words.trackers.iter().take_while(|other| *other != label);
-        if let Some(like) = tracker.like.as_ref().filter(|like| !before.clone().any(|other| other == *like)) {
-            at.key("like").tell_unknown("tracker before this one", like, before.map(String::as_str));
+        let before = known.words.trackers.iter().map(String::as_str).take_while(|other| *other != label);
+        if let Some(like) = &tracker.like {
+            at.key("like").knows("tracker before this one", like, before);
         }
         trackers.extend(read_tracker(at, tracker, known));
     }
@@ -95,10 +95,8 @@ pub(super) fn check_data(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>, c
             }
         }
         for (k, name) in tracker.sources.iter().flatten().enumerate() {
-            if !sources.contains(name) {
-                let at = at.key("sources").item(k);
-                at.tell_unknown("source of videos", name, sources.iter().map(String::as_str));
-            }
+            let at = at.key("sources").item(k);
+            at.knows("source of videos", name, sources.iter().map(String::as_str));
         }
     }
 }

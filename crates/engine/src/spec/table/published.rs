@@ -51,22 +51,18 @@ pub(in crate::spec) fn read_published(
 ) -> Option<Published> {
     check_label(at.key("tracker"), &wire.tracker);
     let Some(table) = tables.iter().find(|t| t.name == wire.table) else {
-        if !words.tables.contains(&wire.table) {
-            at.key("table").tell_unknown("table", &wire.table, words.tables.iter().map(String::as_str));
-        }
+        at.key("table").knows("table", &wire.table, words.tables.iter().map(String::as_str));
         return None;
     };
     if table.ranked.is_some() {
         at.key("table").tell("a table with a `rank` has no published numbers beside it");
-    } else if let (Side::Metrics(metrics), None) = (&table.rows, &table.shows)
-        && !metrics.iter().any(|m| m.name() == wire.row)
-    {
-        at.key("row").tell_unknown("row", &wire.row, metrics.iter().map(|m| m.name()));
+    } else if let (Side::Metrics(metrics), None) = (&table.rows, &table.shows) {
+        at.key("row").knows("row", &wire.row, metrics.iter().map(|m| m.name()));
     }
     for (column, text) in &wire.values {
         let at = at.key("values").key(column);
-        if table.columns == Side::Method && !table.methods.contains(column) {
-            at.tell_unknown("column", column, table.methods.iter().map(String::as_str));
+        if table.columns == Side::Method {
+            at.knows("column", column, table.methods.iter().map(String::as_str));
         }
         let numbers: Vec<&str> = text.split('±').collect();
         let is_number = |n: &&str| n.trim().parse::<f64>().is_ok_and(f64::is_finite);
