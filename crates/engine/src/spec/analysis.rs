@@ -64,9 +64,8 @@ pub(super) fn read(at: At<'_>, wire: &wire::Analysis, known: &Known<'_>) -> Opti
             })
         }
         (has_signal, _) => {
-            at.key("name")
-                .tell(format!("{kind} {} `signal`", if has_signal { "needs a" } else { "takes no" }));
-            return None;
+            let wants = if has_signal { "needs a" } else { "takes no" };
+            return at.key("name").refuse(format!("{kind} {wants} `signal`"));
         }
     };
     let in_suites = at.key("suites");

@@ -146,6 +146,12 @@ impl<'a> At<'a> {
         self.errors.push(self.source.error(self.value.span(), message));
     }
 
+    /// Reports an error at this value, and is what is then read from it.
+    pub fn refuse<T>(self, message: impl Into<String>) -> Option<T> {
+        self.tell(message);
+        None
+    }
+
     /// Reports a word that is not among the known ones.
     pub fn tell_unknown<'k>(self, what: &str, word: &str, known: impl IntoIterator<Item = &'k str>) {
         self.tell(unknown(what, &shorten_to(word, MAX_WORD), known));

@@ -221,8 +221,7 @@ pub(super) fn read(
 ) -> Option<Method> {
     let name = &wire.name;
     let Some(detector) = &wire.detector else {
-        at.tell(format!("method `{name}` has no detector, and no published method has that name"));
-        return None;
+        return at.refuse(format!("method `{name}` has no detector, and no published method has that name"));
     };
     let signals = match &wire.signal {
         Some(Value::Array(list)) => list.as_slice(),
@@ -246,17 +245,15 @@ pub(super) fn read(
     for point in combinations(&axes) {
         let mut variant = parts.variant(&point)?;
         if protocol.restarts == Restarts::NewTrack && variant.detector.needs_reverse() {
-            at.tell(format!(
+            return at.refuse(format!(
                 "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
                 protocol.name
             ));
-            return None;
         }
         variant.set_restarts(protocol.restarts);
         detectors += variant.detectors();
         if detectors > room {
-            at.tell(format!("the experiment tries more than {MAX_DETECTORS} detectors"));
-            return None;
+            return at.refuse(format!("the experiment tries more than {MAX_DETECTORS} detectors"));
         }
         variants.push(variant);
     }
@@ -303,13 +300,11 @@ impl Parts<'_> {
         for (name, values) in grid {
             let at = self.at.key("grid").key(name);
             if self.training.as_ref().is_some_and(|(key, _)| key == name) {
-                at.tell(format!("`{name}` is trained; it cannot be an axis of the grid too"));
-                return None;
+                return at.refuse(format!("`{name}` is trained; it cannot be an axis of the grid too"));
             }
             let of_signal = match (of_detector.contains(name), of_signal.contains(name)) {
                 (true, true) => {
-                    at.tell(format!("both the signal and the detector have a `{name}`"));
-                    return None;
+                    return at.refuse(format!("both the signal and the detector have a `{name}`"));
                 }
                 (false, false) => {
                     let known = of_detector.iter().chain(&of_signal);
@@ -321,14 +316,14 @@ impl Parts<'_> {
             // The check comes before the values are compared, each with all others.
             size = size.saturating_mul(values.len());
             if size > MAX_VARIANTS {
-                at.tell(format!("the grid needs 1 to {MAX_VARIANTS} combinations, this makes {size}"));
-                return None;
+                let message = format!("the grid needs 1 to {MAX_VARIANTS} combinations, this makes {size}");
+                return at.refuse(message);
             }
             let twice =
                 (1..values.len()).find(|k| values[..*k].iter().any(|v| v.as_f64() == values[*k].as_f64()));
             if let Some(k) = twice {
-                at.item(k).tell(format!("grid `{name}`: {} is listed twice", readable(&values[k])));
-                return None;
+                let value = readable(&values[k]);
+                return at.item(k).refuse(format!("grid `{name}`: {value} is listed twice"));
             }
             axes.push(Axis { name, of_signal, values });
         }
@@ -365,8 +360,7 @@ impl Parts<'_> {
         let needs_signal = detector.example().detector.needs_signal();
         let reads = detector.example().detector.signals();
         if needs_signal && signals.is_empty() {
-            at.tell(format!("method `{name}` needs a signal for its detector"));
-            return None;
+            return at.refuse(format!("method `{name}` needs a signal for its detector"));
         }
         if !signals.is_empty() && given != reads.max(1) {
             at.tell(format!("the detector of method `{name}` reads {reads} signals, and {given} are given"));

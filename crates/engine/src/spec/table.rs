@@ -170,8 +170,7 @@ impl Table {
         } else if let (Some(rows), Some(columns)) = (&wire.rows, &wire.columns) {
             table.read_sides(at, wire, (rows, columns), words)?;
         } else {
-            at.key("name").tell("a table needs `rows` and `columns`, `rank` or `shows`");
-            return None;
+            return at.key("name").refuse("a table needs `rows` and `columns`, `rank` or `shows`");
         }
         if let Some(latex) = &wire.latex {
             let (at, columns) = (at.key("latex"), latex.columns.clone().unwrap_or_default());

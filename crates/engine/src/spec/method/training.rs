@@ -25,7 +25,7 @@ pub(super) fn train_choice(
     (key, train): &(String, wire::Train),
     set: &[(String, Value)],
 ) -> Option<DetectorChoice> {
-    let wrong = |message: String| raw.at.key(key).key("grid").tell(message);
+    let refuse = |message: String| raw.at.key(key).key("grid").refuse(message);
     let (entry, params) = (raw.entry, raw.with(set));
     let (programs, trained) = (raw.programs.cloned(), key.clone());
     let build: BuildWith = Arc::new(move |value| {
@@ -38,30 +38,27 @@ pub(super) fn train_choice(
         (Some(from), Some(to), Some(step), None, None) => {
             let count = ((to - from) / step + 1e-9).floor();
             if !(step > 0.0 && (0.0..MAX_CANDIDATES as f64).contains(&count)) {
-                wrong(format!("the grid needs from <= to, step > 0 and at most {MAX_CANDIDATES} values"));
-                return None;
+                let message =
+                    format!("the grid needs from <= to, step > 0 and at most {MAX_CANDIDATES} values");
+                return refuse(message);
             }
             Some((0..=count as usize).map(|i| from + i as f64 * step).collect())
         }
         (None, None, None, Some(values), None) => {
             if !(1..=MAX_CANDIDATES).contains(&values.len()) || !values.is_sorted_by(|a, b| a < b) {
-                wrong(format!("`values` must be 1 to {MAX_CANDIDATES} ascending numbers"));
-                return None;
+                return refuse(format!("`values` must be 1 to {MAX_CANDIDATES} ascending numbers"));
             }
             Some(values.clone())
         }
         (None, None, None, None, Some(count)) => {
             if !(2..=MAX_CANDIDATES).contains(&count) {
-                wrong(format!("`quantiles` must be 2 to {MAX_CANDIDATES}, not {count}"));
-                return None;
+                return refuse(format!("`quantiles` must be 2 to {MAX_CANDIDATES}, not {count}"));
             }
             None
         }
         _ => {
-            wrong(
-                "`grid` needs `from`, `to` and `step`, or `values` alone, or `quantiles` alone".to_string(),
-            );
-            return None;
+            let rule = "`grid` needs `from`, `to` and `step`, or `values` alone, or `quantiles` alone";
+            return refuse(rule.to_string());
         }
     };
     let candidates = || -> Result<(FixedDetector, Candidates), ParamError> {
