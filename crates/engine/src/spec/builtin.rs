@@ -35,8 +35,8 @@ pub static EXPERIMENTS: &[(&str, &str)] = experiments! {
 /// The experiment that `trackfail run` runs when none is named.
 pub const QUICKSTART: &str = "quickstart";
 
-/// Tables of the published methods, parsed from the built-in file.
-static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
+/// Name and table of every published method, parsed from the built-in file.
+pub(super) static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyLock::new(|| {
     let methods: Vec<toml::Table> = serde_json::from_str(METHODS).unwrap_or_default();
     let table = |mut method: toml::Table| {
         method.remove("about");
@@ -47,11 +47,6 @@ static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>)>> = LazyL
     };
     methods.into_iter().filter_map(table).collect()
 });
-
-/// Name and table of every published method.
-pub(super) fn method_tables() -> &'static [(String, Spanned<DeTable<'static>>)] {
-    &METHOD_TABLES
-}
 
 /// A published method by name, with its published threshold.
 ///

@@ -20,7 +20,7 @@ mod parse;
 use super::error::At;
 use super::table::{FindingName, Words};
 use super::wire;
-use parse::parse;
+use parse::{Fault, parse};
 use trackfail_methods::score::Metric;
 
 /// A checked claim.
@@ -214,14 +214,9 @@ impl std::fmt::Display for Expr {
 /// Checks a `[[claim]]`.
 pub(super) fn read(at: At<'_>, wire: &wire::Claim, words: &Words) -> Option<Claim> {
     let (text, predicate) = (wire.text.clone(), wire.holds.clone());
-    match parse(&predicate, words) {
-        Ok(expression) => Some(Claim { text, predicate, required: wire.required, expression }),
-        Err(faults) => {
-            let at = at.key("holds");
-            faults.into_iter().for_each(|fault| at.tell_part(&predicate, fault.word, fault.message));
-            None
-        }
-    }
+    let tell = |fault: Fault| at.key("holds").tell_part(&predicate, fault.word, fault.message);
+    let expression = parse(&predicate, words).map_err(|faults| faults.into_iter().for_each(tell)).ok()?;
+    Some(Claim { text, predicate, required: wire.required, expression })
 }
 
 #[cfg(test)]

@@ -285,17 +285,6 @@ impl<'a> Source<'a> {
         }
         errors.or(Some(document))
     }
-
-    /// Error for an unknown word, with the nearest known one.
-    pub fn unknown<'k>(
-        &self,
-        span: Range<usize>,
-        what: &str,
-        word: &str,
-        known: impl IntoIterator<Item = &'k str>,
-    ) -> SpecError {
-        self.error(span, unknown(what, &shorten_to(word, MAX_WORD), known))
-    }
 }
 
 /// One file of a chain in which each file extends the next.

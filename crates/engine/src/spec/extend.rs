@@ -19,13 +19,15 @@ mod write;
 pub(super) use chain::{Folder, load};
 
 use super::check::check;
-use super::error::{Errors, Source, SourceFile, SpecError};
+use super::error::{Errors, MAX_WORD, Source, SourceFile, SpecError};
 use super::limits::MAX_BYTES;
 use super::schema::OF_SHORTCUTS;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
+use trackfail_core::plugin::unknown;
+use trackfail_dataset::text::shorten_to;
 
 /// Key that names the experiment to extend.
 const EXTENDS: &str = "extends";
@@ -279,7 +281,7 @@ impl Assembly<'_> {
 
     /// Merges `child` over `base`: changed, added and left-out items. An empty base gives `child`.
     fn merge<'d>(&self, base: Document<'d>, child: Document<'d>) -> Result<Document<'d>, SpecError> {
-        let removed = self.removed(&base, &child.without)?;
+        let removed = self.removed(&base, &child)?;
         let mut known: BTreeMap<(&str, Vec<String>), usize> = BTreeMap::new();
         let mut last: BTreeMap<&str, usize> = BTreeMap::new();
         for (index, item) in base.items.iter().enumerate() {
@@ -316,12 +318,8 @@ impl Assembly<'_> {
         Ok(Document { items, groups, without: Vec::new() })
     }
 
-    /// Indices of the items of the base that `without` leaves out.
-    fn removed(
-        &self,
-        base: &Document<'_>,
-        without: &[(&'static str, Spanned<String>)],
-    ) -> Result<BTreeSet<usize>, SpecError> {
+    /// Indices of the items of the base that the child leaves out.
+    fn removed(&self, base: &Document<'_>, child: &Document<'_>) -> Result<BTreeSet<usize>, SpecError> {
         // Published numbers are left out by the name of their table.
         let mut known: BTreeMap<(&str, String), Vec<usize>> = BTreeMap::new();
         for (index, item) in base.items.iter().enumerate() {
@@ -330,7 +328,7 @@ impl Assembly<'_> {
             }
         }
         let mut removed = BTreeSet::new();
-        for (kind, name) in without {
+        for (kind, name) in &child.without {
             let (span, name) = (name.span(), name.get_ref());
             if base.items.is_empty() {
                 return Err(self.source.error(span, "[without] is for experiments that extend another"));
@@ -341,7 +339,8 @@ impl Assembly<'_> {
             let found: Vec<usize> = found.copied().collect();
             if found.is_empty() {
                 let words = known.keys().filter(|(of, _)| of == kind).map(|(_, name)| name.as_str());
-                return Err(self.source.unknown(span, &format!("{kind} of the base"), name, words));
+                let message = unknown(&format!("{kind} of the base"), &shorten_to(name, MAX_WORD), words);
+                return Err(self.source.error(span, message));
             }
             removed.extend(found);
         }

@@ -218,9 +218,8 @@ fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
     let stand_ins = DeTable::parse(STAND_INS).map(Spanned::into_inner).unwrap_or_default();
     if let DeValue::Table(table) = document.get_mut() {
         for (key, value) in stand_ins {
-            if !table.contains_key(&**key.get_ref()) {
-                table.insert(Spanned::new(0..0, key.into_inner()), Spanned::new(0..0, value.into_inner()));
-            }
+            let key = Spanned::new(0..0, key.into_inner());
+            table.entry(key).or_insert(Spanned::new(0..0, value.into_inner()));
         }
     }
     document
@@ -235,7 +234,7 @@ fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Met
         let (at, in_name) = (at.item(k), at.item(k).key("name"));
         check_method_name(in_name, &m.name);
         all_known(at.key("trackers"), "tracker", m.trackers.as_deref().unwrap_or_default(), &words.trackers);
-        let published = builtin::method_tables().iter().map(|(name, _)| name.as_str());
+        let published = builtin::METHOD_TABLES.iter().map(|(name, _)| name.as_str());
         let before = words.methods.iter().map(String::as_str).take_while(|name| *name != m.name);
         let bases = before.chain(published.clone());
         if m.like.as_ref().is_some_and(|like| !at.key("like").knows("method before this one", like, bases)) {

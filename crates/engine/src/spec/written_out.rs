@@ -1,6 +1,6 @@
 //! Methods written out: keys taken from a published method, or from the one that they are like.
 
-use super::builtin::method_tables;
+use super::builtin::METHOD_TABLES;
 use super::limits::{MAX_BYTES, MAX_ITEMS};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -28,7 +28,7 @@ pub(super) fn complete_methods<'i>(document: &mut DeTable<'i>) -> Result<(), Ran
         let text = |key: &str| Some(table.get(key)?.get_ref().as_str()?.to_string());
         let Some(name) = text("name") else { continue };
         let published = |name: &str| {
-            let table = method_tables().iter().find(|t| t.0 == name)?.1.get_ref();
+            let table = METHOD_TABLES.iter().find(|t| t.0 == name)?.1.get_ref();
             Some(placed(table, &span))
         };
         let base = match text("like") {
@@ -50,9 +50,7 @@ pub(super) fn complete_methods<'i>(document: &mut DeTable<'i>) -> Result<(), Ran
                 }
                 (Some(DeValue::Table(mine)), DeValue::Table(its)) if !mine.contains_key("kind") => {
                     for (key, value) in its {
-                        if !mine.contains_key(key.get_ref().as_ref()) {
-                            mine.insert(key, value);
-                        }
+                        mine.entry(key).or_insert(value);
                     }
                 }
                 _ => {}
