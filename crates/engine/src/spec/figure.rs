@@ -156,26 +156,6 @@ pub struct FigureParams {
 /// Most video frames above a strip figure.
 const MAX_STILLS: usize = 12;
 
-impl Figure {
-    /// Figure of an experiment that defines no tables and figures: recall over precision if a method has a
-    /// grid, otherwise the delay of detections. `None` if no method reads a signal.
-    pub(super) fn of_methods(words: &Words) -> Option<Self> {
-        let has_grid = |m: &&String| !words.drawn.contains(m);
-        let (name, word, params) = if words.methods.iter().any(|m| has_grid(&m)) {
-            let (metric, x_metric) = (Some(Metric::PRECISION), Some(Metric::RECALL));
-            let params =
-                FigureParams { metric, x_metric, methods: words.methods.clone(), ..FigureParams::default() };
-            ("precision-recall", "curve", params)
-        } else if words.with_signal.is_empty() {
-            return None;
-        } else {
-            ("delay", "delay", FigureParams { methods: words.drawn.clone(), ..FigureParams::default() })
-        };
-        let kind = FigureKind::from_word(word)?;
-        Some(Self { name: name.to_string(), caption: None, width: Width::default(), kind, params })
-    }
-}
-
 impl FigureKind {
     /// The kind with this word.
     pub fn from_word(word: &str) -> Option<&'static Self> {
@@ -276,6 +256,24 @@ impl FigureKey {
 }
 
 impl Figure {
+    /// Figure of an experiment that defines no tables and figures: recall over precision if a method has a
+    /// grid, otherwise the delay of detections. `None` if no method reads a signal.
+    pub(super) fn of_methods(words: &Words) -> Option<Self> {
+        let has_grid = words.methods.iter().any(|method| !words.drawn.contains(method));
+        let (name, word, params) = if has_grid {
+            let (metric, x_metric) = (Some(Metric::PRECISION), Some(Metric::RECALL));
+            let params =
+                FigureParams { metric, x_metric, methods: words.methods.clone(), ..FigureParams::default() };
+            ("precision-recall", "curve", params)
+        } else if words.with_signal.is_empty() {
+            return None;
+        } else {
+            ("delay", "delay", FigureParams { methods: words.drawn.clone(), ..FigureParams::default() })
+        };
+        let kind = FigureKind::from_word(word)?;
+        Some(Self { name: name.to_string(), caption: None, width: Width::default(), kind, params })
+    }
+
     /// Checks a `[[figure]]`: keys that its kind does not read, missing keys, and values.
     pub(super) fn read(at: At<'_>, wire: &wire::Figure, words: &Words) -> Option<Self> {
         check_file_name(at.key("name"), &wire.name);

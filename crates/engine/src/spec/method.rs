@@ -73,6 +73,33 @@ impl Variant {
             self.point.iter().map(|(axis, value)| format!("{axis}={}", readable(value))).collect();
         parts.join(";")
     }
+
+    /// Makes signals and detectors treat restarts as their protocol does.
+    fn set_restarts(&mut self, restarts: Restarts) {
+        self.signal.iter_mut().chain(&mut self.more_signals).for_each(|choice| choice.restarts = restarts);
+        match &mut self.detector {
+            DetectorChoice::Given(fixed) | DetectorChoice::Learned(fixed) => fixed.restarts = restarts,
+            DetectorChoice::Trained(training) => {
+                training.example.restarts = restarts;
+                match &mut training.candidates {
+                    Candidates::Listed(list) => {
+                        list.iter_mut().for_each(|(_, fixed)| fixed.restarts = restarts);
+                    }
+                    Candidates::Quantiles { build, .. } => {
+                        let inner = build.clone();
+                        *build = Arc::new(move |value| Ok(FixedDetector { restarts, ..inner(value)? }));
+                    }
+                }
+            }
+        }
+    }
+
+    fn detectors(&self) -> usize {
+        match &self.detector {
+            DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
+            DetectorChoice::Trained(training) => training.candidates.count(),
+        }
+    }
 }
 
 /// A detector, complete or to be trained.
@@ -174,35 +201,6 @@ impl Method {
     /// Number of detectors of the method, including the candidates of training.
     pub fn detectors(&self) -> usize {
         self.variants.iter().map(Variant::detectors).sum()
-    }
-}
-
-impl Variant {
-    /// Makes signals and detectors treat restarts as their protocol does.
-    fn set_restarts(&mut self, restarts: Restarts) {
-        self.signal.iter_mut().chain(&mut self.more_signals).for_each(|choice| choice.restarts = restarts);
-        match &mut self.detector {
-            DetectorChoice::Given(fixed) | DetectorChoice::Learned(fixed) => fixed.restarts = restarts,
-            DetectorChoice::Trained(training) => {
-                training.example.restarts = restarts;
-                match &mut training.candidates {
-                    Candidates::Listed(list) => {
-                        list.iter_mut().for_each(|(_, fixed)| fixed.restarts = restarts);
-                    }
-                    Candidates::Quantiles { build, .. } => {
-                        let inner = build.clone();
-                        *build = Arc::new(move |value| Ok(FixedDetector { restarts, ..inner(value)? }));
-                    }
-                }
-            }
-        }
-    }
-
-    fn detectors(&self) -> usize {
-        match &self.detector {
-            DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
-            DetectorChoice::Trained(training) => training.candidates.count(),
-        }
     }
 }
 

@@ -15,13 +15,14 @@ use trackfail_methods::score::Metric;
 use trackfail_methods::score::metric::Source;
 
 /// Quantity that varies along one side of a table.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Side {
     /// Metrics, in this order.
     Metrics(Vec<Metric>),
     /// Methods, in the experiment's order.
     Method,
     /// Trackers, in the experiment's order.
+    #[default]
     Tracker,
     /// The values of a grid axis.
     Axis(String),
@@ -30,7 +31,7 @@ pub enum Side {
 }
 
 /// A table. Quantities that vary but are on neither side make groups of rows.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
     /// File name without extension.
     pub name: String,
@@ -118,24 +119,8 @@ impl Table {
     /// Table of an experiment that defines no tables and figures.
     pub(super) fn of_methods(words: &Words) -> Self {
         let rows = Side::Metrics(DEFAULT_METRICS.into_iter().filter_map(Metric::from_name).collect());
-        Self { rows, columns: Side::Method, methods: words.methods.clone(), ..Self::empty("methods", None) }
-    }
-
-    /// Table without contents.
-    fn empty(name: &str, caption: Option<&String>) -> Self {
-        Self {
-            name: name.to_string(),
-            caption: caption.cloned(),
-            rows: Side::Metrics(Vec::new()),
-            columns: Side::Tracker,
-            metric: None,
-            methods: Vec::new(),
-            ranked: None,
-            shows: None,
-            column: None,
-            published: None,
-            latex: Latex::default(),
-        }
+        let (name, methods) = ("methods".to_string(), words.methods.clone());
+        Self { name, rows, columns: Side::Method, methods, ..Self::default() }
     }
 
     /// Checks a `[[table]]`.
@@ -152,7 +137,8 @@ impl Table {
                 at.key(key).tell(format!("a table {what} has no `{key}` of its own"));
             }
         };
-        let mut table = Self::empty(&wire.name, wire.caption.as_ref());
+        let (name, caption, rows) = (wire.name.clone(), wire.caption.clone(), Side::Metrics(Vec::new()));
+        let mut table = Self { name, caption, rows, ..Self::default() };
         if wire.shows.is_some() {
             has_none(&["rows", "columns", "metric", "rank", "methods"], "that `shows` one of an analysis");
             table.shows = Some(read_shows(at, wire.shows.as_ref(), words, |names| &names.tables)?);
@@ -167,10 +153,8 @@ impl Table {
                 at.key("rank").tell(format!("`{rank}` {message}"));
             }
             table.ranked = Some(metric);
-        } else if let (Some(rows), Some(columns)) = (&wire.rows, &wire.columns) {
-            table.read_sides(at, wire, (rows, columns), words)?;
         } else {
-            return at.key("name").refuse("a table needs `rows` and `columns`, `rank` or `shows`");
+            table.read_sides(at, wire, words)?;
         }
         if let Some(latex) = &wire.latex {
             let (at, columns) = (at.key("latex"), latex.columns.clone().unwrap_or_default());
@@ -187,13 +171,10 @@ impl Table {
     }
 
     /// Checks rows, columns and the metric of the cells.
-    fn read_sides(
-        &mut self,
-        at: At<'_>,
-        wire: &wire::Table,
-        (rows, columns): (&[String], &str),
-        words: &Words,
-    ) -> Option<()> {
+    fn read_sides(&mut self, at: At<'_>, wire: &wire::Table, words: &Words) -> Option<()> {
+        let (Some(rows), Some(columns)) = (&wire.rows, &wire.columns) else {
+            return at.key("name").refuse("a table needs `rows` and `columns`, `rank` or `shows`");
+        };
         self.methods = read_methods(at, wire.methods.as_deref(), words);
         self.published = wire.published.clone();
         self.metric = wire.metric.as_deref().and_then(Metric::from_name);
