@@ -33,10 +33,10 @@ impl CellError {
     }
 }
 
-impl From<&TrackerError> for CellError {
-    fn from(e: &TrackerError) -> Self {
+impl From<TrackerError> for CellError {
+    fn from(e: TrackerError) -> Self {
         match e {
-            TrackerError::Missing(m) => Self::Missing(m.clone()),
+            TrackerError::Missing(m) => Self::Missing(m),
             broken => Self::Failed(broken.to_string()),
         }
     }
@@ -95,7 +95,7 @@ impl StepError {
 
 impl From<TrackerError> for StepError {
     fn from(e: TrackerError) -> Self {
-        Self::Cell((&e).into())
+        Self::Cell(e.into())
     }
 }
 

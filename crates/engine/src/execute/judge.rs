@@ -76,8 +76,8 @@ pub fn cells(
             track.check(signals)?;
             let ReadyDetector { fixed, key } = &**detector.as_ref().map_err(CellError::clone)?;
             let seed = plan.seed(&method.name, &params, &planned.sequence.name, job);
-            let (recipe, signal) = (recipes::labels(read, key, seed), track.signal(signals.first().copied()));
-            let address = recipe.address();
+            let recipe = key.labels(recipes::labels_on(read), seed);
+            let (address, signal) = (recipe.address(), track.signal(signals.first().copied()));
             let stored = context.cached::<StoredDetectorOutput>(&address, signal.len());
             let cached = stored.and_then(|stored| stored.on(&signal));
             context.tally.add(Work::Labels, cached.is_some());

@@ -9,11 +9,6 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// A caught panic: its message, and its place if that is in this program's source.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Panic(String);
-
 /// A job of many steps, on any threads. The time is checked after each step; a running step is never cut off.
 pub struct Job<'a> {
     limits: &'a RunLimits,
@@ -42,7 +37,7 @@ impl<'a> Job<'a> {
             return Err(RunError::Interrupted.into());
         }
         let start = Instant::now();
-        let outcome = catch(step).unwrap_or_else(|panic| Err(StepError::Here(panic.to_string())));
+        let outcome = catch(step).unwrap_or_else(|panic| Err(StepError::Here(panic)));
         let nanoseconds = u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX);
         self.spent.fetch_add(nanoseconds, Ordering::Relaxed);
         match self.limits.timeout.filter(|timeout| self.spent() > *timeout) {
@@ -77,8 +72,8 @@ thread_local! {
 /// Calls `f` and catches a panic, without printing it.
 ///
 /// # Errors
-/// The caught panic.
-pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
+/// The message of the panic, and its place if that is in this program's source.
+pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let others = std::panic::take_hook();
@@ -98,7 +93,7 @@ pub fn catch<T>(f: impl FnOnce() -> T) -> Result<T, Panic> {
     let outer = CATCHING.replace(true);
     let outcome = catch_unwind(AssertUnwindSafe(f));
     CATCHING.set(outer);
-    outcome.map_err(|_| Panic(CAUGHT.take().unwrap_or_else(|| "panicked".to_string())))
+    outcome.map_err(|_| CAUGHT.take().unwrap_or_else(|| "panicked".to_string()))
 }
 
 #[cfg(test)]

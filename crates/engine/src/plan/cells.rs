@@ -96,7 +96,7 @@ impl ExperimentPlan<'_> {
                     let seed = || self.seed(&method.name, params, sequence, job);
                     let from = match (&on, &keys[&(v, job.tracker, self.part(variant, s))]) {
                         (Err(e), _) | (Ok(_), Err(e)) => Err(e),
-                        (Ok(on), Ok(key)) => Ok((on, key, if key.uses_seed() { seed() } else { 0 })),
+                        (Ok(on), Ok(key)) => Ok((on, key, if key.uses_seed { seed() } else { 0 })),
                     };
                     all.push(of(state_of(store, has_track[j], &name, from), &name, from));
                 }
@@ -121,13 +121,10 @@ impl ExperimentPlan<'_> {
 fn state_of(store: &Store, has_track: bool, name: &dyn Fn() -> String, from: LabelsFrom<'_>) -> CellState {
     match from {
         Err(_) => CellState::Absent,
-        Ok((on, key, seed)) if store.contains(&key.address(on, seed)) => {
-            if has_track {
-                CellState::Cached
-            } else {
-                CellState::Missing
-            }
-        }
+        Ok((on, key, seed)) if store.contains(&key.address(on, seed)) => match has_track {
+            true => CellState::Cached,
+            false => CellState::Missing,
+        },
         // Of an empty store the names need not be made.
         Ok(_) if !store.is_empty() && store.knows(Stage::Labels, &name()) => CellState::Stale,
         Ok(_) => CellState::Missing,

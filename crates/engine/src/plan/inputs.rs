@@ -112,11 +112,7 @@ impl ExperimentPlan<'_> {
     }
 
     /// Companion jobs of a job: the first run of each other tracker whose track can be computed.
-    pub fn companions<'p>(
-        &'p self,
-        planned: &'p PlannedSequence,
-        job: usize,
-    ) -> impl Iterator<Item = usize> + 'p {
+    pub fn companions(&self, planned: &PlannedSequence, job: usize) -> impl Iterator<Item = usize> {
         let own = self.jobs[job].tracker;
         let others = self.jobs.iter().enumerate().filter(move |(_, j)| j.tracker != own && j.run == 0);
         others.map(|(j, _)| j).filter(|j| planned.tracks[*j].is_ok())

@@ -64,7 +64,7 @@ pub fn track(
         recipe = recipe.with("seed", seed);
     }
     let context = RunContext { sequence, start_frame: 0, run, seed, data_roots };
-    let inputs = tracker.setup.inputs(&context).map_err(|e| CellError::from(&e));
+    let inputs = tracker.setup.inputs(&context).map_err(CellError::from);
     let declared = tracker.absent.iter().find(|absence| absence.sequence == sequence.name);
     let inputs = match (inputs, declared) {
         (inputs, None) => inputs?,
@@ -110,8 +110,7 @@ pub fn signal_files(
     data_roots: &[PathBuf],
 ) -> Result<Vec<Ingredient>, CellError> {
     let context = RunContext { sequence, start_frame: 0, run: 0, seed: 0, data_roots };
-    let inputs = choice.signal.inputs(&context).map_err(|e| CellError::from(&e))?;
-    files(inputs, data_roots)
+    files(choice.signal.inputs(&context)?, data_roots)
 }
 
 /// Recipe of a signal on a track. `companions` are the tracks of other trackers that it reads, `files` are
@@ -127,19 +126,14 @@ pub fn signal(track: Address, choice: &SignalChoice, companions: &[Address], fil
 
 /// Adds the treatment of restarts to a recipe, unless restarts are parts of the track (the default).
 fn with_restarts(recipe: Recipe, restarts: Restarts) -> Recipe {
-    match restarts {
-        Restarts::PartOfTrack => recipe,
-        Restarts::NewTrack => recipe.with("restarts", "new track"),
-    }
+    if restarts == Restarts::NewTrack { recipe.with("restarts", "new track") } else { recipe }
 }
 
 /// Adds the treatment of restarts by a detector, see [`judge::detect`](crate::execute::judge::detect). Before
 /// version 2 frames after the only piece of a track were judged with it.
 fn with_pieces(recipe: Recipe, restarts: Restarts) -> Recipe {
-    match restarts {
-        Restarts::PartOfTrack => recipe,
-        Restarts::NewTrack => with_restarts(recipe, restarts).with("pieces", 2),
-    }
+    let recipe = with_restarts(recipe, restarts);
+    if restarts == Restarts::NewTrack { recipe.with("pieces", 2) } else { recipe }
 }
 
 /// Version of training; part of the address of all models.
@@ -209,7 +203,8 @@ fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
 /// Ingredients that a detector adds to the recipes of its labels, equal for all of its cells.
 pub struct DetectorKey {
     ingredients: Vec<Ingredient>,
-    uses_seed: bool,
+    /// True if the seed of a cell is part of the recipe.
+    pub uses_seed: bool,
 }
 
 impl DetectorKey {
@@ -229,12 +224,8 @@ impl DetectorKey {
         Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
     }
 
-    /// True if the seed of a cell is part of the recipe.
-    pub fn uses_seed(&self) -> bool {
-        self.uses_seed
-    }
-
-    /// Recipe of labels; `on` is its beginning, which depends on the input.
+    /// Recipe of labels; `on` is its beginning, which depends on the input. The seed is included for detectors
+    /// that use it.
     pub fn labels(&self, mut on: Recipe, seed: u64) -> Recipe {
         on.ingredients.extend_from_slice(&self.ingredients);
         if self.uses_seed { on.with("seed", seed) } else { on }
@@ -255,11 +246,6 @@ const OUTPUT_FORM: u32 = 3;
 /// Beginning of a recipe, shared by all labels on one input.
 pub fn labels_on(read: Read) -> Recipe {
     Recipe::new(Stage::Labels).with(read.0, read.1).with("overlap", OVERLAP).with("form", OUTPUT_FORM)
-}
-
-/// Recipe of a cell's labels. The seed is included for detectors that use it.
-pub fn labels(read: Read, detector: &DetectorKey, seed: u64) -> Recipe {
-    detector.labels(labels_on(read), seed)
 }
 
 #[cfg(test)]
@@ -288,9 +274,9 @@ mod tests {
             });
             let given = DetectorChoice::Given(example);
             for key in [DetectorKey::new(&given, None), DetectorKey::new(&trained, Some(Address([9; 32])))] {
-                let differ = labels(read, &key, 1).address() != labels(read, &key, 2).address();
-                assert_eq!(differ, counts, "{kind}");
-                assert_eq!(key.address(&labels_on(read), 1), labels(read, &key, 1).address(), "{kind}");
+                let [one, two] = [1, 2].map(|seed| key.labels(labels_on(read), seed).address());
+                assert_eq!(one != two, counts, "{kind}");
+                assert_eq!(key.address(&labels_on(read), 1), one, "{kind}");
             }
         }
     }
