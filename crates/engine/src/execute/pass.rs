@@ -56,7 +56,7 @@ pub struct PassOutput {
 type Decoded = Result<Arc<Frame>, StepError>;
 
 /// Frame for those that read no pixels.
-fn blank() -> Arc<Frame> {
+pub(super) fn blank() -> Arc<Frame> {
     Arc::new(Frame::new(1, 1, vec![0; 3]))
 }
 

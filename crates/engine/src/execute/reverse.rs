@@ -62,12 +62,6 @@ pub(super) struct ReverseCost {
     pub frames: u64,
 }
 
-impl std::fmt::Debug for Reversal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Reversal of a track on {}", self.run.sequence.name)
-    }
-}
-
 /// Runs `work` and adds the time to `spent`.
 pub(super) fn clocked<T>(spent: &Cell<Duration>, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
@@ -193,12 +187,6 @@ struct Handle<'a> {
     failure: RefCell<Option<StepError>>,
 }
 
-impl<'a> Handle<'a> {
-    fn new(reversal: &'a Reversal) -> Self {
-        Self { reversal, failure: RefCell::new(None) }
-    }
-}
-
 impl Reverse for Handle<'_> {
     fn error(&self, from: usize, to: usize) -> Option<f64> {
         let start = Instant::now();
@@ -218,7 +206,8 @@ pub fn detect(
     input: Input<'_>,
     reversal: Option<&Reversal>,
 ) -> Result<DetectorOutput, StepError> {
-    let handle = reversal.filter(|_| detector.needs_reverse()).map(Handle::new);
+    let reversal = reversal.filter(|_| detector.needs_reverse());
+    let handle = reversal.map(|reversal| Handle { reversal, failure: RefCell::default() });
     let reverse = handle.as_ref().map(|handle| handle as &dyn Reverse);
     let mut output = detector.detect(&Input { reverse, ..input });
     if let Some(failure) = output.failure.take() {

@@ -26,12 +26,11 @@ pub fn load(
     experiment: &Experiment,
     data_roots: &[std::path::PathBuf],
 ) -> Result<BTreeMap<String, Loaded>, DatasetError> {
-    plan::needed_roles(experiment)
-        .into_iter()
-        .map(|role| {
-            Ok((role.to_string(), experiment.catalog.suite(&experiment.suites[role])?.load(data_roots)))
-        })
-        .collect()
+    let load = |role: &str| {
+        let suite = experiment.catalog.suite(&experiment.suites[role])?;
+        Ok((role.to_string(), suite.load(data_roots)))
+    };
+    plan::needed_roles(experiment).into_iter().map(load).collect()
 }
 
 /// Runs a planned experiment on the threads of the current pool. A failed cell holds its error.

@@ -4,6 +4,7 @@
 use super::analyse::{self, Analysed, Made, NotAnalysed};
 use super::context::Context;
 use super::judge::ReadyDetectors;
+use super::pass::blank;
 use super::reverse::{self, Reversal, clocked};
 use super::supervise::run_single;
 use super::track::{self, Tracks};
@@ -125,7 +126,6 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> 
     let (mut regions, mut forks, tracking) = (Vec::new(), Vec::new(), Cell::default());
     let mut started: Option<Box<dyn Tracker>> = None;
     for t in 0..frames {
-        let blank = || Arc::new(Frame::from_fn(1, 1, |_, _| [0; 3]));
         let frame = if reads_pixels { reverse::frame(run, t)? } else { blank() };
         let alone = Frame::clone(&frame);
         let state = match &mut started {

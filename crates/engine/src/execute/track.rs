@@ -14,7 +14,7 @@ use trackfail_methods::score::{Protocol, TrackScore};
 use trackfail_methods::tracker::Status;
 
 /// A tracker's run over a sequence, with the signals computed from it.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Track {
     /// Region of each frame.
     pub regions: Vec<Region>,

@@ -30,10 +30,8 @@ impl CostTally {
 
     /// Saves the costs for later estimates. Errors of writing are ignored.
     pub fn keep(&self, plan: &ExperimentPlan<'_>, store: &Store) {
-        let mut costs = Costs::read(store);
-        for (&(suite, tracker), &(seconds, frames)) in
-            self.0.lock().unwrap_or_else(PoisonError::into_inner).iter()
-        {
+        let (mut costs, spent) = (Costs::read(store), self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        for (&(suite, tracker), &(seconds, frames)) in spent.iter() {
             costs.0.insert(key(plan, suite, tracker), seconds / frames.max(1) as f64);
         }
         if let Ok(bytes) = serde_json::to_vec(&costs.0) {

@@ -53,7 +53,7 @@ fn reversal(kind: &str) -> Reversal {
 }
 
 fn ask(reversal: &Reversal, from: usize, to: usize) -> (Option<f64>, Option<String>) {
-    let handle = Handle::new(reversal);
+    let handle = Handle { reversal, failure: RefCell::default() };
     let error = handle.error(from, to);
     (error, handle.failure.into_inner().map(|e| e.to_string()))
 }
