@@ -12,6 +12,13 @@ pub fn experiment(suite: &str, rest: &str) -> String {
     format!("{head}\"{suite}\"\n{rest}")
 }
 
+/// A text with the first of some words replaced, which it must have.
+#[track_caller]
+pub fn changed(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from}");
+    text.replacen(from, to, 1)
+}
+
 /// Result of a test on the plan of an experiment, with an empty store.
 pub fn with_plan<T>(text: &str, test: impl FnOnce(&ExperimentPlan<'_>, &Store) -> T) -> T {
     let experiment = spec::parse("try.toml", text).unwrap();

@@ -94,10 +94,8 @@ pub(super) fn unread_keys() -> Vec<Value> {
 }
 
 fn take_definitions(schema: &mut Value) -> Definitions {
-    match schema.as_object_mut().and_then(|object| object.remove("$defs")) {
-        Some(Value::Object(definitions)) => definitions,
-        _ => Definitions::new(),
-    }
+    let definitions = schema.as_object_mut().and_then(|object| object.remove("$defs"));
+    definitions.and_then(|definitions| serde_json::from_value(definitions).ok()).unwrap_or_default()
 }
 
 fn remove(schema: &mut Value, keys: &[&str]) {

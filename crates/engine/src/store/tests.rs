@@ -38,22 +38,19 @@ fn records() -> Vec<Record> {
     ]
 }
 
+/// True if the store has a content of this stage, and it is what was put; `None` if it has none.
+fn holds<T: DeserializeOwned + PartialEq>(store: &Store, stage: Stage, rows: usize, put: &T) -> Option<bool> {
+    let got: Option<T> = store.get(&recipe(stage, 1).address(), rows);
+    got.as_ref().map(|got| got == put)
+}
+
 /// For each content of [`records`], true if the store returns it. A content that differs fails the test.
 fn found(store: &Store, what: &str) -> [bool; 4] {
-    fn is<T: DeserializeOwned + PartialEq>(
-        store: &Store,
-        stage: Stage,
-        rows: usize,
-        put: &T,
-    ) -> Option<bool> {
-        let got: Option<T> = store.get(&recipe(stage, 1).address(), rows);
-        got.as_ref().map(|got| got == put)
-    }
     let found = [
-        is(store, Stage::Track, 2, &states()),
-        is(store, Stage::Signal, 2, &vec![0.1, f64::MIN_POSITIVE]),
-        is(store, Stage::Model, 1, &(3_u64, Some(0.5))),
-        is(store, Stage::Labels, 2, &(vec![true, false], None::<f64>)),
+        holds(store, Stage::Track, 2, &states()),
+        holds(store, Stage::Signal, 2, &vec![0.1, f64::MIN_POSITIVE]),
+        holds(store, Stage::Model, 1, &(3_u64, Some(0.5))),
+        holds(store, Stage::Labels, 2, &(vec![true, false], None::<f64>)),
     ];
     assert!(!found.contains(&Some(false)), "{what}: another one: {found:?}");
     found.map(|found| found.is_some())

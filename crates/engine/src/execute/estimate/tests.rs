@@ -1,7 +1,7 @@
 //! Work that is left shrinks by what the store has. Shards add up to the whole, and an interrupted shard
 //! keeps its results.
 
-use super::{Remaining, Standing};
+use super::Standing;
 use crate::error::RunError;
 use crate::execute::{self, Options};
 use crate::limits::RunLimits;
@@ -28,26 +28,24 @@ fn the_work_that_is_left_is_known_before_and_after_a_share() {
     with_plan(&experiment("synthetic-vot", METHODS), |plan, store| {
         let sequences = plan.test().sequences.len();
         let shards = [1, 2].map(|number| Shard { number, of: 2 });
-        let left = |standing: &Standing<'_>, shard| -> Remaining { standing.remaining(shard) };
-
         let before = Standing::new(plan, store, Costs::read(store));
-        let whole = left(&before, None);
+        let whole = before.remaining(None);
         assert_eq!((whole.tracks, whole.tracks_at_hand, whole.all_cells()), (sequences, 0, 2 * sequences));
         assert_eq!((whole.seconds, whole.is_done()), (None, false));
         // Shares leave trained methods to the run behind them.
-        let parts = shards.map(|shard| left(&before, Some(shard)));
+        let parts = shards.map(|shard| before.remaining(Some(shard)));
         assert_eq!(parts.iter().map(|p| p.tracks).sum::<usize>(), sequences);
         assert_eq!(parts.iter().map(|p| p.all_cells()).sum::<usize>(), sequences);
         assert_eq!(parts.iter().map(|p| p.frames).sum::<u64>(), whole.frames);
 
         execute::run_shard(plan, store, &Options::default(), shards[0]).unwrap();
         let after = Standing::new(plan, store, Costs::read(store));
-        assert!(left(&after, Some(shards[0])).is_done());
-        assert_eq!(left(&after, Some(shards[0])).seconds, Some(0.0));
-        assert!(!left(&after, Some(shards[1])).is_done());
-        assert_eq!(left(&after, None).tracks_at_hand, parts[0].tracks);
+        assert!(after.remaining(Some(shards[0])).is_done());
+        assert_eq!(after.remaining(Some(shards[0])).seconds, Some(0.0));
+        assert!(!after.remaining(Some(shards[1])).is_done());
+        assert_eq!(after.remaining(None).tracks_at_hand, parts[0].tracks);
         // The share has found the cost.
-        assert!(left(&after, Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
+        assert!(after.remaining(Some(shards[1])).seconds.is_some_and(|s| s > 0.0));
     });
 }
 

@@ -2,6 +2,7 @@
 
 use crate::spec::error::SpecError;
 use crate::spec::parse;
+use crate::testing::changed;
 
 fn refused(text: &str) -> SpecError {
     parse("try.toml", text).err().unwrap_or_else(|| panic!("is not refused:\n{text}"))
@@ -56,11 +57,7 @@ holds = "recall[A] > recall[B, below=0.5, ncc]"
 
 /// Errors of [`SPEC`] after texts in it are replaced.
 fn with(changes: &[(&str, &str)]) -> Vec<(usize, String)> {
-    let text = changes.iter().fold(SPEC.to_string(), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replacen(from, to, 1)
-    });
-    told(&text)
+    told(&changes.iter().fold(SPEC.to_string(), |text, (from, to)| changed(&text, from, to)))
 }
 
 #[test]

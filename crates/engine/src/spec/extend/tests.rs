@@ -4,6 +4,7 @@ use crate::spec::error::SpecError;
 use crate::spec::limits::MAX_BYTES;
 use crate::spec::read::without_directive;
 use crate::spec::{builtin, parse, read_file};
+use crate::testing::changed;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -240,10 +241,6 @@ fn refused(child: &str, files: &[(&str, &str)], words: &str) {
 
 #[test]
 fn errors_name_both_files_and_their_lines() {
-    let changed = |text: &str, from: &str, to: &str| {
-        assert!(text.contains(from), "{from}");
-        text.replacen(from, to, 1)
-    };
     for (from, to, words) in [
         ("seed", "sead", "child.toml:4: unknown key `sead` ... did you mean `seed`?"),
         ("0.5", "\"x\"", "child.toml:16: "),
