@@ -67,7 +67,7 @@ impl<'p> Standing<'p> {
             let planned = &plan.suites[suite].sequences[s];
             for &job in jobs.iter().filter(|job| planned.tracks[**job].is_ok()) {
                 left.tracks += 1;
-                if plan.is_cached(self.store, suite, planned, job) {
+                if plan.is_cached(self.store, planned, job) {
                     left.tracks_at_hand += 1;
                     continue;
                 }

@@ -134,7 +134,7 @@ fn judge(
     let planned = &plan.suites[suite].sequences[s];
     let mut failed = Failed::new();
     for &j in jobs.iter().filter(|j| !told.contains(j)) {
-        let error = plan.failure(suite, planned, j, tracks[j].as_ref().err());
+        let error = plan.failure(planned, j, tracks[j].as_ref().err());
         failed.extend(error.map(|error| (CellName::of_track(plan, (suite, s, j)), error)));
     }
     Ok((cells, failed))

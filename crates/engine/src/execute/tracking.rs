@@ -56,22 +56,22 @@ impl CachedTrack {
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
 pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<Tracks, RunError> {
-    let (plan, suite) = (context.plan, *suite);
-    let planned = &plan.suites[suite].sequences[*sequence];
-    let mut found: Vec<_> = jobs.iter().map(|job| look(context, suite, planned, *job)).collect();
+    let plan = context.plan;
+    let planned = &plan.suites[*suite].sequences[*sequence];
+    let mut found: Vec<_> = jobs.iter().map(|job| look(context, planned, *job)).collect();
     for found in found.iter().flatten() {
         context.tally.add(Work::Tracks, found.states.is_some());
-        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(suite, planned, found.job, *k);
+        let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
         signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
     }
     let is_open = |one: &&CachedTrack| one.is_open(&one.due(plan, false));
     if found.iter().flatten().filter(is_open).count() > MAX_AT_ONCE {
         for part in found.chunks_mut(MAX_AT_ONCE) {
-            compute(context, suite, planned, part, false)?;
+            compute(context, planned, part, false)?;
         }
     }
-    compute(context, suite, planned, &mut found, true)?;
+    compute(context, planned, &mut found, true)?;
     let mut tracks = vec![Err(CellError::not_asked_for()); plan.jobs.len()];
     for (job, found) in jobs.iter().zip(found) {
         tracks[*job] = found.map(|found| Arc::new(track(context, planned, found)));
@@ -80,23 +80,17 @@ pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<T
 }
 
 /// Loads the parts of a job's track that are in the store.
-fn look(
-    context: &Context<'_>,
-    suite: usize,
-    planned: &PlannedSequence,
-    job: usize,
-) -> Result<CachedTrack, CellError> {
+fn look(context: &Context<'_>, planned: &PlannedSequence, job: usize) -> Result<CachedTrack, CellError> {
     let plan = context.plan;
     let rows = planned.sequence.len();
     let recipe = planned.tracks[job].clone()?;
     let signal = |k: usize| {
-        if !plan.wants_signal(suite, planned, job, k) {
+        if !plan.wants_signal(planned, job, k) {
             return Some(Vec::new());
         }
         let address = plan.signal_recipe(planned, job, k).ok()?.address();
-        context
-            .cached::<Vec<f64>>(&address, rows)
-            .filter(|s| s.len() == rows * plan.signals[k].signal.width())
+        let series = context.cached::<Vec<f64>>(&address, rows);
+        series.filter(|s| s.len() == rows * plan.signals[k].signal.width())
     };
     let states = context.cached::<Vec<TrackerState>>(&recipe.address(), rows);
     let states = states.filter(|s| s.len() == rows);
@@ -108,7 +102,6 @@ fn look(
 /// a later pass.
 fn compute(
     context: &Context<'_>,
-    suite: usize,
     planned: &PlannedSequence,
     found: &mut [Result<CachedTrack, CellError>],
     all: bool,
@@ -143,8 +136,7 @@ fn compute(
             && one.is_open(&due)
         {
             let output = unchanged.clone().and(output).map_err(StepError::from);
-            let done =
-                output.and_then(|output| complete(context, suite, planned, one, &due, output, &mut records));
+            let done = output.and_then(|output| complete(context, planned, one, &due, output, &mut records));
             if let Err(e) = StepError::settled(done)? {
                 *slot = Err(e);
             }
@@ -156,7 +148,6 @@ fn compute(
 /// Adds the output of a pass to a track, for the signals `due`, and collects new records for the store.
 fn complete(
     context: &Context<'_>,
-    suite: usize,
     planned: &PlannedSequence,
     found: &mut CachedTrack,
     due: &[usize],
@@ -166,9 +157,9 @@ fn complete(
     let plan = context.plan;
     let job = plan.jobs[found.job];
     let rows = planned.sequence.len();
-    let track = plan.track_name(suite, &planned.sequence.name, job);
+    let track = plan.track_name(planned.suite, &planned.sequence.name, job);
     if found.states.is_none() {
-        context.costs.add(suite, job.tracker, output.spent, rows);
+        context.costs.add(planned.suite, job.tracker, output.spent, rows);
         records.push(store::record(plan.name(track.clone()), found.recipe.clone(), rows, &output.states)?);
         found.states = Some(output.states);
     }

@@ -42,7 +42,7 @@ pub fn units(plan: &ExperimentPlan<'_>, shard: Option<Shard>) -> Vec<Unit> {
 pub fn frames_to_do(plan: &ExperimentPlan<'_>, store: &Store, force: bool, units: &[Unit]) -> u64 {
     let of_unit = |(suite, sequence, jobs): &Unit| {
         let planned = &plan.suites[*suite].sequences[*sequence];
-        let is_needed = |j: usize| force || !plan.is_cached(store, *suite, planned, j);
+        let is_needed = |j: usize| force || !plan.is_cached(store, planned, j);
         let to_do = jobs.iter().any(|j| planned.tracks[*j].is_ok() && is_needed(*j));
         if to_do { planned.sequence.len() as u64 } else { 0 }
     };

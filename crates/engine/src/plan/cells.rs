@@ -58,8 +58,8 @@ impl ExperimentPlan<'_> {
     }
 
     /// True if the store has a job's track with all needed signals.
-    pub fn is_cached(&self, store: &Store, suite: usize, planned: &PlannedSequence, job: usize) -> bool {
-        let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(suite, planned, job, *k));
+    pub fn is_cached(&self, store: &Store, planned: &PlannedSequence, job: usize) -> bool {
+        let mut wanted = (0..self.signals.len()).filter(|k| self.wants_signal(planned, job, *k));
         let is_cached = |k| self.signal_recipe(planned, job, k).is_ok_and(|r| store.contains(&r.address()));
         planned.addresses[job].as_ref().is_ok_and(|track| store.contains(track)) && wanted.all(is_cached)
     }
@@ -84,7 +84,7 @@ impl ExperimentPlan<'_> {
         };
         let of_sequence = |(s, planned): (usize, &PlannedSequence)| {
             let sequence = planned.sequence.name.as_str();
-            let is_cached = |j: usize| self.is_cached(store, 0, planned, j);
+            let is_cached = |j: usize| self.is_cached(store, planned, j);
             let has_track: Vec<bool> = (0..self.jobs.len()).map(is_cached).collect();
             let cells = self.cells_on(&planned.origin.source);
             let mut all = Vec::with_capacity(cells.len());

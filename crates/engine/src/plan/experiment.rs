@@ -21,6 +21,8 @@ use trackfail_methods::tracker::RunContext;
 
 /// A sequence whose files are present.
 pub struct PlannedSequence {
+    /// Index of the suite.
+    pub suite: usize,
     /// Frames and ground truth of the sequence.
     pub sequence: Arc<Sequence>,
     /// Video that the sequence is from (see [`folds::video`]), and the source of that video.
@@ -117,13 +119,12 @@ impl<'a> ExperimentPlan<'a> {
             if suites.iter().any(|known| known.name == *name) {
                 continue;
             }
-            let wanted: Vec<bool> =
-                jobs.iter().map(|job| demands.iter().any(|d| d.is_for(name, *job))).collect();
+            let is_wanted = |job: &Job| demands.iter().any(|demand| demand.is_for(name, *job));
+            let wanted: Vec<(Job, bool)> = jobs.iter().map(|job| (*job, is_wanted(job))).collect();
+            let index = suites.len();
             let plan = |(sequence, origin)| match stop.is_set() {
                 true => Err(RunError::Interrupted),
-                false => {
-                    Ok(planned(experiment, sequence, origin, (&jobs[..], &wanted[..]), &signals, data_roots))
-                }
+                false => Ok(planned(experiment, (index, sequence, origin), &wanted, &signals, data_roots)),
             };
             let sequences = suite.sequences.into_par_iter().zip(suite.origins);
             let sequences = sequences.map(plan).collect::<Result<_, RunError>>()?;
@@ -213,13 +214,12 @@ impl<'a> ExperimentPlan<'a> {
     }
 }
 
-/// A sequence with the recipes of its tracks. `jobs` are all jobs; `wanted` is true for those needed on the
-/// suite.
+/// A sequence of a suite with the recipes of its tracks. `jobs` are all jobs, each with true if it is needed
+/// on the suite.
 fn planned(
     experiment: &Experiment,
-    sequence: Sequence,
-    origin: Origin,
-    (jobs, wanted): (&[Job], &[bool]),
+    (suite, sequence, origin): (usize, Sequence, Origin),
+    jobs: &[(Job, bool)],
     signals: &[SignalChoice],
     data_roots: &[PathBuf],
 ) -> PlannedSequence {
@@ -227,7 +227,7 @@ fn planned(
     let digest = sequence.digest().map(str::to_string);
     let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
     let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
-    let track = |(job, is_wanted): (&Job, &bool)| {
+    let track = |(job, is_wanted): &(Job, bool)| {
         if let Some(need) = inputs::unmet_by(&experiment.trackers[job.tracker], &origin, &sequence, None) {
             return Err(need);
         }
@@ -237,15 +237,16 @@ fn planned(
         let common = common.as_ref().map_err(Clone::clone)?;
         recipes::track(experiment, &sequence, common, *job, data_roots)
     };
-    let tracks: Vec<_> = jobs.iter().zip(wanted).map(track).collect();
+    let tracks: Vec<_> = jobs.iter().map(track).collect();
     let address =
         |track: &Result<Recipe, CellError>| track.as_ref().map(Recipe::address).map_err(Clone::clone);
-    let gives_confidence = |job: &Job| {
+    let gives_confidence = |(job, _): &(Job, bool)| {
         let context = RunContext { sequence: &sequence, start_frame: 0, run: job.run, seed: 0, data_roots };
         experiment.trackers[job.tracker].setup.gives_confidence(&context)
     };
     let reads_confidence = signals.iter().any(|s| s.signal.reads() == Reads::Confidence);
     PlannedSequence {
+        suite,
         digest: digest.unwrap_or_default(),
         addresses: tracks.iter().map(address).collect(),
         signal_files: signals.iter().map(|s| recipes::signal_files(&sequence, s, data_roots)).collect(),

@@ -45,8 +45,8 @@ pub(super) fn trackers_without_confidence(suites: &[PlannedSuite], jobs: &[Job])
 
 impl ExperimentPlan<'_> {
     /// True if a signal is needed, and can be computed, on a job's track.
-    pub fn wants_signal(&self, suite: usize, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
-        self.demands_for(suite, job).any(|demand| demand.signal == Some(signal))
+    pub fn wants_signal(&self, planned: &PlannedSequence, job: usize, signal: usize) -> bool {
+        self.demands_for(planned.suite, job).any(|demand| demand.signal == Some(signal))
             && self.unmet(planned, job, Some(signal)).is_none()
     }
 
@@ -87,12 +87,12 @@ impl ExperimentPlan<'_> {
     /// is that of the track; `None` if the track was computed.
     pub fn failure(
         &self,
-        suite: usize,
         planned: &PlannedSequence,
         job: usize,
         error: Option<&CellError>,
     ) -> Option<CellError> {
-        let mut unmet = self.demands_for(suite, job).map(|demand| self.unmet(planned, job, demand.signal));
+        let demands = self.demands_for(planned.suite, job);
+        let mut unmet = demands.map(|demand| self.unmet(planned, job, demand.signal));
         match error {
             // A track of which nothing could be read is not missed.
             Some(e) => {
