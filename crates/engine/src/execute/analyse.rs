@@ -52,6 +52,9 @@ pub struct NotAnalysed {
     pub error: CellError,
 }
 
+/// Results of analyses. A failed analysis is an error in its place.
+pub type Analyses = Vec<Result<Analysed, NotAnalysed>>;
+
 /// Findings of an analysis on one tracker, with its [suites](Analysed::suites) and
 /// [shares](Analysed::shares).
 pub(super) type Made = (Vec<(String, usize)>, Vec<(usize, usize)>, Findings);
@@ -158,10 +161,7 @@ impl Usable {
 ///
 /// # Errors
 /// When the run is interrupted or the store cannot be written to.
-pub fn analyse(
-    context: &Context<'_>,
-    tracks: &[Vec<Tracks>],
-) -> Result<Vec<Result<Analysed, NotAnalysed>>, RunError> {
+pub fn analyse(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<Analyses, RunError> {
     let (plan, experiment) = (context.plan, context.plan.experiment);
     let usable = |analysis: &Analysis| -> Vec<Vec<Usable>> {
         let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));

@@ -1,7 +1,7 @@
 //! Processing times of methods on the tracks of a suite, on one thread, one track after the other. What is
 //! timed is described at [`processing_time`](trackfail_methods::analysis::processing_time).
 
-use super::analyse::{self, Analysed, Made, NotAnalysed};
+use super::analyse::{self, Analyses, Made};
 use super::context::Context;
 use super::judge::ReadyDetectors;
 use super::pass::blank;
@@ -34,7 +34,7 @@ pub fn measure(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     ready: &ReadyDetectors,
-) -> Result<Vec<Result<Analysed, NotAnalysed>>, RunError> {
+) -> Result<Analyses, RunError> {
     let experiment = context.plan.experiment;
     let one = |(a, t): (usize, usize)| {
         let made = make(context, tracks, ready, &experiment.analyses[a], t);

@@ -225,11 +225,9 @@ pub(super) fn read(
         Some(Value::Array(list)) => list.as_slice(),
         one => one.as_slice(),
     };
-    let signals = signals
-        .iter()
-        .enumerate()
-        .map(|(k, params)| RawPlugin::read(at.key("signal").item(k), programs, params, "signal", SIGNALS));
-    let signals: Option<Vec<RawPlugin<'_, dyn Signal>>> = signals.collect();
+    let in_signal = at.key("signal");
+    let read = |(k, params)| RawPlugin::read(in_signal.item(k), programs, params, "signal", SIGNALS);
+    let signals: Option<Vec<RawPlugin<'_, dyn Signal>>> = signals.iter().enumerate().map(read).collect();
     let detector = RawPlugin::read(at.key("detector"), programs, detector, "detector", DETECTORS);
     let (signals, detector) = (signals?, detector?);
     let training = training::trained(&detector).ok()?;

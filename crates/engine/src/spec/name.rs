@@ -8,18 +8,13 @@ const MAX_WORD: usize = 64;
 /// Longest name of an experiment, in characters.
 const MAX_EXPERIMENT_NAME: usize = 128;
 
-/// Error for a text that cannot be the name of an experiment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")]
-pub struct NameError;
-
 /// Checks that a text can be the name of an experiment, which is also the path of its folders.
 ///
 /// # Errors
-/// [`NameError`].
-pub fn check_experiment_name(name: &str) -> Result<(), NameError> {
+/// A message about what a name is.
+pub fn check_experiment_name(name: &str) -> Result<(), &'static str> {
     let is_right = name.len() <= MAX_EXPERIMENT_NAME && name.split('/').all(is_word);
-    is_right.then_some(()).ok_or(NameError)
+    is_right.then_some(()).ok_or("`name` must be words of a-z, 0-9, `-` and `_`, joined by `/`")
 }
 
 /// True if a name is safe as a file name on all systems: `a-z`, `0-9`, `-`, `_`, at most 64 characters.

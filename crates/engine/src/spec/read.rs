@@ -119,7 +119,7 @@ impl Reader<'_> {
             at.key("schema").tell(message);
         }
         if let Err(fault) = name::check_experiment_name(&wire.name) {
-            at.key("name").tell(fault.to_string());
+            at.key("name").tell(fault);
         }
         if let Some(beside) = &wire.beside {
             let in_beside = at.key("beside");

@@ -8,6 +8,7 @@ use crate::testing::changed;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
 use std::path::Path;
+use trackfail_core::num::hexadecimal;
 use trackfail_dataset::suite::Catalog;
 
 /// Digests, their first 16 digits, of the built-in experiments that extend others or have groups, as they were
@@ -16,10 +17,6 @@ const FROZEN: &str = include_str!("frozen.txt");
 
 /// Experiments that were written with `extends` from the start.
 const YOUNGER: [&str; 3] = ["khalid2016/readings", "khalid2016/table2", "sanmiguel2015/readings"];
-
-fn digest(text: &str) -> String {
-    Sha256::digest(text).iter().take(8).map(|byte| format!("{byte:02x}")).collect()
-}
 
 #[test]
 fn built_in_experiments_are_the_same_text_as_before_they_were_shortened() {
@@ -31,7 +28,8 @@ fn built_in_experiments_are_the_same_text_as_before_they_were_shortened() {
         // These were written short from the start.
         let is_younger = name.starts_with("benchmark/") || YOUNGER.contains(name);
         if experiment.source != without_directive(text) && !is_younger {
-            shortened.push(format!("{name} {}", digest(&experiment.source)));
+            let digest = hexadecimal(&Sha256::digest(experiment.source.as_bytes())[..8]);
+            shortened.push(format!("{name} {digest}"));
         }
     }
     shortened.sort();
