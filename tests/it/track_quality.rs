@@ -90,12 +90,7 @@ fn judge(scene: Scene, frames: usize, seed: u64, [signal, detector]: [(&str, &st
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
     let config = entry.build_from_text("{}").unwrap().plugin;
     let signal_entry = plugin::find(SIGNALS, signal.0).unwrap();
-    let signal = SignalChoice {
-        kind: signal_entry.kind,
-        version: signal_entry.version,
-        signal: signal_entry.build_from_text(signal.1).unwrap(),
-        restarts: Default::default(),
-    };
+    let signal = SignalChoice::new(signal_entry, signal_entry.build_from_text(signal.1).unwrap());
     let cache = Arc::new(FrameCache::new(1 << 26));
     let run = TrackerRun { sequence, frames: cache, config, run: 0, seed, data_roots: Vec::new() };
     let task = Task { run: run.clone(), states: None, signals: vec![&signal], companions: Vec::new() };

@@ -29,6 +29,13 @@ pub struct SignalChoice {
     pub restarts: Restarts,
 }
 
+impl SignalChoice {
+    /// A signal of a kind; restarts of the tracker are parts of its track.
+    pub fn new(entry: &Entry<dyn Signal>, signal: Configured<dyn Signal>) -> Self {
+        Self { kind: entry.kind, version: entry.version, signal, restarts: Restarts::default() }
+    }
+}
+
 /// A detector with checked parameters, its kind and version.
 #[derive(Clone)]
 pub struct FixedDetector {
@@ -40,6 +47,13 @@ pub struct FixedDetector {
     pub detector: Configured<dyn Detector>,
     /// Treatment of restarts of the tracker.
     pub restarts: Restarts,
+}
+
+impl FixedDetector {
+    /// A detector of a kind; restarts of the tracker are parts of its track.
+    pub fn new(entry: &Entry<dyn Detector>, detector: Configured<dyn Detector>) -> Self {
+        Self { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
+    }
 }
 
 /// Signals and a detector that reads them.
@@ -155,8 +169,7 @@ impl Method {
     pub fn new(name: &str, signals: &[Value], detector: &Value) -> Result<Self, MethodError> {
         let signal = |value: &Value| {
             let (entry, signal) = build(SIGNALS, "signal", value)?;
-            let (kind, version) = (entry.kind, entry.version);
-            Ok(SignalChoice { kind, version, signal, restarts: Restarts::default() })
+            Ok(SignalChoice::new(entry, signal))
         };
         let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
         let (entry, detector) = build(DETECTORS, "detector", detector)?;
@@ -165,9 +178,7 @@ impl Method {
         if given != reads {
             return Err(MethodError::Signals { kind: entry.kind, reads, given });
         }
-        let (kind, version) = (entry.kind, entry.version);
-        let detector = FixedDetector { kind, version, detector, restarts: Restarts::default() };
-        Ok(Self { name: name.to_string(), signals, detector })
+        Ok(Self { name: name.to_string(), signals, detector: FixedDetector::new(entry, detector) })
     }
 
     /// The method with a learned model, as in the files of the folder `models` of an experiment's results.

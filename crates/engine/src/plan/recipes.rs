@@ -256,8 +256,7 @@ mod tests {
 
     fn fixed(kind: &str) -> FixedDetector {
         let entry = trackfail_core::plugin::find(DETECTORS, kind).unwrap();
-        let detector = entry.build_from_text(entry.example).unwrap();
-        FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
+        FixedDetector::new(entry, entry.build_from_text(entry.example).unwrap())
     }
 
     #[test]

@@ -8,7 +8,6 @@ use super::wire;
 use super::words::Known;
 use trackfail_core::plugin::Configured;
 use trackfail_methods::analysis::{ANALYSES, Names};
-use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::SIGNALS;
 
 /// An analysis of an experiment.
@@ -56,12 +55,7 @@ pub(super) fn read(at: At<'_>, wire: &wire::Analysis, known: &Known<'_>) -> Opti
         (false, None) => None,
         (true, Some(signal)) => {
             let signal = RawPlugin::read(at.key("signal"), programs, signal, "signal", SIGNALS)?;
-            Some(SignalChoice {
-                kind: signal.entry.kind,
-                version: signal.entry.version,
-                signal: signal.build(&[], at)?,
-                restarts: Restarts::default(),
-            })
+            Some(SignalChoice::new(signal.entry, signal.build(&[], at)?))
         }
         (has_signal, _) => {
             let wants = if has_signal { "needs a" } else { "takes no" };

@@ -336,15 +336,14 @@ impl Parts<'_> {
         };
         let built = |(k, raw): (usize, &RawPlugin<'_, dyn Signal>)| {
             let signal = raw.build(&if k == 0 { set(true) } else { Vec::new() }, grid)?;
-            let (kind, version) = (raw.entry.kind, raw.entry.version);
-            Some(SignalChoice { kind, version, signal, restarts: Restarts::default() })
+            Some(SignalChoice::new(raw.entry, signal))
         };
         // All are built before one that is refused ends it.
         let signals: Vec<Option<SignalChoice>> = signals.iter().enumerate().map(built).collect();
         let detector = match training {
             Some(training) => training::train_choice(detector, training, &set(false)),
             None => detector.build(&set(false), grid).map(|built| {
-                let fixed = training::fixed(detector.entry, built);
+                let fixed = FixedDetector::new(detector.entry, built);
                 match fixed.detector.learner() {
                     Some(_) => DetectorChoice::Learned(fixed),
                     None => DetectorChoice::Given(fixed),

@@ -81,12 +81,7 @@ impl Tracker for BadTracker {
 
 fn choice(kind: &str) -> SignalChoice {
     let entry = SIGNALS.iter().find(|e| e.kind == kind).unwrap();
-    SignalChoice {
-        kind: entry.kind,
-        version: entry.version,
-        signal: entry.build_from_text(entry.example).unwrap(),
-        restarts: Default::default(),
-    }
+    SignalChoice::new(entry, entry.build_from_text(entry.example).unwrap())
 }
 
 type Made = Result<(Vec<TrackerState>, Vec<Vec<f64>>), CellError>;

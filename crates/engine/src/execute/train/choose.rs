@@ -94,15 +94,14 @@ mod tests {
     use super::*;
     use crate::plan::recipes::TRAINING;
     use trackfail_methods::detector::DETECTORS;
-    use trackfail_methods::score::{Metric, Restarts};
+    use trackfail_methods::score::Metric;
 
     #[test]
     fn training_takes_the_first_of_the_best_in_the_way_of_its_version() {
         let candidate = |below: f64| {
             let entry = trackfail_core::plugin::find(DETECTORS, "level").unwrap();
             let detector = entry.build_from_text(&format!("{{ below = {below} }}")).unwrap();
-            let (kind, version, restarts) = (entry.kind, entry.version, Restarts::default());
-            (below, FixedDetector { kind, version, detector, restarts })
+            (below, FixedDetector::new(entry, detector))
         };
         let training = Training {
             key: "below".into(),

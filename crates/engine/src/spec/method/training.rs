@@ -6,9 +6,9 @@ use crate::spec::wire;
 use serde_json::Value;
 use std::sync::Arc;
 use trackfail_core::direction::Direction;
-use trackfail_core::plugin::{Configured, Entry, ParamError};
+use trackfail_core::plugin::ParamError;
 use trackfail_methods::detector::Detector;
-use trackfail_methods::score::{Metric, Restarts};
+use trackfail_methods::score::Metric;
 
 /// Most candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;
@@ -31,7 +31,7 @@ pub(super) fn train_choice(
     let build: BuildWith = Arc::new(move |value| {
         let mut params = params.clone();
         params.insert(trained.clone(), value.into());
-        Ok(fixed(entry, build(entry, params, programs.as_ref())?))
+        Ok(FixedDetector::new(entry, build(entry, params, programs.as_ref())?))
     });
     let grid = &train.grid;
     let listed = match (grid.from, grid.to, grid.step, &grid.values, grid.quantiles) {
@@ -77,11 +77,6 @@ pub(super) fn train_choice(
     let (key, role) = (key.clone(), train.train.clone());
     let maximise = Metric::from_name(&train.maximise)?;
     Some(DetectorChoice::Trained(Training { key, role, maximise, candidates, example }))
-}
-
-/// A checked detector with its kind and version.
-pub(super) fn fixed(entry: &Entry<dyn Detector>, detector: Configured<dyn Detector>) -> FixedDetector {
-    FixedDetector { kind: entry.kind, version: entry.version, detector, restarts: Restarts::default() }
 }
 
 /// Trained parameter of a detector, if it has one. Errors have already been reported.
