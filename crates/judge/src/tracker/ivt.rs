@@ -12,7 +12,7 @@
 //! the distance within the subspace.
 
 use super::affine_candidates::{self, check_noise};
-use super::sparse_prototypes::{self, Model, Tracking, Underflow};
+use super::sparse_prototypes::{self, Tracking};
 use super::{Facts, RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -71,24 +71,6 @@ impl Plugin for Ivt {
     }
 }
 
-impl Params {
-    fn model(&self) -> Model {
-        Model {
-            name: ENTRY.kind,
-            samples: self.samples,
-            noise: self.noise,
-            scale: self.likelihood_scale,
-            most: self.max_basis,
-            batch: self.batch,
-            forgetting: self.forgetting,
-            occlusion: None,
-            smallest_side: 1.0,
-            upright: false,
-            underflow: Underflow::Best,
-        }
-    }
-}
-
 /// IVT in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Ivt>("ivt", 1, "principal components of the target, learned as it goes");
@@ -99,6 +81,16 @@ impl TrackerConfig for Ivt {
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        Tracking::start(self.0.model(), context.seed, frame, region)
+        let p = &self.0;
+        let params = sparse_prototypes::Params {
+            samples: p.samples,
+            noise: Some(p.noise),
+            likelihood_scale: p.likelihood_scale,
+            max_basis: p.max_basis,
+            batch: p.batch,
+            forgetting: p.forgetting,
+            ..sparse_prototypes::Params::default()
+        };
+        Tracking::start(ENTRY.kind, params, false, context.seed, frame, region)
     }
 }

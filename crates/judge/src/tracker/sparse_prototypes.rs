@@ -194,7 +194,7 @@ impl Plugin for SparsePrototypes {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        check_noise(&p.model().noise)?;
+        check_noise(&p.deviations())?;
         if p.high < p.low {
             return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
         }
@@ -202,34 +202,14 @@ impl Plugin for SparsePrototypes {
     }
 
     fn shown(p: &Params) -> serde_json::Value {
-        let noise = p.noise.unwrap_or_else(|| p.preset.noise());
-        show_params(&Params { noise: Some(noise), ..p.clone() })
+        show_params(&Params { noise: Some(p.deviations()), ..p.clone() })
     }
 }
 
 impl Params {
-    fn model(&self) -> Model {
-        Model {
-            name: ENTRY.kind,
-            samples: self.samples,
-            noise: self.noise.unwrap_or_else(|| self.preset.noise()),
-            scale: self.likelihood_scale,
-            most: self.max_basis,
-            batch: self.batch,
-            forgetting: self.forgetting,
-            occlusion: Some(Occlusion {
-                alternation: Alternation {
-                    lambda: self.lambda as f32,
-                    tolerance: self.tolerance as f32,
-                    iterations: self.iterations,
-                },
-                low: self.low,
-                high: self.high,
-            }),
-            smallest_side: self.smallest_side,
-            upright: self.region == Form::Upright,
-            underflow: self.underflow,
-        }
+    /// Deviations of the noise: those given, or else those of the preset.
+    fn deviations(&self) -> Geometry {
+        self.noise.unwrap_or_else(|| self.preset.noise())
     }
 }
 
@@ -246,7 +226,7 @@ impl TrackerConfig for SparsePrototypes {
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        Tracking::start(self.0.model(), context.seed, frame, region)
+        Tracking::start(ENTRY.kind, self.0.clone(), true, context.seed, frame, region)
     }
 }
 
@@ -256,36 +236,12 @@ pub(super) const MAX_BASIS: Range = Range::within("max_basis", 1.0, 256.0);
 pub(super) const BATCH: Range = Range::within("batch", 1.0, 1000.0);
 pub(super) const FORGETTING: Range = Range::of("forgetting").above(0.0).at_most(1.0);
 
-/// Parameters of a subspace tracker. Without `occlusion` it is the IVT tracker.
-#[derive(Debug, Clone)]
-pub(super) struct Model {
-    pub(super) name: &'static str,
-    pub(super) samples: usize,
-    pub(super) noise: Geometry,
-    pub(super) scale: f64,
-    pub(super) most: usize,
-    pub(super) batch: usize,
-    pub(super) forgetting: f64,
-    pub(super) occlusion: Option<Occlusion>,
-    /// Least side of the target, in pixels.
-    pub(super) smallest_side: f64,
-    /// True if the region is the upright rectangle of the estimate's width and height.
-    pub(super) upright: bool,
-    pub(super) underflow: Underflow,
-}
-
-/// Parameters of the occlusion model, used once the basis is full.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Occlusion {
-    alternation: Alternation,
-    low: f64,
-    high: f64,
-}
-
 /// A running subspace tracker.
 #[derive(Clone)]
 pub(super) struct Tracking {
-    model: Model,
+    params: Params,
+    /// True if there is a model of occlusion, used once the basis is full. Without it, this is the IVT tracker.
+    has_occlusion: bool,
     rng: ChaCha8Rng,
     candidates: Candidates,
     work: Comparisons,
@@ -297,45 +253,55 @@ pub(super) struct Tracking {
 }
 
 impl Tracking {
-    /// Starts a tracker and returns it with its first state.
-    pub(super) fn start(model: Model, seed: u64, frame: &Frame, region: &Region) -> StartResult {
-        let tracker = Self::new(model, seed, frame, region)?;
+    /// Starts a tracker of this kind and returns it with its first state.
+    pub(super) fn start(
+        kind: &str,
+        params: Params,
+        has_occlusion: bool,
+        seed: u64,
+        frame: &Frame,
+        region: &Region,
+    ) -> StartResult {
+        let tracker = Self::new(params, has_occlusion, seed, frame, region);
+        let tracker = tracker.ok_or_else(|| TrackerError::no_region(kind))?;
         let posterior = Some(tracker.candidates.certain(&tracker.estimate, 1.0));
         let state = TrackerState { posterior, ..TrackerState::initialized(region.clone()) };
         Ok((Box::new(tracker), state))
     }
 
-    /// Creates the tracker. The window of the first region is learned first.
-    fn new(model: Model, seed: u64, frame: &Frame, region: &Region) -> Result<Self, TrackerError> {
-        let Some(geometry) = TEMPLATE.geometry(region) else {
-            return Err(TrackerError::no_region(model.name));
-        };
-        let estimate = SideLimits::of(frame).at_least(model.smallest_side).keep(geometry);
+    /// Creates the tracker; `None` if the region is none. The window of the first region is learned first.
+    fn new(params: Params, has_occlusion: bool, seed: u64, frame: &Frame, region: &Region) -> Option<Self> {
+        let geometry = TEMPLATE.geometry(region)?;
+        let estimate = SideLimits::of(frame).at_least(params.smallest_side).keep(geometry);
         let mut window = vec![0.0; PIXELS];
         let gray = Gray::of_part(frame, &TEMPLATE.window([&estimate]));
         TEMPLATE.sample(&gray, &estimate, LEVEL, &mut window);
         let mut tracker = Self {
             rng: seed::rng(seed),
-            candidates: Candidates::new(model.samples, model.noise),
+            candidates: Candidates::new(params.samples, params.deviations()),
             work: Comparisons::default(),
             estimate,
             pca: IncrementalPca::new(PIXELS),
             subspace: Subspace::mean_only(&window),
             kept: Vec::new(),
-            model,
+            params,
+            has_occlusion,
         };
         tracker.learn(&window);
-        Ok(tracker)
+        Some(tracker)
     }
 
-    /// Occlusion model; `None` until the basis is full.
-    fn occlusion(&self) -> Option<Occlusion> {
-        self.model.occlusion.filter(|_| self.subspace.dimension() == self.model.most)
+    /// Alternation of the occlusion model; `None` without one, and until the basis is full.
+    fn alternation(&self) -> Option<Alternation> {
+        let Params { lambda, tolerance, iterations, max_basis, .. } = self.params;
+        let is_used = self.has_occlusion && self.subspace.dimension() == max_basis;
+        is_used.then_some(Alternation { lambda: lambda as f32, tolerance: tolerance as f32, iterations })
     }
 
     /// Replaces occluded pixels by those of the mean. Returns true if the window should be learned.
     fn clean(&mut self, window: &mut [f32]) -> bool {
-        let Some(Occlusion { alternation, low, high }) = self.occlusion() else { return true };
+        let Some(alternation) = self.alternation() else { return true };
+        let Params { low, high, .. } = self.params;
         self.subspace.costs(1, Some(&alternation), |_, out| out.copy_from_slice(window), &mut self.work);
         let residuals = self.work.residuals();
         let lambda = alternation.lambda;
@@ -354,8 +320,8 @@ impl Tracking {
     /// Keeps a window. When a batch is complete, the principal components are updated.
     fn learn(&mut self, window: &[f32]) {
         self.kept.push(window.iter().map(|v| f64::from(*v)).collect());
-        if self.kept.len() >= self.model.batch {
-            self.pca.update(&self.kept, self.model.forgetting, self.model.most);
+        if self.kept.len() >= self.params.batch {
+            self.pca.update(&self.kept, self.params.forgetting, self.params.max_basis);
             self.kept.clear();
             self.subspace = Subspace::of(&self.pca);
         }
@@ -364,16 +330,17 @@ impl Tracking {
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let limits = SideLimits::of(frame).at_least(self.model.smallest_side);
+        let limits = SideLimits::of(frame).at_least(self.params.smallest_side);
         self.candidates.draw(&self.estimate, &limits, &mut self.rng);
         let gray = Gray::of_part(frame, &TEMPLATE.window(&self.candidates.states));
-        let occlusion = self.occlusion().map(|o| o.alternation);
+        let alternation = self.alternation();
         let states = &self.candidates.states;
         let sample = |k: usize, window: &mut [f32]| TEMPLATE.sample(&gray, &states[k], LEVEL, window);
-        let costs = self.subspace.costs(states.len(), occlusion.as_ref(), sample, &mut self.work);
-        let logarithms: Vec<f64> = costs.iter().map(|cost| -f64::from(*cost) / self.model.scale).collect();
+        let costs = self.subspace.costs(states.len(), alternation.as_ref(), sample, &mut self.work);
+        let logarithms: Vec<f64> =
+            costs.iter().map(|cost| -f64::from(*cost) / self.params.likelihood_scale).collect();
         let (mut weights, mut best) = weigh(&logarithms);
-        if self.model.underflow == Underflow::First && logarithms[best] < VANISHING {
+        if self.params.underflow == Underflow::First && logarithms[best] < VANISHING {
             best = 0;
             let equal = 1.0 / weights.len() as f64;
             weights.fill(equal);
@@ -386,7 +353,8 @@ impl Tracker for Tracking {
             self.learn(&window);
         }
         let [x, y, s, theta, r, phi] = self.estimate;
-        let shown = if self.model.upright { [x, y, s, 0.0, r, 0.0] } else { [x, y, s, theta, r, phi] };
+        let is_upright = self.params.region == Form::Upright;
+        let shown = if is_upright { [x, y, s, 0.0, r, 0.0] } else { [x, y, s, theta, r, phi] };
         let region = TEMPLATE.region(&shown);
         Ok(TrackerState { posterior: Some(posterior), ..TrackerState::tracked(region) })
     }

@@ -169,16 +169,15 @@ fn the_first_candidate_is_taken_where_all_likelihoods_vanish() {
 }
 
 /// Tracker that was started on a frame without contrast.
-fn tracking(model: Model) -> Tracking {
+fn tracking(params: Params) -> Tracking {
     let frame = Frame::new(100, 80, vec![9; 3 * 100 * 80]);
-    Tracking::new(model, 1, &frame, &Region::Rect(Rect::new(30.0, 20.0, 40.0, 40.0))).unwrap()
+    Tracking::new(params, true, 1, &frame, &Region::Rect(Rect::new(30.0, 20.0, 40.0, 40.0))).unwrap()
 }
 
 // By hand, with a basis that is orthogonal to what hides the target: 64, 300 and 700 of 1024 pixels are far beyond lambda, which are shares of .06, .29 and .68.
 #[test]
 fn occluded_pixels_are_not_learned() {
-    let model = Params { max_basis: 1, ..Params::default() }.model();
-    let mut tracker = tracking(model);
+    let mut tracker = tracking(Params { max_basis: 1, ..Params::default() });
     let ripple: Vec<f64> = (0..PIXELS).map(|n| if n % 2 == 0 { 0.02 } else { -0.02 }).collect();
     let mut pca = IncrementalPca::new(PIXELS);
     pca.update(&[vec![0.5; PIXELS], ripple.iter().map(|r| 0.5 + r).collect()], 1.0, 1);
