@@ -136,11 +136,8 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct AdaptiveLocalSparse(Params);
-
-impl Plugin for AdaptiveLocalSparse {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
@@ -153,20 +150,20 @@ impl Plugin for AdaptiveLocalSparse {
         Range::within("max_basis", 1.0, 256.0),
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         check_noise(&p.noise)?;
-        Ok(Self(p))
+        Ok(p)
     }
 }
 
 /// ASLA in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<AdaptiveLocalSparse>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "adaptive-local-sparse",
     2,
     "sparse codes of local patches, pooled by their alignment (ASLA)",
 );
 
-impl TrackerConfig for AdaptiveLocalSparse {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts::SAMPLES
     }
@@ -175,20 +172,19 @@ impl TrackerConfig for AdaptiveLocalSparse {
         let Some(geometry) = TEMPLATE.geometry(region) else {
             return Err(TrackerError::no_region("adaptive-local-sparse"));
         };
-        let p = &self.0;
         let estimate = SideLimits::of(frame).keep(geometry);
         let mut window = vec![0.0; PIXELS];
-        let first = p.grid.window(&estimate);
+        let first = self.grid.window(&estimate);
         let gray = Gray::of_part(frame, &TEMPLATE.window([&first]));
         TEMPLATE.sample(&gray, &first, LEVEL, &mut window);
         let tracker = Tracking {
-            params: p.clone(),
-            candidates: Candidates::new(p.samples, p.noise),
+            params: self.clone(),
+            candidates: Candidates::new(self.samples, self.noise),
             coder: Lasso {
-                lambda: p.lambda as f32,
+                lambda: self.lambda as f32,
                 sign: Sign::NonNegative,
-                tolerance: p.tolerance as f32,
-                rounds: p.rounds,
+                tolerance: self.tolerance as f32,
+                rounds: self.rounds,
             },
             work: Coding::default(),
             rng: seed::rng(context.seed),

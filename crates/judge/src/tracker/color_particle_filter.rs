@@ -186,28 +186,27 @@ impl TrackerConfig for Params {
         if annotated.iter().any(|v| !v.is_finite()) {
             return Err(TrackerError::no_region("color-particle-filter"));
         }
-        let p = self;
-        let hsv = match p.color_space {
+        let hsv = match self.color_space {
             ColorSpace::Auto => context.sequence.attributes().iter().any(|a| a == FACE),
             ColorSpace::Rgb => false,
             ColorSpace::Hsv => true,
         };
         let (deviations, mut rng) = (self.deviations(), seed::rng(context.seed));
-        let limits = EllipseLimits::new(p, frame);
+        let limits = EllipseLimits::new(self, frame);
         let first = limits.keep(annotated);
-        let mut cloud = Cloud::new(first, p.particles);
-        if p.initial_spread > 0.0 {
-            let wide = deviations.map(|d| d * p.initial_spread);
+        let mut cloud = Cloud::new(first, self.particles);
+        if self.initial_spread > 0.0 {
+            let wide = deviations.map(|d| d * self.initial_spread);
             cloud.diffuse(&wide, |e| limits.keep(e), || rng.sample(StandardNormal));
         }
-        let mut colors = Colors::new(p, hsv);
+        let mut colors = Colors::new(self, hsv);
         colors.look(frame, [&first]);
         let histogram = colors.histogram(frame, &first, &mut rng);
         let shares = histogram.shares();
         let model = Model::new(&shares);
-        let moments = moments(p, &cloud, &cloud.posterior(), histogram.likeness(&model));
+        let moments = moments(self, &cloud, &cloud.posterior(), histogram.likeness(&model));
         let state = TrackerState { posterior: Some(moments), ..TrackerState::initialized(region.clone()) };
-        let params = p.clone();
+        let params = self.clone();
         let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model, rho: Vec::new() };
         Ok((Box::new(tracker), state))
     }

@@ -102,11 +102,8 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Dsst(Params);
-
-impl Plugin for Dsst {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] = &[
         Range::within("window", 1.0, 6.0),
@@ -121,19 +118,19 @@ impl Plugin for Dsst {
         MapOptions::THRESHOLD,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         if p.scales.is_multiple_of(2) {
             return Err(ParamError::out_of_range("scales", "odd and from 1 to 99", p.scales));
         }
-        Ok(Self(p))
+        Ok(p)
     }
 }
 
 /// DSST in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Dsst>("dsst", 4, "correlation filters for the place and for the scale");
+    Entry::of::<Params>("dsst", 4, "correlation filters for the place and for the scale");
 
-impl TrackerConfig for Dsst {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts::RESPONSES
     }
@@ -143,12 +140,11 @@ impl TrackerConfig for Dsst {
         if ![first.x, first.y, first.w, first.h].iter().all(|v| v.is_finite()) {
             return Err(TrackerError::no_region("dsst"));
         }
-        let p = &self.0;
-        let mut target = Target::new(p, frame, region);
-        target.learn(p, frame);
-        target.respond(p);
-        let state = target.map.describe(&p.response, TrackerState::initialized(region.clone()));
-        Ok((Box::new(Tracking { params: p.clone(), target }), state))
+        let mut target = Target::new(self, frame, region);
+        target.learn(self, frame);
+        target.respond(self);
+        let state = target.map.describe(&self.response, TrackerState::initialized(region.clone()));
+        Ok((Box::new(Tracking { params: self.clone(), target }), state))
     }
 }
 

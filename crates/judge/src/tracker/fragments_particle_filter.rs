@@ -100,20 +100,19 @@ impl TrackerConfig for Params {
         if ![rect.x, rect.y, rect.w, rect.h].iter().all(|v| v.is_finite()) {
             return Err(TrackerError::no_region("fragments-particle-filter"));
         }
-        let p = self;
         let (x, y) = rect.center();
         let place = [x, y];
         let mut evidence = Evidence::new(layout::fragments(rect.w, rect.h), frame, &place);
         let reliabilities = vec![1.0 / evidence.len() as f64; evidence.len()];
-        let cloud = Cloud::new(place, p.particles);
+        let cloud = Cloud::new(place, self.particles);
         evidence.look(frame, &[place]);
         let mut rho = Vec::new();
         evidence.likeness(&place, &mut rho);
-        let likelihood = fuse(&rho, &votes(&reliabilities), 1.0, p.sigma_likelihood);
+        let likelihood = fuse(&rho, &votes(&reliabilities), 1.0, self.sigma_likelihood);
         let posterior = moments(&cloud, &cloud.posterior(), likelihood);
         let state = TrackerState { posterior: Some(posterior), ..TrackerState::initialized(region.clone()) };
         let tracker = Tracking {
-            params: p.clone(),
+            params: self.clone(),
             rng: seed::rng(context.seed),
             size: (rect.w, rect.h),
             cloud,

@@ -50,11 +50,8 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Ivt(Params);
-
-impl Plugin for Ivt {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
@@ -65,30 +62,29 @@ impl Plugin for Ivt {
         sparse_prototypes::FORGETTING,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         check_noise(&p.noise)?;
-        Ok(Self(p))
+        Ok(p)
     }
 }
 
 /// IVT in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Ivt>("ivt", 1, "principal components of the target, learned as it goes");
+    Entry::of::<Params>("ivt", 1, "principal components of the target, learned as it goes");
 
-impl TrackerConfig for Ivt {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        let p = &self.0;
         let params = sparse_prototypes::Params {
-            samples: p.samples,
-            noise: Some(p.noise),
-            likelihood_scale: p.likelihood_scale,
-            max_basis: p.max_basis,
-            batch: p.batch,
-            forgetting: p.forgetting,
+            samples: self.samples,
+            noise: Some(self.noise),
+            likelihood_scale: self.likelihood_scale,
+            max_basis: self.max_basis,
+            batch: self.batch,
+            forgetting: self.forgetting,
             ..sparse_prototypes::Params::default()
         };
         Tracking::start(ENTRY.kind, params, false, context.seed, frame, region)

@@ -128,9 +128,6 @@ struct Checked {
     response: MapOptions,
 }
 
-#[derive(Debug, Clone)]
-struct Kcf(Checked);
-
 impl Checked {
     /// Fills in the omitted parameters from the preset.
     fn of(p: &Params) -> Self {
@@ -162,7 +159,7 @@ impl Checked {
     }
 }
 
-impl Plugin for Kcf {
+impl Plugin for Checked {
     type Params = Params;
 
     const RANGES: &'static [Range] = &[
@@ -180,23 +177,23 @@ impl Plugin for Kcf {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        let c = Checked::of(&p);
+        let c = Self::of(&p);
         if (1..16).contains(&c.template) {
             return Err(ParamError::out_of_range("template", "0 or from 16 to 512", c.template));
         }
-        Ok(Self(c))
+        Ok(c)
     }
 
     fn shown(p: &Params) -> serde_json::Value {
-        show_params(&Checked::of(p))
+        show_params(&Self::of(p))
     }
 }
 
 /// KCF in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Kcf>("kcf", 4, "kernelized correlation filter on oriented gradients or gray values");
+    Entry::of::<Checked>("kcf", 4, "kernelized correlation filter on oriented gradients or gray values");
 
-impl TrackerConfig for Kcf {
+impl TrackerConfig for Checked {
     fn facts(&self) -> Facts {
         Facts::RESPONSES
     }
@@ -238,49 +235,48 @@ struct Memory {
     filter: FilterMemory,
 }
 
-impl Kcf {
+impl Checked {
     /// Target in a first frame of this size, with an untrained filter.
     fn follower(&self, frame: (usize, usize), region: &Region) -> Follower<KcfLook> {
-        let p = &self.0;
-        let place = Place::new(region, frame, p.template == 0);
+        let place = Place::new(region, frame, self.template == 0);
         let (w, h) = place.sides;
-        let (cell, channels, ring) = match p.features {
+        let (cell, channels, ring) = match self.features {
             // The ring of cells around the others is for the gradients.
-            Features::Hog => (p.cell, CHANNELS, 2),
+            Features::Hog => (self.cell, CHANNELS, 2),
             Features::Gray => (1, 1, 0),
         };
         let mut ratio = 1.0;
         let (size, cells, mean);
-        if p.template > 0 {
-            ratio = p.window * w.max(h) / p.template as f64;
-            let even = |side: f64| 2 * ((p.window * side / ratio) as usize / (2 * cell)).max(2);
+        if self.template > 0 {
+            ratio = self.window * w.max(h) / self.template as f64;
+            let even = |side: f64| 2 * ((self.window * side / ratio) as usize / (2 * cell)).max(2);
             cells = (even(w), even(h));
             size = ((cells.0 + ring) * cell, (cells.1 + ring) * cell);
-            mean = ((cells.0 * cells.1) as f64).sqrt() / p.window;
+            mean = ((cells.0 * cells.1) as f64).sqrt() / self.window;
         } else {
-            let pixels = |side: f64| ((p.window * side) as usize).max(3 * cell);
+            let pixels = |side: f64| ((self.window * side) as usize).max(3 * cell);
             size = (pixels(w), pixels(h));
             cells = (size.0 / cell, size.1 / cell);
             mean = (w * h).sqrt() / cell as f64;
         }
         let settings = Settings {
-            label_width: p.label_width * mean,
-            kernel_width: p.kernel_width,
-            lambda: p.lambda,
-            rate: p.rate,
-            update: p.update,
+            label_width: self.label_width * mean,
+            kernel_width: self.kernel_width,
+            lambda: self.lambda,
+            rate: self.rate,
+            update: self.update,
         };
-        let scales = if p.scale_step > 1.0 { vec![1.0, 1.0 / p.scale_step, p.scale_step] } else { vec![1.0] };
+        let step = self.scale_step;
         let search = Search {
-            steps: scales,
-            weight: p.scale_weight as f32,
+            steps: if step > 1.0 { vec![1.0, 1.0 / step, step] } else { vec![1.0] },
+            weight: self.scale_weight as f32,
             smaller_ends: true,
-            sub_cell: p.sub_cell,
+            sub_cell: self.sub_cell,
             tolerance: 1e-9,
-            response: p.response,
+            response: self.response,
         };
         let look = KcfLook {
-            params: p.clone(),
+            params: self.clone(),
             frame,
             region: region.clone(),
             size,

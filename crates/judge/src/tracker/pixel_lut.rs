@@ -136,15 +136,14 @@ impl TrackerConfig for Params {
         if ![given.x, given.y, given.w, given.h].iter().all(|v| v.is_finite()) {
             return Err(TrackerError::no_region("pixel-lut"));
         }
-        let p = self;
         let (cx, cy) = given.center();
         let (w, h) = (given.w.clamp(1.0, frame.width() as f64), given.h.clamp(1.0, frame.height() as f64));
         let rect = Rect::new(cx - w / 2.0, cy - h / 2.0, w, h);
-        let cells = |side: f64| (side.round() as usize).clamp(1, p.cells);
+        let cells = |side: f64| (side.round() as usize).clamp(1, self.cells);
         let (columns, rows) = (cells(w), cells(h));
         let mut target = Target {
             stretch: (given.w / w, given.h / h),
-            grid: Grid::new(&rect, (columns, rows), p.search_radius),
+            grid: Grid::new(&rect, (columns, rows), self.search_radius),
             model: Model::new(columns * rows),
             codes: Codes::default(),
             scores: Vec::new(),
@@ -154,15 +153,15 @@ impl TrackerConfig for Params {
             usual: 0.0,
             rect,
         };
-        target.look(p, frame);
+        target.look(self, frame);
         target.colors.follow(frame, &target.codes, &target.rect, 1.0);
-        let middle = (p.search_radius, p.search_radius);
+        let middle = (self.search_radius, self.search_radius);
         // The first windows to learn from are chosen without weights; later rounds see what was learned.
         for _ in 0..4 {
-            target.scan(p);
-            let example = target.example(p, frame, middle);
-            for _ in 0..p.rounds {
-                target.model.learn(&example, p.aggressiveness as f32);
+            target.scan(self);
+            let example = target.example(self, frame, middle);
+            for _ in 0..self.rounds {
+                target.model.learn(&example, self.aggressiveness as f32);
             }
             if let Some(first) = target.memory.first_mut() {
                 first.others.extend(example.others);
@@ -171,7 +170,7 @@ impl TrackerConfig for Params {
             }
         }
         target.usual = target.model.score(&target.memory[0].target);
-        let tracker = Tracking { params: p.clone(), target };
+        let tracker = Tracking { params: self.clone(), target };
         Ok((Box::new(tracker), TrackerState::initialized(region.clone())))
     }
 }

@@ -84,11 +84,8 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Samf(Params);
-
-impl Plugin for Samf {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] = &[
         Range::within("window", 1.0, 6.0),
@@ -101,20 +98,20 @@ impl Plugin for Samf {
         MapOptions::THRESHOLD,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         if !(1..=MAX_SCALES).contains(&p.scales.len()) {
             let rule = format!("1 to {MAX_SCALES} numbers");
             return Err(ParamError::out_of_range("scales", &rule, p.scales.len()));
         }
-        Ok(Self(p))
+        Ok(p)
     }
 }
 
 /// SAMF in the list of trackers.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Samf>("samf", 3, "kernelized correlation filter on gradients and colors, at seven scales");
+    Entry::of::<Params>("samf", 3, "kernelized correlation filter on gradients and colors, at seven scales");
 
-impl TrackerConfig for Samf {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts::RESPONSES
     }
@@ -132,31 +129,30 @@ fn channels(is_gray: bool) -> usize {
     CHANNELS + if is_gray { 2 } else { 1 + NAMES }
 }
 
-impl Samf {
+impl Params {
     /// Target in its first frame, with an untrained filter.
     fn follower(&self, frame: &Frame, region: &Region) -> Follower<SamfLook> {
-        let p = &self.0;
         let place = Place::new(region, (frame.width(), frame.height()), true);
-        let pixels = |side: f64| ((p.window * side) as usize).max(3 * CELL);
+        let pixels = |side: f64| ((self.window * side) as usize).max(3 * CELL);
         let size = (pixels(place.sides.0), pixels(place.sides.1));
         let settings = Settings {
-            label_width: p.label_width * (place.sides.0 * place.sides.1).sqrt() / CELL as f64,
-            kernel_width: p.kernel_width,
-            lambda: p.lambda,
-            rate: p.rate,
+            label_width: self.label_width * (place.sides.0 * place.sides.1).sqrt() / CELL as f64,
+            kernel_width: self.kernel_width,
+            lambda: self.lambda,
+            rate: self.rate,
             update: Update::Linear,
         };
         let is_gray = is_gray(frame);
         let filter = KernelFilter::new(size.0 / CELL, size.1 / CELL, channels(is_gray), settings);
         let search = Search {
-            steps: p.scales.clone(),
+            steps: self.scales.clone(),
             weight: 1.0,
             smaller_ends: false,
             sub_cell: false,
             tolerance: 0.0,
-            response: p.response,
+            response: self.response,
         };
-        let look = SamfLook { window: p.window, size, is_gray, hog: Hog::default() };
+        let look = SamfLook { window: self.window, size, is_gray, hog: Hog::default() };
         Follower::new(place, look, filter, search)
     }
 }

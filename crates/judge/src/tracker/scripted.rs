@@ -55,16 +55,13 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct Scripted(Params);
-
-impl Plugin for Scripted {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] =
         &[Range::of("drift").above(0.0).at_most(1.0), Range::of("jitter").at_least(0.0)];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         let mut first = 1;
         for loss in &p.losses {
             if loss.frame < first || loss.length == 0 {
@@ -77,20 +74,20 @@ impl Plugin for Scripted {
             }
             first = loss.frame.saturating_add(loss.length).saturating_add(1);
         }
-        Ok(Self(p))
+        Ok(p)
     }
 }
 
-impl Scripted {
+impl Params {
     /// Offset of the box to the right of the target in frame `t`, in widths of the target.
     fn offset(&self, t: usize) -> f64 {
-        let Some(loss) = self.0.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
+        let Some(loss) = self.losses.iter().find(|l| t < l.frame.saturating_add(l.length)) else {
             return 0.0;
         };
         if t >= loss.frame {
             return AWAY;
         }
-        (1.0 - self.0.drift * (loss.frame - t) as f64).max(0.0)
+        (1.0 - self.drift * (loss.frame - t) as f64).max(0.0)
     }
 }
 
@@ -99,12 +96,12 @@ const AWAY: f64 = 1.25;
 
 /// The scripted tracker in the list.
 pub const ENTRY: Entry<dyn TrackerConfig> =
-    Entry::of::<Scripted>("scripted", 2, "ground truth with losses at stated frames, for tests")
+    Entry::of::<Params>("scripted", 2, "ground truth with losses at stated frames, for tests")
         .example("{ losses = [{ frame = 12, length = 6 }] }");
 
-impl TrackerConfig for Scripted {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
-        let uses_seed = self.0.jitter > 0.0;
+        let uses_seed = self.jitter > 0.0;
         Facts { uses_seed, needs_truth: true, reads_pixels: false, ..Facts::BOXES }
     }
 
@@ -117,7 +114,7 @@ impl TrackerConfig for Scripted {
 }
 
 struct Tracking {
-    script: Scripted,
+    script: Params,
     truth: Vec<Option<Region>>,
     seed: u64,
     /// Index of the next frame.
@@ -142,7 +139,7 @@ impl Tracking {
         let turned: Vec<_> = corners.iter().map(|c| (c.1, c.0)).collect();
         let (w, h) = (longest_chord(&corners), longest_chord(&turned));
         let offset = self.script.offset(t);
-        let jitter = self.script.0.jitter;
+        let jitter = self.script.jitter;
         if offset > 0.0 || jitter == 0.0 {
             return truth.shifted(offset * w, 0.0);
         }

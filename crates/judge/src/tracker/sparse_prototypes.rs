@@ -172,11 +172,8 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-struct SparsePrototypes(Params);
-
-impl Plugin for SparsePrototypes {
-    type Params = Params;
+impl Plugin for Params {
+    type Params = Self;
 
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
@@ -193,15 +190,15 @@ impl Plugin for SparsePrototypes {
         Range::within("smallest_side", 1.0, 1000.0),
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
+    fn make(p: Self) -> Result<Self, ParamError> {
         check_noise(&p.deviations())?;
         if p.high < p.low {
             return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
         }
-        Ok(Self(p))
+        Ok(p)
     }
 
-    fn shown(p: &Params) -> serde_json::Value {
+    fn shown(p: &Self) -> serde_json::Value {
         show_params(&Params { noise: Some(p.deviations()), ..p.clone() })
     }
 }
@@ -214,19 +211,19 @@ impl Params {
 }
 
 /// SP in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<SparsePrototypes>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "sparse-prototypes",
     2,
     "principal components of the target and an L1 term for occlusion (SP)",
 );
 
-impl TrackerConfig for SparsePrototypes {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts::SAMPLES
     }
 
     fn start(&self, context: &RunContext<'_>, frame: &Frame, region: &Region) -> StartResult {
-        Tracking::start(ENTRY.kind, self.0.clone(), true, context.seed, frame, region)
+        Tracking::start(ENTRY.kind, self.clone(), true, context.seed, frame, region)
     }
 }
 

@@ -7,7 +7,7 @@ fn channels_are_those_of_the_table() {
     let region = Region::Rect(Rect::new(60.0, 40.0, 32.0, 24.0));
     for (gray, channels) in [(false, 42), (true, 33)] {
         let frame = texture(0.0, 0.0, 1.0, gray);
-        let Follower { place, mut look, .. } = Samf(Params::default()).follower(&frame, &region);
+        let Follower { place, mut look, .. } = Params::default().follower(&frame, &region);
         let mut features = Vec::new();
         look.look(&place, &frame, 1.0, &mut features);
         let cells = 20 * 15;
