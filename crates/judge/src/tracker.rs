@@ -108,6 +108,17 @@ impl Moments {
     }
 }
 
+/// Index of the first of the largest numbers; 0 if there are none.
+fn first_largest(numbers: impl Iterator<Item = f64>) -> usize {
+    let mut best = (0, f64::NEG_INFINITY);
+    for (i, number) in numbers.enumerate() {
+        if number > best.1 {
+            best = (i, number);
+        }
+    }
+    best.0
+}
+
 /// Numbers that describe the response map of a correlation tracker: its peaks, and the spread around them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Response {

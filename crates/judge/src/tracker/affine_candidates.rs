@@ -11,7 +11,7 @@
 //! likelihood is around it, not how uncertainty has grown. Components without noise are left
 //! out, since their variance of 0 would make every covariance singular.
 
-use super::Moments;
+use super::{Moments, first_largest};
 use crate::image::Frame;
 use crate::image::warp::{Geometry, Template};
 use crate::num::particles::posterior;
@@ -101,12 +101,7 @@ impl Candidates {
 
 /// Weights of sum 1 from finite log-likelihoods, and the index of the first best one.
 pub fn weigh(logarithms: &[f64]) -> (Vec<f64>, usize) {
-    let mut best = 0;
-    for (i, l) in logarithms.iter().enumerate() {
-        if *l > logarithms[best] {
-            best = i;
-        }
-    }
+    let best = first_largest(logarithms.iter().copied());
     // Relative to the best, so that the sum cannot vanish.
     let weights: Vec<f64> = logarithms.iter().map(|l| (l - logarithms[best]).exp()).collect();
     let sum: f64 = weights.iter().sum();

@@ -23,6 +23,7 @@
 pub mod place;
 pub mod response;
 
+use super::first_largest;
 use crate::image::Frame;
 use crate::image::patch::halved;
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann_plane};
@@ -67,13 +68,8 @@ fn signed(i: usize, n: usize) -> i64 {
 
 /// Peak of a response; among equal values the first, by row.
 pub fn peak(response: &[f32], width: usize, height: usize) -> Peak {
-    let mut best = (0, f32::NEG_INFINITY);
-    for (i, &v) in response.iter().enumerate() {
-        if v > best.1 {
-            best = (i, v);
-        }
-    }
-    Peak { value: best.1, x: signed(best.0 % width, width), y: signed(best.0 / width, height) }
+    let at = first_largest(response.iter().map(|v| f64::from(*v)));
+    Peak { value: response[at], x: signed(at % width, width), y: signed(at / width, height) }
 }
 
 /// Position of the vertex of a parabola through a peak `c` and its neighbors, in `[-0.5, 0.5]`.

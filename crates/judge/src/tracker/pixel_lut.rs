@@ -325,16 +325,11 @@ impl Target {
         values[place.1 * side + place.0] = f32::NEG_INFINITY;
         let mut others = Vec::new();
         while others.len() < p.violators {
-            let mut top = (f32::NEG_INFINITY, 0);
-            for (k, &v) in values.iter().enumerate() {
-                if v > top.0 {
-                    top = (v, k);
-                }
-            }
-            if top.0 == f32::NEG_INFINITY {
+            let top = super::first_largest(values.iter().map(|v| f64::from(*v)));
+            if values[top] == f32::NEG_INFINITY {
                 break;
             }
-            let (x, y) = (top.1 % side, top.1 / side);
+            let (x, y) = (top % side, top / side);
             others.push((self.grid.pattern(&self.codes, (x, y)), loss(x, y)));
             for row in values.chunks_exact_mut(side).skip(y.saturating_sub(near)).take(2 * near + 1) {
                 row[x.saturating_sub(near)..(x + near + 1).min(side)].fill(f32::NEG_INFINITY);

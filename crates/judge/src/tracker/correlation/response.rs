@@ -30,7 +30,7 @@
 
 use super::{Peak, signed};
 use crate::plugin;
-use crate::tracker::{Moments, Response, TrackerState};
+use crate::tracker::{Moments, Response, TrackerState, first_largest};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -79,9 +79,8 @@ impl ResponseMap {
 
     /// Map with borders. The peak is the first of the largest values.
     pub fn with_borders(values: Vec<f32>, width: usize, cell: f64) -> Self {
-        let value = extreme(&values, f32::NEG_INFINITY, |a, b| b > a);
-        let at = values.iter().position(|v| *v == value).unwrap_or(0);
-        let peak = Peak { value, x: (at % width) as i64, y: (at / width) as i64 };
+        let at = first_largest(values.iter().map(|v| f64::from(*v)));
+        let peak = Peak { value: values[at], x: (at % width) as i64, y: (at / width) as i64 };
         Self { values, width, wraps: false, peak, cell }
     }
 

@@ -4,6 +4,7 @@ use crate::image::patch::Patch;
 use crate::image::{Frame, Window};
 use crate::network::nanotrack::{Network, Template, Version, sigmoid};
 use crate::region::Rect;
+use crate::tracker::first_largest;
 
 /// Pixels of the search region between neighboring cells of the maps.
 const STRIDE: f64 = 16.0;
@@ -121,12 +122,7 @@ impl Target {
             }
         });
         let cells: Vec<Cell> = cells.collect();
-        let mut best = 0;
-        for (i, cell) in cells.iter().enumerate() {
-            if cell.rank > cells[best].rank {
-                best = i;
-            }
-        }
+        let best = first_largest(cells.iter().map(|cell| cell.rank));
         Look { place: *place, cells, side, best, cell: STRIDE / scale, rate: constants.rate }
     }
 }

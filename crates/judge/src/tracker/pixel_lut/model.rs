@@ -1,6 +1,7 @@
 //! The classifier: a weight for each code of each cell, learned from examples.
 
 use super::codes::{COLORS, Codes, TONES};
+use crate::tracker::first_largest;
 
 /// Codes under the cells of one window.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -96,14 +97,9 @@ impl Model {
 
     /// One step on the most violated constraint of an example. Returns the length of the step.
     pub fn learn(&mut self, example: &Example, most: f32) -> f32 {
-        let mut worst: Option<(f32, &(Pattern, f32))> = None;
-        for other in &example.others {
-            let v = other.1 + self.score(&other.0);
-            if worst.is_none_or(|(w, _)| v > w) {
-                worst = Some((v, other));
-            }
-        }
-        worst.map_or(0.0, |(_, other)| self.step(&example.target, other, &example.mask, most))
+        let violations = example.others.iter().map(|(other, loss)| f64::from(loss + self.score(other)));
+        let worst = example.others.get(first_largest(violations));
+        worst.map_or(0.0, |other| self.step(&example.target, other, &example.mask, most))
     }
 
     /// Fills the table of the tones.
