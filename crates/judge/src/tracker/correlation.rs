@@ -27,7 +27,6 @@ use super::first_largest;
 use crate::image::Frame;
 use crate::image::patch::halved;
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann_plane};
-use response::ResponseMap;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -219,20 +218,6 @@ impl KernelFilter {
         }
         self.fourier.backward(&self.product, &mut self.plane);
         Some(peak(&self.plane, self.fourier.width(), self.fourier.height()))
-    }
-
-    /// Moves the newest response, which has this peak, into `map`; `cell` is the side of a cell in pixels of
-    /// the frame.
-    pub fn hand_over(&mut self, peak: Peak, cell: f64, map: &mut ResponseMap) {
-        map.take(&mut self.plane, peak, cell);
-    }
-
-    /// Sets `map` to the response to a look.
-    pub fn fill(&mut self, map: &mut ResponseMap, features: &[f32], cell: f64) {
-        match self.respond(features) {
-            Some(peak) => self.hand_over(peak, cell, map),
-            None => map.clear(cell),
-        }
     }
 
     /// Position of the newest response's peak between cells, by parabolas, in cells.

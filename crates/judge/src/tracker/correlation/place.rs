@@ -132,7 +132,10 @@ impl<L: Look> Follower<L> {
     pub fn start(mut self, frame: &Frame, region: &Region) -> StartResult {
         self.learn(&reduced(frame, self.place.halvings));
         let cell = self.look.cell_side(&self.place, 1.0);
-        self.filter.fill(&mut self.map, &self.features, cell);
+        match self.filter.respond(&self.features) {
+            Some(peak) => self.map.take(&mut self.filter.plane, peak, cell),
+            None => self.map.clear(cell),
+        }
         let state = self.map.describe(&self.search.response, TrackerState::initialized(region.clone()));
         Ok((Box::new(self), state))
     }
@@ -156,7 +159,7 @@ impl<L: Look> Follower<L> {
                 let shift = if search.sub_cell { filter.refine(&peak) } else { whole };
                 let cell = look.cell_side(place, step);
                 best = Some((value, step, cell, shift));
-                filter.hand_over(peak, cell, map);
+                map.take(&mut filter.plane, peak, cell);
                 if search.smaller_ends && step < 1.0 {
                     break;
                 }
