@@ -200,14 +200,14 @@ impl TrackerConfig for Params {
             cloud.diffuse(&wide, |e| limits.keep(e), || rng.sample(StandardNormal));
         }
         let mut colors = Colors::new(self, hsv);
-        colors.look(frame, [&first]);
+        colors.grid.look(frame, &colors.binning, [&first]);
         let histogram = colors.histogram(frame, &first, &mut rng);
         let shares = histogram.shares();
         let model = Model::new(&shares);
         let moments = moments(self, &cloud, &cloud.posterior(), histogram.likeness(&model));
         let state = TrackerState { posterior: Some(moments), ..TrackerState::initialized(region.clone()) };
         let params = self.clone();
-        let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model, rho: Vec::new() };
+        let tracker = Tracking { params, deviations, rng, colors, cloud, shares, model };
         Ok((Box::new(tracker), state))
     }
 }
@@ -222,21 +222,17 @@ struct Tracking {
     /// Shares of `q`; the comparison with `q` is prepared from them.
     shares: Vec<f64>,
     model: Model,
-    /// Coefficient `rho` of each particle.
-    rho: Vec<f64>,
 }
 
 impl Tracker for Tracking {
     fn update(&mut self, frame: &Frame) -> Result<TrackerState, TrackerError> {
-        let Self { params, deviations, rng, colors, cloud, shares, model, rho } = self;
+        let Self { params, deviations, rng, colors, cloud, shares, model } = self;
         let limits = EllipseLimits::new(params, frame);
         cloud.diffuse(deviations, |e| limits.keep(e), || rng.sample(StandardNormal));
-        colors.look(frame, &cloud.states);
-        rho.clear();
-        for state in &cloud.states {
-            rho.push(colors.histogram(frame, state, rng).likeness(model));
-        }
-        cloud.weigh(relative_likelihoods(rho, params.sigma_color));
+        colors.grid.look(frame, &colors.binning, &cloud.states);
+        let likeness = |state: &Ellipse| colors.histogram(frame, state, rng).likeness(model);
+        let rho: Vec<f64> = cloud.states.iter().map(likeness).collect();
+        cloud.weigh(relative_likelihoods(&rho, params.sigma_color));
         let posterior = cloud.posterior();
         let histogram = colors.histogram(frame, &posterior.mean, rng);
         let moments = moments(params, cloud, &posterior, histogram.likeness(model));
@@ -260,6 +256,7 @@ impl Tracker for Tracking {
 }
 
 /// Computes color histograms of ellipses on a frame.
+#[derive(Clone)]
 struct Colors {
     kernel: Kernel,
     points: u32,
@@ -281,30 +278,13 @@ impl Colors {
         }
     }
 
-    /// Computes the bins of the pixels in and around these ellipses.
-    fn look<'a>(&mut self, frame: &Frame, ellipses: impl IntoIterator<Item = &'a Ellipse>) {
-        self.grid.look(frame, &self.binning, ellipses);
-    }
-
-    /// The histogram of an ellipse; the kernel that weighs pixels needs [`Colors::look`] before.
+    /// The histogram of an ellipse; the kernel that weighs pixels needs [`Grid::look`] before.
     fn histogram(&mut self, frame: &Frame, ellipse: &Ellipse, rng: &mut ChaCha8Rng) -> &Histogram {
         match self.kernel {
             Kernel::Epanechnikov => self.histogram.sum_inside(&self.grid, ellipse),
             Kernel::Points => self.histogram.sum_points(frame, &self.binning, ellipse, self.points, rng),
         }
         &self.histogram
-    }
-}
-
-/// The grid is computed anew for each frame, so a clone has an empty one.
-impl Clone for Colors {
-    fn clone(&self) -> Self {
-        Self {
-            binning: self.binning.clone(),
-            grid: Grid::default(),
-            histogram: self.histogram.clone(),
-            ..*self
-        }
     }
 }
 

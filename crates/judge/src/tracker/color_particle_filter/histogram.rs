@@ -79,11 +79,18 @@ impl Binning {
 }
 
 /// Bin numbers of the pixels that ellipses may cover.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Grid {
     width: usize,
     height: usize,
     cells: Vec<u16>,
+}
+
+/// A grid is computed anew for each frame, so a clone is empty.
+impl Clone for Grid {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl Grid {
@@ -154,7 +161,7 @@ impl Shape {
     /// Rows, of the first `height`, that have a pixel center inside.
     fn rows(&self, height: usize) -> Range<usize> {
         let (middle, reach) = (self.center.1, self.reach.0);
-        (middle - reach + 0.5) as usize..above(middle + reach - 0.5).min(height)
+        (middle - reach + 0.5) as usize..((middle + reach - 0.5).ceil() as usize).min(height)
     }
 }
 
@@ -300,12 +307,6 @@ impl Histogram {
 /// Sum of a bin. Rounding may have made the weight of a row's last pixel slightly negative, which is clamped.
 fn value([even, odd]: &[i64; 2]) -> f64 {
     (even + odd).max(0) as f64
-}
-
-/// Smallest integer not below `v`, at least 0.
-fn above(v: f64) -> usize {
-    let down = v as usize;
-    down.saturating_add(usize::from((down as f64) < v))
 }
 
 /// Color at `(x, y)`, measured from the center of the first pixel, rounded to bytes. Border pixels are
