@@ -317,12 +317,12 @@ impl EllipseLimits {
 }
 
 /// Likelihood `exp((rho - 1) / (2 sigma^2))` of a histogram with Bhattacharyya coefficient `rho`.
-fn likelihood(rho: f64, sigma: f64) -> f64 {
+pub(super) fn likelihood(rho: f64, sigma: f64) -> f64 {
     ((rho - 1.0) / (2.0 * sigma * sigma)).exp()
 }
 
 /// Likelihoods divided by the best one, so that a small `sigma` does not underflow.
-fn relative_likelihoods(rho: &[f64], sigma: f64) -> impl Iterator<Item = f64> {
+pub(super) fn relative_likelihoods(rho: &[f64], sigma: f64) -> impl Iterator<Item = f64> {
     let best = rho.iter().fold(0.0, |a: f64, &b| a.max(b));
     rho.iter().map(move |r| likelihood(1.0 + r - best, sigma))
 }

@@ -39,6 +39,7 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
+use super::color_particle_filter::{likelihood, relative_likelihoods};
 use super::{Facts, Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
@@ -192,11 +193,6 @@ fn votes(reliabilities: &[f64]) -> Vec<f64> {
     reliabilities.iter().map(|r| if *r >= limit { r / sum } else { 0.0 }).collect()
 }
 
-/// Likelihood `exp(-(1 - rho) / (2 sigma^2))`.
-fn likelihood(rho: f64, sigma: f64) -> f64 {
-    ((rho - 1.0) / (2.0 * sigma * sigma)).exp()
-}
-
 /// Likelihood of a place from its fragments' likenesses, divided by that of a likeness `best` in all of
 /// them.
 fn fuse(rho: &[f64], votes: &[f64], best: f64, sigma: f64) -> f64 {
@@ -206,10 +202,10 @@ fn fuse(rho: &[f64], votes: &[f64], best: f64, sigma: f64) -> f64 {
 
 /// Moves reliabilities towards the shares of the fragments' likelihoods.
 fn follow(reliabilities: &mut [f64], rho: &[f64], rate: f64, sigma: f64) {
-    let best = rho.iter().fold(0.0, |a: f64, &b| a.max(b));
-    let sum: f64 = rho.iter().map(|r| likelihood(1.0 + r - best, sigma)).sum();
-    for (r, rho) in reliabilities.iter_mut().zip(rho) {
-        *r = (1.0 - rate) * *r + rate * likelihood(1.0 + rho - best, sigma) / sum;
+    let likelihoods: Vec<f64> = relative_likelihoods(rho, sigma).collect();
+    let sum: f64 = likelihoods.iter().sum();
+    for (r, likelihood) in reliabilities.iter_mut().zip(likelihoods) {
+        *r = (1.0 - rate) * *r + rate * likelihood / sum;
     }
     // Without this, thousands of frames of rounding would add up.
     let sum: f64 = reliabilities.iter().sum();
