@@ -196,19 +196,11 @@ fn spatial(rect: Rect, run: u32) -> Rect {
         let (w, h) = (k * rect.w, k * rect.h);
         Rect::new(rect.x + (rect.w - w) / 2.0, rect.y + (rect.h - h) / 2.0, w, h)
     };
-    match run {
-        0 => rect.shifted(-dx, 0.0),
-        1 => rect.shifted(dx, 0.0),
-        2 => rect.shifted(0.0, -dy),
-        3 => rect.shifted(0.0, dy),
-        4 => rect.shifted(-dx, -dy),
-        5 => rect.shifted(dx, -dy),
-        6 => rect.shifted(-dx, dy),
-        7 => rect.shifted(dx, dy),
-        8 => scaled(0.8),
-        9 => scaled(0.9),
-        10 => scaled(1.1),
-        _ => scaled(1.2),
+    let shifts = [(-dx, 0.0), (dx, 0.0), (0.0, -dy), (0.0, dy), (-dx, -dy), (dx, -dy), (-dx, dy), (dx, dy)];
+    let run = run as usize;
+    match shifts.get(run) {
+        Some((dx, dy)) => rect.shifted(*dx, *dy),
+        None => scaled([0.8, 0.9, 1.1, 1.2][(run - shifts.len()).min(3)]),
     }
 }
 
