@@ -96,8 +96,7 @@ impl Target {
         let side = ((window.w * window.h) as f64).sqrt();
         let longest = frame.width().max(frame.height()) as f64;
         let radius = (0.5 * p.search * side).min(longest).max(2.0).round() as i64;
-        let mut correlator = Correlator::new(window.w, window.h, radius as usize);
-        correlator.set_template(&gray(frame, &window));
+        let correlator = Correlator::new(&gray(frame, &window), window.w, window.h, radius as usize);
         Self { region: region.clone(), window, moved: (0, 0), radius, correlator }
     }
 }
@@ -138,17 +137,12 @@ impl Tracker for Target {
 
 /// Gray values of a window. Beyond the frame its border is repeated.
 fn gray(frame: &Frame, w: &Window) -> Vec<u8> {
-    let columns: Vec<usize> =
-        (0..w.w as i64).map(|i| (w.x + i).clamp(0, frame.width() as i64 - 1) as usize).collect();
-    let mut out = Vec::with_capacity(w.w * w.h);
-    for j in 0..w.h as i64 {
-        let row = frame.row((w.y + j).clamp(0, frame.height() as i64 - 1) as usize);
-        out.extend(columns.iter().map(|&i| {
-            let [r, g, b] = [row[3 * i], row[3 * i + 1], row[3 * i + 2]].map(u32::from);
-            ((77 * r + 150 * g + 29 * b + 128) >> 8) as u8
-        }));
-    }
-    out
+    let places = (0..w.h as i64).flat_map(|j| (0..w.w as i64).map(move |i| (w.x + i, w.y + j)));
+    let gray = |(x, y): (i64, i64)| {
+        let [r, g, b] = frame.pixel_clamped(x, y).map(u32::from);
+        ((77 * r + 150 * g + 29 * b + 128) >> 8) as u8
+    };
+    places.map(gray).collect()
 }
 
 /// Scores of a template over search areas of one size.
@@ -169,42 +163,31 @@ struct Correlator {
 }
 
 impl Correlator {
-    fn new(w: usize, h: usize, radius: usize) -> Self {
-        let length = smooth((w + 2 * radius) * (h + 2 * radius));
-        let fourier = LineFourier::new(length);
-        let line = vec![0.0; length];
-        let spectrum = vec![Complex64::default(); fourier.spectrum_len()];
-        let template = spectrum.clone();
-        Self { w, h, radius, fourier, line, spectrum, template, sum: 0, energy: 0 }
-    }
-
-    fn width(&self) -> usize {
-        self.w + 2 * self.radius
-    }
-
-    fn set_template(&mut self, template: &[u8]) {
-        let width = self.width();
-        let n = self.line.len() as f64;
-        self.line.fill(0.0);
-        (self.sum, self.energy) = (0, 0);
-        for (row, line) in template.chunks_exact(self.w).zip(self.line.chunks_mut(width)) {
+    /// Correlator with a template of `w` x `h` gray values, by row.
+    fn new(template: &[u8], w: usize, h: usize, radius: usize) -> Self {
+        let width = w + 2 * radius;
+        let length = smooth(width * (h + 2 * radius));
+        let mut fourier = LineFourier::new(length);
+        let mut line = vec![0.0; length];
+        let mut spectrum = vec![Complex64::default(); fourier.spectrum_len()];
+        let (mut sum, mut energy) = (0, 0);
+        for (row, line) in template.chunks_exact(w).zip(line.chunks_mut(width)) {
             for (&t, o) in row.iter().zip(line) {
                 *o = centered(t);
                 let t = *o as i64;
-                self.sum += t;
-                self.energy += t * t;
+                sum += t;
+                energy += t * t;
             }
         }
-        self.fourier.forward(&mut self.line, &mut self.spectrum);
-        for (t, s) in self.template.iter_mut().zip(&self.spectrum) {
-            *t = s.conj() / n;
-        }
+        fourier.forward(&mut line, &mut spectrum);
+        let template = spectrum.iter().map(|s| s.conj() / length as f64).collect();
+        Self { w, h, radius, fourier, line, spectrum, template, sum, energy }
     }
 
     /// NCC at each place, rows from the top, `2 radius + 1` in each direction. `area` has the gray values of
     /// the search area, by row.
     fn scores(&mut self, area: &[u8]) -> Vec<f64> {
-        let width = self.width();
+        let width = self.w + 2 * self.radius;
         self.line.fill(0.0);
         for (o, &v) in self.line.iter_mut().zip(area) {
             *o = centered(v);

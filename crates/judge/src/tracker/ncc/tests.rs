@@ -23,8 +23,7 @@ proptest! {
         let (width, height) = (w + 2 * r, h + 2 * r);
         let area: Vec<u8> = (0..width * height).map(|k| bytes[k % 397]).collect();
         let template: Vec<u8> = (0..w * h).map(|k| bytes[(k * 7 + 3) % 399]).collect();
-        let mut c = Correlator::new(w, h, r);
-        c.set_template(&template);
+        let mut c = Correlator::new(&template, w, h, r);
         let scores = c.scores(&area);
         for dy in 0..=2 * r {
             for dx in 0..=2 * r {
@@ -47,8 +46,7 @@ fn transformed_sums_are_nearly_whole_numbers() {
     for seed in [1_u32, 2] {
         let byte = |i: u32, k: u32| 255 * ((i.wrapping_mul(2_654_435_761) ^ k).count_ones() % 2) as u8;
         let bytes = |n: u32, k: u32| -> Vec<u8> { (0..n).map(|i| byte(i, k)).collect() };
-        let mut c = Correlator::new(260, 220, 110);
-        c.set_template(&bytes(260 * 220, seed));
+        let mut c = Correlator::new(&bytes(260 * 220, seed), 260, 220, 110);
         c.scores(&bytes(480 * 440, seed ^ 77));
         let worst = (0..=220)
             .flat_map(|dy| c.line[dy * 480..dy * 480 + 221].iter())
