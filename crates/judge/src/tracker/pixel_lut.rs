@@ -222,17 +222,16 @@ impl Grid {
         Self { origin: (x, y), size: (w, h), columns, rows }
     }
 
+    /// Columns and rows of the cells, row by row.
+    fn cells(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.rows.iter().flat_map(move |&y| self.columns.iter().map(move |&x| (x, y)))
+    }
+
     /// Codes under the cells at a shift, which counts from `(-radius, -radius)`.
     fn pattern(&self, codes: &Codes, (dx, dy): (usize, usize)) -> Pattern {
-        let mut pattern = Pattern::default();
-        for &y in &self.rows {
-            for &x in &self.columns {
-                let at = (y + dy) * codes.width + x + dx;
-                pattern.colors.push(codes.colors[at]);
-                pattern.tones.push(codes.tones[at]);
-            }
-        }
-        pattern
+        let places = self.cells().map(|(x, y)| (y + dy) * codes.width + x + dx);
+        let (colors, tones) = places.map(|at| (codes.colors[at], codes.tones[at])).unzip();
+        Pattern { colors, tones }
     }
 }
 
@@ -335,15 +334,12 @@ impl Target {
                 row[x.saturating_sub(near)..(x + near + 1).min(side)].fill(f32::NEG_INFINITY);
             }
         }
-        let mut mask = Vec::with_capacity(self.model.cells());
-        for &y in &self.grid.rows {
-            for &x in &self.grid.columns {
-                let (x, y) =
-                    ((x + place.0) as i64 + self.grid.origin.0, (y + place.1) as i64 + self.grid.origin.1);
-                let probability = self.colors.probability(frame, x, y);
-                mask.push((p.mask_floor + (1.0 - p.mask_floor) * probability) as f32);
-            }
-        }
+        let weight = |(x, y): (usize, usize)| {
+            let (left, top) = self.grid.origin;
+            let at = ((x + place.0) as i64 + left, (y + place.1) as i64 + top);
+            (p.mask_floor + (1.0 - p.mask_floor) * self.colors.probability(frame, at.0, at.1)) as f32
+        };
+        let mask = self.grid.cells().map(weight).collect();
         Example { target: self.grid.pattern(&self.codes, place), others, mask }
     }
 }

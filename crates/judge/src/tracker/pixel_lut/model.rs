@@ -4,7 +4,7 @@ use super::codes::{COLORS, Codes, TONES};
 use crate::tracker::first_largest;
 
 /// Codes under the cells of one window.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
     /// Color codes, one per cell.
     pub colors: Vec<u16>,
