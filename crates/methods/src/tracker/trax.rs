@@ -324,49 +324,40 @@ fn answer(text: &str) -> Result<Answer, TraxError> {
 /// [`TraxError::Unwritable`] if a path is empty, not UTF-8 or has a NUL, a key is not valid, the version is
 /// not supported, or the message is longer than [`MAX_MESSAGE_BYTES`].
 pub fn write(message: &Message) -> Result<String, TraxError> {
-    let mut line = String::from(PREFIX);
-    let properties = match message {
-        Message::Hello(hello) => {
-            if !(1..=LATEST_VERSION).contains(&hello.version) {
-                return Err(TraxError::Unwritable(format!("version {}", hello.version)));
+    let (kind, arguments, properties) = match message {
+        Message::Hello(Hello { version, images, regions, properties }) => {
+            if !(1..=LATEST_VERSION).contains(version) {
+                return Err(TraxError::Unwritable(format!("version {version}")));
             }
-            line.push_str("hello");
-            let lists = [("trax.image", &hello.images), ("trax.region", &hello.regions)];
-            push_property(&mut line, "trax.version", &hello.version.to_string())?;
-            for (key, words) in lists {
-                push_property(&mut line, key, &words.join(";"))?;
-            }
-            &hello.properties
+            let version = format!("trax.version={version}");
+            let images = format!("trax.image={}", images.join(";"));
+            let regions = format!("trax.region={}", regions.join(";"));
+            ("hello", vec![version, images, regions], properties)
         }
         Message::Initialize { image, region, properties } => {
-            line.push_str("initialize");
-            if let Some(image) = image {
-                push_image(&mut line, image)?;
-            }
-            push_quoted(&mut line, &numbers(region))?;
-            properties
+            let image = image.as_deref().map(image_argument).transpose()?;
+            ("initialize", image.into_iter().chain([numbers(region)]).collect(), properties)
         }
-        Message::Frame { image, properties } => {
-            line.push_str("frame");
-            push_image(&mut line, image)?;
-            properties
+        Message::Frame { image, properties } => ("frame", vec![image_argument(image)?], properties),
+        Message::TrackerState { answer: Answer::Region(region), properties } => {
+            ("state", vec![numbers(region)], properties)
         }
-        Message::TrackerState { answer, properties } => {
-            line.push_str("state");
-            let text = match answer {
-                Answer::Region(region) => numbers(region),
-                Answer::Code(code) => code.to_string(),
-            };
-            push_quoted(&mut line, &text)?;
-            properties
+        Message::TrackerState { answer: Answer::Code(code), properties } => {
+            ("state", vec![code.to_string()], properties)
         }
-        Message::Quit { properties } => {
-            line.push_str("quit");
-            properties
-        }
+        Message::Quit { properties } => ("quit", Vec::new(), properties),
     };
+    let mut line = format!("{PREFIX}{kind}");
+    for argument in arguments {
+        push_quoted(&mut line, &argument)?;
+    }
     for (key, value) in properties {
-        push_property(&mut line, key, value)?;
+        if !is_key(key) {
+            let key = shorten_to(key, 80);
+            let rule = "a key has 1 to 64 letters, digits, `.` or `_`";
+            return Err(TraxError::Unwritable(format!("the key `{key}`; {rule}")));
+        }
+        push_quoted(&mut line, &format!("{key}={value}"))?;
     }
     if line.len() > MAX_MESSAGE_BYTES {
         return Err(TraxError::Unwritable(format!("a message of more than {MAX_MESSAGE_BYTES} bytes")));
@@ -384,21 +375,11 @@ pub(super) fn numbers(region: &Region) -> String {
     values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
-fn push_image(line: &mut String, path: &Path) -> Result<(), TraxError> {
+fn image_argument(path: &Path) -> Result<String, TraxError> {
     let text = path.to_str().filter(|t| !t.is_empty()).ok_or_else(|| {
         TraxError::Unwritable(format!("the path {}, which is empty or not UTF-8", path.display()))
     })?;
-    push_quoted(line, &format!("{SCHEME}{text}"))
-}
-
-fn push_property(line: &mut String, key: &str, value: &str) -> Result<(), TraxError> {
-    if !is_key(key) {
-        return Err(TraxError::Unwritable(format!(
-            "the key `{}`; a key has 1 to 64 letters, digits, `.` or `_`",
-            shorten_to(key, 80)
-        )));
-    }
-    push_quoted(line, &format!("{key}={value}"))
+    Ok(format!("{SCHEME}{text}"))
 }
 
 fn push_quoted(line: &mut String, text: &str) -> Result<(), TraxError> {
