@@ -27,7 +27,6 @@ struct Wire {
     start_frame: u32,
     end_frame: u32,
     res_type: String,
-    #[serde(default)]
     tmplsize: Option<Vec<f64>>,
     res: Vec<Vec<f64>>,
 }

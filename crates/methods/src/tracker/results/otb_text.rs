@@ -33,19 +33,14 @@ impl From<Base> for u8 {
     }
 }
 
-/// Error: pixels are not counted from this number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{0}; pixels are counted from 0 or from 1")]
-pub struct BaseError(pub u8);
-
 impl TryFrom<u8> for Base {
-    type Error = BaseError;
+    type Error = String;
 
-    fn try_from(number: u8) -> Result<Self, BaseError> {
+    fn try_from(number: u8) -> Result<Self, String> {
         match number {
             0 => Ok(Self::Zero),
             1 => Ok(Self::One),
-            other => Err(BaseError(other)),
+            other => Err(format!("{other}; pixels are counted from 0 or from 1")),
         }
     }
 }

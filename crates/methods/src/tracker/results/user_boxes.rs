@@ -144,7 +144,7 @@ impl BoxFormat {
 
     /// Columns of boxes in pixels, and up to `spare` further columns, which are not read.
     fn in_pixels(roles: &[Role], spare: usize) -> Self {
-        Self::Columns(Columns::new(roles.to_vec(), Some(false)).and_spare(spare))
+        Self::Columns(Columns::new(roles.to_vec(), spare, Some(false)))
     }
 
     /// The format with a name such as `xywh`, or with words for columns between commas.
@@ -179,10 +179,7 @@ impl BoxFormat {
 
     /// Words for the columns that are not read.
     pub fn unread(&self) -> Vec<&'static str> {
-        match self {
-            Self::Columns(columns) => columns.unread(),
-            Self::Vot | Self::Yolo => Vec::new(),
-        }
+        self.columns().map_or_else(Vec::new, Columns::unread)
     }
 
     /// Usual number of the top left pixel; `None` if the format is in fractions of the frame.

@@ -85,14 +85,10 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Columns of a box with the given unit; see [`Columns::shares`].
-    pub(super) fn new(roles: Vec<Role>, shares: Option<bool>) -> Self {
-        Self { roles, spare: 0, shares }
-    }
-
-    /// The same columns, followed by up to `spare` further columns, which are not read.
-    pub(super) fn and_spare(self, spare: usize) -> Self {
-        Self { spare, ..self }
+    /// Columns of a box with the given unit, see [`Columns::shares`], and up to `spare` further columns, which are not
+    /// read.
+    pub(super) fn new(roles: Vec<Role>, spare: usize, shares: Option<bool>) -> Self {
+        Self { roles, spare, shares }
     }
 
     /// The columns that the words name; unknown words are columns that are not read. `text` is the whole
@@ -116,7 +112,7 @@ impl Columns {
         if roles.iter().any(|role| is_read(*role) && has_two(role)) {
             return Err(ColumnsError::Twice(text()));
         }
-        let columns = Self::new(roles, None);
+        let columns = Self::new(roles, 0, None);
         let is_whole = columns.side(Left, Right, CenterX, Width).is_some()
             && columns.side(Top, Bottom, CenterY, Height).is_some();
         if is_whole { Ok(Some(columns)) } else { Err(ColumnsError::Incomplete(text())) }

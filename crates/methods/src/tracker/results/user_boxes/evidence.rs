@@ -202,7 +202,7 @@ impl Table<'_> {
                 continue;
             }
             for sides in [CENTERS, CORNERS] {
-                let columns = Columns::new(self.roles(before, sides), Some(true));
+                let columns = Columns::new(self.roles(before, sides), 0, Some(true));
                 let is_yolo = sides == CENTERS && (self.count == 4 || *before == [Class]);
                 let format = if is_yolo { BoxFormat::Yolo } else { BoxFormat::Columns(columns.clone()) };
                 let one = Found::new(format, columns, shape, true, &self.rows);
@@ -222,7 +222,7 @@ impl Table<'_> {
             }
             let is_mot = before == [Frame, Target];
             for sides in [SIDES, CORNERS] {
-                let columns = Columns::new(self.roles(before, sides), Some(false));
+                let columns = Columns::new(self.roles(before, sides), 0, Some(false));
                 let format = match is_mot && sides == SIDES {
                     true => BoxFormat::mot(),
                     false => BoxFormat::Columns(columns.clone()),
