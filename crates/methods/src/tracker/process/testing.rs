@@ -29,13 +29,8 @@ impl Kind {
     pub const ALL: [Self; 4] = [Self::Lines, Self::Trax, Self::Signal, Self::Detector];
 
     /// The word by which scripts and tables know it.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Lines => "lines",
-            Self::Trax => "trax",
-            Self::Signal => "signal",
-            Self::Detector => "detector",
-        }
+    pub fn word(self) -> String {
+        format!("{self:?}").to_lowercase()
     }
 }
 
