@@ -2,7 +2,7 @@
 
 mod scenes;
 
-use super::testing::{Scene, context, excerpt, run, track};
+use super::testing::{Scene, context, excerpt, numbers, run, track};
 use super::*;
 use crate::plugin::{Configured, find};
 use crate::region::{Areas, Rect};
@@ -38,12 +38,7 @@ fn finite(state: &TrackerState) -> bool {
         let weights = [m.effective_samples, m.samples, m.entropy, m.likelihood];
         m.mean.iter().chain(&m.covariance).copied().chain(weights)
     });
-    let map = state.response.iter().flat_map(|r| {
-        let peaks = [r.peak, r.second_peak, r.lowest, r.mean, r.deviation];
-        let sidelobes = [r.sidelobe_mean, r.sidelobe_deviation, r.narrow_sidelobe_mean];
-        peaks.into_iter().chain(sidelobes).chain([r.narrow_sidelobe_deviation])
-    });
-    let moments = moments.chain(map);
+    let moments = moments.chain(state.response.iter().flat_map(numbers));
     !corners.is_empty() && corners.iter().flat_map(|c| [c.0, c.1]).chain(moments).all(f64::is_finite)
 }
 

@@ -1,7 +1,7 @@
 //! Helpers for tests of trackers.
 
 use super::correlation::response::{MapOptions, ResponseMap};
-use super::{RunContext, TRACKERS, TrackerConfig, TrackerState, correlation};
+use super::{Response, RunContext, TRACKERS, TrackerConfig, TrackerState, correlation};
 use crate::image::Frame;
 use crate::plugin::find;
 use crate::region::{Rect, Region};
@@ -180,6 +180,21 @@ pub fn state_of_map_by(options: &MapOptions, values: &[f32], width: usize) -> Tr
 /// Like [`state_of_map_by`], with the default options.
 pub fn state_of_map(values: &[f32], width: usize) -> TrackerState {
     state_of_map_by(&MapOptions::default(), values, width)
+}
+
+/// The numbers of a response map.
+pub fn numbers(r: &Response) -> [f64; 9] {
+    [
+        r.peak,
+        r.second_peak,
+        r.lowest,
+        r.mean,
+        r.deviation,
+        r.sidelobe_mean,
+        r.sidelobe_deviation,
+        r.narrow_sidelobe_mean,
+        r.narrow_sidelobe_deviation,
+    ]
 }
 
 /// Response map of 20 x 16 cells with two peaks over a pattern. All values are exact.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::tracker::testing::{state_of_map_by, two_peaks};
+use crate::tracker::testing::{numbers, state_of_map_by, two_peaks};
 use proptest::prelude::*;
 
 fn describe(values: &[f32], width: usize, options: &MapOptions) -> (Response, Moments) {
@@ -16,20 +16,6 @@ fn close(ours: &[f64], theirs: &[f64], tolerance: f64) {
     for (a, b) in ours.iter().zip(theirs) {
         assert!((a - b).abs() <= tolerance * b.abs().max(1.0), "{ours:?} {theirs:?}");
     }
-}
-
-fn numbers(r: &Response) -> [f64; 9] {
-    [
-        r.peak,
-        r.second_peak,
-        r.lowest,
-        r.mean,
-        r.deviation,
-        r.sidelobe_mean,
-        r.sidelobe_deviation,
-        r.narrow_sidelobe_mean,
-        r.narrow_sidelobe_deviation,
-    ]
 }
 
 fn density(m: &Moments) -> [f64; 7] {
