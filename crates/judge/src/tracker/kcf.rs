@@ -259,13 +259,8 @@ impl Checked {
             cells = (size.0 / cell, size.1 / cell);
             mean = (w * h).sqrt() / cell as f64;
         }
-        let settings = Settings {
-            label_width: self.label_width * mean,
-            kernel_width: self.kernel_width,
-            lambda: self.lambda,
-            rate: self.rate,
-            update: self.update,
-        };
+        let &Self { kernel_width, lambda, rate, update, .. } = self;
+        let settings = Settings { label_width: self.label_width * mean, kernel_width, lambda, rate, update };
         let step = self.scale_step;
         let search = Search {
             steps: if step > 1.0 { vec![1.0, 1.0 / step, step] } else { vec![1.0] },
@@ -350,13 +345,8 @@ impl Look for KcfLook {
 
     fn save(&self, place: &Place, filter: &KernelFilter) -> Option<Vec<u8>> {
         let (frame, region) = (self.frame, self.region.clone());
-        saved::to_bytes(&Memory {
-            frame,
-            region,
-            moved: place.moved,
-            scale: place.scale,
-            filter: filter.memory(),
-        })
+        let (moved, scale, filter) = (place.moved, place.scale, filter.memory());
+        saved::to_bytes(&Memory { frame, region, moved, scale, filter })
     }
 }
 

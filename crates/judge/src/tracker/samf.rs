@@ -135,13 +135,9 @@ impl Params {
         let place = Place::new(region, (frame.width(), frame.height()), true);
         let pixels = |side: f64| ((self.window * side) as usize).max(3 * CELL);
         let size = (pixels(place.sides.0), pixels(place.sides.1));
-        let settings = Settings {
-            label_width: self.label_width * (place.sides.0 * place.sides.1).sqrt() / CELL as f64,
-            kernel_width: self.kernel_width,
-            lambda: self.lambda,
-            rate: self.rate,
-            update: Update::Linear,
-        };
+        let &Self { kernel_width, lambda, rate, .. } = self;
+        let label_width = self.label_width * (place.sides.0 * place.sides.1).sqrt() / CELL as f64;
+        let settings = Settings { label_width, kernel_width, lambda, rate, update: Update::Linear };
         let is_gray = is_gray(frame);
         let filter = KernelFilter::new(size.0 / CELL, size.1 / CELL, channels(is_gray), settings);
         let search = Search {
