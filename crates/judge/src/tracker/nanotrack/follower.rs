@@ -100,8 +100,7 @@ impl Follower {
 
     /// Saves the state.
     pub fn memory(&self) -> Memory {
-        let (color, features) = self.target.memory();
-        Memory { place: self.place, color, features }
+        Memory { place: self.place, color: self.target.color, features: self.target.features.clone() }
     }
 
     /// Restores a saved state; `None` if it is of another version or invalid.

@@ -66,9 +66,9 @@ pub struct Target {
     network: &'static Network,
     template: Template,
     /// Features of the template, from which it can be restored.
-    features: Vec<f32>,
+    pub features: Vec<f32>,
     /// Mean color of the first frame, which fills pixels outside of frames.
-    color: [f32; 3],
+    pub color: [f32; 3],
 }
 
 impl Target {
@@ -81,12 +81,7 @@ impl Target {
         Self { network, template: network.template(&features), features: features.values(), color }
     }
 
-    /// Color and features for [`Self::remembered`].
-    pub fn memory(&self) -> ([f32; 3], Vec<f32>) {
-        (self.color, self.features.clone())
-    }
-
-    /// Restores the target of a [`Self::memory`]; `None` if the number of features is wrong.
+    /// Restores a target of its color and features; `None` if the number of features is wrong.
     pub fn remembered(version: Version, color: [f32; 3], features: Vec<f32>) -> Option<Self> {
         let network = Network::of(version);
         let template = network.template(&network.features_of_template(&features)?);
