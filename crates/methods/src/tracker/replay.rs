@@ -222,16 +222,10 @@ impl Replay {
         let end = u64::from(boxes.first) + boxes.regions.len() as u64;
         let needed = u64::from(first) + count as u64;
         if boxes.first > first || end < needed {
-            return Err(DatasetError::content(
-                path,
-                format!(
-                    "frames {} to {} do not cover {} from {first} to {}; runs that start later are not read",
-                    boxes.first,
-                    end - 1,
-                    sequence.name(),
-                    needed - 1
-                ),
-            ));
+            let frames = format!("frames {} to {}", boxes.first, end - 1);
+            let used = format!("{} from {first} to {}", sequence.name(), needed - 1);
+            let message = format!("{frames} do not cover {used}; runs that start later are not read");
+            return Err(DatasetError::content(path, message));
         }
         let from_start = boxes.first == first;
         let skipped = (first - boxes.first) as usize;

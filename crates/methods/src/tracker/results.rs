@@ -126,10 +126,9 @@ pub fn align((start, end): (u32, u32), numbering: Numbering) -> Result<u32, Stri
     let by_dataset = start >= first && end <= last;
     let from_one = start >= 1 && u64::from(end) <= span;
     match (by_dataset, from_one) {
-        (true, _) if first == 1 => Ok(start),
         (true, false) => Ok(start),
         (false, true) => Ok(first + (start - 1)),
-        (true, true) if end == last => Ok(start),
+        (true, true) if first == 1 || end == last => Ok(start),
         (true, true) if u64::from(end) == span => Ok(first + (start - 1)),
         (true, true) => Err(format!(
             "frames {start} to {end} may be the dataset's own numbers or counted from 1; give results of the whole \

@@ -51,19 +51,15 @@ pub fn parse(
     })?;
     let count = entries.len();
     let Some(entry) = entries.into_iter().nth(run as usize) else {
-        return Err(DatasetError::content(
-            path,
-            format!("there is no run {run}; the file has {count}, from 0"),
-        ));
+        let message = format!("there is no run {run}; the file has {count}, from 0");
+        return Err(DatasetError::content(path, message));
     };
     let fault = |message: String| DatasetError::content(path, format!("entry {}: {message}", run + 1));
     let (start, end) = (entry.start_frame, entry.end_frame);
-    let stated = (u64::from(end) + 1).saturating_sub(start.into());
-    if stated != entry.res.len() as u64 || stated == 0 {
-        return Err(fault(format!(
-            "{} boxes for frames {start} to {end}, which are {stated}; none is made up or dropped",
-            entry.res.len()
-        )));
+    let (stated, rows) = ((u64::from(end) + 1).saturating_sub(start.into()), entry.res.len());
+    if stated != rows as u64 || stated == 0 {
+        let range = format!("frames {start} to {end}, which are {stated}");
+        return Err(fault(format!("{rows} boxes for {range}; none is made up or dropped")));
     }
     let first = align((start, end), numbering).map_err(fault)?;
     let affine = match entry.res_type.as_str() {
@@ -79,7 +75,7 @@ pub fn parse(
             )));
         }
     };
-    let mut regions = Vec::with_capacity(entry.res.len());
+    let mut regions = Vec::with_capacity(rows);
     for (i, row) in entry.res.iter().enumerate() {
         let expected = if affine.is_some() { 6 } else { 4 };
         if row.len() != expected {
@@ -87,7 +83,7 @@ pub fn parse(
         }
         let region = match affine {
             None => region(row, base),
-            Some(template) => region(&affine_corners(row, template), base),
+            Some(template) => region(affine_corners(row, template).as_flattened(), base),
         };
         let at = || format!("entry {}, box {}", run + 1, i + 1);
         regions.push(region.map_err(|source| BoxError { at: at(), source }));
@@ -96,14 +92,11 @@ pub fn parse(
 }
 
 /// Corners of an affine box, clockwise from the top left corner of the template.
-fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [f64; 8] {
-    let mut corners = [0.0; 8];
-    for (k, (u, v)) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].into_iter().enumerate() {
+fn affine_corners(p: &[f64], (w, h): (f64, f64)) -> [[f64; 2]; 4] {
+    [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| {
         let (u, v) = (u * w, v * h);
-        corners[2 * k] = p[0] + p[2] * u + p[3] * v;
-        corners[2 * k + 1] = p[1] + p[4] * u + p[5] * v;
-    }
-    corners
+        [p[0] + p[2] * u + p[3] * v, p[1] + p[4] * u + p[5] * v]
+    })
 }
 
 #[cfg(test)]

@@ -76,11 +76,8 @@ fn columns(line: &str) -> Option<[usize; 9]> {
     if names.len() != COLUMNS.len() {
         return None;
     }
-    let mut order = [0; 9];
-    for (place, column) in order.iter_mut().zip(COLUMNS) {
-        *place = names.iter().position(|name| *name == column)?;
-    }
-    Some(order)
+    let place = |column: &&str| names.iter().position(|name| name == column);
+    COLUMNS.iter().map(place).collect::<Option<Vec<usize>>>()?.try_into().ok()
 }
 
 fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
@@ -96,11 +93,8 @@ fn row(cells: &[&str; 9], (width, height): (f64, f64)) -> Result<Row, String> {
     };
     let score = Some(number("score", score)?).filter(|v| !v.is_nan());
     let region = if present {
-        let mut share = [0.0; 4];
-        for ((share, word), name) in share.iter_mut().zip(coordinates).zip(&COLUMNS[5..]) {
-            *share = number(name, word)?;
-        }
-        let [x0, x1, y0, y1] = share;
+        let share = |k: usize| number(COLUMNS[5 + k], coordinates[k]);
+        let (x0, x1, y0, y1) = (share(0)?, share(1)?, share(2)?, share(3)?);
         Region::from_numbers(&[x0 * width, y0 * height, (x1 - x0) * width, (y1 - y0) * height])
             .map_err(NoBox::from)
     } else {
