@@ -199,7 +199,9 @@ impl TrackerConfig for Params {
             let wide = deviations.map(|d| d * self.initial_spread);
             cloud.diffuse(&wide, |e| limits.keep(e), || rng.sample(StandardNormal));
         }
-        let mut colors = Colors::new(self, hsv);
+        let binning = Binning::new(hsv, self.bins);
+        let (kernel, points, histogram) = (self.kernel, self.points, Histogram::new(binning.len()));
+        let mut colors = Colors { kernel, points, binning, grid: Grid::default(), histogram };
         colors.grid.look(frame, &colors.binning, [&first]);
         let histogram = colors.histogram(frame, &first, &mut rng);
         let shares = histogram.shares();
@@ -267,17 +269,6 @@ struct Colors {
 }
 
 impl Colors {
-    fn new(params: &Params, hsv: bool) -> Self {
-        let binning = Binning::new(hsv, params.bins);
-        Self {
-            kernel: params.kernel,
-            points: params.points,
-            grid: Grid::default(),
-            histogram: Histogram::new(binning.len()),
-            binning,
-        }
-    }
-
     /// The histogram of an ellipse; the kernel that weighs pixels needs [`Grid::look`] before.
     fn histogram(&mut self, frame: &Frame, ellipse: &Ellipse, rng: &mut ChaCha8Rng) -> &Histogram {
         match self.kernel {
