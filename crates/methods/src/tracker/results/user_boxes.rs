@@ -132,11 +132,6 @@ impl BoxFormat {
         Self::in_pixels(&[Role::Left, Role::Top, Role::Width, Role::Height], 0)
     }
 
-    /// Left, top, right and bottom edge in pixels.
-    pub fn xyxy() -> Self {
-        Self::in_pixels(&[Role::Left, Role::Top, Role::Right, Role::Bottom], 0)
-    }
-
     /// Format of MOTChallenge.
     pub fn mot() -> Self {
         Self::in_pixels(&[Role::Frame, Role::Target, Role::Left, Role::Top, Role::Width, Role::Height], 4)
@@ -154,7 +149,7 @@ impl BoxFormat {
     pub fn read(text: &str) -> Result<Self, ColumnsError> {
         match text {
             "xywh" => Ok(Self::xywh()),
-            "xyxy" => Ok(Self::xyxy()),
+            "xyxy" => Ok(Self::in_pixels(&[Role::Left, Role::Top, Role::Right, Role::Bottom], 0)),
             "mot" => Ok(Self::mot()),
             "vot" => Ok(Self::Vot),
             "yolo" => Ok(Self::Yolo),
@@ -307,9 +302,8 @@ impl Reader<'_> {
             },
             _ => {
                 let (count, format) = (row.len(), self.format.option());
-                return Err(
-                    self.fault(line, format!("{count} numbers, which are no box of the format {format}"))
-                );
+                let message = format!("{count} numbers, which are no box of the format {format}");
+                return Err(self.fault(line, message));
             }
         };
         self.region_of(line, &numbers)
@@ -323,10 +317,8 @@ impl Reader<'_> {
             return Err(DatasetError::content(self.path, message));
         };
         if shares.iter().any(|v| v.abs() > 2.0) {
-            return Err(self.fault(
-                line,
-                "a share of the frame's side above 2; are these pixels (--boxes-format xywh)?",
-            ));
+            let message = "a share of the frame's side above 2; are these pixels (--boxes-format xywh)?";
+            return Err(self.fault(line, message));
         }
         let sides = [width, height, width, height];
         Ok(shares.iter().zip(sides).map(|(share, side)| share * side as f64).collect())
@@ -346,13 +338,11 @@ impl Reader<'_> {
                 }
                 let Rect { x, y, w, h } = base.from_zero(&region).bounds();
                 let [x, y, w, h] = [x, y, w, h].map(readable);
-                Err(self.fault(
-                    line,
-                    format!(
-                        "the box {x},{y},{w},{h} (x,y,w,h) lies outside of the frame of {width}x{height} pixels; if that \
-                         means that the target is absent, give --absent"
-                    ),
-                ))
+                let message = format!(
+                    "the box {x},{y},{w},{h} (x,y,w,h) lies outside of the frame of {width}x{height} pixels; if that \
+                     means that the target is absent, give --absent"
+                );
+                Err(self.fault(line, message))
             }
             _ => Ok(Some(region)),
         }
@@ -396,15 +386,10 @@ impl Reader<'_> {
             return Err(self.fault(*line, message));
         }
         let target = columns.position(Role::Target);
-        let (first, targets) = rows::by_target(
-            self.path,
-            rows,
-            (frame, target),
-            self.options.frames,
-            self.first_frame(rows, frame),
-        )?;
+        let (frames, first) = (self.options.frames, self.first_frame(rows, frame));
+        let (first, targets) = rows::by_target(self.path, rows, (frame, target), frames, first)?;
         let last = targets.values().flat_map(|rows| rows.keys()).max().map_or(0, |last| last + 1);
-        let frames = self.options.frames.unwrap_or(last);
+        let frames = frames.unwrap_or(last);
         // A file of a few rows may name any frame.
         if frames.saturating_mul(targets.len()) > MAX_BOXES {
             let message = format!(

@@ -17,16 +17,10 @@ fn only(text: &str, options: &Options) -> Vec<Option<Region>> {
     boxes.targets[0].regions.clone()
 }
 
-const SIZE: Options = Options {
-    format: None,
-    usual: None,
-    base: None,
-    absent: false,
-    frames: None,
-    first: None,
-    number: None,
-    size: Some((200, 100)),
-};
+/// Options for frames of this size.
+fn sized() -> Options {
+    Options { size: Some((200, 100)), ..Options::default() }
+}
 
 fn named(format: &str) -> Option<BoxFormat> {
     Some(BoxFormat::read(format).unwrap())
@@ -57,19 +51,19 @@ fn one_box_in_every_format() {
         ("7 0.15 0.35 0.2 0.3 0.99", "yolo"),
         ("7 0.15 0.35 0.2 0.3 0.99 2", "yolo"),
     ] {
-        let found = read(text, &SIZE).unwrap();
+        let found = read(text, &sized()).unwrap();
         if format != "vot" {
             assert_eq!(found.format.option(), format, "{text}");
         }
-        let found = only(text, &Options { format: named(format), ..SIZE });
+        let found = only(text, &Options { format: named(format), ..sized() });
         let found = found[0].as_ref().unwrap().bounds();
         assert_near([found.x, found.y, found.w, found.h], [10.0, 20.0, 40.0, 30.0], 1e-9, text);
     }
-    let zero = Options { base: Some(Base::Zero), ..SIZE };
+    let zero = Options { base: Some(Base::Zero), ..sized() };
     assert_eq!(only("10,20,40,30", &zero), want);
     let corners = "10.5,20,50,20,50,50,10,50.5";
-    assert_eq!(formats(corners, &SIZE), ["vot"]);
-    assert!(matches!(&only(corners, &SIZE)[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
+    assert_eq!(formats(corners, &sized()), ["vot"]);
+    assert!(matches!(&only(corners, &sized())[0], Some(Region::Polygon(p)) if p[2] == (50.0, 50.0)));
 }
 
 /// A target of 24 x 18 pixels that moves to the right and down through a frame of 160 x 120 pixels: index of
@@ -82,7 +76,10 @@ fn lines(line: impl Fn(usize, [f64; 4]) -> String) -> String {
     track().map(|(t, b)| line(t, b) + "\n").collect()
 }
 
-const FRAME: Options = Options { size: Some((160, 120)), frames: Some(30), ..SIZE };
+/// Options for the frames of the track.
+fn of_track() -> Options {
+    Options { size: Some((160, 120)), frames: Some(30), ..Options::default() }
+}
 
 // Layouts that trackers and detectors write, and the format of each: ultralytics' `track(save_txt)`, boxmot, ByteTrack,
 // MOTChallenge, tables.
@@ -117,15 +114,15 @@ fn a_layout_is_known_by_its_numbers() {
     ];
     for (format, line) in cases {
         let text = lines(line);
-        assert_eq!(formats(&text, &FRAME), [format], "{text}");
+        assert_eq!(formats(&text, &of_track()), [format], "{text}");
     }
     // 4 numbers that all leave the frame as left, top, width, height.
-    assert_eq!(formats(&"100,70,150,110\n".repeat(9), &FRAME), ["xyxy"]);
+    assert_eq!(formats(&"100,70,150,110\n".repeat(9), &of_track()), ["xyxy"]);
     // As steady as such boxes would be, and in the frame: nothing speaks against the custom.
-    assert_eq!(formats(&"1,1,9,9\n".repeat(9), &FRAME), ["xywh"]);
+    assert_eq!(formats(&"1,1,9,9\n".repeat(9), &of_track()), ["xywh"]);
     // Corners of a small target in the upper left, which are whole boxes in the frame as well.
     let small: String = (0..9).map(|t| format!("{t},{t},{},{}\n", 20 + t, 20 + t)).collect();
-    assert_eq!(formats(&small, &FRAME), ["xywh", "xyxy"]);
+    assert_eq!(formats(&small, &of_track()), ["xywh", "xyxy"]);
     assert_eq!(formats(&small, &Options::default()), ["xywh", "xyxy"]);
 }
 
@@ -137,10 +134,10 @@ fn a_format_in_doubt_is_asked_for_with_all_that_fit() {
         [x, y, x + 30.4, y + 18.6].map(|v: f64| v.round().to_string()).join(",") + "\n"
     };
     let rounded: String = (0..90).map(rounded).collect();
-    assert_eq!(formats(&rounded, &FRAME), ["xywh", "xyxy"]);
+    assert_eq!(formats(&rounded, &of_track()), ["xywh", "xyxy"]);
     // Boxes of a target that comes nearer do not.
     let grows = |t: usize| format!("{},{},{},{}\n", 30 - t / 12, 25 - t / 12, 50 + t / 6, 40 + t / 6);
-    assert_eq!(formats(&(0..90).map(grows).collect::<String>(), &FRAME), ["xywh"]);
+    assert_eq!(formats(&(0..90).map(grows).collect::<String>(), &of_track()), ["xywh"]);
 
     let any = Options::default();
     assert_eq!(formats("1,1,30,1,30,40,1,40", &any), ["mot", "vot"]);
@@ -183,18 +180,18 @@ fn a_header_names_the_columns() {
         "score\tTop\tLeft\tBottom\tRight\n0.5\t21\t11\t51\t51",
         "xmin,ymin,xmax,ymax\n0.05,0.2,0.25,0.5",
     ] {
-        assert_eq!(only(text, &SIZE), std::slice::from_ref(&one), "{text}");
+        assert_eq!(only(text, &sized()), std::slice::from_ref(&one), "{text}");
     }
     let text = "track_id,frame,x,y,w,h\n7,0,11,21,40,30\n8,1,11,21,40,30\n7,2,11,21,40,30\n";
-    let boxes = read(text, &SIZE).unwrap();
+    let boxes = read(text, &sized()).unwrap();
     assert_eq!((boxes.first, boxes.frames, boxes.targets.len()), (Some(0), 3, 2));
     assert_eq!(boxes.targets[0].regions, [one.clone(), None, one.clone()]);
-    assert_eq!(read("x1,y1,x2,y2,x3,y3\n1,1,9,1,1,9", &SIZE).unwrap().format, BoxFormat::Vot);
+    assert_eq!(read("x1,y1,x2,y2,x3,y3\n1,1,9,1,1,9", &sized()).unwrap().format, BoxFormat::Vot);
     // Of shares, `x` and `y` may be those of the center.
-    assert_eq!(formats("x,y,w,h\n0.3,0.3,0.2,0.2", &SIZE), ["x,y,w,h", "cx,cy,w,h"]);
-    assert_eq!(formats("x,y,w,h\n0.95,0.5,0.2,0.2\n0.97,0.5,0.2,0.2", &SIZE), ["cx,cy,w,h"]);
+    assert_eq!(formats("x,y,w,h\n0.3,0.3,0.2,0.2", &sized()), ["x,y,w,h", "cx,cy,w,h"]);
+    assert_eq!(formats("x,y,w,h\n0.95,0.5,0.2,0.2\n0.97,0.5,0.2,0.2", &sized()), ["cx,cy,w,h"]);
     // An empty box is one without numbers, but half of one is a fault.
-    let absent = Options { absent: true, ..SIZE };
+    let absent = Options { absent: true, ..sized() };
     let regions = only("x,y,w,h,name\n11,21,40,30,car\n,,,,car\n", &absent);
     assert_eq!(regions, [one.clone(), None]);
     assert!(read("x,y,w,h\n11,21,40,30\n11,21,40,\n", &absent).is_err());
@@ -205,11 +202,11 @@ fn a_header_names_the_columns() {
         ("frame,x1,y1,x2,y2,x3,y3\n1,2,3,4,5,6,7", "more than two corners"),
         ("x,y,w,h\n1,2,3,4,5", "line 2: 5 numbers, which are no box"),
     ];
-    assert_refused(&SIZE, &refused);
+    assert_refused(&sized(), &refused);
     // Whoever names the format is obeyed, and a header beats the format of another file.
-    let given = Options { format: named("x,y,x2,y2"), ..SIZE };
+    let given = Options { format: named("x,y,x2,y2"), ..sized() };
     assert_eq!(only("a,b,c,d\n11,21,51,51", &given), std::slice::from_ref(&one));
-    let usual = Options { usual: named("xywh"), ..SIZE };
+    let usual = Options { usual: named("xywh"), ..sized() };
     assert_eq!(only("x1,y1,x2,y2\n11,21,51,51", &usual), [one]);
 }
 
@@ -239,25 +236,25 @@ fn words_for_columns_are_checked() {
 fn bytes_of_the_vot_toolkit_have_a_remedy() {
     let bytes =
         b"\x01\x00\x01\x00\x00\x00\x01\x00\x00\x80\x3f\x00\x00\x80\x3f\x00\x00\x80\x3f\x00\x00\x80\x3f";
-    let message = parse(Path::new("a_001.bin"), bytes, &SIZE).unwrap_err().to_string();
+    let message = parse(Path::new("a_001.bin"), bytes, &sized()).unwrap_err().to_string();
     assert!(message.starts_with("a_001.bin: ") && message.contains("write_trajectory"), "{message}");
 }
 
 #[test]
 fn targets_of_motchallenge() {
     let text = "2,7,11,21,40,30,1,-1,-1,-1\n1,7,11,21,40,30,1,-1,-1,-1\n3,-4,1,1,5,5,0.5,-1,-1,-1\n";
-    let boxes = read(text, &SIZE).unwrap();
+    let boxes = read(text, &sized()).unwrap();
     assert_eq!((boxes.format, boxes.first, boxes.frames), (BoxFormat::mot(), Some(1), 3));
     let ids: Vec<_> = boxes.targets.iter().map(|t| t.id).collect();
     assert_eq!(ids, [Some(-4), Some(7)]);
     let seven = || rect(10.0, 20.0, 40.0, 30.0);
     assert_eq!(boxes.targets[0].regions, [None, None, rect(0.0, 0.0, 5.0, 5.0)]);
     assert_eq!(boxes.targets[1].regions, [seven(), seven(), None]);
-    let of_frames = |frames| Options { frames: Some(frames), ..SIZE };
+    let of_frames = |frames| Options { frames: Some(frames), ..sized() };
     assert_eq!(read(text, &of_frames(5)).unwrap().targets[0].regions.len(), 5);
     assert_refused(&of_frames(2), &[(text, "line 3: frame 3, but there are 2 frames")]);
     // Frames count from 0 where there is one of that number.
-    let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &SIZE).unwrap();
+    let zero = read("0,7,11,21,40,30,1\n2,7,11,21,40,30,1\n", &sized()).unwrap();
     assert_eq!((zero.first, &zero.targets[0].regions[..]), (Some(0), &[seven(), None, seven()][..]));
     // Numbers that fit those of the files alone are theirs; those that fit both count from 1, with a warning.
     let of_files = Options { number: Some(11), ..of_frames(3) };
@@ -296,7 +293,7 @@ fn targets_of_motchallenge() {
 
 #[test]
 fn absence_is_an_error_unless_it_is_expected() {
-    let absent = Options { absent: true, frames: Some(6), ..SIZE };
+    let absent = Options { absent: true, frames: Some(6), ..sized() };
     let text = "\n11,21,40,30\nnan,nan,nan,nan\nNaN\n0,0,0,0\n500,21,40,30\n";
     let regions = only(text, &absent);
     assert_eq!(regions, [None, rect(10.0, 20.0, 40.0, 30.0), None, None, None, None]);
@@ -313,7 +310,7 @@ fn absence_is_an_error_unless_it_is_expected() {
         ("11,21,40,30\n202,21,40,30", 2),
         ("11,21,40,30\n-40,21,40,30", 2),
     ] {
-        match read(text, &SIZE).unwrap_err() {
+        match read(text, &sized()).unwrap_err() {
             UserBoxesError::Data(DatasetError::Line { line: n, message, .. }) => {
                 assert!(n == line && message.contains("--absent"), "{text}: {n} {message}");
             }
@@ -321,7 +318,7 @@ fn absence_is_an_error_unless_it_is_expected() {
         }
     }
     let outside = "11,21,40,30\n202,21,40,30";
-    assert_refused(&SIZE, &[(outside, "202,21,40,30"), (outside, "200x100")]);
+    assert_refused(&sized(), &[(outside, "202,21,40,30"), (outside, "200x100")]);
     // Never absent, whatever is expected.
     for text in ["11,21,inf,30", "11,21,40", "11,21,40,x", "1e16,1,1,1"] {
         assert!(read(&format!("11,21,40,30\n{text}"), &absent).is_err(), "{text}");
@@ -351,7 +348,7 @@ fn absence_is_an_error_unless_it_is_expected() {
     );
     // Marks of the VOT protocol are frames without a box by their format.
     let marks = "1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n";
-    let regions = only(marks, &Options { format: Some(BoxFormat::Vot), ..SIZE });
+    let regions = only(marks, &Options { format: Some(BoxFormat::Vot), ..sized() });
     assert!(regions.iter().map(Option::is_some).eq([false, true, false, false, false, true]));
 }
 
@@ -382,7 +379,7 @@ proptest! {
         format in 0..6_usize, absent: bool, is_sized: bool,
     ) {
         let format = NAMED.get(format).and_then(|name| named(name));
-        let options = Options { format, absent, size: SIZE.size.filter(|_| is_sized), ..SIZE };
+        let options = Options { format, absent, size: sized().size.filter(|_| is_sized), ..sized() };
         if let Ok(boxes) = parse(Path::new("a.txt"), &bytes, &options) {
             for target in &boxes.targets {
                 prop_assert_eq!(target.regions.len(), boxes.frames);
@@ -410,7 +407,7 @@ proptest! {
             let [a, b, c, d] = [a, b, c, d].map(|v: f64| v.to_string());
             text += &row([a, b, c, d, t.to_string(), "a b".to_string()]);
         }
-        let options = Options { base: Some(Base::Zero), ..SIZE };
+        let options = Options { base: Some(Base::Zero), ..sized() };
         // Boxes below a pixel are those of shares.
         prop_assume!(boxes.iter().any(|b| b.0.max(b.1).max(b.2).max(b.3) > 1.5));
         let found = only(&text, &options);
