@@ -230,44 +230,32 @@ fn files_that_do_not_fit_are_errors() {
 #[test]
 fn a_confidence_is_read_with_the_boxes() {
     let sequence = testing::rendered("S", 3);
-    let boxes = "9,9,9,9\n9,9,9,9\n9,9,9,9\n";
+    let (vot, boxes) = ("1\n9,9,9,9\n9,9,9,9\n", "9,9,9,9\n9,9,9,9\n9,9,9,9\n");
+    let (tabs, times) = ("9\t9\t9\t9\n9\t9\t9\t9\n9\t9\t9\t9\n", "0.1\n0.1\n0.1\n");
+    let oxuva = "S,0,2,true,0.75,0.025,0.05,0.0375,0.075\r\nS,0,3,true,0.25,0.025,0.05,0.0375,0.075\r\n";
+    let mot = "1,7,9,9,9,9,-1,-1,-1,-1\n2,7,9,9,9,9,0.75,-1,-1,-1\n3,7,9,9,9,9,0.25,-1,-1,-1\n";
     for (files, first) in [
         (
             &[
-                ("longterm/S/S_001.txt", "1\n9,9,9,9\n9,9,9,9\n"),
+                ("longterm/S/S_001.txt", vot),
                 ("longterm/S/S_001_confidence.value", "\n0.750000\n0.250000\n"),
-                ("longterm/S/S_time.txt", "0.1\n0.1\n0.1\n"),
+                ("longterm/S/S_time.txt", times),
             ][..],
             None,
         ),
         (
             &[
-                ("S/S_001.txt", "1\n9,9,9,9\n9,9,9,9\n"),
+                ("S/S_001.txt", vot),
                 ("S/S_001_confidence.value", "\n0.75\n0.25\n"),
-                ("S/S_001_time.value", "0.1\n0.1\n0.1\n"),
+                ("S/S_001_time.value", times),
             ],
             None,
         ),
-        (
-            &[
-                ("S.txt", "9\t9\t9\t9\n9\t9\t9\t9\n9\t9\t9\t9\n"),
-                ("S_object_presence_scores.txt", "1.000000\n0.750000\n0.250000\n"),
-            ],
-            Some(1.0),
-        ),
+        (&[("S.txt", tabs), ("S_object_presence_scores.txt", "1.000000\n0.750000\n0.250000\n")], Some(1.0)),
         (&[("../a_000/S.txt", boxes), ("../a_000/S_all_scores.txt", "1.00\n0.75\n0.25\n")], Some(1.0)),
         (&[("S_bboxes.txt", boxes), ("S_scores.txt", "10000\n0.75\n0.25\n")], Some(10_000.0)),
-        (
-            &[(
-                "S.csv",
-                "S,0,2,true,0.75,0.025,0.05,0.0375,0.075\r\nS,0,3,true,0.25,0.025,0.05,0.0375,0.075\r\n",
-            )],
-            None,
-        ),
-        (
-            &[("S.txt", "1,7,9,9,9,9,-1,-1,-1,-1\n2,7,9,9,9,9,0.75,-1,-1,-1\n3,7,9,9,9,9,0.25,-1,-1,-1\n")],
-            None,
-        ),
+        (&[("S.csv", oxuva)], None),
+        (&[("S.txt", mot)], None),
     ] {
         let root = with_files(files);
         let roots = roots(&root);
