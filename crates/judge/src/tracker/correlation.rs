@@ -25,7 +25,7 @@ pub mod response;
 
 use super::first_largest;
 use crate::image::Frame;
-use crate::image::patch::halved;
+use crate::image::patch::{Patch, halved};
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann_plane};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -91,6 +91,20 @@ pub fn halvings(side: f64) -> u32 {
 /// Frame halved `times` times.
 pub fn reduced(frame: &Frame, times: u32) -> Cow<'_, Frame> {
     (0..times).fold(Cow::Borrowed(frame), |f, _| Cow::Owned(halved(&f)))
+}
+
+/// Means of the blocks of `times` columns and rows, plane by plane. What is left beside and below them is not counted.
+pub fn block_means(patch: &Patch, times: usize) -> Patch {
+    let (width, height) = (patch.width / times, patch.height / times);
+    let mut values = Vec::with_capacity(patch.planes() * width * height);
+    let planes = patch.values.chunks_exact(patch.width * patch.height);
+    for band in planes.flat_map(|plane| plane.chunks_exact(patch.width * times)) {
+        values.extend((0..width).map(|column| {
+            let rows = band.chunks_exact(patch.width).map(|row| &row[times * column..][..times]);
+            rows.flatten().sum::<f32>() / (times * times) as f32
+        }));
+    }
+    Patch { width, height, values }
 }
 
 /// Parameters of a filter.

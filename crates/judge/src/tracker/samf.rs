@@ -35,7 +35,7 @@
 
 use super::correlation::place::{Follower, Look, Place, Search};
 use super::correlation::response::MapOptions;
-use super::correlation::{KernelFilter, Settings, Update};
+use super::correlation::{KernelFilter, Settings, Update, block_means};
 use super::{Facts, RunContext, StartResult, TrackerConfig, TrackerError};
 use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
@@ -188,7 +188,7 @@ impl Look for SamfLook {
         let colors = if self.is_gray { Colors::Gray } else { Colors::Rgb };
         let mut patch = Patch::sampled(frame, &across, &down, Outside::Zero, colors);
         patch.round();
-        let means = cell_means(&patch);
+        let means = block_means(&patch, CELL).values;
         patch.scale(1.0 / 255.0);
         let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, features);
         let n = columns * rows;
@@ -212,24 +212,6 @@ impl Look for SamfLook {
         let ratio = self.sides(place, step).0 / self.size.0 as f64;
         ratio * (CELL << place.halvings) as f64
     }
-}
-
-/// Means of the cells, plane by plane. Values are integers, so sums are exact in any order.
-fn cell_means(patch: &Patch) -> Vec<f32> {
-    let (columns, rows) = (patch.width / CELL, patch.height / CELL);
-    let mut means = Vec::with_capacity(patch.planes() * columns * rows);
-    let mut sums = vec![0.0; patch.width];
-    for plane in patch.values.chunks_exact(patch.width * patch.height) {
-        for band in plane.chunks_exact(CELL * patch.width) {
-            sums.fill(0.0);
-            for row in band.chunks_exact(patch.width) {
-                sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
-            }
-            let cells = sums.chunks_exact(CELL);
-            means.extend(cells.map(|cell| cell.iter().sum::<f32>() / (CELL * CELL) as f32));
-        }
-    }
-    means
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use crate::image::patch::{Axis, Colors, Outside, Patch};
 use crate::image::{Frame, Window};
+use crate::tracker::correlation::block_means;
 use serde::{Deserialize, Serialize};
 
 /// Rule for reading the pixels of a resized window.
@@ -40,19 +41,6 @@ impl Sampling {
         let (across, down) = (axis(center.0, size.0), axis(center.1, size.1));
         block_means(&Patch::sampled(frame, &across, &down, Outside::Repeated, colors), times)
     }
-}
-
-/// Means of blocks of `times` columns and rows.
-fn block_means(patch: &Patch, times: usize) -> Patch {
-    let (width, height) = (patch.width / times, patch.height / times);
-    let mut values = Vec::with_capacity(patch.values.len() / (times * times));
-    for band in patch.values.chunks_exact(patch.width * times) {
-        values.extend((0..width).map(|column| {
-            let rows = band.chunks_exact(patch.width).map(|row| &row[times * column..][..times]);
-            rows.flatten().sum::<f32>() / (times * times) as f32
-        }));
-    }
-    Patch { width, height, values }
 }
 
 #[cfg(test)]
