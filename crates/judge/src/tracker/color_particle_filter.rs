@@ -339,7 +339,7 @@ fn ellipse(region: &Region) -> Ellipse {
 }
 
 /// The rectangle around an ellipse along its axes.
-fn region(&[x, y, hx, hy, theta]: &Ellipse) -> Region {
+pub(super) fn region(&[x, y, hx, hy, theta]: &Ellipse) -> Region {
     let (sin, cos) = theta.sin_cos();
     let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);
     Region::Polygon(vec![corner(-hx, -hy), corner(hx, -hy), corner(hx, hy), corner(-hx, hy)])

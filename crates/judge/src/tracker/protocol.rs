@@ -27,6 +27,7 @@
 //! **Spatial.** Runs 0 to 7 move the box by a tenth of its size to the left, right, up, down and the four
 //! corners, runs 8 to 11 scale it about its center by .8, .9, 1.1 and 1.2 (the same).
 
+use super::color_particle_filter;
 use super::{Facts, RunContext, StartResult, Status, Tracker, TrackerConfig, TrackerError, TrackerState};
 use crate::image::Frame;
 use crate::num::seed;
@@ -210,10 +211,7 @@ fn disturbed(rect: Rect, rng: &mut ChaCha8Rng) -> Region {
     let (w, h) = (rect.w * draw(0.9, 1.1), rect.h * draw(0.9, 1.1));
     let (x, y) = rect.center();
     let (x, y) = (x + rect.w * draw(-0.1, 0.1), y + rect.h * draw(-0.1, 0.1));
-    let (sin, cos) = draw(-0.1, 0.1).sin_cos();
-    let corner = |u: f64, v: f64| (x + cos * u - sin * v, y + sin * u + cos * v);
-    let (u, v) = (w / 2.0, h / 2.0);
-    Region::Polygon(vec![corner(-u, -v), corner(u, -v), corner(u, v), corner(-u, v)])
+    color_particle_filter::region(&[x, y, w / 2.0, h / 2.0, draw(-0.1, 0.1)])
 }
 
 /// A tracker that is started, and restarted after failures.
