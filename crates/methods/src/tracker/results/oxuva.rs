@@ -136,10 +136,7 @@ mod tests {
             assert_eq!(boxes.first, 2);
             assert_eq!(boxes.regions[1], Ok(Region::Rect(Rect::new(80.0, 120.0, 80.0, 60.0))), "{text}");
             let reason = |k: usize| boxes.regions[k].clone().unwrap_err().source;
-            assert_eq!(
-                [reason(0), reason(2), reason(3)],
-                [NoBox::NotAsked, NoBox::NotAsked, NoBox::SaidAbsent]
-            );
+            assert_eq!([0, 2, 3].map(reason), [NoBox::NotAsked, NoBox::NotAsked, NoBox::SaidAbsent]);
             assert_eq!(boxes.confidence, [None, Some(0.75), None, Some(-1.5)]);
         }
         // Frames of the official range that are not used are no error.

@@ -325,27 +325,21 @@ fn absence_is_an_error_unless_it_is_expected() {
     }
     assert_refused(&absent, &[("nan,nan,nan,nan\n", "no frame has a box")]);
     // Of several targets only some may have none.
-    let of_two =
-        read("1,1,11,21,40,30,1\n1,2,500,21,40,30,1\n", &Options { frames: None, ..absent.clone() }).unwrap();
+    let of_any = Options { frames: None, ..absent };
+    let of_two = read("1,1,11,21,40,30,1\n1,2,500,21,40,30,1\n", &of_any).unwrap();
     assert_eq!(of_two.targets[1].regions, [None]);
-    let empty = read(
-        "frame\tx\ty\tw\th\n1\t11\t21\t40\t30\n2\t\t\t\t\n",
-        &Options { frames: None, ..absent.clone() },
-    );
+    let empty = read("frame\tx\ty\tw\th\n1\t11\t21\t40\t30\n2\t\t\t\t\n", &of_any);
     assert_eq!(empty.unwrap().targets[0].regions, [rect(10.0, 20.0, 40.0, 30.0), None]);
     // A mark of -1 says nothing of the others.
     let mark = "-1,-1,-1,-1\n";
     for (text, format) in
         [("11,21,140,70\n12,22,140,70\n", "xywh"), ("0.1,0.3,0.2,0.4\n0.1,0.3,0.2,0.4\n", "yolo")]
     {
-        let boxes = read(&format!("{text}{mark}"), &Options { frames: None, ..absent.clone() }).unwrap();
+        let boxes = read(&format!("{text}{mark}"), &of_any).unwrap();
         assert_eq!((boxes.format.option().as_str(), &boxes.targets[0].regions[2]), (format, &None));
     }
     let shares = format!("x1,y1,x2,y2\n0.05,0.2,0.25,0.5\n{mark}");
-    assert_eq!(
-        only(&shares, &Options { frames: None, ..absent.clone() }),
-        [rect(10.0, 20.0, 40.0, 30.0), None]
-    );
+    assert_eq!(only(&shares, &of_any), [rect(10.0, 20.0, 40.0, 30.0), None]);
     // Marks of the VOT protocol are frames without a box by their format.
     let marks = "1\n10,20,40,30\n2\n0\n1\n10,20,40,30\n";
     let regions = only(marks, &Options { format: Some(BoxFormat::Vot), ..sized() });
