@@ -6,8 +6,8 @@ use libfuzzer_sys::fuzz_target;
 use trackfail::tracker::trax;
 
 fuzz_target!(|data: &[u8]| {
-    let mut reader = trax::Reader::new(data);
-    while let Ok(Some(message)) = reader.read() {
+    let mut rest = data;
+    while let Ok(Some(message)) = trax::read(&mut rest) {
         let Ok(line) = trax::write(&message) else { continue };
         let again = trax::parse(line.as_bytes()).ok().flatten();
         assert_eq!(again.as_ref(), Some(&message));

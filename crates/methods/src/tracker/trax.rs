@@ -138,59 +138,45 @@ impl TraxError {
     }
 }
 
-/// Reads messages from a stream.
-#[derive(Debug)]
-pub struct Reader<R> {
-    stream: R,
+/// The next message of a stream; `None` at its end. Lines that are not messages are skipped, whatever their length.
+///
+/// # Errors
+/// See [`TraxError`]; the stream should not be read on after one.
+pub fn read(stream: &mut impl BufRead) -> Result<Option<Message>, TraxError> {
+    while let Some(line) = next_line(stream)? {
+        if let Some(message) = parse(&line)? {
+            return Ok(Some(message));
+        }
+    }
+    Ok(None)
 }
 
-impl<R: BufRead> Reader<R> {
-    /// A reader of `stream`.
-    pub fn new(stream: R) -> Self {
-        Self { stream }
-    }
-
-    /// The next message; `None` at the end of the stream. Lines that are not messages are skipped, whatever
-    /// their length.
-    ///
-    /// # Errors
-    /// See [`TraxError`]; the stream should not be read on after one.
-    pub fn read(&mut self) -> Result<Option<Message>, TraxError> {
-        while let Some(line) = self.line()? {
-            if let Some(message) = parse(&line)? {
-                return Ok(Some(message));
-            }
+/// The next line without its end; of one that is no message, at most the longest message's bytes. A message that the
+/// stream ends in is none.
+fn next_line(stream: &mut impl BufRead) -> Result<Option<Vec<u8>>, TraxError> {
+    let mut line = Vec::new();
+    let mut any = false;
+    loop {
+        let bytes = match stream.fill_buf() {
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => continue,
+            bytes => bytes?,
+        };
+        if bytes.is_empty() {
+            return Ok((any && !line.starts_with(PREFIX.as_bytes())).then_some(line));
         }
-        Ok(None)
-    }
-
-    /// The next line without its end; of one that is no message, at most the longest message's bytes. A message that the
-    /// stream ends in is none.
-    fn line(&mut self) -> Result<Option<Vec<u8>>, TraxError> {
-        let mut line = Vec::new();
-        let mut any = false;
-        loop {
-            let bytes = match self.stream.fill_buf() {
-                Err(e) if e.kind() == std::io::ErrorKind::Interrupted => continue,
-                bytes => bytes?,
-            };
-            if bytes.is_empty() {
-                return Ok((any && !line.starts_with(PREFIX.as_bytes())).then_some(line));
-            }
-            any = true;
-            let end = bytes.iter().position(|&b| b == b'\n');
-            let part = &bytes[..end.unwrap_or(bytes.len())];
-            let room = MAX_MESSAGE_BYTES.saturating_sub(line.len());
-            line.extend_from_slice(&part[..part.len().min(room)]);
-            let too_long = part.len() > room && line.starts_with(PREFIX.as_bytes());
-            let used = part.len() + usize::from(end.is_some());
-            self.stream.consume(used);
-            if too_long {
-                return Err(TraxError::TooLong);
-            }
-            if end.is_some() {
-                return Ok(Some(line));
-            }
+        any = true;
+        let end = bytes.iter().position(|&b| b == b'\n');
+        let part = &bytes[..end.unwrap_or(bytes.len())];
+        let room = MAX_MESSAGE_BYTES.saturating_sub(line.len());
+        line.extend_from_slice(&part[..part.len().min(room)]);
+        let too_long = part.len() > room && line.starts_with(PREFIX.as_bytes());
+        let used = part.len() + usize::from(end.is_some());
+        stream.consume(used);
+        if too_long {
+            return Err(TraxError::TooLong);
+        }
+        if end.is_some() {
+            return Ok(Some(line));
         }
     }
 }

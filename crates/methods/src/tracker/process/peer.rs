@@ -184,7 +184,7 @@ struct Trax {
 impl Trax {
     fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, ProgramFault> {
         let fault = |e: TraxError| ProgramFault(e.to_string());
-        let read = move |stream: &mut _| trax::Reader::new(stream).read().map_err(fault).transpose();
+        let read = move |stream: &mut _| trax::read(stream).map_err(fault).transpose();
         let limits = (program.start_timeout, program.answer_timeout);
         let mut child = Child::start(command, Some(folder), limits, Some("@@TRAX:quit\n"), read)?;
         let expected = "`hello` of a TraX tracker, version 1 to 4";

@@ -4,7 +4,7 @@
 //! Every `initialize` starts the tracker anew. A state has the property `confidence` if the tracker's
 //! posterior has a likelihood. An error ends the session: `quit` is sent with the error as `trax.reason`.
 
-use super::{Answer, Hello, Message, Properties, Reader, TraxError, numbers, write};
+use super::{Answer, Hello, Message, Properties, TraxError, numbers, read, write};
 use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
 use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ impl Server<'_> {
     /// # Errors
     /// See [`SessionError`]. The client has got the error as the reason of `quit`.
     pub fn serve(&self, input: impl BufRead, mut output: impl Write) -> Result<(), SessionError> {
-        let outcome = self.talk(Reader::new(input), &mut output);
+        let outcome = self.talk(input, &mut output);
         if let Err(e) = &outcome {
             let reason = visible(&shorten_to(&e.to_string(), 1000));
             let properties = [("trax.reason".to_string(), reason)].into();
@@ -69,7 +69,7 @@ impl Server<'_> {
         outcome
     }
 
-    fn talk<R: BufRead>(&self, mut input: Reader<R>, output: &mut impl Write) -> Result<(), SessionError> {
+    fn talk(&self, mut input: impl BufRead, output: &mut impl Write) -> Result<(), SessionError> {
         let named = |pairs: [(&str, &str); 5]| pairs.map(|(k, v)| (k.to_string(), v.to_string())).into();
         let hello = Hello {
             version: VERSION,
@@ -87,7 +87,7 @@ impl Server<'_> {
         say(output, &Message::Hello(hello))?;
         let mut tracker: Option<Session> = None;
         loop {
-            let state = match (input.read()?, &mut tracker) {
+            let state = match (read(&mut input)?, &mut tracker) {
                 (None | Some(Message::Quit { .. }), _) => return Ok(()),
                 (Some(Message::Initialize { image: Some(image), region, .. }), _) => {
                     let (started, state) = self.start(&image, &region)?;
