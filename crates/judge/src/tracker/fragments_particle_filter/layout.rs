@@ -20,17 +20,13 @@ fn strips(w: f64, h: f64) -> Vec<Fragment> {
     let dx = (w / 4.0).floor().min(reach_x);
     // At most 20 by the half height above, but for rounding.
     let levels = (reach_y / half_h).floor().min(64.0) as u32 + 1;
+    let across = |x: f64| x.clamp(-w / 2.0, w / 2.0);
+    let down = |y: f64| y.clamp(-h / 2.0, h / 2.0);
     let mut all = Vec::new();
     for level in 0..levels {
         let y = f64::from(level) * 2.0 * half_h - reach_y;
         for x in [-dx, dx] {
-            let inside = |v: f64, side: f64| v.clamp(-side / 2.0, side / 2.0);
-            all.push([
-                inside(x - half_w, w),
-                inside(y - half_h, h),
-                inside(x + half_w, w),
-                inside(y + half_h, h),
-            ]);
+            all.push([across(x - half_w), down(y - half_h), across(x + half_w), down(y + half_h)]);
         }
     }
     all
