@@ -2,7 +2,9 @@
 
 use super::{Base, rows, vot};
 use crate::tracker::Status;
+use std::path::PathBuf;
 use trackfail_core::region::{Areas, Region};
+use trackfail_dataset::format;
 use trackfail_dataset::text::read_capped;
 use trackfail_judge::score::resets::{
     Measured, Rules, expected_average_overlap, expected_overlap, of_sequence,
@@ -18,13 +20,9 @@ fn real_results_score_as_in_the_vot_toolkit() {
     let rules = Rules { areas: Areas::VotToolkit, bounded: true, burn_in: 10 };
     for (tracker, runs, per_sequence, eao) in TOOLKIT {
         let mut tracks = Vec::new();
-        let sequences: Vec<_> = per_sequence
-            .iter()
-            .map(|row| {
-                trackfail_dataset::format::vot::load(&root.join("vot2014").join(row.0), &Default::default())
-                    .unwrap()
-            })
-            .collect();
+        let folders = per_sequence.iter().map(|row| root.join("vot2014").join(row.0));
+        let load = |folder: PathBuf| format::vot::load(&folder, &Default::default()).unwrap();
+        let sequences: Vec<_> = folders.map(load).collect();
         let mut states = Vec::new();
         for q in &sequences {
             for run in 1..=*runs {
@@ -38,15 +36,8 @@ fn real_results_score_as_in_the_vot_toolkit() {
             }
         }
         for (q, status, regions) in &states {
-            let frame = q.size().unwrap();
-            let trajectory = Trajectory {
-                sequence: &q.name,
-                regions,
-                status,
-                truth: &q.truth,
-                frame: Some(frame),
-                ..Trajectory::default()
-            };
+            let (sequence, truth, frame) = (&q.name, &q.truth, Some(q.size().unwrap()));
+            let trajectory = Trajectory { sequence, regions, status, truth, frame, ..Trajectory::default() };
             tracks.push((trajectory, rules.measure(&trajectory)));
         }
         for (k, (name, accuracy, failures)) in per_sequence.iter().enumerate() {
