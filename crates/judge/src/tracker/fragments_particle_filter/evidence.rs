@@ -48,16 +48,13 @@ impl Evidence {
         let known = (0..BINS as u16).collect();
         let mut one = Self { fragments, models: Vec::new(), known, bins: BINS, view: View::default() };
         one.look(frame, std::slice::from_ref(place));
-        let histograms: Vec<(Vec<u32>, f64)> = one
-            .fragments
-            .clone()
-            .iter()
-            .map(|f| {
-                let (window, pixels) = one.view.window(f, place);
-                one.view.count(window, BINS);
-                (one.view.counts.clone(), f64::from(pixels.max(1)))
-            })
-            .collect();
+        let view = &mut one.view;
+        let histogram = |fragment: &Fragment| {
+            let (window, pixels) = view.window(fragment, place);
+            view.count(window, BINS);
+            (view.counts.clone(), f64::from(pixels.max(1)))
+        };
+        let histograms: Vec<(Vec<u32>, f64)> = one.fragments.iter().map(histogram).collect();
         one.known.fill(NOWHERE);
         one.bins = 0;
         for bin in 0..BINS {
@@ -68,9 +65,8 @@ impl Evidence {
         }
         for (counts, pixels) in &histograms {
             let filled = counts.iter().zip(&one.known).filter(|(count, _)| **count > 0);
-            one.models.push(
-                filled.map(|(&count, &bin)| (usize::from(bin), (f64::from(count) / pixels).sqrt())).collect(),
-            );
+            let root = |(&count, &bin): (&u32, &u16)| (usize::from(bin), (f64::from(count) / pixels).sqrt());
+            one.models.push(filled.map(root).collect());
         }
         one
     }
