@@ -146,9 +146,8 @@ pub struct KernelFilter {
 /// Learned part of a filter: real and imaginary parts of its spectra in turn, four columns each.
 #[derive(Serialize, Deserialize)]
 pub struct FilterMemory {
-    model: Vec<[f32; LANES]>,
-    numerator: Vec<[f32; LANES]>,
-    denominator: Vec<[f32; LANES]>,
+    /// Those of the model, the numerator and the denominator.
+    spectra: [Vec<[f32; LANES]>; 3],
     taught: bool,
 }
 
@@ -177,13 +176,9 @@ impl KernelFilter {
 
     /// Saves the learned part, without buffers and plans.
     pub fn memory(&self) -> FilterMemory {
-        let flat = |spectra: &[Complexes]| spectra.iter().flat_map(|c| [c.re.0, c.im.0]).collect();
-        FilterMemory {
-            model: flat(&self.model),
-            numerator: flat(&self.numerator),
-            denominator: flat(&self.denominator),
-            taught: self.taught,
-        }
+        let flat = |spectra: &Vec<Complexes>| spectra.iter().flat_map(|c| [c.re.0, c.im.0]).collect();
+        let spectra = [&self.model, &self.numerator, &self.denominator].map(flat);
+        FilterMemory { spectra, taught: self.taught }
     }
 
     /// Restores the learned part. Returns `false` if it is of another size.
@@ -196,9 +191,8 @@ impl KernelFilter {
             }
             fits
         };
-        let fits = fill(&mut self.model, &memory.model)
-            && fill(&mut self.numerator, &memory.numerator)
-            && fill(&mut self.denominator, &memory.denominator);
+        let own = [&mut self.model, &mut self.numerator, &mut self.denominator];
+        let fits = own.into_iter().zip(&memory.spectra).all(|(spectra, values)| fill(spectra, values));
         self.taught = memory.taught;
         self.energy = energy(&self.fourier, &self.model);
         fits
