@@ -2,6 +2,7 @@ use super::*;
 use crate::tracker::testing::track;
 use proptest::prelude::*;
 use rayon::prelude::*;
+use trackfail_dataset::{Sequence, synthetic};
 
 // Pearson's correlation coefficient over the overlapping pixels, straight from its definition.
 fn pearson(a: &[u8], b: &[u8]) -> f64 {
@@ -48,10 +49,8 @@ fn transformed_sums_are_nearly_whole_numbers() {
         let bytes = |n: u32, k: u32| -> Vec<u8> { (0..n).map(|i| byte(i, k)).collect() };
         let mut c = Correlator::new(&bytes(260 * 220, seed), 260, 220, 110);
         c.scores(&bytes(480 * 440, seed ^ 77));
-        let worst = (0..=220)
-            .flat_map(|dy| c.line[dy * 480..dy * 480 + 221].iter())
-            .map(|v| (v - v.round()).abs())
-            .fold(0.0, f64::max);
+        let sums = (0..=220).flat_map(|dy| &c.line[dy * 480..][..221]);
+        let worst = sums.map(|v| (v - v.round()).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-3, "{worst}");
     }
 }
@@ -65,19 +64,17 @@ fn lengths_are_smooth() {
 #[test]
 fn a_plain_tracker_fails_now_and_then() {
     let config = ENTRY.build_from_text("{}").unwrap();
-    let counts: Vec<(usize, usize, f64)> = trackfail_dataset::synthetic::suite("synthetic-otb")
-        .unwrap()
-        .par_iter()
-        .map(|q| {
-            let frames: Vec<Frame> = (0..q.len()).map(|t| q.frame(t).unwrap()).collect();
-            let states = track(&*config, q, 0, q.truth[0].as_ref().unwrap(), &frames);
-            let pairs = states.iter().zip(q.truth.iter().flatten());
-            let on: Vec<bool> = pairs.map(|(s, truth)| s.region.intersection(truth) > 0.0).collect();
-            let changes = |to: bool| on.windows(2).filter(|pair| pair[0] != to && pair[1] == to).count();
-            let good = on.iter().filter(|on| **on).count() as f64 / q.len() as f64;
-            (changes(false), changes(true), good)
-        })
-        .collect();
+    let count = |q: &Sequence| {
+        let frames: Vec<Frame> = (0..q.len()).map(|t| q.frame(t).unwrap()).collect();
+        let states = track(&*config, q, 0, q.truth[0].as_ref().unwrap(), &frames);
+        let pairs = states.iter().zip(q.truth.iter().flatten());
+        let on: Vec<bool> = pairs.map(|(s, truth)| s.region.intersection(truth) > 0.0).collect();
+        let changes = |to: bool| on.windows(2).filter(|pair| pair[0] != to && pair[1] == to).count();
+        let good = on.iter().filter(|on| **on).count() as f64 / q.len() as f64;
+        (changes(false), changes(true), good)
+    };
+    let sequences = synthetic::suite("synthetic-otb").unwrap();
+    let counts: Vec<(usize, usize, f64)> = sequences.par_iter().map(count).collect();
     let failures: usize = counts.iter().map(|c| c.0).sum();
     let recoveries: usize = counts.iter().map(|c| c.1).sum();
     assert!((20..=60).contains(&failures), "{failures} {counts:?}");

@@ -14,11 +14,9 @@ fn subspace() -> Subspace {
         (2.0 / N as f64).sqrt() * [t.cos(), t.sin(), (3.0 * t).cos()][k]
     };
     let mean: Vec<f64> = (0..N).map(|n| 0.4 + 0.1 * (0.05 * n as f64).sin()).collect();
-    let vectors: Vec<Vec<f64>> = [5.0, -5.0, 3.0, -3.0, 2.0, -2.0]
-        .iter()
-        .enumerate()
-        .map(|(k, by)| (0..N).map(|n| mean[n] + by * wave(k / 2, n)).collect())
-        .collect();
+    let vector = |(k, by): (usize, f64)| (0..N).map(|n| mean[n] + by * wave(k / 2, n)).collect();
+    let distances = [5.0, -5.0, 3.0, -3.0, 2.0, -2.0];
+    let vectors: Vec<Vec<f64>> = distances.into_iter().enumerate().map(vector).collect();
     let mut pca = IncrementalPca::new(N);
     pca.update(&vectors, 1.0, 3);
     Subspace::of(&pca)
