@@ -157,15 +157,12 @@ fn confidence_beside(params: &Params, boxes: &Path) -> Result<Option<PathBuf>, T
             };
             Err(two_exist(&a, &b, remedy))
         }
-        (None, _, Some(property)) => Err(TrackerError::Missing(format!(
-            "no confidence `{property}` beside {}: it would be {}",
-            boxes.display(),
-            confidence::beside(boxes, Some(property))
-                .iter()
-                .map(|p| p.file_name().unwrap_or_default().to_string_lossy().into_owned())
-                .collect::<Vec<_>>()
-                .join(" or ")
-        ))),
+        (None, _, Some(property)) => {
+            let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let (boxes, names) = (boxes.display(), wanted.iter().map(name).collect::<Vec<_>>().join(" or "));
+            let message = format!("no confidence `{property}` beside {boxes}: it would be {names}");
+            Err(TrackerError::Missing(message))
+        }
         (one, ..) => Ok(one),
     }
 }
