@@ -120,11 +120,8 @@ mod tests {
 
     #[test]
     fn boxes_and_segments() {
-        let text = format!(
-            "[{},{}]",
-            entry(1, 2, "rect", "[1,1,4,4],[2.5,1,4,4]"),
-            entry(2, 2, "rect", "[7,7,1,1]")
-        );
+        let one = entry(1, 2, "rect", "[1,1,4,4],[2.5,1,4,4]");
+        let text = format!("[{one},{}]", entry(2, 2, "rect", "[7,7,1,1]"));
         let first = read_text(text.as_bytes(), 0).unwrap();
         assert_eq!(first.first, 1);
         assert_eq!(first.regions[1], Ok(Region::Rect(Rect::new(1.5, 0.0, 4.0, 4.0))));
@@ -151,6 +148,7 @@ mod tests {
 
     #[test]
     fn faults_are_named() {
+        let no_size = entry(1, 1, "ivtAff", "[1,1,1,0,0,1]").replace("[32.0,32.0]", "null");
         for (text, word) in [
             ("".into(), "line 1"),
             ("{}".into(), "line 1"),
@@ -164,11 +162,8 @@ mod tests {
             (format!("[{}]", entry(1, 1, "rect", "[1,1,null,4]")), "line 2"),
             (format!("[{}]", entry(1, 1, "rect", "[1,1,1e999,4]")), "line 2"),
             (format!("[{}]", entry(1, 1, "4corner", "[1,1,4,4]")), "4corner"),
-            (entry(1, 1, "ivtAff", "[1,1,1,0,0,1]").replace("[32.0,32.0]", "null"), "line 1"),
-            (
-                format!("[{}]", entry(1, 1, "ivtAff", "[1,1,1,0,0,1]").replace("[32.0,32.0]", "null")),
-                "tmplsize",
-            ),
+            (no_size.clone(), "line 1"),
+            (format!("[{no_size}]"), "tmplsize"),
         ] {
             assert_says(read_text(text.as_bytes(), 0).unwrap_err(), word);
         }
