@@ -107,10 +107,10 @@ pub(crate) fn line_of(text: &[u8], place: usize) -> usize {
 ///
 /// # Errors
 /// The errors of [`decode`], [`lines`] and `read_line`.
-pub fn rows<T, E: Into<String>>(
+pub fn rows<T>(
     path: &Path,
     bytes: &[u8],
-    read_line: impl Fn(&str) -> Result<T, E>,
+    read_line: impl Fn(&str) -> Result<T, String>,
 ) -> Result<Vec<T>, DatasetError> {
     let rows = lines(path, decode(path, bytes)?)?;
     rows.into_iter().map(|(n, row)| read_line(row).map_err(|m| DatasetError::line(path, n, m))).collect()
@@ -151,35 +151,18 @@ pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t 
     Ok(lines)
 }
 
-/// Reason why a line is not a list of numbers.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum NumbersError {
-    /// An empty column between two separators.
-    #[error("an empty column; write one number between two separators")]
-    EmptyColumn,
-    /// A word that is not a number, shortened.
-    #[error("`{0}` is no number")]
-    NotANumber(String),
-    /// Infinity, or a number too large for an `f64`.
-    #[error("`{0}` is not a finite number; where there is none, write nan")]
-    Infinite(String),
-}
-
-impl From<NumbersError> for String {
-    fn from(error: NumbersError) -> Self {
-        error.to_string()
-    }
-}
-
 /// Parses a word as a number; `NaN` is allowed.
 ///
 /// # Errors
 /// A word that is not a number, infinity, and numbers too large for an `f64`.
-pub fn number(word: &str) -> Result<f64, NumbersError> {
+pub fn number(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
-        Ok(value) if value.is_infinite() => Err(NumbersError::Infinite(shorten(word))),
+        Ok(value) if value.is_infinite() => {
+            let word = shorten(word);
+            Err(format!("`{word}` is not a finite number; where there is none, write nan"))
+        }
         Ok(value) => Ok(value),
-        Err(_) => Err(NumbersError::NotANumber(shorten(word))),
+        Err(_) => Err(format!("`{}` is no number", shorten(word))),
     }
 }
 
@@ -187,7 +170,7 @@ pub fn number(word: &str) -> Result<f64, NumbersError> {
 ///
 /// # Errors
 /// The first word that is not a [`number`], or an empty column.
-pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
+pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
     let mut values = Vec::with_capacity(8);
     for column in line.split([',', ';']) {
         let before = values.len();
@@ -195,7 +178,7 @@ pub fn numbers(line: &str) -> Result<Vec<f64>, NumbersError> {
             values.push(number(word)?);
         }
         if values.len() == before {
-            return Err(NumbersError::EmptyColumn);
+            return Err("an empty column; write one number between two separators".into());
         }
     }
     Ok(values)
@@ -273,7 +256,8 @@ mod tests {
         }
         // What Python, NumPy and C write for infinity, and what is as large.
         for word in ["inf", "-inf", "Infinity", "-INFINITY", "1e999", "-1e400"] {
-            assert_eq!(numbers(&format!("1,{word}")), Err(NumbersError::Infinite(word.into())));
+            let told = numbers(&format!("1,{word}")).unwrap_err();
+            assert_says(told, format!("`{word}` is not a finite number"));
         }
     }
 

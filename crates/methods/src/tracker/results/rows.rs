@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use trackfail_dataset::text::NumbersError;
 use trackfail_dataset::{DatasetError, text};
 
 /// A line of a text: its number from 1, and its text without blanks around it.
@@ -47,7 +46,7 @@ pub fn take_header<'t>(path: &Path, lines: &mut Vec<Line<'t>>) -> Result<Option<
 pub fn numbers(
     path: &Path,
     lines: Vec<Line<'_>>,
-    read: impl Fn(&str) -> Result<Vec<f64>, NumbersError>,
+    read: impl Fn(&str) -> Result<Vec<f64>, String>,
 ) -> Result<Vec<Row>, DatasetError> {
     let row = |(number, line): Line<'_>| {
         let values = if line.is_empty() { Ok(Vec::new()) } else { read(line) };

@@ -4,7 +4,6 @@ use super::columns::{self, Columns};
 use super::{BoxFormat, rows};
 use rows::{Line, cells};
 use std::path::Path;
-use trackfail_dataset::text::NumbersError;
 use trackfail_dataset::{DatasetError, text};
 
 /// A header line after reading.
@@ -28,7 +27,7 @@ impl Header {
 
 /// The numbers of a line. If the columns are known, columns that are not read may hold words, and those of
 /// the box may all be empty.
-pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, NumbersError> {
+pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, String> {
     let (fault, columns) = match (text::numbers(line), columns) {
         (Err(fault), Some(columns)) if columns.fits(cells(line).len()) => (fault, columns),
         (found, _) => return found,
