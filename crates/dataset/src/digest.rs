@@ -24,15 +24,7 @@ use std::sync::OnceLock;
 use trackfail_core::region::Region;
 
 /// Files digest of a sequence, computed at the first request and then kept.
-#[derive(Debug, Clone, Default)]
-pub struct Digest(OnceLock<String>);
-
-impl<T: Into<String>> From<T> for Digest {
-    /// Stores a digest that is known already.
-    fn from(hexadecimal: T) -> Self {
-        Self(OnceLock::from(hexadecimal.into()))
-    }
-}
+pub type Digest = OnceLock<String>;
 
 impl Sequence {
     /// Files digest: SHA-256 in hexadecimal of the frame files and the ground truth in the range used. A
@@ -42,11 +34,11 @@ impl Sequence {
     /// # Errors
     /// When a file cannot be read.
     pub fn digest(&self) -> Result<&str, DatasetError> {
-        if let Some(known) = self.digest.0.get() {
+        if let Some(known) = self.digest.get() {
             return Ok(known);
         }
         let fresh = self.compute_digest()?;
-        Ok(self.digest.0.get_or_init(|| fresh))
+        Ok(self.digest.get_or_init(|| fresh))
     }
 
     /// SHA-256 in hexadecimal of the image files that the video was decoded into, which differ between
