@@ -32,7 +32,7 @@ pub use place::{MARKER, Placed, Workspace};
 pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
 pub use unpack::{Caps, unpack};
 
-use crate::archive::{Archive, Packing};
+use crate::archive::Packing;
 use crate::lock::pinned_suites;
 use crate::suite::Finding;
 use std::fs::File;
@@ -98,7 +98,7 @@ pub fn fetch(
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;
     let placed = match archive.packing {
         Packing::File => {
-            let name = single_file(archive)?;
+            let name = unpack::single_file(archive)?;
             let opened = File::open(&got.path).map_err(|e| FetchError::disk(&got.path, e));
             if unpack::is_page(&mut opened?) {
                 download::discard(&downloads, archive)?;
@@ -125,10 +125,4 @@ pub fn fetch(
     };
     download::discard(&downloads, archive)?;
     Ok(Fetched { size: got.size, sha256: got.sha256, placed })
-}
-
-/// Path below the data root of a download that is a single file. Its name is the last part of the address.
-fn single_file(archive: &Archive) -> Result<String, FetchError> {
-    let address = download::address(&archive.url)?;
-    unpack::single_file(archive, download::file_name(&address))
 }

@@ -175,14 +175,8 @@ fn beside(folder: &Path, end: &str) -> PathBuf {
 
 /// First free name among `NAME.replaced-1`, `NAME.replaced-2` and so on beside a folder.
 fn free_name(folder: &Path) -> PathBuf {
-    let mut n = 1;
-    loop {
-        let name = beside(folder, &format!(".replaced-{n}"));
-        if fs::symlink_metadata(&name).is_err() {
-            return name;
-        }
-        n += 1;
-    }
+    let mut names = (1_u64..).map(|n| beside(folder, &format!(".replaced-{n}")));
+    names.find(|name| fs::symlink_metadata(name).is_err()).expect("numbers have no end")
 }
 
 /// Moves a single file to its final place.

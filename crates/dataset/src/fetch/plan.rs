@@ -1,7 +1,7 @@
 //! The downloads that the wanted sequences need.
 
 use super::place::was_fetched;
-use super::single_file;
+use super::unpack::single_file;
 use crate::archive::{Archive, Packing};
 use crate::lock::{below, pinned_suites};
 use crate::suite::{Finding, Missing, Suite};

@@ -4,6 +4,7 @@
 //! not, nothing is written. No member may write more than its announced size. A name that could lead out of
 //! the folder is refused. The modes, times and owners in the archive are ignored.
 
+use super::download;
 use super::error::FetchError;
 use crate::archive::Archive;
 use crate::lock::below;
@@ -156,11 +157,13 @@ fn refused(archive: &Archive, raw: &[u8], why: &str) -> FetchError {
     FetchError::Data(format!("archive {name}, member {member}: {why}; nothing of it is kept"))
 }
 
-/// Path below the data root of a download that is a single file.
+/// Path below the data root of a download that is a single file. Its name is the last part of the address.
 ///
 /// # Errors
-/// A name with separators or other characters that a plain file name lacks.
-pub(super) fn single_file(archive: &Archive, name: &str) -> Result<String, FetchError> {
+/// A malformed address, and a name with separators or other characters that a plain file name lacks.
+pub(super) fn single_file(archive: &Archive) -> Result<String, FetchError> {
+    let address = download::address(&archive.url)?;
+    let name = download::file_name(&address);
     let path = if archive.into.is_empty() { name.to_string() } else { format!("{}/{name}", archive.into) };
     match path_of(path.as_bytes()) {
         Ok(plain) if plain == path => Ok(path),
