@@ -304,11 +304,8 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<String> {
 /// True if the answer continues the begun file exactly after the first `have` bytes.
 fn goes_on(note: &Note, have: u64, headers: &HeaderMap) -> bool {
     let range = text(headers, header::CONTENT_RANGE).unwrap_or_default();
-    let Some((_, total)) =
-        range.strip_prefix(&format!("bytes {have}-")).and_then(|rest| rest.split_once('/'))
-    else {
-        return false;
-    };
+    let rest = range.strip_prefix(&format!("bytes {have}-")).and_then(|rest| rest.split_once('/'));
+    let Some((_, total)) = rest else { return false };
     let other_total =
         note.total.zip(total.parse().ok()).is_some_and(|(known, total): (u64, u64)| known != total);
     let mark = note.mark.as_ref().filter(|mark| mark.starts_with('"'));

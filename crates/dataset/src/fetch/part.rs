@@ -34,13 +34,11 @@ impl Part {
     pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self, FetchError> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
         let note: Option<Note> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        let same = note.filter(|note| note.url == url);
-        let is_kept = same.is_some();
-        let mut part = Self { path, beside, note: same.unwrap_or_default() };
-        if !is_kept {
-            part.note.url = url.into();
-            part.reset()?;
+        if let Some(note) = note.filter(|note| note.url == url) {
+            return Ok(Self { path, beside, note });
         }
+        let mut part = Self { path, beside, note: Note { url: url.into(), ..Note::default() } };
+        part.reset()?;
         Ok(part)
     }
 

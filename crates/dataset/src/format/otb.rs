@@ -90,9 +90,8 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
     let official =
         entry.official.unwrap_or((first_image, first_image.saturating_add(lines).saturating_sub(1)));
-    let first = without_truth.numbering.first;
-    let truth = cut(rows, &path, official, (first, first + (without_truth.len() as u32 - 1)))?;
-    let numbering = Numbering { first, official };
+    let truth = cut(rows, &path, official, without_truth.range())?;
+    let numbering = Numbering { official, ..without_truth.numbering };
     Ok(Sequence { numbering, truth, attributes: read_attributes(&folder)?, ..without_truth })
 }
 
@@ -144,12 +143,10 @@ pub(super) fn cut(
     let from_one = count == u64::from(official.1) && count > span;
     let start = if from_one { 1 } else { official.0 };
     if first < start || u64::from(last) >= u64::from(start) + count {
-        return Err(DatasetError::content(
-            path,
-            format!(
-                "{count} lines from frame {start} on do not cover frames {first} to {last}; none is made up"
-            ),
-        ));
+        let message = format!(
+            "{count} lines from frame {start} on do not cover frames {first} to {last}; none is made up"
+        );
+        return Err(DatasetError::content(path, message));
     }
     let length = (last - first) as usize + 1;
     Ok(rows.into_iter().skip((first - start) as usize).take(length).collect())

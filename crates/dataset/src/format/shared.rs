@@ -136,18 +136,15 @@ pub(super) fn sequence(
     attributes: Vec<String>,
 ) -> Result<Sequence, DatasetError> {
     let content = |message: String| DatasetError::content(folder, message);
-    if images.len() != truth.len() {
-        let hint = match truth.len() {
+    let (found, lines) = (images.len(), truth.len());
+    if found != lines {
+        let hint = match lines {
             1 => "; one line is all that is published of a test set, whose sequences cannot be used here",
             _ => "",
         };
-        return Err(content(format!(
-            "{} images, but {} lines in {GROUND_TRUTH}{hint}",
-            images.len(),
-            truth.len()
-        )));
+        return Err(content(format!("{found} images, but {lines} lines in {GROUND_TRUTH}{hint}")));
     }
-    let last = truth.len() as u32;
+    let last = lines as u32;
     let frames = take_range(folder, images, (1, last))?;
     frame_attributes.sort();
     let ever =

@@ -50,18 +50,15 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let path = folder.join(GROUND_TRUTH);
     let truth = parse_truth(&path, &text::read_capped(&path)?)?;
     let mut attributes = Vec::new();
-    for path in entries(&folder)?
-        .into_iter()
-        .filter(|path| is_label(&path.file_name().unwrap_or_default().to_string_lossy()))
-    {
+    let mut labels = entries(&folder)?;
+    labels.retain(|path| is_label(&path.file_name().unwrap_or_default().to_string_lossy()));
+    for path in labels {
         let Some(label) = path.file_stem().and_then(|stem| stem.to_str()) else {
             return Err(DatasetError::content(&path, "the name is not UTF-8; rename the file"));
         };
         if attributes.iter().any(|(known, _)| known == label) {
-            return Err(DatasetError::content(
-                &path,
-                format!("`{label}` is both a label and a tag; keep one"),
-            ));
+            let message = format!("`{label}` is both a label and a tag; keep one");
+            return Err(DatasetError::content(&path, message));
         }
         attributes.extend(flags(&path, truth.len())?.map(|flags| (label.to_owned(), flags)));
     }
