@@ -94,11 +94,6 @@ impl Name {
         let point = |text: usize| self.texts.get(text).is_some_and(|text| text == ".");
         run > 0 && run < self.runs.len() && point(run) && !point(run - 1) && !point(run + 1)
     }
-
-    /// Digits of a fraction without zeros at the end; `None` for other runs.
-    fn fraction(&self, run: usize) -> Option<&str> {
-        Some(self.runs.get(run)?.trim_end_matches('0'))
-    }
 }
 
 /// First names of a longer list, for messages.
@@ -143,8 +138,10 @@ fn natural(a: &Name, b: &Name) -> Ordering {
 /// Like [`natural`], for names that differ in numbers alone, and with digits after a decimal point compared
 /// as fractions.
 fn decimal(a: &Name, b: &Name) -> Ordering {
-    let part = |k: usize| {
-        if a.is_fraction(k) { a.fraction(k).cmp(&b.fraction(k)) } else { a.value(k).cmp(&b.value(k)) }
+    let part = |k: usize| match a.is_fraction(k) {
+        // Without zeros at their ends.
+        true => a.digits(k).trim_end_matches('0').cmp(b.digits(k).trim_end_matches('0')),
+        false => a.value(k).cmp(&b.value(k)),
     };
     (0..a.runs.len()).map(part).fold(Ordering::Equal, Ordering::then)
 }

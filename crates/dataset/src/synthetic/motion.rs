@@ -48,13 +48,7 @@ pub fn sin_cos(turns: f64) -> (f64, f64) {
 fn sine(turns: f64) -> f64 {
     // Folded into -1/4..1/4 turns, where the Taylor series is short.
     let r = turns - (turns + 0.5).floor();
-    let r = if r > 0.25 {
-        0.5 - r
-    } else if r < -0.25 {
-        -0.5 - r
-    } else {
-        r
-    };
+    let r = if r.abs() > 0.25 { 0.5_f64.copysign(r) - r } else { r };
     let x = r * std::f64::consts::TAU;
     let x2 = x * x;
     let mut term = x;

@@ -9,7 +9,8 @@ use super::motion::{Curve, at};
 use super::noise::{hash, smoothstep, value};
 use super::sprite::{Pose, Sprite};
 use super::{scenes, sensor};
-use crate::{Frames, Numbering, Render, Sequence};
+use crate::user_frames::without_frames;
+use crate::{Frames, Render, Sequence};
 use serde::Deserialize;
 use std::sync::{Arc, OnceLock};
 use trackfail_core::image::Frame;
@@ -483,7 +484,6 @@ pub fn sequence(suite: &str, plan: &ScenePlan) -> Sequence {
         let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true));
         attributes = ever.map(|(name, _)| name.clone()).collect();
     }
-    let numbering = Numbering { first: 1, official: (1, plan.frames as u32) };
     let frames = Frames::Rendered(Arc::new(scene), plan.frames);
-    Sequence { attributes, frame_attributes, ..Sequence::new(plan.name.clone(), numbering, truth, frames) }
+    Sequence { truth, attributes, frame_attributes, frames, ..without_frames(&plan.name, plan.frames) }
 }
