@@ -1,3 +1,4 @@
+use super::user::{is_below, is_digest};
 use super::*;
 use crate::Sequence;
 use crate::lock::{
@@ -71,10 +72,10 @@ fn the_lock_is_consistent() {
                 assert!(1 <= official.0 && official.0 <= range.0 && range.1 <= official.1, "{name}");
             }
             assert!(e.attributes.iter().all(|a| attribute_word(a) != a), "{name}");
-            assert!(e.digest.as_ref().is_none_or(|d| hexadecimal(d)), "{name}");
+            assert!(e.digest.as_deref().is_none_or(is_digest), "{name}");
             let has_frames = p.format(e).word != "otb-boxes";
             assert_eq!(e.digest.is_some() && has_frames, e.size.is_some(), "{name}");
-            assert!(inside(&e.folder), "{name}");
+            assert!(is_below(&e.folder), "{name}");
             assert!(is_listed(&line(p, e)), "not as `data lock` writes it: {}", e.line());
             let wanted = [&e.archive, &e.truth_archive].into_iter().flatten().count();
             assert_eq!(e.archives().count(), wanted, "{name} names an archive that is not there");
@@ -100,14 +101,6 @@ fn line(suite: &PinnedSuite, entry: &Entry) -> String {
     }
 }
 
-fn hexadecimal(digest: &str) -> bool {
-    digest.len() == 64 && digest.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
-}
-
-fn inside(folder: &str) -> bool {
-    folder.split('/').all(|part| !part.is_empty() && part != "." && part != ".." && !part.contains('\\'))
-}
-
 #[test]
 fn archives_are_consistent_and_all_are_used() {
     let mut seen = BTreeSet::new();
@@ -118,9 +111,9 @@ fn archives_are_consistent_and_all_are_used() {
         assert!(a.url.starts_with("http://") || a.url.starts_with("https://"), "{}", a.url);
         // Names of files below the data root.
         let file = a.url.rsplit('/').next().unwrap();
-        assert!(inside(file) && !a.name.contains('/') && inside(&a.name), "{}", a.name);
-        assert!(inside(&a.into) && a.below.as_deref().is_none_or(inside), "{}", a.name);
-        assert!(a.sha256.as_deref().is_none_or(hexadecimal), "{}", a.name);
+        assert!(is_below(file) && !a.name.contains('/') && is_below(&a.name), "{}", a.name);
+        assert!(is_below(&a.into) && a.below.as_deref().is_none_or(is_below), "{}", a.name);
+        assert!(a.sha256.as_deref().is_none_or(is_digest), "{}", a.name);
         assert!(used.contains(a.name.as_str()), "{} belongs to no sequence", a.name);
     }
 }

@@ -110,8 +110,6 @@ fn check_entry(entry: &Entry) -> Result<(), String> {
     // Names stand in addresses of cells, whose parts are separated by slashes.
     let is_word = |w: &str| text::is_name(w) && !w.contains(['"', '\\', '/']);
     let word = format!("{} and has no quotes, slashes and backslashes", text::NAME);
-    let is_digest =
-        |d: &String| d.len() == 64 && d.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b));
     let order = |key: &str, range: Option<(u32, u32)>| {
         let (first, last) = range.unwrap_or_default();
         let message = format!("`{key}` goes from a first to a last frame, not from {first} to {last}");
@@ -131,7 +129,7 @@ fn check_entry(entry: &Entry) -> Result<(), String> {
             "only sequences of the built-in suites come in archives".into(),
         ),
         (
-            entry.digest.as_ref().is_none_or(is_digest),
+            entry.digest.as_deref().is_none_or(is_digest),
             "`digest` is 64 hexadecimal digits in small letters".into(),
         ),
         order("range", entry.range),
@@ -139,6 +137,11 @@ fn check_entry(entry: &Entry) -> Result<(), String> {
         (entry.frames.is_none_or(is_counted), "`frames` is the number of frames of `range`".into()),
     ];
     rules.into_iter().find(|(holds, _)| !holds).map_or(Ok(()), |(_, message)| Err(message))
+}
+
+/// True if the text is a SHA-256 in hexadecimal.
+pub(super) fn is_digest(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
 }
 
 /// True if a relative path stays below the folder that it starts from.
