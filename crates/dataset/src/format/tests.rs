@@ -119,40 +119,28 @@ fn empty_files_are_no_ground_truth() {
 #[test]
 fn faults_name_file_and_line_or_both_counts() {
     for (word, file, words, texts) in [
-        (
-            "otb",
-            "groundtruth_rect.txt, line 1",
-            "",
-            &["1,1,2,-2\n1,1,2,2", "1,1,2,2,3\n1,1,2,2", "x,y,w,h\n1,1,2,2"][..],
-        ),
-        ("otb", "groundtruth_rect.txt, line 2", "", &["1,1,2,2\n\n1,1,2,2"]),
-        ("otb", "groundtruth_rect.txt", "empty", &["", "\n\r\n", "\u{feff}"]),
-        (
-            "otb",
-            "attributes.txt, line 2",
-            "`=cmd|A0`: an attribute is plain text",
-            &["blur\nblur, =cmd|A0\n"],
-        ),
-        ("vot", "occlusion.label", "", &["0\n1\n0", "0\n2", "", "0 1 0"]),
-        ("got10k", "groundtruth.txt, line 2", "3 numbers", &["1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2\n1,1,2,2"]),
-        ("got10k", "groundtruth.txt, line 3", "", &["1,1,2,2\n1,1,2,2\n1,1,0,2\n1,1,2,2\n1,1,2,2"]),
-        ("got10k", "groundtruth.txt, line 2", "", &["1,1,2,2\n1,1,inf,2\n1,1,1,2\n1,1,2,2\n1,1,2,2"]),
-        ("got10k", "groundtruth.txt, line 2", "empty line", &["1,1,2,2\n\n1,1,2,2"]),
-        ("got10k", "groundtruth.txt", "empty", &[""]),
-        ("got10k", "absence.label", "4 labels for 5", &["0\n0\n0\n1\n"]),
-        ("got10k", "absence.label, line 4", "`2`", &["0\n0\n0\n2\n0"]),
-        ("got10k", "cover.label, line 3", "`9`", &["8\n8\n9\n0\n6"]),
-        ("got10k", "cover.label", "6 labels for 5", &["8\n8\n8\n0\n6\n8"]),
-        ("got10k", "cut_by_image.label", "0 labels for 5", &[""]),
-        ("got10k", "meta_info.ini, line 2", "key: value", &["[METAINFO]\nurl"]),
-        ("lasot", "groundtruth.txt, line 2", "3 numbers", &["1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2"]),
-        ("lasot", "full_occlusion.txt", "3 labels for 4", &["0,0,0"]),
-        ("lasot", "full_occlusion.txt, line 1", "`7`", &["0,0,0,7"]),
-        ("lasot", "out_of_view.txt", "5 labels for 4", &["0,0,0,0,0"]),
+        ("otb", "groundtruth_rect.txt, line 1", "", "1,1,2,-2\n1,1,2,2;1,1,2,2,3\n1,1,2,2;x,y,w,h\n1,1,2,2"),
+        ("otb", "groundtruth_rect.txt, line 2", "", "1,1,2,2\n\n1,1,2,2"),
+        ("otb", "groundtruth_rect.txt", "empty", ";\n\r\n;\u{feff}"),
+        ("otb", "attributes.txt, line 2", "`=cmd|A0`: an attribute is plain text", "blur\nblur, =cmd|A0\n"),
+        ("vot", "occlusion.label", "", "0\n1\n0;0\n2;;0 1 0"),
+        ("got10k", "groundtruth.txt, line 2", "3 numbers", "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2\n1,1,2,2"),
+        ("got10k", "groundtruth.txt, line 2", "empty line", "1,1,2,2\n\n1,1,2,2"),
+        ("got10k", "groundtruth.txt", "empty", ""),
+        ("got10k", "absence.label", "4 labels for 5", "0\n0\n0\n1\n"),
+        ("got10k", "absence.label, line 4", "`2`", "0\n0\n0\n2\n0"),
+        ("got10k", "cover.label, line 3", "`9`", "8\n8\n9\n0\n6"),
+        ("got10k", "cover.label", "6 labels for 5", "8\n8\n8\n0\n6\n8"),
+        ("got10k", "cut_by_image.label", "0 labels for 5", ""),
+        ("got10k", "meta_info.ini, line 2", "key: value", "[METAINFO]\nurl"),
+        ("lasot", "groundtruth.txt, line 2", "3 numbers", "1,1,2,2\n1,1,2\n1,1,2,2\n1,1,2,2"),
+        ("lasot", "full_occlusion.txt", "3 labels for 4", "0,0,0"),
+        ("lasot", "full_occlusion.txt, line 1", "`7`", "0,0,0,7"),
+        ("lasot", "out_of_view.txt", "5 labels for 4", "0,0,0,0,0"),
     ] {
         let name = file.split(',').next().unwrap();
-        for text in texts {
-            let error = read(word, &changed(word, &[(name, *text)])).unwrap_err().to_string();
+        for text in texts.split(';') {
+            let error = read(word, &changed(word, &[(name, text)])).unwrap_err().to_string();
             assert!(error.contains(file) && error.contains(words), "{word}, {file}, {text:?}: {error}");
         }
     }
@@ -161,6 +149,7 @@ fn faults_name_file_and_line_or_both_counts() {
     for (word, lines, bad) in [
         ("otb", 2, format!("{of_all}|1,1,0,2")),
         ("vot", 2, format!("{of_all}|1,2,3,0|{of_vot}")),
+        ("got10k", 5, format!("{of_all}|1,1,0,2")),
         ("lasot", 4, format!("{of_all}|1,1,-inf,2")),
     ] {
         let file = find(word).unwrap().truth_file;
