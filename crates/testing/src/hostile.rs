@@ -262,21 +262,15 @@ mod tests {
     #[test]
     fn readers_tell_markup_from_text() {
         let page = "<!DOCTYPE html><p id=\"a&#10;b\">c &lt;d&gt;<br><script>if (1 < 2) \"<b>\";</script></p>";
-        assert_eq!(
-            (texts(page), elements(page)),
-            (vec!["c <d>".into()], ["p", "br", "script"].map(String::from).into())
-        );
+        assert_eq!(texts(page), ["c <d>"]);
+        assert_eq!(elements(page), ["p", "br", "script"]);
         assert!(markup(page).starts_with("\u{1}p\u{2}id=a\nb\u{3}c <d>"));
         assert_eq!(markdown("- \\*a\\* *b* &#124;\n"), "\u{1}- *a* \u{1}*b\u{1}* |\n");
-        assert_eq!(
-            latex("\\_{\\ifdefined\\Umathcode \u{5d0}\\else ?\\fi} \\b{a}_--% c\n"),
-            "_\u{5d0} \u{1}b a\u{1}_-\u{1}-"
-        );
+        let text = "\\_{\\ifdefined\\Umathcode \u{5d0}\\else ?\\fi} \\b{a}_--% c\n";
+        assert_eq!(latex(text), "_\u{5d0} \u{1}b a\u{1}_-\u{1}-");
         assert_eq!(csv("a,\"b\"\",\n\"\r\n,c"), [vec!["a", "b\",\n"], vec!["", "c"]]);
-        assert!(
-            ["<p><b></p></b>", "<p>\u{202e}</p>", "<p>"]
-                .iter()
-                .all(|bad| std::panic::catch_unwind(|| markup(bad)).is_err())
-        );
+        for bad in ["<p><b></p></b>", "<p>\u{202e}</p>", "<p>"] {
+            assert!(std::panic::catch_unwind(|| markup(bad)).is_err(), "{bad}");
+        }
     }
 }
