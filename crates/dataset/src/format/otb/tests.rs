@@ -52,22 +52,6 @@ fn targets_attributes_and_plain_folders() {
     assert_eq!((s.len(), s.truth, s.numbering.official), (2, vec![None, None], (1, 2)));
 }
 
-// In the order of their bytes, as a computer sorts, `img (10)` is the second file.
-#[test]
-fn a_number_in_brackets_is_the_frame() {
-    let dir = tempfile::tempdir().unwrap();
-    let frame = |t: u32| dir.path().join(format!("img ({t}).png"));
-    (1..=12).for_each(|t| std::fs::write(frame(t), b"").unwrap());
-    let lines: String = (1..=12).map(|t| format!("{t},1,2,2\n")).collect();
-    put(dir.path(), "groundtruth_rect.txt", lines);
-    let s = read("otb", &dir).unwrap();
-    let Frames::Files(files) = &s.frames else { panic!("files") };
-    assert!(files.iter().eq(&(1..=12).map(frame).collect::<Vec<_>>()));
-    assert_eq!(s.truth[9], rect(9.0, 0.0, 2.0, 2.0));
-    std::fs::remove_file(frame(7)).unwrap();
-    assert_says(read("otb", &dir).unwrap_err(), "frame 7 is missing");
-}
-
 // Values read off groundtruth_rect.txt and OTB2013.json (an independent copy of the annotation).
 #[trackfail_testing::needs(real_data)]
 #[test]
