@@ -23,15 +23,8 @@ fn arma(c: &mut Criterion) {
     let signal: Vec<f64> = (0..500_u32).map(|t| 0.04 + f64::from(t * 7919 % 101) / 5e4).collect();
     if let Ok(detector) = arma_forecast::ArmaForecast::new(arma_forecast::Params::default()) {
         group.bench_with_input(BenchmarkId::new("detector", signal.len()), &signal, |b, signal| {
-            b.iter(|| {
-                detector.detect(&Input {
-                    signal: black_box(signal),
-                    error: &[],
-                    seed: 0,
-                    reverse: None,
-                    more: &[],
-                })
-            });
+            let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
+            b.iter(|| detector.detect(black_box(&input)));
         });
     }
     group.finish();

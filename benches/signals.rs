@@ -46,14 +46,9 @@ fn signals(criterion: &mut Criterion) {
                 let (effective_samples, samples, entropy) = (300.0, 400.0, 0.9);
                 let weights = Moments { effective_samples, samples, entropy, ..Moments::default() };
                 state.posterior = Some(Moments { mean, covariance, ..weights });
-                let map = Response {
-                    peak: 0.7,
-                    second_peak: 0.2,
-                    mean: 0.1,
-                    deviation: 0.15,
-                    ..Response::default()
-                };
-                state.response = Some(Response { sidelobe_deviation: 0.05, ..map });
+                let (peak, second_peak, mean) = (0.7, 0.2, 0.1);
+                let map = Response { peak, second_peak, mean, ..Response::default() };
+                state.response = Some(Response { deviation: 0.15, sidelobe_deviation: 0.05, ..map });
                 state
             };
             let states = [posterior(at(100.0), 4.0), posterior(at(103.0), 5.0)];
