@@ -1,4 +1,4 @@
-"""One frame of the color particle filter in NumPy, timed as benches/color_particle_filter.rs is.
+"""One frame of the color particle filter in NumPy, timed as benches/trackers.rs is.
 
     OMP_NUM_THREADS=1 python3 benches/peers/color_particle_filter.py
 

@@ -1,4 +1,4 @@
-"""The heavy part of a frame of `pixel-lut` in NumPy, for benches/reconstructed_trackers.rs.
+"""The heavy part of a frame of `pixel-lut` in NumPy, for benches/trackers.rs.
 
     OMP_NUM_THREADS=1 python3 benches/peers/reconstructed_trackers.py
 
