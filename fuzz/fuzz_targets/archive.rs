@@ -5,6 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use trackfail::dataset::archive::{Archive, Packing};
 use trackfail::dataset::fetch::{Caps, unpack};
+use walkdir::WalkDir;
 
 fuzz_target!(|data: &[u8]| {
     let place = tempfile::tempdir_in("/dev/shm").expect("a folder");
@@ -26,19 +27,8 @@ fuzz_target!(|data: &[u8]| {
         std::fs::read_dir(place.path()).expect("there").map(|e| e.expect("one").file_name()).collect();
     names.sort();
     assert_eq!(names, ["file", "into"]);
-    let mut size = 0;
-    let mut open = vec![into];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).expect("there") {
-            let entry = entry.expect("one");
-            let kind = entry.file_type().expect("a kind");
-            assert!(kind.is_dir() || kind.is_file());
-            if kind.is_dir() {
-                open.push(entry.path());
-            } else {
-                size += entry.metadata().expect("known").len();
-            }
-        }
-    }
-    assert!(size <= caps.total);
+    let entries = WalkDir::new(into).into_iter().map(|entry| entry.expect("one"));
+    let files: Vec<_> = entries.filter(|entry| !entry.file_type().is_dir()).collect();
+    assert!(files.iter().all(|entry| entry.file_type().is_file()));
+    assert!(files.iter().map(|entry| entry.metadata().expect("known").len()).sum::<u64>() <= caps.total);
 });

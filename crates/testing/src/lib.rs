@@ -14,6 +14,7 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 pub use trackfail_needs::{met_when_compiled, needs};
+use walkdir::{DirEntry, WalkDir};
 
 /// A data root with links to [the real data that tests look at](conditions::REAL_DATA), and nothing else, so that no
 /// test depends on what lies beside them.
@@ -107,21 +108,15 @@ pub fn assert_says(text: impl Display, words: impl AsRef<str>) {
 /// Every file below a folder with its bytes. `run.json`, which differs from run to run, and the store, which is a
 /// cache, are left out.
 pub fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![root.to_path_buf()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(&folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            let store = path.file_name().is_some_and(|n| n == ".store");
-            if path.is_dir() {
-                open.extend((!store).then_some(path));
-            } else if path.file_name().is_some_and(|n| n != "run.json") {
-                let bytes = std::fs::read(&path).expect("a file");
-                found.insert(path.strip_prefix(root).expect("below the root").to_path_buf(), bytes);
-            }
-        }
-    }
-    found
+    let is_store = |e: &DirEntry| e.depth() > 0 && e.file_type().is_dir() && e.file_name() == ".store";
+    let walk = WalkDir::new(root).follow_links(true).into_iter().filter_entry(|e| !is_store(e));
+    let entries = walk.map(|e| e.expect("an entry"));
+    let files = entries.filter(|e| !e.file_type().is_dir() && e.file_name() != "run.json");
+    let read = |e: DirEntry| {
+        let name = e.path().strip_prefix(root).expect("below the root").to_path_buf();
+        (name, std::fs::read(e.path()).expect("a file"))
+    };
+    files.map(read).collect()
 }
 
 /// Fails with the name of the first file that differs between two folders; see [`files`].
