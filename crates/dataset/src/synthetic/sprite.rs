@@ -133,14 +133,6 @@ impl Sprite {
             }
         }
     }
-
-    /// Mean opacity, 0 to 1.
-    #[cfg(test)]
-    pub fn opacity(&self) -> f64 {
-        let l = &self.levels[0];
-        let sum: f64 = l.rgba.iter().map(|p| f64::from(p[3])).sum();
-        sum / 255.0 / ((l.width - 2) * (l.height - 2)) as f64
-    }
 }
 
 /// Like [`Pose::place`], but takes the axes from the corners, which avoids a sine per pixel.
