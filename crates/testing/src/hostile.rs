@@ -168,7 +168,7 @@ pub fn markdown(text: &str) -> String {
 /// # Panics
 /// If braces or formulas have no end, or it has characters that are no text.
 pub fn latex(text: &str) -> String {
-    const SHOWN: [(&str, &str); 12] = [
+    const SHOWN: [(&str, &str); 8] = [
         ("textbackslash", "\\"),
         ("textasciitilde", "~"),
         ("textasciicircum", "^"),
@@ -177,10 +177,6 @@ pub fn latex(text: &str) -> String {
         ("textbar", "|"),
         ("textdagger", "\u{2020}"),
         ("pm", "\u{b1}"),
-        ("ensuremath", ""),
-        ("ifdefined", ""),
-        ("Umathcode", ""),
-        ("fi", ""),
     ];
     assert!(shows_only_text(text), "{text:?}");
     let (mut read, mut depth, mut is_formula, mut before) = (String::new(), 0_usize, false, ' ');
@@ -200,6 +196,7 @@ pub fn latex(text: &str) -> String {
                     rest.next_if_eq(&' ');
                     match SHOWN.iter().find(|known| known.0 == name) {
                         Some((_, shown)) => read.push_str(shown),
+                        None if ["ensuremath", "ifdefined", "Umathcode", "fi"].contains(&&*name) => {}
                         // What stands to the next `\fi` is for other engines.
                         None if name == "else" => {
                             let mut other = String::new();

@@ -225,11 +225,7 @@ mod tests {
             ("[\"b\", \"a\"]", "[\"b,a\"]", "line 4: scene `walk`: `attributes` are words without commas"),
             ("[\"b\", \"a\"]", "[\" b\"]", "line 4: scene `walk`: `attributes` are words without commas"),
             ("\"walk\"", "\"a/b\"", "line 4: scene `a/b`: `name` is a plain word"),
-            (
-                "strides = true",
-                "strides = true\nscale = [[0, 0]]",
-                "line 17: `scale`: magnifications are 0.01 to",
-            ),
+            ("strides = true", "scale = [[0, 0]]", "line 16: `scale`: magnifications are 0.01 to"),
             (
                 "ground = ",
                 "camera_x = [[0, 0], [9, 99999]]\ncamera_y = [[0, 0], [9, 99999]]\nground = ",

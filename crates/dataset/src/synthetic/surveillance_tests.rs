@@ -18,7 +18,7 @@ fn bare(plan: &ScenePlan) -> ScenePlan {
     ScenePlan { light: Vec::new(), shadow: Vec::new(), noise: 0.0, ..plan.clone() }
 }
 
-fn without_target(plan: &ScenePlan) -> ScenePlan {
+pub(super) fn without_target(plan: &ScenePlan) -> ScenePlan {
     let mut plan = plan.clone();
     plan.target.x = vec![(0.0, -1e5)];
     plan

@@ -121,8 +121,7 @@ fn the_truth_is_where_the_target_is() {
         suite.scenes().plans.par_iter().for_each(|plan| {
             let (front, light, shadow) = (Vec::new(), Vec::new(), Vec::new());
             let bare = ScenePlan { front, light, shadow, exposure: 0.0, noise: 0.0, ..plan.clone() };
-            let mut gone = bare.clone();
-            gone.target.x = vec![(0.0, -1e5)];
+            let gone = surveillance_tests::without_target(&bare);
             let with = scene::sequence(suite.name, &bare);
             let without = scene::sequence(suite.name, &gone);
             for t in [0, plan.frames / 3, plan.frames / 2, plan.frames - 1] {
