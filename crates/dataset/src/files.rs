@@ -128,23 +128,19 @@ pub(crate) fn take_range(
     images: &BTreeMap<u32, PathBuf>,
     (first, last): (u32, u32),
 ) -> Result<Vec<PathBuf>, DatasetError> {
-    (first..=last)
-        .map(|n| {
-            images.get(&n).cloned().ok_or_else(|| {
-                // Numbers may be counted from the first file, but names are the user's.
-                let names = (images.range(..n).next_back(), images.range(n..).next());
-                let between = match names {
-                    (Some((_, a)), Some((_, b))) => format!(", between {} and {}", file_name(a), file_name(b)),
-                    _ => String::new(),
-                };
-                let message = format!(
-                    "frame {n} is missing{between}; frames {first} to {last} are needed: add it, or number the files \
-                     without a gap"
-                );
-                DatasetError::content(folder, message)
-            })
-        })
-        .collect()
+    let missing = |n: u32| {
+        // Numbers may be counted from the first file, but names are the user's.
+        let between = match (images.range(..n).next_back(), images.range(n..).next()) {
+            (Some((_, a)), Some((_, b))) => format!(", between {} and {}", file_name(a), file_name(b)),
+            _ => String::new(),
+        };
+        let message = format!(
+            "frame {n} is missing{between}; frames {first} to {last} are needed: add it, or number the files \
+             without a gap"
+        );
+        DatasetError::content(folder, message)
+    };
+    (first..=last).map(|n| images.get(&n).cloned().ok_or_else(|| missing(n))).collect()
 }
 
 /// First of the folders `names` that exists in `folder`; `folder` itself if none does.

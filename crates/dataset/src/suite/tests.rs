@@ -422,12 +422,10 @@ fn one_changed_byte_in_each_kind_of_file_is_named() {
                 from = person + before[person..].windows(4).position(|w| w == b"xc=\"").unwrap();
             }
             let (is_image, is_label) = (file.ends_with("jpg"), file.ends_with("label"));
-            let to = if is_label && before[0] == b'1' {
-                b'0'
-            } else if is_label {
-                b'1'
-            } else {
-                b'9'
+            let to = match before[0] {
+                b'1' if is_label => b'0',
+                _ if is_label => b'1',
+                _ => b'9',
             };
             let mut bytes = before.clone();
             let mut places = from..bytes.len();

@@ -97,12 +97,8 @@ impl Sprite {
     pub fn draw(&self, pose: &Pose, mirrored: bool, rgb: &mut [u8], width: usize) {
         let height = rgb.len() / (3 * width);
         // The coarsest level that is still at least as fine as the screen.
-        let mut level = &self.levels[0];
-        for l in &self.levels[1..] {
-            if (l.width - 2) as f64 >= pose.w * 0.9 {
-                level = l;
-            }
-        }
+        let is_fine = |level: &&Level| (level.width - 2) as f64 >= pose.w * 0.9;
+        let level = self.levels[1..].iter().rfind(is_fine).unwrap_or(&self.levels[0]);
         let corners = pose.corners();
         let low = |f: fn(&(f64, f64)) -> f64| corners.iter().map(f).fold(f64::INFINITY, f64::min);
         let high = |f: fn(&(f64, f64)) -> f64| corners.iter().map(f).fold(f64::NEG_INFINITY, f64::max);

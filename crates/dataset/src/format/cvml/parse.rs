@@ -172,9 +172,8 @@ impl State {
     fn object(&mut self, id: u32) -> Result<&'static str, String> {
         (self.object, self.has_box) = (id, false);
         let is_new = self.in_frame.insert(id);
-        is_new
-            .then_some("object")
-            .ok_or_else(|| format!("object {id} comes twice in frame {}", self.image - 1))
+        let twice = || format!("object {id} comes twice in frame {}", self.image - 1);
+        is_new.then_some("object").ok_or_else(twice)
     }
 
     fn bounding_box(&mut self, tag: &BytesStart<'_>) -> Result<&'static str, String> {
@@ -210,10 +209,8 @@ fn whole(tag: &BytesStart<'_>, key: &str) -> Result<u32, String> {
 
 fn pixels(tag: &BytesStart<'_>, key: &str) -> Result<f64, String> {
     let value = attribute(tag, key)?;
-    let number: f64 = value
-        .trim()
-        .parse()
-        .map_err(|_| format!("{key} is `{}`, which is no number", text::shorten(&value)))?;
+    let no_number = |_| format!("{key} is `{}`, which is no number", text::shorten(&value));
+    let number = value.trim().parse::<f64>().map_err(no_number)?;
     if !number.is_finite() || number.abs() > MAX_COORDINATE {
         return Err(format!("{key} is {}; no image has such a pixel", text::shorten(&value)));
     }
