@@ -1,8 +1,6 @@
 //! Cache of decoded frames, for readers that go over a sequence more than once or backwards.
 //!
 //! Frames of more than `MAX_FRAME_BYTES` are not kept: too few would fit for one to be found again.
-//!
-//! Frames of more than `MAX_FRAME_BYTES` are not kept: too few of them have room for one to be found again.
 
 use super::{DatasetError, Sequence};
 use lru::LruCache;

@@ -132,10 +132,8 @@ impl Suite {
     /// in the order of the suite. Rendered suites have nothing to compare.
     pub fn verify(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
-        let entries = pinned.sequence.par_iter().filter(|entry| wanted(&entry.name));
-        entries
-            .map(|entry| Checked { name: entry.name.clone(), finding: pinned.check(entry, data_roots) })
-            .collect()
+        let check = |e: &Entry| Checked { name: e.name.clone(), finding: pinned.check(e, data_roots) };
+        pinned.sequence.par_iter().filter(|entry| wanted(&entry.name)).map(check).collect()
     }
 
     /// Lines of the suite file for the sequences under `data_roots`, with the facts found there.

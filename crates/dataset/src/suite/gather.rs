@@ -33,9 +33,6 @@ pub struct GatherRequest<'w> {
 /// A folder with a ground-truth file is a sequence of the folder's name. An OTB folder with several
 /// ground-truth files gives one sequence for each, `<folder>-<N>`.
 ///
-/// A folder with a ground-truth file is a sequence of the folder's name; of an OTB folder with several, each
-/// is one, `<folder>-<N>`. Hashes all files.
-///
 /// # Errors
 /// No sequence, two of one name, an absent wanted one. Also the first sequence that cannot be read, has no
 /// annotated frame, or has more ground truth than frames.
