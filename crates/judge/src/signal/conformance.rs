@@ -68,7 +68,8 @@ fn state(region: Region, t: usize) -> TrackerState {
 }
 
 fn run(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-    testing::values(signal, frames, boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t)))
+    let states: Vec<_> = boxes.iter().enumerate().map(|(t, r)| state(Region::Rect(*r), t)).collect();
+    testing::values(signal, frames, &states)
 }
 
 /// Eight frames and a box that moves, grows and leaves.
@@ -157,7 +158,7 @@ fn odd_boxes_and_frames_are_survived() {
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny[..1], &boxes));
         within(entry, signal.as_ref(), &run(signal.as_ref(), &tiny, &boxes));
         let turned = Region::Polygon(vec![(20.0, 10.0), (30.0, 20.0), (20.0, 30.0), (10.0, 20.0)]);
-        let value = testing::values(signal.as_ref(), &frames[..1], [state(turned, 0)]);
+        let value = testing::values(signal.as_ref(), &frames[..1], &[state(turned, 0)]);
         within(entry, signal.as_ref(), &value);
     }
 }

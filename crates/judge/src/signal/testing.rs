@@ -25,26 +25,27 @@ pub fn takes(kind: &str, params: &str, memory: &impl Serialize) -> bool {
     start(&*build(kind, params)).restore(&saved::to_bytes(memory).unwrap())
 }
 
-/// Values of a signal on frames with the tracker's states. The companion stays at the tracker's first place.
-pub fn values(
-    signal: &dyn Signal,
-    frames: &[Frame],
-    states: impl IntoIterator<Item = TrackerState>,
-) -> Vec<f64> {
+/// All values of a signal on frames with the tracker's states, a row per frame. The companion stays at the tracker's
+/// first place.
+pub fn rows(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
     let mut session = start(signal);
-    let mut first = None;
-    let push = |(frame, state): (&Frame, TrackerState)| {
-        let companion = first.get_or_insert_with(|| state.region.clone());
-        let value = session.push(&Observation { frame, state: &state, companions: &[&*companion] });
+    let row = |(frame, state): (&Frame, &TrackerState)| {
+        let first = session.push(&Observation { frame, state, companions: &[&states[0].region] });
         assert_eq!(1 + session.more().len(), signal.width());
-        value
+        std::iter::once(first).chain(session.more().iter().copied()).collect()
     };
-    frames.iter().zip(states).map(push).collect()
+    frames.iter().zip(states).map(row).collect()
+}
+
+/// First values of a signal on frames with the tracker's states.
+pub fn values(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> Vec<f64> {
+    rows(signal, frames, states).iter().map(|row| row[0]).collect()
 }
 
 /// Values of a signal on frames with the tracker's boxes.
 pub fn values_on_boxes(signal: &dyn Signal, frames: &[Frame], boxes: &[Rect]) -> Vec<f64> {
-    values(signal, frames, boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r))))
+    let states: Vec<_> = boxes.iter().map(|r| TrackerState::tracked(Region::Rect(*r))).collect();
+    values(signal, frames, &states)
 }
 
 /// Values of a signal of this kind on frames with the tracker's boxes.
@@ -55,19 +56,7 @@ pub fn run(kind: &str, params: &str, frames: &[Frame], boxes: &[Rect]) -> Vec<f6
 /// Values of a signal of this kind, which does not look at frames, on states of the tracker.
 pub fn run_on_states(kind: &str, params: &str, states: &[TrackerState]) -> Vec<f64> {
     let frames = vec![Frame::new(1, 1, vec![0; 3]); states.len()];
-    values(&*build(kind, params), &frames, states.iter().cloned())
-}
-
-/// All values of a signal of several on frames with the tracker's states, a row per frame.
-pub fn rows(kind: &str, params: &str, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
-    let signal = build(kind, params);
-    let mut session = start(&*signal);
-    let row = |(frame, state): (&Frame, &TrackerState)| {
-        let first = session.push(&Observation::new(frame, state));
-        assert_eq!(1 + session.more().len(), signal.width());
-        std::iter::once(first).chain(session.more().iter().copied()).collect()
-    };
-    frames.iter().zip(states).map(row).collect()
+    values(&*build(kind, params), &frames, states)
 }
 
 /// The value of a signal of a response map in the first frame.

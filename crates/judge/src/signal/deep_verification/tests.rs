@@ -20,7 +20,7 @@ fn beside_with(params: &str, shift: f64) -> Vec<Vec<f64>> {
     for state in &mut states[10..] {
         state.region = Region::Rect(state.region.bounds().shifted(shift, 0.0));
     }
-    testing::rows("deep-verification", params, &frames, &states)
+    testing::rows(&*testing::build("deep-verification", params), &frames, &states)
 }
 
 /// On target, the second look agrees with the watchdog, whose box is that of the tracker. Off target, it
@@ -66,8 +66,9 @@ fn a_second_look_of_v3_needs_no_v2() {
 fn a_box_without_numbers_has_no_cells_and_is_apart_from_the_watchdogs() {
     let (_, start, frames) = tracker::testing::excerpt(2);
     let states = [start, Region::nowhere()].map(TrackerState::tracked);
-    let params = "{ v2 = [\"overlap\"], here = [\"score\", \"inside\"] }";
-    assert_eq!(testing::rows("deep-verification", params, &frames, &states)[1], [0.0, 0.0, -6.0]);
+    let signal =
+        testing::build("deep-verification", "{ v2 = [\"overlap\"], here = [\"score\", \"inside\"] }");
+    assert_eq!(testing::rows(&*signal, &frames, &states)[1], [0.0, 0.0, -6.0]);
 }
 
 // By hand: 5 x 5 cells of 20 x 20 pixels, 16 apart around (50, 50), with scores .01 to .25; the tracker's box is centered on

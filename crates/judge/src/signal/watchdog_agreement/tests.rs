@@ -16,7 +16,8 @@ fn a_watchdog_sees_who_stays_behind() {
         let shift = if t < 20 { 0.0 } else { 200.0 };
         state.region = Region::Rect(Rect { x: own[10].x + shift, ..own[10] });
     }
-    for (t, values) in testing::rows("watchdog-agreement", ALL, &frames, &states).iter().enumerate() {
+    let rows = testing::rows(&*testing::build("watchdog-agreement", ALL), &frames, &states);
+    for (t, values) in rows.iter().enumerate() {
         let [overlap, sure, disagreement, apart, distance] = values[..] else { panic!("{values:?}") };
         let want = match t {
             0..=10 => 1.0,
