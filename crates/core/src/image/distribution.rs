@@ -134,7 +134,7 @@ impl FieldDistance {
         distance.prepare(down, h);
         for j in 0..w {
             for strip in &mut buffers[..strips.len()] {
-                strip.smooth_column(stamps, *border, j);
+                strip::smooth_column(strip, stamps, *border, j);
             }
             down.groups(&buffers[target.strip].near(j)[target.top..][..h], of_target);
             for (other, sum) in zip(others, &mut *sums) {
@@ -142,7 +142,7 @@ impl FieldDistance {
                 down.groups(&buffers[other.strip].near(j)[other.top..][..h], of_other);
                 let a = Column { strip: &buffers[target.strip], top: target.top, groups: of_target };
                 let b = Column { strip: &buffers[other.strip], top: other.top, groups: of_other };
-                *sum += distance.l1(smoothing, h, &a, &b);
+                *sum += distance::l1(distance, smoothing, h, &a, &b);
             }
         }
     }

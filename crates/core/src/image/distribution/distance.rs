@@ -77,14 +77,10 @@ impl Distance {
         self.rows.resize(h + 2 * down.reach(), Chunk::ZERO);
         self.even.resize(h.div_ceil(ROWS), [Chunk::ZERO; ROWS]);
     }
-
-    pub(super) fn l1(&mut self, smoothing: &Smoothing, h: usize, a: &Column, b: &Column) -> f64 {
-        l1(self, smoothing, h, a, b)
-    }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma", "x86_64+avx2+fma"))]
-fn l1(buffers: &mut Distance, smoothing: &Smoothing, h: usize, a: &Column, b: &Column) -> f64 {
+pub(super) fn l1(buffers: &mut Distance, smoothing: &Smoothing, h: usize, a: &Column, b: &Column) -> f64 {
     if const { selected_target!().supports_feature_str("fma") || cfg!(target_arch = "aarch64") } {
         l1_of::<true>(buffers, smoothing, h, a, b)
     } else {

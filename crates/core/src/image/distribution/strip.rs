@@ -157,11 +157,6 @@ impl Strip {
         let tiles = self.filled.len();
         self.slots[chunk * tiles..][..tiles].as_flattened()
     }
-
-    /// Smooths column `j`.
-    pub(super) fn smooth_column(&mut self, stamps: &Stamps, border: Border, j: usize) {
-        smooth_column(self, stamps, border, j);
-    }
 }
 
 /// Combines the masks of all columns within the distance `side`.
@@ -179,8 +174,9 @@ fn gather(masks: &[u8], rows: usize, side: usize, near: &mut [u8]) {
 /// A column of layers, with the offset of its weights; or the offset of zero weights.
 type Tap<'a> = (&'a [[u8; ROWS]], usize);
 
+/// Smooths column `j`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512bw+avx2", "x86_64+avx2"))]
-fn smooth_column(strip: &mut Strip, stamps: &Stamps, border: Border, j: usize) {
+pub(super) fn smooth_column(strip: &mut Strip, stamps: &Stamps, border: Border, j: usize) {
     let (tiles, side) = (strip.filled.len(), stamps.side);
     let w = strip.layers.len() / tiles;
     let tap = |r: usize| -> Tap {
