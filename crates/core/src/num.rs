@@ -17,7 +17,7 @@ pub mod seed;
 pub mod special;
 pub mod summary;
 
-/// Converts an integral `value` of less than 2^51 to an integer. Other values give an arbitrary integer.
+/// Rounds a `value` of less than 2^51 to the nearest integer, halves to even. Others give an arbitrary integer.
 ///
 /// Loops over this function compile to vector operations on all processors. Loops over a cast do not, because
 /// of its range checks.

@@ -75,7 +75,7 @@ impl LucasKanade {
     ///
     /// The pyramids should have the same size and number of levels; if not, the levels that both have are used.
     pub fn follow(&self, from: &Pyramid, to: &Pyramid, points: &[Point]) -> Vec<Option<Point>> {
-        let levels: Vec<(&Level, &Level)> = from.levels().iter().zip(to.levels()).collect();
+        let levels: Vec<(&Level, &Level)> = from.levels.iter().zip(&to.levels).collect();
         let mut window = Window::new(self.window);
         let mut found = Vec::with_capacity(points.len());
         // The usual window has a size that the compiler knows.
@@ -185,7 +185,7 @@ impl Corner {
         let (left, top) = (floor(x), floor(y));
         let (a, b) = (x - left as f64, y - top as f64);
         let one = f64::from(1 << WEIGHT_BITS);
-        let weight = |share: f64| nearest(share * one) as i32;
+        let weight = |share: f64| integer(share * one) as i32;
         let (w0, w1, w2) = (weight((1.0 - a) * (1.0 - b)), weight(a * (1.0 - b)), weight((1.0 - a) * b));
         let weights = [w0, w1, w2, (1 << WEIGHT_BITS) - w0 - w1 - w2];
         Self { x: left, y: top, weights }
@@ -198,16 +198,10 @@ impl Corner {
     }
 }
 
-/// Rounds to the nearest integer, halves to even, without a function call.
-#[inline(always)]
-fn nearest(value: f64) -> i64 {
-    integer(value)
-}
-
 /// The largest integer that is not above `value`.
 #[inline(always)]
 fn floor(value: f64) -> i64 {
-    let near = nearest(value);
+    let near = integer(value);
     near - i64::from(near as f64 > value)
 }
 

@@ -5,7 +5,7 @@ use multiversion::multiversion;
 /// A gray image and smaller copies of it.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
-    levels: Vec<Level>,
+    pub(super) levels: Vec<Level>,
 }
 
 /// An image of a pyramid.
@@ -45,10 +45,6 @@ impl Pyramid {
     /// Gray values of the image itself, rows from the top.
     pub fn values(&self) -> &[u8] {
         &self.levels[0].values
-    }
-
-    pub(super) fn levels(&self) -> &[Level] {
-        &self.levels
     }
 
     /// The values of a square of `side` pixels around a place, rows from the top.

@@ -62,7 +62,7 @@ fn levels_are_smoothed_and_halved() {
     let (width, height) = (23, 8);
     let pixels = image(width, height, [0.0, 0.0, 1.0]);
     let pyramid = Pyramid::new(width, height, pixels.clone(), 4, 3);
-    let sizes: Vec<_> = pyramid.levels().iter().map(|level| (level.width, level.height)).collect();
+    let sizes: Vec<_> = pyramid.levels.iter().map(|level| (level.width, level.height)).collect();
     assert_eq!(sizes, [(23, 8), (12, 4)]);
     let mirror = |at: i64, length: i64| {
         let at = at.abs();
@@ -77,7 +77,7 @@ fn levels_are_smoothed_and_halved() {
             sum += weight * u32::from(pixels[row * width + column]);
         }
         let mut block = Vec::new();
-        pyramid.levels()[1].block(x, y, 1, &mut block);
+        pyramid.levels[1].block(x, y, 1, &mut block);
         assert_eq!(block, [((sum + 128) / 256) as i32], "{x} {y}");
     }
 }
