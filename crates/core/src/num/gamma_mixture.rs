@@ -121,7 +121,7 @@ impl Mixture {
         if (total - 1.0).abs() > 1e-6 {
             return Err(MixtureError::Weights(total));
         }
-        sort(&mut components);
+        components.sort_by(|a, b| a.mean().total_cmp(&b.mean()).then(a.shape.total_cmp(&b.shape)));
         Ok(Self { components })
     }
 
@@ -154,14 +154,11 @@ impl Mixture {
     /// Draws a random value.
     pub fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> f64 {
         let mut left: f64 = rng.random();
-        let mut chosen = None;
-        for c in &self.components {
-            chosen = Some(c);
+        let is_chosen = |c: &&Component| {
             left -= c.weight;
-            if left < 0.0 {
-                break;
-            }
-        }
+            left < 0.0
+        };
+        let chosen = self.components.iter().find(is_chosen).or(self.components.last());
         let gamma = chosen.and_then(|c| rand_distr::Gamma::new(c.shape, c.scale).ok());
         gamma.map_or(f64::NAN, |gamma| gamma.sample(rng))
     }
@@ -169,10 +166,6 @@ impl Mixture {
     fn sum(&self, term: impl Fn(&Component) -> f64) -> f64 {
         self.components.iter().map(|c| c.weight * term(c)).sum()
     }
-}
-
-fn sort(components: &mut [Component]) {
-    components.sort_by(|a, b| a.mean().total_cmp(&b.mean()).then(a.shape.total_cmp(&b.shape)));
 }
 
 fn density(c: &Component, v: f64) -> f64 {

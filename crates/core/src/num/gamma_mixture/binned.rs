@@ -40,7 +40,7 @@ pub struct SampleError(pub f64);
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Cell {
     count: u64,
-    /// Sum of `x`, in units of `unit(i)`.
+    /// Sum of `x`, in units of `UNITS[i]`.
     x: u128,
     /// Sum of `ln x`, in units of 2^-LN_BITS.
     ln: i128,
@@ -110,7 +110,7 @@ impl Binned {
         let i = index(ln);
         let cell = &mut self.cells[i];
         cell.count += 1;
-        cell.x += (x / unit(i)) as u128;
+        cell.x += (x / UNITS[i]) as u128;
         cell.ln += (ln * 2.0_f64.powi(LN_BITS)).round_ties_even() as i128;
         Ok(())
     }
@@ -133,7 +133,7 @@ impl Binned {
             for (j, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.count > 0) {
                 count += cell.count;
                 ln += cell.ln;
-                x += cell.x as f64 * unit(g * group + j);
+                x += cell.x as f64 * UNITS[g * group + j];
             }
             if count > 0 {
                 out.count.push(count as f64);
@@ -153,10 +153,6 @@ fn index(ln: f64) -> usize {
 
 /// Unit in which the `x` of a cell are counted: 2^-X_BITS of the octave in which the previous cell begins. So
 /// a sample is an exact multiple even if `ln` is rounded into the wrong cell.
-fn unit(i: usize) -> f64 {
-    UNITS[i]
-}
-
 static UNITS: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let width = CELLS as f64 / (CEILING / FLOOR).ln();
     let octave = |i: usize| ((FLOOR.ln() + (i as f64 - 1.0) / width) / LN_2).floor() as i32;

@@ -9,7 +9,7 @@
 
 use super::binned::Cells;
 use super::em::{Run, run};
-use super::{Binned, MAX_COMPONENTS, Mixture, sort, start};
+use super::{Binned, MAX_COMPONENTS, Mixture, start};
 use crate::num::seed;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -190,11 +190,6 @@ fn resume(cells: &Cells, before: &Run, options: &FitOptions) -> Run {
 
 fn finish(run: Run) -> Result<Fit, FitError> {
     let k = run.components.len();
-    let mut components = run.components;
-    sort(&mut components);
-    if !run.log_likelihood.is_finite() {
-        return Err(FitError::Invalid(k));
-    }
-    let mixture = Mixture::new(components).map_err(|_| FitError::Invalid(k))?;
-    Ok(Fit { mixture, log_likelihood: run.log_likelihood })
+    let mixture = Mixture::new(run.components).ok().filter(|_| run.log_likelihood.is_finite());
+    Ok(Fit { mixture: mixture.ok_or(FitError::Invalid(k))?, log_likelihood: run.log_likelihood })
 }
