@@ -137,7 +137,7 @@ impl Region {
     pub fn area(&self) -> f64 {
         match self {
             Self::Rect(r) => r.area(),
-            Self::Polygon(p) => area(p),
+            Self::Polygon(p) => signed_area(p).abs(),
         }
     }
 
@@ -187,12 +187,7 @@ impl Region {
 
     /// Area of the intersection with `other` in square pixels, by exact clipping.
     pub fn intersection(&self, other: &Self) -> f64 {
-        if let (Self::Rect(a), Self::Rect(b)) = (self, other) {
-            let w = (a.x + a.w).min(b.x + b.w) - a.x.max(b.x);
-            let h = (a.y + a.h).min(b.y + b.h) - a.y.max(b.y);
-            return w.max(0.0) * h.max(0.0);
-        }
-        area(&clip(&self.corners(), &other.corners()))
+        self.clipped(other).map_or(0.0, |part| part.area())
     }
 
     /// Part of the region that lies in `window`; `None` if it has no area.
@@ -203,12 +198,8 @@ impl Region {
             return (w > 0.0 && h > 0.0).then(|| Self::Rect(Rect::new(x, y, w, h)));
         }
         let part = clip(&self.corners(), &window.corners());
-        (area(&part) > 0.0).then_some(Self::Polygon(part))
+        (signed_area(&part).abs() > 0.0).then_some(Self::Polygon(part))
     }
-}
-
-fn area(p: &[(f64, f64)]) -> f64 {
-    signed_area(p).abs()
 }
 
 fn bounds(p: &[(f64, f64)]) -> (f64, f64, f64, f64) {

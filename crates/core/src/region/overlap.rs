@@ -49,18 +49,13 @@ impl Areas {
 }
 
 fn exact(a: &Region, b: &Region, frame: Option<(usize, usize)>) -> f64 {
-    let (inside, areas) = match frame {
-        None => (a.intersection(b), [a.area(), b.area()]),
-        Some((w, h)) => {
-            let window = Region::Rect(Rect::new(0.0, 0.0, w as f64, h as f64));
-            let (a, b) = (a.clipped(&window), b.clipped(&window));
-            match (&a, &b) {
-                (Some(a), Some(b)) => (a.intersection(b), [a.area(), b.area()]),
-                _ => return 0.0,
-            }
-        }
-    };
-    let all = areas[0] + areas[1] - inside;
+    if let Some((w, h)) = frame {
+        let window = Region::Rect(Rect::new(0.0, 0.0, w as f64, h as f64));
+        let parts = a.clipped(&window).zip(b.clipped(&window));
+        return parts.map_or(0.0, |(a, b)| exact(&a, &b, None));
+    }
+    let inside = a.intersection(b);
+    let all = a.area() + b.area() - inside;
     if all > 0.0 { (inside / all).clamp(0.0, 1.0) } else { 0.0 }
 }
 
