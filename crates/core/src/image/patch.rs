@@ -100,31 +100,16 @@ impl Patch {
 
     /// Cuts out a window as [`Self::cut`] does and resizes it to `width` columns and `height` rows.
     pub fn resized(frame: &Frame, window: &Window, width: usize, height: usize, colors: Colors) -> Self {
-        let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
-            resizing(from, to).map(|tap| tap.on(|j| (start + j).clamp(0, room as i64 - 1))).collect()
-        };
-        let across = taps(window.x, window.w, width, frame.width());
-        let down = taps(window.y, window.h, height, frame.height());
+        let across = resizing(window.x, window.w, width, frame.width(), Outside::Repeated);
+        let down = resizing(window.y, window.h, height, frame.height(), Outside::Repeated);
         Self::from_taps(frame, &across, &down, colors)
     }
 
     /// Red, green and blue of a window, resized to `width` columns and `height` rows. Pixels beyond the frame
     /// are `fill`.
     pub fn resized_over(frame: &Frame, window: &Window, width: usize, height: usize, fill: [f32; 3]) -> Self {
-        let taps = |start: i64, from: usize, to: usize, room: usize| -> Vec<Tap> {
-            let inside = 0..room as i64;
-            let within = |mut tap: Tap| {
-                for (share, j) in tap.shares.iter_mut().zip(tap.pixels) {
-                    if !inside.contains(&(start + j as i64)) {
-                        *share = 0.0;
-                    }
-                }
-                tap.on(|j| (start + j).clamp(0, room as i64 - 1))
-            };
-            resizing(from, to).map(within).collect()
-        };
-        let across = taps(window.x, window.w, width, frame.width());
-        let down = taps(window.y, window.h, height, frame.height());
+        let across = resizing(window.x, window.w, width, frame.width(), Outside::Zero);
+        let down = resizing(window.y, window.h, height, frame.height(), Outside::Zero);
         let mut patch = Self::from_taps(frame, &across, &down, Colors::Rgb);
         let kept =
             |taps: &[Tap]| -> Vec<f32> { taps.iter().map(|tap| tap.shares[0] + tap.shares[1]).collect() };
@@ -212,11 +197,20 @@ impl Patch {
     }
 }
 
-/// Samples that resize `from` pixels to `to` pixels.
-fn resizing(from: usize, to: usize) -> impl Iterator<Item = Tap> {
-    let from = from.max(1) as f64;
+/// Samples that resize `from` pixels to `to` pixels. The first is pixel `start` of `room` pixels.
+fn resizing(start: i64, from: usize, to: usize, room: usize, outside: Outside) -> Vec<Tap> {
+    let (from, last) = (from.max(1) as f64, room as i64 - 1);
     let ratio = from / to as f64;
-    (0..to).map(move |i| tap(((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from - 1.0)))
+    let on_frame = |mut tap: Tap| {
+        for (share, j) in tap.shares.iter_mut().zip(tap.pixels) {
+            if outside == Outside::Zero && !(0..=last).contains(&(start + j as i64)) {
+                *share = 0.0;
+            }
+        }
+        tap.on(|j| (start + j).clamp(0, last))
+    };
+    let place = |i: usize| ((i as f64 + 0.5) * ratio - 0.5).clamp(0.0, from - 1.0);
+    (0..to).map(|i| on_frame(tap(place(i)))).collect()
 }
 
 /// Sample at `place`, which is at least 0 and counts from the center of the first pixel.
