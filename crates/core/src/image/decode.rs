@@ -92,12 +92,7 @@ impl Header {
     /// Checks that the image may be decoded, and returns the header.
     fn check(self, bytes: &[u8]) -> Result<Self, ImageError> {
         let Self { width, height, packed, .. } = self;
-        if width == 0 || height == 0 {
-            return Err(ImageError::Decode("the image has no pixels".into()));
-        }
-        if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
-            return Err(ImageError::TooLarge { width, height });
-        }
+        check_size(width, height)?;
         if packed < self.least {
             return Err(ImageError::TooFewBytes { width, height, bytes: packed });
         }
@@ -110,6 +105,17 @@ impl Header {
         }
         Ok(self)
     }
+}
+
+/// Checks that an image has pixels, and not too many.
+pub(super) fn check_size(width: u32, height: u32) -> Result<(), ImageError> {
+    if width == 0 || height == 0 {
+        return Err(ImageError::Decode("the image has no pixels".into()));
+    }
+    if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(ImageError::TooLarge { width, height });
+    }
+    Ok(())
 }
 
 /// Orientation in an Exif block. A missing or invalid number means upright.

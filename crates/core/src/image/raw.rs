@@ -1,6 +1,7 @@
 //! Frames from bytes without a header, as cameras and other programs produce them.
 
-use super::{Frame, ImageError, MAX_PIXELS, MAX_SIDE};
+use super::decode::check_size;
+use super::{Frame, ImageError};
 use base64::Engine as _;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +39,8 @@ impl Frame {
         format: PixelFormat,
         mut bytes: Vec<u8>,
     ) -> Result<Self, ImageError> {
-        let expected = raw_bytes(width, height, format)?;
+        check_size(width, height)?;
+        let expected = width as usize * height as usize * format.bytes();
         if bytes.len() != expected {
             return Err(ImageError::RawBytes { width, height, expected, got: bytes.len() });
         }
@@ -55,21 +57,10 @@ impl Frame {
     /// # Errors
     /// The errors of [`Frame::from_raw`], and text that is not base64.
     pub fn from_base64(width: u32, height: u32, format: PixelFormat, text: &str) -> Result<Self, ImageError> {
-        raw_bytes(width, height, format)?;
+        check_size(width, height)?;
         let bytes = base64::engine::general_purpose::STANDARD.decode(text);
         Self::from_raw(width, height, format, bytes.map_err(|e| ImageError::Base64(e.to_string()))?)
     }
-}
-
-/// Number of bytes of a frame, if this size is allowed.
-fn raw_bytes(width: u32, height: u32, format: PixelFormat) -> Result<usize, ImageError> {
-    if width == 0 || height == 0 {
-        return Err(ImageError::Decode("the image has no pixels".into()));
-    }
-    if width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS {
-        return Err(ImageError::TooLarge { width, height });
-    }
-    Ok(width as usize * height as usize * format.bytes())
 }
 
 #[cfg(test)]
