@@ -181,15 +181,7 @@ impl Hog {
         let line = w + 2;
         for y in 0..h {
             let rows = &mut self.histogram[(y + 1) * SIGNED * line..(y + 2) * SIGNED * line];
-            for row in rows.chunks_exact_mut(line) {
-                for at_border in [y == 0, y == h - 1] {
-                    if at_border {
-                        row.iter_mut().for_each(|v| *v *= 8.0 / 7.0);
-                    }
-                }
-                row[1] *= 8.0 / 7.0;
-                row[w] *= 8.0 / 7.0;
-            }
+            rows.chunks_exact_mut(line).for_each(|row| weigh_row(&mut row[1..=w], y, h));
         }
     }
 
@@ -231,23 +223,31 @@ impl Hog {
         let norms = [norms(1, y + 1), norms(1, y), norms(0, y + 1), norms(0, y)];
         self.textures.clear();
         self.textures.resize(4 * w, 0.0);
-        let (first, rest) = self.textures.split_at_mut(2 * w);
-        let ((t0, t1), (t2, t3)) = (first.split_at_mut(w), rest.split_at_mut(w));
-        let mut textures = [t0, t1, t2, t3];
         let mut channels = features.chunks_exact_mut(w * h).map(|c| &mut c[y * w..(y + 1) * w]);
         for row in rows.chunks_exact(line) {
             let Some(out) = channels.next() else { return };
-            signed(&row[1..=w], norms, out, &mut textures);
+            signed(&row[1..=w], norms, out, &mut self.textures);
         }
         let (ahead, back) = rows.split_at(SIGNED / 2 * line);
         for (a, b) in ahead.chunks_exact(line).zip(back.chunks_exact(line)) {
             let Some(out) = channels.next() else { return };
             unsigned(&a[1..=w], &b[1..=w], norms, out);
         }
-        for (texture, out) in textures.iter().zip(channels) {
-            out.iter_mut().zip(texture.iter()).for_each(|(o, t)| *o = TEXTURE * t);
+        for (texture, out) in self.textures.chunks_exact(w).zip(channels) {
+            out.iter_mut().zip(texture).for_each(|(o, t)| *o = TEXTURE * t);
         }
     }
+}
+
+/// Raises the cells of row `y` of `h` that are at the border.
+fn weigh_row(row: &mut [f32], y: usize, h: usize) {
+    for at_border in [y == 0, y == h - 1] {
+        if at_border {
+            row.iter_mut().for_each(|v| *v *= 8.0 / 7.0);
+        }
+    }
+    row[0] *= 8.0 / 7.0;
+    row[row.len() - 1] *= 8.0 / 7.0;
 }
 
 /// First and last cell of block `i` in `0..=count` along a side.
@@ -337,10 +337,10 @@ fn orientation(gx: f32, gy: f32) -> i32 {
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn signed(row: &[f32], norms: [&[f32]; 4], out: &mut [f32], textures: &mut [&mut [f32]; 4]) {
+fn signed(row: &[f32], norms: [&[f32]; 4], out: &mut [f32], textures: &mut [f32]) {
     out.fill(0.0);
-    for (n, texture) in norms.iter().zip(textures) {
-        for (((o, t), r), n) in out.iter_mut().zip(texture.iter_mut()).zip(row).zip(n.iter()) {
+    for (n, texture) in norms.iter().zip(textures.chunks_exact_mut(row.len())) {
+        for (((o, t), r), n) in out.iter_mut().zip(texture).zip(row).zip(n.iter()) {
             let v = cut(r * n);
             *o += v;
             *t += v;

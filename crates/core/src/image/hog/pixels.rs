@@ -3,7 +3,7 @@
 //! A cell of one pixel has a single orientation `b`. So only two of its first 27 channels are nonzero, `b`
 //! and `18 + b mod 9`, and both have the same value.
 
-use super::{Hog, cut};
+use super::{Hog, cut, weigh_row};
 use crate::image::patch::Patch;
 use multiversion::multiversion;
 
@@ -20,13 +20,7 @@ impl Hog {
         for y in 0..h {
             self.find_gradients(patch, y);
             let row = &mut self.magnitudes;
-            for at_border in [y == 0, y == h - 1] {
-                if at_border {
-                    row.iter_mut().for_each(|v| *v *= 8.0 / 7.0);
-                }
-            }
-            row[0] *= 8.0 / 7.0;
-            row[w - 1] *= 8.0 / 7.0;
+            weigh_row(row, y, h);
             features.extend_from_slice(row);
             orientations.extend_from_slice(&self.bins);
         }
