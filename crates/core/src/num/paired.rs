@@ -133,13 +133,11 @@ pub fn compare(pairs: &[(f64, f64)], level: f64, samples: usize, seed: u64) -> O
     let interval = bootstrap_interval(&differences, level, samples, seed)?;
     let sizes = pairs.iter().flat_map(|(a, b)| [a.abs(), b.abs()]).filter(|size| size.is_finite());
     let tied = with_ties(&differences, sizes.fold(0.0, f64::max));
+    let mean_of = |of: fn(&(f64, f64)) -> f64| mean(&pairs.iter().map(of).collect::<Vec<_>>());
     let count = |of: fn(&f64) -> bool| tied.iter().filter(|d| of(d)).count();
     Some(Compared {
         pairs: pairs.len(),
-        means: (
-            mean(&pairs.iter().map(|p| p.0).collect::<Vec<_>>()),
-            mean(&pairs.iter().map(|p| p.1).collect::<Vec<_>>()),
-        ),
+        means: (mean_of(|pair| pair.0), mean_of(|pair| pair.1)),
         difference: mean(&differences),
         interval,
         signs: (count(|d| *d > 0.0), count(|d| *d == 0.0), count(|d| *d < 0.0)),

@@ -20,10 +20,6 @@ impl Draws {
         Self { units, picks: (0..all).map(|_| rng.random_range(0..units) as u32).collect(), samples }
     }
 
-    fn is_of(&self, units: usize, samples: usize) -> bool {
-        (self.units, self.samples) == (units, samples)
-    }
-
     /// Confidence interval at `level` in (0, 1) of a statistic of summed counts; `None` without units or
     /// samples, or if the statistic lacks a value for more than half of them.
     pub fn interval<const N: usize>(
@@ -46,21 +42,15 @@ impl Draws {
             return None;
         }
         // Half as wide where the sums of all samples fit.
-        let most = i64::from(i32::MAX) / self.units as i64;
-        let fits = |c: &i64| i32::try_from(*c).ok().filter(|small| i64::from(*small).abs() <= most);
-        let narrow: Option<Vec<[i32; N]>> = counts
-            .iter()
-            .map(|unit| {
-                let mut small = [0; N];
-                small.iter_mut().zip(unit).try_for_each(|(s, c)| fits(c).map(|c| *s = c))?;
-                Some(small)
-            })
-            .collect();
+        let most = i32::MAX as u64 / self.units as u64;
+        let fits = counts.iter().flatten().all(|c| c.unsigned_abs() <= most);
         let mut values = Vec::with_capacity(self.samples);
         let mut take = |sum: &[i64; N]| values.push(statistic(sum).unwrap_or(f64::NAN));
-        match narrow {
-            Some(narrow) => self.sums(&narrow, |sum| take(&sum.map(i64::from))),
-            None => self.sums(counts, &mut take),
+        if fits {
+            let narrow: Vec<[i32; N]> = counts.iter().map(|unit| unit.map(|c| c as i32)).collect();
+            self.sums(&narrow, |sum| take(&sum.map(i64::from)));
+        } else {
+            self.sums(counts, take);
         }
         Some(values)
     }
@@ -88,7 +78,7 @@ pub struct Drawn(Option<(u64, Draws)>);
 impl Drawn {
     /// Returns the draws of [`Draws::new`], from the cache if possible.
     pub fn of(&mut self, units: usize, samples: usize, seed: u64) -> &Draws {
-        let is_same = |(s, draws): &(u64, Draws)| *s == seed && draws.is_of(units, samples);
+        let is_same = |(s, draws): &(u64, Draws)| (*s, draws.units, draws.samples) == (seed, units, samples);
         let known = self.0.take().filter(is_same);
         &self.0.insert(known.unwrap_or_else(|| (seed, Draws::new(units, samples, seed)))).1
     }
