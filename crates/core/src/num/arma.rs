@@ -77,14 +77,15 @@ pub fn least_window([p, q]: [usize; 2]) -> usize {
 /// `None` for orders above [`MAX_ORDER`], windows shorter than [`least_window`], and values that are not finite,
 /// or so large that sums overflow.
 pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Option<Fit> {
-    if !is_enough(y, order) {
+    let [p, q] = order;
+    if p.max(q) > MAX_ORDER || y.len() < least_window(order) {
         return None;
     }
-    let [p, q] = order;
     let count = y.len() as f64;
     let mean = y.iter().sum::<f64>() / count;
     let largest = y.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let reach = y.iter().fold(0.0_f64, |m, v| m.max((v - mean).abs()));
+    // Where values are not finite, their mean is not either.
     if !mean.is_finite() || !reach.is_finite() {
         return None;
     }
@@ -96,11 +97,8 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Option<Fit> {
     z.iter_mut().for_each(|v| *v /= deviation);
     let scale = reach * deviation;
 
-    let (ar, ma) = if p + q > 0 {
-        search::coefficients(&search::minimize(&z, p, q, start), p)
-    } else {
-        ([0.0; MAX_ORDER], [0.0; MAX_ORDER])
-    };
+    let partials = if p + q > 0 { search::minimize(&z, p, q, start) } else { Vec::new() };
+    let (ar, ma) = search::coefficients(&partials, p);
     let (ar, ma) = (ar[..p].to_vec(), ma[..q].to_vec());
     let (constant, _) = recursion::best_constant(&z, &ar, &ma, start);
     let mut innovations = recursion::innovations(&z, constant, &ar, &ma, start);
@@ -130,11 +128,6 @@ impl Fit {
         }
         path
     }
-}
-
-/// True if a window is long enough for a model of these orders, and has finite values.
-fn is_enough(y: &[f64], [p, q]: [usize; 2]) -> bool {
-    p.max(q) <= MAX_ORDER && y.len() >= least_window([p, q]) && y.iter().all(|v| v.is_finite())
 }
 
 fn constant_window(y: &[f64], [p, q]: [usize; 2], start: Presample) -> Fit {

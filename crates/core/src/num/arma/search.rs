@@ -174,15 +174,11 @@ fn descend(objective: &Objective<'_>, seed: Seed) -> (f64, Vec<f64>) {
     let outcome = NelderMead::new(simplex)
         .with_sd_tolerance(TOLERANCE)
         .and_then(|solver| Executor::new(objective, solver).configure(|s| s.max_iters(steps)).run());
-    match outcome {
-        Ok(done) => match done.state().get_best_param() {
-            Some(point) if done.state().get_best_cost() <= seed.cost => {
-                (done.state().get_best_cost(), point.clone())
-            }
-            _ => (seed.cost, seed.point),
-        },
-        Err(_) => (seed.cost, seed.point),
-    }
+    let found = outcome.ok().and_then(|done| {
+        let (cost, point) = (done.state().get_best_cost(), done.state().get_best_param());
+        point.filter(|_| cost <= seed.cost).map(|point| (cost, point.clone()))
+    });
+    found.unwrap_or((seed.cost, seed.point))
 }
 
 #[cfg(test)]
