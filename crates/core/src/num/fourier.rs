@@ -135,7 +135,10 @@ impl Fourier {
             for (x, values) in self.rows.iter_mut().enumerate() {
                 *values = value(group, x);
             }
-            self.transform_rows();
+            // It only refuses buffers of other lengths than those that it was asked for.
+            let done =
+                self.rows_forward.process_with_scratch(&mut self.rows, &mut self.spectra, &mut self.scratch);
+            debug_assert!(done.is_ok());
             if height == 1 {
                 let len = self.spectrum_len();
                 for (place, four) in self.spectra.chunks(LANES).enumerate() {
@@ -154,13 +157,6 @@ impl Fourier {
             self.columns_forward.process_with_scratch(group, &mut self.scratch);
         }
         &self.columns
-    }
-
-    fn transform_rows(&mut self) {
-        // It only refuses buffers of other lengths than those that it was asked for.
-        let done =
-            self.rows_forward.process_with_scratch(&mut self.rows, &mut self.spectra, &mut self.scratch);
-        debug_assert!(done.is_ok());
     }
 
     /// Transforms `spectrum` back into `plane`, with the factor `1 / (w h)`.
