@@ -109,11 +109,8 @@ impl Plugin for CompanionOverlap {
         let own = match &params.companions {
             Companions::ExternalCompanions(_) => Vec::new(),
             Companions::Own(list) if list.is_empty() => {
-                return Err(ParamError::out_of_range(
-                    "companions",
-                    "a list with a companion, or `given`",
-                    "[]",
-                ));
+                let rule = "a list with a companion, or `given`";
+                return Err(ParamError::out_of_range("companions", rule, "[]"));
             }
             Companions::Own(list) => list.iter().map(Companion::new).collect::<Result<_, _>>()?,
         };

@@ -33,6 +33,7 @@
 //! Source: none; a tracker that verifies another at intervals is Parallel Tracking and Verifying (Fan and Ling, ICCV
 //! 2017). Choices: the values, by folds of sources (docs/fused.md).
 
+use super::causal::is_default;
 use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
 use crate::image::Frame;
 use crate::plugin::{Entry, ParamError, Plugin};
@@ -40,7 +41,6 @@ use crate::region::{Areas, Rect, Region};
 use crate::saved;
 use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::nanotrack::Version;
-use crate::tracker::nanotrack::follower::Memory;
 use crate::tracker::nanotrack::look::{Look, Place};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
@@ -128,12 +128,8 @@ pub struct Params {
     #[serde(default = "elsewhere")]
     pub here: Vec<Here>,
     /// Network of the second look.
-    #[serde(default, skip_serializing_if = "is_v2")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub look: Version,
-}
-
-fn is_v2(version: &Version) -> bool {
-    *version == Version::V2
 }
 
 fn elsewhere() -> Vec<Here> {
@@ -154,16 +150,14 @@ impl Params {
     /// Direction and bounds of each value.
     fn kinds(&self) -> Vec<(Direction, (f64, f64))> {
         use Direction::{HigherIsBetter, LowerIsBetter};
-        let log = log_odds(1.0);
+        let (unit, log) = ((0.0, 1.0), log_odds(1.0));
         let of_both = |value: &Both| match value {
-            Both::Overlap => (HigherIsBetter, (0.0, 1.0)),
-            Both::Product | Both::Least | Both::Most | Both::Against | Both::Apart => {
-                (LowerIsBetter, (0.0, 1.0))
-            }
+            Both::Overlap => (HigherIsBetter, unit),
+            Both::Product | Both::Least | Both::Most | Both::Against | Both::Apart => (LowerIsBetter, unit),
         };
         let of_here = |value: &Here| match value {
-            Here::Score | Here::Overlap | Here::Middle => (HigherIsBetter, (0.0, 1.0)),
-            Here::Disagreement | Here::Apart => (LowerIsBetter, (0.0, 1.0)),
+            Here::Score | Here::Overlap | Here::Middle => (HigherIsBetter, unit),
+            Here::Disagreement | Here::Apart => (LowerIsBetter, unit),
             Here::Distance => (LowerIsBetter, (0.0, FAR)),
             Here::Inside => (HigherIsBetter, (LEAST_LOG, log)),
             Here::Outside => (LowerIsBetter, (LEAST_LOG, log)),
@@ -235,7 +229,7 @@ impl Verifying {
         if let (Some((v2, _)), Some((v3, _))) = (&v2, &v3) {
             values.extend(self.params.both.iter().map(|value| both(v2, v3, *value)));
         }
-        let looked = if is_v2(&self.params.look) { v2 } else { v3 };
+        let looked = if self.params.look == Version::V2 { v2 } else { v3 };
         if let Some((seen, look)) = looked.filter(|_| !self.params.here.is_empty()) {
             let look = look.filter(|_| seen.overlap >= SEEN);
             let second = self.second(look, observation.frame, &observation.state.region);
@@ -253,7 +247,7 @@ impl Verifying {
         let (w, h) = (bounds.w.max(LEAST_SIDE), bounds.h.max(LEAST_SIDE));
         let (x, y) = bounds.center();
         let rect = Rect::new(x - w / 2.0, y - h / 2.0, w, h);
-        let watchdog = if is_v2(&self.params.look) { &self.v2 } else { &self.v3 };
+        let watchdog = if self.params.look == Version::V2 { &self.v2 } else { &self.v3 };
         let look = look.or_else(|| watchdog.as_ref()?.look_at(frame, &rect));
         look.map_or(Second::NOTHING, |look| Second::of(&look, &rect))
     }
@@ -275,13 +269,11 @@ impl Session for Verifying {
     }
 
     fn restore(&mut self, saved: &[u8]) -> bool {
-        let Some((v2, v3)) = saved::from_bytes::<(Option<Memory>, Option<Memory>)>(saved) else {
-            return false;
-        };
         let restored = |watchdog: &mut Option<Watchdog>, memory| {
             watchdog.as_mut().is_none_or(|watchdog| watchdog.restore(memory))
         };
-        restored(&mut self.v2, v2) && restored(&mut self.v3, v3)
+        saved::from_bytes(saved)
+            .is_some_and(|(v2, v3)| restored(&mut self.v2, v2) && restored(&mut self.v3, v3))
     }
 }
 

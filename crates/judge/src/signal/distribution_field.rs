@@ -234,15 +234,12 @@ fn layer_table(layers: usize) -> [u8; 256] {
 /// [`Displacement::Printed`] reads `current`. The region may leave the frame.
 pub fn background_region(past: &[Rect], current: &Rect, history: usize, rule: Displacement) -> Rect {
     let Some(last) = past.last() else { return enlarged(current, current.center()) };
-    let (end, steps) = match rule {
-        Displacement::Past => (last, history.min(past.len() - 1)),
-        Displacement::Printed => (current, history.min(past.len())),
+    let (end, frame) = match rule {
+        Displacement::Past => (last, past.len() - 1),
+        Displacement::Printed => (current, past.len()),
     };
-    let begin = match rule {
-        Displacement::Past => &past[past.len() - 1 - steps],
-        Displacement::Printed => &past[past.len() - steps],
-    };
-    let (from, to, at) = (begin.center(), end.center(), last.center());
+    let steps = history.min(frame);
+    let (from, to, at) = (past[frame - steps].center(), end.center(), last.center());
     let k = steps.max(1) as f64;
     enlarged(last, (at.0 + (to.0 - from.0) / k, at.1 + (to.1 - from.1) / k))
 }

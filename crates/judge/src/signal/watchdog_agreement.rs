@@ -21,7 +21,6 @@
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
 
 use crate::image::Frame;
-use crate::num::readable;
 use crate::plugin::{Entry, ParamError, Plugin};
 use crate::region::{Rect, Region};
 use crate::saved;
@@ -112,11 +111,7 @@ pub(super) fn once<T: PartialEq + std::fmt::Debug>(
     values: &[T],
 ) -> Result<(), ParamError> {
     if values.iter().enumerate().any(|(i, value)| values[..i].contains(value)) {
-        return Err(ParamError::out_of_range(
-            key,
-            "a list of different values",
-            readable(format!("{values:?}")),
-        ));
+        return Err(ParamError::out_of_range(key, "a list of different values", format!("{values:?}")));
     }
     Ok(())
 }
@@ -143,7 +138,7 @@ struct Watching {
 
 impl Session for Watching {
     fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let Some(seen) = self.watchdog.step(observation) else { return f64::NAN };
+        let Some((seen, _)) = self.watchdog.look(observation) else { return f64::NAN };
         let mut values = self.values.iter().map(|value| seen.value(*value));
         let first = values.next().unwrap_or(f64::NAN);
         self.more = values.collect();
@@ -207,12 +202,8 @@ impl Watchdog {
         Self { version, follower: None }
     }
 
-    /// Compares watchdog and tracker in the next frame; `None` if the watchdog cannot start.
-    pub fn step(&mut self, observation: &Observation<'_>) -> Option<Seen> {
-        self.look(observation).map(|(seen, _)| seen)
-    }
-
-    /// Like [`Self::step`], and returns the look of the watchdog, which is `None` in the first frame.
+    /// Compares watchdog and tracker in the next frame; `None` if the watchdog cannot start. The look of the
+    /// watchdog is `None` in the first frame.
     pub fn look(&mut self, observation: &Observation<'_>) -> Option<(Seen, Option<Arc<Look>>)> {
         let (frame, region) = (observation.frame, &observation.state.region);
         let Some(follower) = &mut self.follower else {
