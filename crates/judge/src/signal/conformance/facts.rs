@@ -70,6 +70,8 @@ fn parameters_that_make_no_sense_are_refused() {
         ("deep-verification", "{ here = [\"score\", \"score\"] }", "`here` must be"),
         ("deep-verification", "{ v3 = [\"score\", \"score\"] }", "`v3` must be"),
         ("distribution-field", "{ support_u = 4 }", "odd"),
+        ("forward-backward", "{ window = 4 }", "odd and from 3 to 63"),
+        ("forward-backward", "{ window = 62 }", "odd and from 3 to 63"),
         ("rgb-lbp-histogram", "{ red_bins = 256, green_bins = 256, blue_bins = 8 }", "262144 bins"),
         ("uncertainty", "{ components = [] }", "`components` must be"),
         ("uncertainty", "{ components = [1, 0, 1] }", "`components` must be"),

@@ -92,14 +92,6 @@ fn a_state_that_does_not_fit_its_frame_is_refused() {
     assert!(!takes(target, [25, 7, 16, 12], 192) && !takes(target, [6, 19, 16, 12], 192));
 }
 
-#[test]
-fn a_window_without_a_center_is_refused() {
-    for window in [4, 62] {
-        let fault = ENTRY.build_from_text(&format!("{{ window = {window} }}")).err().unwrap();
-        assert!(fault.message.contains("odd and from 3 to 63"), "{fault}");
-    }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
