@@ -143,7 +143,7 @@ fn decode_jpeg(bytes: &[u8], header: &Header) -> Result<Vec<u8>, ImageError> {
             decode_scans(&jpeg::alone(bytes, &header.scans, scan))?;
         }
     }
-    decode_scans(&[&bytes[..end], &jpeg::STOP, &jpeg::END].concat())
+    decode_scans(&[&bytes[..end], jpeg::STOP.as_flattened(), &jpeg::END].concat())
 }
 
 /// Decodes a JPEG file with [`jpeg::STOP`] after its last scan to RGB.

@@ -20,10 +20,7 @@ use crate::image::ImageError;
 use std::ops::{Range, RangeInclusive};
 
 /// Bytes that stop any decoder: one bits, with the zero after each byte that distinguishes it from a marker.
-pub(super) const STOP: [u8; 32] = [
-    0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF,
-    0, 0xFF, 0, 0xFF, 0, 0xFF, 0, 0xFF, 0,
-];
+pub(super) const STOP: [[u8; 2]; 16] = [[0xFF, 0]; 16];
 
 const START: [u8; 2] = [0xFF, 0xD8];
 pub(super) const END: [u8; 2] = [0xFF, 0xD9];
@@ -206,7 +203,7 @@ pub(super) fn alone(bytes: &[u8], scans: &[Range<usize>], scan: usize) -> Vec<u8
         made.extend_from_slice(&bytes[at..before.start]);
         at = before.end;
     }
-    [&made, &bytes[at..scans[scan].end], &STOP, &END].concat()
+    [&made, &bytes[at..scans[scan].end], STOP.as_flattened(), &END].concat()
 }
 
 fn damaged(what: &str) -> ImageError {

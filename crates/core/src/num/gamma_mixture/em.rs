@@ -27,12 +27,12 @@ const BLOCK: usize = 512;
 /// Least number of blocks for which threads are worth their cost.
 const PARALLEL: usize = 6;
 
-/// A model with its likelihood.
-#[derive(Debug, Clone, PartialEq)]
+/// A model with its likelihood, and the sums for the next iteration.
 pub(super) struct Run {
     pub components: Vec<Component>,
     /// `ln L` of `components`.
     pub log_likelihood: f64,
+    sums: Vec<Sums>,
 }
 
 /// Sums `N_k`, `sum n r x` and `sum n r ln` of a component.
@@ -49,7 +49,7 @@ pub(super) fn run(
     tolerance: f64,
     mut watch: impl FnMut(f64),
 ) -> Run {
-    let mut at = EmState::new(cells, start);
+    let mut at = Run::new(cells, start);
     let (mut iterations, mut converged, mut reach) = (0, false, 4.0);
     while iterations < max_iterations && !converged {
         let before = at.log_likelihood;
@@ -60,7 +60,7 @@ pub(super) fn run(
         watch(second.log_likelihood);
         let leapt = leap(&at, &first, &second, reach).map(|(components, step)| {
             iterations += 2;
-            (EmState::new(cells, components).next(cells), step)
+            (Run::new(cells, components).next(cells), step)
         });
         let (mut short, mut next) = (true, second);
         match leapt {
@@ -84,17 +84,10 @@ pub(super) fn run(
             at = next;
         }
     }
-    Run { components: at.components, log_likelihood: at.log_likelihood }
+    at
 }
 
-/// A model with its likelihood, and the sums for the next iteration.
-struct EmState {
-    components: Vec<Component>,
-    log_likelihood: f64,
-    sums: Vec<Sums>,
-}
-
-impl EmState {
+impl Run {
     fn new(cells: &Cells, components: Vec<Component>) -> Self {
         let (log_likelihood, sums) = expectation(cells, &components);
         Self { components, log_likelihood, sums }
@@ -108,8 +101,8 @@ impl EmState {
 /// Extrapolation by scheme S3 of Varadhan and Roland (2008, Scand. J. Statist. 35) on the logarithms of the
 /// parameters, and its length: `xi0 + 2 a r + a^2 v` with `r = xi1 - xi0`, `v = xi2 - 2 xi1 + xi0` and
 /// `a = |r| / |v|`, between 1 (which gives `xi2`) and `reach`. `None` if `a` is at most 1.
-fn leap(zero: &EmState, one: &EmState, two: &EmState, reach: f64) -> Option<(Vec<Component>, f64)> {
-    let logs = |s: &EmState| -> Vec<f64> {
+fn leap(zero: &Run, one: &Run, two: &Run, reach: f64) -> Option<(Vec<Component>, f64)> {
+    let logs = |s: &Run| -> Vec<f64> {
         s.components.iter().flat_map(|c| [c.weight.ln(), c.shape.ln(), c.scale.ln()]).collect()
     };
     let (zero, one, two) = (logs(zero), logs(one), logs(two));
