@@ -302,8 +302,7 @@ impl Strip {
     /// Reads a strip. Pixels outside the frame repeat its border.
     fn read(frame: &Frame, window: Window, layer_of: &[u8; 256]) -> Self {
         let Window { x, y, w, h } = window;
-        let mut layers = [const { Vec::new() }; 3];
-        layers.iter_mut().for_each(|layers| layers.resize(w * h, 0));
+        let mut layers: [Vec<u8>; 3] = std::array::from_fn(|_| vec![0; w * h]);
         let [red, green, blue] = &mut layers;
         let inside = |at: i64, len: usize| at.clamp(0, len as i64 - 1) as usize;
         let sums = (0..h).map(|i| {

@@ -238,23 +238,17 @@ impl Following {
     fn value(&self, past: &Past, frame: &Frame) -> f64 {
         let now = self.pyramid(frame, &past.search);
         let followed = self.follow(past, &now);
-        let size = side(&past.target);
+        let similar = || self.correlations(&past.image, &now, &followed);
+        let relative = |error: Option<f64>| error.map_or(1.0, |error| (error / side(&past.target)).min(1.0));
         match self.params.measure {
-            Measure::Error => {
-                let mut errors: Vec<f64> = followed.iter().map(|f| f.error).collect();
-                median(&mut errors).map_or(1.0, |error| (error / size).min(1.0))
-            }
+            Measure::Error => relative(median(&mut followed.iter().map(|f| f.error).collect::<Vec<_>>())),
             Measure::Inliers => {
                 let Params { max_error, min_correlation, grid, .. } = self.params;
-                let similar = self.correlations(&past.image, &now, &followed);
-                let pairs = followed.iter().zip(similar);
+                let pairs = followed.iter().zip(similar());
                 let inliers = pairs.filter(|(f, c)| f.error <= max_error && *c >= min_correlation);
                 inliers.count() as f64 / (grid * grid) as f64
             }
-            Measure::Residual => {
-                let similar = self.correlations(&past.image, &now, &followed);
-                residual(&followed, &similar).map_or(1.0, |residual| (residual / size).min(1.0))
-            }
+            Measure::Residual => relative(residual(&followed, &similar())),
         }
     }
 

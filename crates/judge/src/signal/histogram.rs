@@ -213,10 +213,8 @@ mod tests {
         assert_eq!(similarity(Similarity::Intersection, &[1.0, 3.0], &[5.0, 0.0]), 0.25);
         assert_eq!(similarity(Similarity::Intersection, &[1.0, 0.0], &[1.0, 3.0]), 0.25);
         assert_eq!(similarity(Similarity::Distance, &[1.0, 3.0], &[1.0, 3.0]), 1.0);
-        assert!(
-            (similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]) - (1.0 - 0.5_f64.sqrt())).abs()
-                < 1e-15
-        );
+        let distance = similarity(Similarity::Distance, &[1.0, 3.0], &[5.0, 0.0]);
+        assert!((distance - (1.0 - 0.5_f64.sqrt())).abs() < 1e-15);
     }
 
     #[test]

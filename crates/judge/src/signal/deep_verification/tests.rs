@@ -54,12 +54,9 @@ fn a_second_look_of_v3_needs_no_v2() {
     assert!(of_v3[5][2] > 0.9 && of_v3[5][10] < -2.0, "{of_v3:?}");
     let of_v2 = beside_with("{ v2 = [\"overlap\", \"score\"], here = [] }", 60.0);
     let product = beside_with("{ both = [\"product\"], here = [] }", 60.0);
-    assert!(
-        of_both
-            .iter()
-            .zip(of_v2.iter().zip(product))
-            .all(|(all, (v2, product))| all[..2] == *v2 && all[4..5] == product)
-    );
+    for (all, (v2, product)) in of_both.iter().zip(of_v2.iter().zip(product)) {
+        assert!(all[..2] == *v2 && all[4..5] == product);
+    }
 }
 
 #[test]
