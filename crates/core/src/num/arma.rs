@@ -90,7 +90,15 @@ pub fn fit(y: &[f64], order: [usize; 2], start: Presample) -> Option<Fit> {
         return None;
     }
     if reach <= (CONSTANT * largest).max(f64::MIN_POSITIVE) {
-        return Some(constant_window(y, order, start));
+        let dropped = if start == Presample::DropFirst { p } else { 0 };
+        return Some(Fit {
+            constant: y[y.len() - 1],
+            ar: vec![0.0; p],
+            ma: vec![0.0; q],
+            sse: 0.0,
+            innovations: vec![0.0; y.len() - dropped],
+            recent: newest(y, p),
+        });
     }
     let mut z: Vec<f64> = y.iter().map(|v| (v - mean) / reach).collect();
     let deviation = (z.iter().map(|v| v * v).sum::<f64>() / count).sqrt();
@@ -127,18 +135,6 @@ impl Fit {
             path.push(value);
         }
         path
-    }
-}
-
-fn constant_window(y: &[f64], [p, q]: [usize; 2], start: Presample) -> Fit {
-    let dropped = if start == Presample::DropFirst { p } else { 0 };
-    Fit {
-        constant: y[y.len() - 1],
-        ar: vec![0.0; p],
-        ma: vec![0.0; q],
-        sse: 0.0,
-        innovations: vec![0.0; y.len() - dropped],
-        recent: newest(y, p),
     }
 }
 
