@@ -237,9 +237,7 @@ impl Asking {
     }
 
     fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, ProgramFault> {
-        let Some(mut peer) = self.peer.take() else {
-            return Err(ProgramFault("it has ended".into()));
-        };
+        let mut peer = self.peer.take().ok_or_else(|| ProgramFault("it has ended".into()))?;
         let line = self.line(t, frame, state)?;
         let answer: Answer = peer.ask(t, &line, ANSWER, |answer: &Answer| answer.index)?;
         if t + 1 == self.frames {

@@ -109,7 +109,7 @@ fn l1_of<const FMA: bool>(
     let group = |word: usize, g: usize| word * 8 + g / 8;
     let span = |g: usize| (g * ROWS, ROWS.min(h - g * ROWS));
     if all & LOSSY != 0 {
-        subtract(rows, stamps.lost(), *border, reach, h, a, b);
+        subtract(rows, stamps.lost, *border, reach, h, a, b);
         for (word, (of_a, of_b)) in words.clone().enumerate() {
             for g in ones((of_a | of_b) >> 7 & EACH) {
                 let g = group(word, g);

@@ -18,8 +18,8 @@ const VALUES: usize = 256;
 pub(super) struct Stamps {
     pub(super) layers: usize,
     side: usize,
-    /// Number of chunks of layers. One further chunk holds the lost mass in each slot.
-    chunks: usize,
+    /// Number of chunks of layers: index of the further chunk that holds the lost mass in each slot.
+    pub(super) lost: usize,
     /// For each chunk and layer, weights for offsets `0..=side`, padded with zeros to `stride`.
     table: Vec<Chunk>,
     stride: usize,
@@ -66,7 +66,7 @@ impl Stamps {
                 of_layers.chain((mask & LOSSY != 0).then_some(chunks)).fold(0, |set, c| set | 1 << c)
             })
             .collect();
-        Self { layers, side, chunks, table, stride, shift, mask_of, chunks_of }
+        Self { layers, side, lost: chunks, table, stride, shift, mask_of, chunks_of }
     }
 
     /// Bit of a chunk of layers in a mask.
@@ -79,11 +79,6 @@ impl Stamps {
     #[inline(always)]
     pub(super) fn chunks(&self, mask: u8) -> u64 {
         self.chunks_of[usize::from(mask)]
-    }
-
-    /// Index of the chunk with the lost mass.
-    pub(super) fn lost(&self) -> usize {
-        self.chunks
     }
 }
 
@@ -140,7 +135,7 @@ impl Strip {
         }
         gather(self.masks.as_flattened(), tiles * ROWS, stamps.side, self.near.as_flattened_mut());
         self.slots.clear();
-        self.slots.resize(tiles * (stamps.chunks + 1), [Chunk::ZERO; ROWS]);
+        self.slots.resize(tiles * (stamps.lost + 1), [Chunk::ZERO; ROWS]);
         self.filled.clear();
         self.filled.resize(tiles, 0);
     }

@@ -231,7 +231,7 @@ mod tests {
     use super::*;
     use crate::num::gamma_mixture::Binned;
     use crate::num::seed;
-    use crate::testing::mixture;
+    use crate::testing::{drawn_mixture, mixture};
     use proptest::prelude::*;
 
     #[test]
@@ -256,11 +256,7 @@ mod tests {
             seed in 0..1000_u64, start in prop::collection::vec((0.01..1.0_f64, -2.0..4.0_f64, -4.0..3.0_f64), 1..7)
         ) {
             let cells = cells(seed, 500);
-            let all: f64 = start.iter().map(|s| s.0).sum();
-            let start: Vec<_> = start.iter().map(|&(weight, shape, mean)| {
-                let shape = 10.0_f64.powf(shape);
-                Component { weight: weight / all, shape, scale: 10.0_f64.powf(mean) / shape }
-            }).collect();
+            let start = drawn_mixture(&start).components;
             let mut seen = vec![expectation(&cells, &start).0];
             let run = run(&cells, start, 60, -1.0, |l| seen.push(l));
             prop_assert!(seen.len() > 20);
