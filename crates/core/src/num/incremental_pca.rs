@@ -88,10 +88,8 @@ impl IncrementalPca {
         spread.truncate(most);
         spread.retain(|(square, _)| *square > 0.0 && *square >= MIN_SHARE * total);
         self.singular_values = spread.iter().map(|(square, _)| square.sqrt()).collect();
-        self.basis = spread
-            .into_iter()
-            .map(|(square, column)| column.into_iter().map(|v| v / square.sqrt()).collect())
-            .collect();
+        let unit = |(square, c): (f64, Vec<f64>)| c.into_iter().map(|v| v / square.sqrt()).collect();
+        self.basis = spread.into_iter().map(unit).collect();
         let old = forgetting * self.count;
         for (a, b) in self.mean.iter_mut().zip(&mean) {
             *a = (old * *a + size * b) / (old + size);

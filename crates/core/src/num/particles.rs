@@ -161,12 +161,11 @@ pub fn systematic(weights: &[f64], offset: f64, parents: &mut Vec<usize>) {
 /// Parents at N sorted uniform numbers, made of N + 1 draws of `exponential` (standard exponential).
 pub fn multinomial(weights: &[f64], mut exponential: impl FnMut() -> f64, parents: &mut Vec<usize>) {
     let mut sum = 0.0;
-    let spacings: Vec<f64> = (0..=weights.len())
-        .map(|_| {
-            sum += exponential();
-            sum
-        })
-        .collect();
+    let next = |_| {
+        sum += exponential();
+        sum
+    };
+    let spacings: Vec<f64> = (0..=weights.len()).map(next).collect();
     // The last sum ends the interval; it is above 0 but for draws that are all 0.
     let end = sum.max(f64::MIN_POSITIVE);
     pick(weights, spacings[..weights.len()].iter().map(|s| s / end), parents);

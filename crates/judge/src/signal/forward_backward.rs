@@ -286,12 +286,9 @@ fn length((x, y): Point) -> f64 {
 fn residual(followed: &[Followed], similar: &[f64]) -> Option<f64> {
     let max_error = median(&mut followed.iter().map(|f| f.error).collect::<Vec<_>>())?;
     let min_correlation = median(&mut similar.to_vec())?;
-    let motions: Vec<Point> = followed
-        .iter()
-        .zip(similar)
-        .filter(|(f, c)| f.error <= max_error && **c >= min_correlation)
-        .map(|(f, _)| (f.to.0 - f.from.0, f.to.1 - f.from.1))
-        .collect();
+    let pairs = followed.iter().zip(similar);
+    let returned = pairs.filter(|(f, c)| f.error <= max_error && **c >= min_correlation);
+    let motions: Vec<Point> = returned.map(|(f, _)| (f.to.0 - f.from.0, f.to.1 - f.from.1)).collect();
     let dx = median(&mut motions.iter().map(|d| d.0).collect::<Vec<_>>())?;
     let dy = median(&mut motions.iter().map(|d| d.1).collect::<Vec<_>>())?;
     median(&mut motions.iter().map(|d| length((d.0 - dx, d.1 - dy))).collect::<Vec<_>>())

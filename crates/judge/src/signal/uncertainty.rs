@@ -133,11 +133,8 @@ fn root_determinant(moments: &Moments, components: Option<&[usize]>) -> Option<f
     }
     // Elimination without pivoting is stable for covariances. A pivot is the variance of a component given
     // those before it; below these bounds it is the rounding of its variance, or of the mean's digits.
-    let least: Vec<f64> = picked
-        .iter()
-        .enumerate()
-        .map(|(k, i)| 1e-13 * s[k * n + k].abs() + (1e-13 * moments.mean[*i]).powi(2))
-        .collect();
+    let least = |(k, i): (usize, &usize)| 1e-13 * s[k * n + k].abs() + (1e-13 * moments.mean[*i]).powi(2);
+    let least: Vec<f64> = picked.iter().enumerate().map(least).collect();
     let mut log_determinant = 0.0;
     for k in 0..n {
         let pivot = s[k * n + k];
@@ -181,9 +178,8 @@ mod tests {
         let singular = |covariance: &[f64], mean: f64| {
             root_determinant(&Moments { mean: vec![0.0, mean], ..moments(covariance) }, None) == Some(0.0)
         };
-        assert!(
-            singular(&[1.0, 2.0, 2.0, 4.0 + 3e-13], 0.0) && !singular(&[1.0, 2.0, 2.0, 4.0 + 8e-13], 0.0)
-        );
+        assert!(singular(&[1.0, 2.0, 2.0, 4.0 + 3e-13], 0.0));
+        assert!(!singular(&[1.0, 2.0, 2.0, 4.0 + 8e-13], 0.0));
         assert!(singular(&[1.0, 0.0, 0.0, 5e-13], 1e7) && !singular(&[1.0, 0.0, 0.0, 5e-13], 1e6));
     }
 

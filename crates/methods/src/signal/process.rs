@@ -143,13 +143,11 @@ impl Signal for Process<Params> {
         let program = self.program()?;
         let (sequence, reads) = (context.sequence, self.params.reads);
         let place = Place::new(program, sequence);
-        let (files, size) = match reads {
-            Need::Pixels => (
-                sequence.files().map_err(TrackerError::File)?,
-                Some(sequence.size().map_err(TrackerError::File)?),
-            ),
-            _ => (Vec::new(), None),
-        };
+        let (mut files, mut size) = (Vec::new(), None);
+        if reads == Need::Pixels {
+            files = sequence.files().map_err(TrackerError::File)?;
+            size = Some(sequence.size().map_err(TrackerError::File)?);
+        }
         let frames = sequence.frames();
         let track = Track { frames, size, params: &self.params.params };
         let start = || {

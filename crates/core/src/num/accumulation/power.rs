@@ -35,13 +35,11 @@ pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<
         differences(c, step, &mut masses[..near]);
     }
     // Constant, power and rate of each density, and the cell at which it is cut off.
-    let wide: Vec<([f64; 3], usize)> = wide
-        .iter()
-        .map(|c| {
-            let constant = (c.weight * step).ln() - c.shape * c.scale.ln() - ln_gamma(c.shape);
-            ([constant, c.shape - 1.0, 1.0 / c.scale], reach(c, step, cells))
-        })
-        .collect();
+    let density = |c: &Component| {
+        let constant = (c.weight * step).ln() - c.shape * c.scale.ln() - ln_gamma(c.shape);
+        ([constant, c.shape - 1.0, 1.0 / c.scale], reach(c, step, cells))
+    };
+    let wide: Vec<([f64; 3], usize)> = wide.iter().map(density).collect();
     let end = wide.iter().map(|w| w.1).max().unwrap_or(0);
     for (k, mass) in masses.iter_mut().enumerate().take(end).skip(near) {
         for (node, weight) in NODES.iter().zip(WEIGHTS) {

@@ -116,14 +116,10 @@ fn leap(zero: &Run, one: &Run, two: &Run, reach: f64) -> Option<(Vec<Component>,
     if step.is_nan() || step <= 1.0 {
         return None;
     }
-    let leapt: Vec<f64> = zero
-        .iter()
-        .zip(&one)
-        .zip(&two)
-        .map(|((zero, one), two)| {
-            (zero + 2.0 * step * (one - zero) + step * step * (two - 2.0 * one + zero)).exp()
-        })
-        .collect();
+    let beyond = |((zero, one), two): ((&f64, &f64), &f64)| {
+        (zero + 2.0 * step * (one - zero) + step * step * (two - 2.0 * one + zero)).exp()
+    };
+    let leapt: Vec<f64> = zero.iter().zip(&one).zip(&two).map(beyond).collect();
     if !leapt.iter().all(|v| v.is_finite() && *v > 0.0) {
         return None;
     }

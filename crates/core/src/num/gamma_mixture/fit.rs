@@ -140,19 +140,17 @@ fn coarse(samples: &Binned, k_max: usize, options: &FitOptions) -> Vec<Run> {
 
     let jobs: Vec<(usize, usize)> =
         (1..=k_max).flat_map(|k| (0..options.restarts + 2).map(move |start| (k, start))).collect();
-    let independent: Vec<Run> = jobs
-        .into_par_iter()
-        .map(|(k, number)| match number {
-            0 => short(start::quantiles(cells, k)),
-            1 => short(start::cube_root(cells, k)),
-            _ => {
-                let number = number - 2;
-                let names = ["gamma-mixture", &k.to_string(), &number.to_string()];
-                let mut rng = seed::rng(seed::seed(options.seed, &names));
-                short(start::random(cells, k, &mut rng))
-            }
-        })
-        .collect();
+    let attempt = |(k, number): (usize, usize)| match number {
+        0 => short(start::quantiles(cells, k)),
+        1 => short(start::cube_root(cells, k)),
+        _ => {
+            let number = number - 2;
+            let names = ["gamma-mixture", &k.to_string(), &number.to_string()];
+            let mut rng = seed::rng(seed::seed(options.seed, &names));
+            short(start::random(cells, k, &mut rng))
+        }
+    };
+    let independent: Vec<Run> = jobs.into_par_iter().map(attempt).collect();
 
     let mut best: Vec<Run> = Vec::with_capacity(k_max);
     for tried in independent.chunks(options.restarts + 2) {

@@ -83,14 +83,12 @@ pub(super) fn cube_root(cells: &Cells, k: usize) -> Vec<Component> {
     let mut original = equal_groups(cells, k, &cells.x);
     let mut log_density = vec![0.0; k];
     for _ in 0..NORMAL_ITERATIONS {
-        let normal: Vec<[f64; 3]> = groups
-            .iter()
-            .map(|g| {
-                let (mean, variance) = g.mean_and_variance();
-                let variance = variance.max(least);
-                [(g.0[0] / cells.total).max(MIN_WEIGHT).ln() - 0.5 * variance.ln(), mean, 0.5 / variance]
-            })
-            .collect();
+        let normal = |g: &Group| {
+            let (mean, variance) = g.mean_and_variance();
+            let variance = variance.max(least);
+            [(g.0[0] / cells.total).max(MIN_WEIGHT).ln() - 0.5 * variance.ln(), mean, 0.5 / variance]
+        };
+        let normal: Vec<[f64; 3]> = groups.iter().map(normal).collect();
         let mut next = vec![Group::default(); k];
         original = vec![Group::default(); k];
         for ((&n, &y), &x) in cells.count.iter().zip(&root).zip(&cells.x) {
@@ -121,14 +119,11 @@ pub(super) fn random<R: Rng + ?Sized>(cells: &Cells, k: usize, rng: &mut R) -> V
         let mut at = rng.random_range(0..cells.x.len());
         if rng.random::<f64>() < 0.7 {
             let mut left = rng.random::<f64>() * cells.total;
-            at = cells
-                .count
-                .iter()
-                .position(|n| {
-                    left -= n;
-                    left < 0.0
-                })
-                .unwrap_or(at);
+            let is_drawn = |n: &f64| {
+                left -= n;
+                left < 0.0
+            };
+            at = cells.count.iter().position(is_drawn).unwrap_or(at);
         }
         if !centers.contains(&at) {
             centers.push(at);
