@@ -175,10 +175,18 @@ pub trait Plugin: Sized {
     }
 }
 
-/// Parameters that are the plugin itself: any values in their ranges are valid together.
+/// Parameters that are the plugin itself.
 pub trait PlainParams: DeserializeOwned + serde::Serialize + schemars::JsonSchema {
     /// Ranges of the parameters, checked in this order.
     const RANGES: &'static [Range] = &[];
+
+    /// Checks what ranges of single numbers cannot say, after them.
+    ///
+    /// # Errors
+    /// Values that are not valid, or not together.
+    fn check(&self) -> Result<(), ParamError> {
+        Ok(())
+    }
 }
 
 impl<P: PlainParams> Plugin for P {
@@ -187,6 +195,7 @@ impl<P: PlainParams> Plugin for P {
     const RANGES: &'static [Range] = <P as PlainParams>::RANGES;
 
     fn make(params: P) -> Result<P, ParamError> {
+        params.check()?;
         Ok(params)
     }
 }

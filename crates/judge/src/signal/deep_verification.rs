@@ -36,7 +36,7 @@
 use super::causal::is_default;
 use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, Plugin};
+use crate::plugin::{Entry, ParamError, PlainParams};
 use crate::region::{Areas, Rect, Region};
 use crate::saved;
 use crate::signal::{Direction, Facts, Observation, Session, Signal};
@@ -47,7 +47,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<DeepVerification>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "deep-verification",
     1,
     "what a deep network says of the tracker's box: its watchdogs, and a second look at the box itself",
@@ -168,36 +168,31 @@ impl Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct DeepVerification(Params);
-
-impl Plugin for DeepVerification {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        let Params { v2, v3, both, here, .. } = &params;
+impl PlainParams for Params {
+    fn check(&self) -> Result<(), ParamError> {
+        let Self { v2, v3, both, here, .. } = self;
         once("v2", v2)?;
         once("v3", v3)?;
         once("both", both)?;
         once("here", here)?;
-        if params.kinds().is_empty() {
+        if self.kinds().is_empty() {
             return Err(ParamError::out_of_range("here", "not empty without `v2`, `v3` and `both`", "[]"));
         }
-        Ok(Self(params))
+        Ok(())
     }
 }
 
-impl Signal for DeepVerification {
+impl Signal for Params {
     fn facts(&self) -> Facts {
-        let kinds = self.0.kinds();
+        let kinds = self.kinds();
         let (direction, bounds) = kinds[0];
         Facts { symbol: "vₜ", width: kinds.len(), ..Facts::of(direction, bounds) }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let watchdog = |version| self.0.uses(version).then(|| Watchdog::new(version));
+        let watchdog = |version| self.uses(version).then(|| Watchdog::new(version));
         Ok(Box::new(Verifying {
-            params: self.0.clone(),
+            params: self.clone(),
             v2: watchdog(Version::V2),
             v3: watchdog(Version::V3),
             values: Vec::new(),

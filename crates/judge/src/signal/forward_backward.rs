@@ -29,14 +29,14 @@
 use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
 use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::saved;
 use crate::signal::{Direction, Facts, Observation, Session, Signal};
 use crate::tracker::{RunContext, TrackerError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ForwardBackward>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "forward-backward",
     1,
     "error of points of the target that are followed to this frame and back",
@@ -104,12 +104,7 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct ForwardBackward(Params);
-
-impl Plugin for ForwardBackward {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("grid", 1.0, 50.0),
         Range::within("levels", 0.0, 10.0),
@@ -123,17 +118,17 @@ impl Plugin for ForwardBackward {
         Range::within("window", 3.0, MAX_WINDOW as f64),
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        if p.window.is_multiple_of(2) {
-            return Err(ParamError::out_of_range("window", "odd and from 3 to 63", p.window));
+    fn check(&self) -> Result<(), ParamError> {
+        if self.window.is_multiple_of(2) {
+            return Err(ParamError::out_of_range("window", "odd and from 3 to 63", self.window));
         }
-        Ok(Self(p))
+        Ok(())
     }
 }
 
-impl Signal for ForwardBackward {
+impl Signal for Params {
     fn facts(&self) -> Facts {
-        let direction = match self.0.measure {
+        let direction = match self.measure {
             Measure::Inliers => Direction::HigherIsBetter,
             Measure::Error | Measure::Residual => Direction::LowerIsBetter,
         };
@@ -141,7 +136,7 @@ impl Signal for ForwardBackward {
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Following { params: self.0.clone(), past: None }))
+        Ok(Box::new(Following { params: self.clone(), past: None }))
     }
 }
 

@@ -22,13 +22,13 @@
 use super::causal::{self, Causal, is_default};
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::{Frame, Window, luma};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::signal::{Facts, Observation, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<RgbLbpHistogram>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "rgb-lbp-histogram",
     1,
     "Bhattacharyya coefficient of joint color and LBP histograms, this frame against the one before",
@@ -94,6 +94,11 @@ impl Params {
     fn color_bins(&self) -> [usize; 3] {
         [self.red_bins, self.green_bins, self.blue_bins]
     }
+
+    /// Number of bins of the joint histogram.
+    fn bins(&self) -> usize {
+        self.color_bins().iter().product::<usize>() * self.codes.kept().len()
+    }
 }
 
 impl Default for Params {
@@ -114,13 +119,7 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-#[derive(Clone)]
-pub struct RgbLbpHistogram(Params);
-
-impl Plugin for RgbLbpHistogram {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("red_bins", 1.0, 256.0),
         Range::within("green_bins", 1.0, 256.0),
@@ -130,23 +129,16 @@ impl Plugin for RgbLbpHistogram {
         causal::SIZE_HISTORY,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        let all: usize = p.color_bins().iter().product();
+    fn check(&self) -> Result<(), ParamError> {
+        let all: usize = self.color_bins().iter().product();
         if all > 262_144 {
             return Err(ParamError::out_of_range("blue_bins", "small enough for 262144 bins in all", all));
         }
-        Ok(Self(p))
+        Ok(())
     }
 }
 
-impl RgbLbpHistogram {
-    /// Number of bins of the joint histogram.
-    fn bins(&self) -> usize {
-        self.0.color_bins().iter().product::<usize>() * self.0.codes.kept().len()
-    }
-}
-
-impl Causal for RgbLbpHistogram {
+impl Causal for Params {
     type Memory = Option<Vec<f64>>;
 
     fn facts(&self) -> Facts {
@@ -154,22 +146,21 @@ impl Causal for RgbLbpHistogram {
     }
 
     fn push(&self, memory: &mut Self::Memory, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
-        let p = &self.0;
+        let Params { lbp_threshold, reference, rate, colors, weights, similarity, .. } = *self;
         let window = Window::on_frame(&state.region.rect(), frame);
         let (gray, stride) = (read_gray(frame, &window), window.w + 2);
-        let (kept, color_bins) = (p.codes.kept(), p.color_bins());
+        let (kept, color_bins) = (self.codes.kept(), self.color_bins());
         let bin_of = |j: usize, i: usize, rgb: [u8; 3]| {
-            let code = lbp_code(&gray, stride, (i + 1) * stride + j + 1, p.lbp_threshold);
+            let code = lbp_code(&gray, stride, (i + 1) * stride + j + 1, lbp_threshold);
             kept.contains(&code)
-                .then(|| color_bin(p.colors.of(rgb), color_bins) * kept.len() + code - kept.start)
+                .then(|| color_bin(colors.of(rgb), color_bins) * kept.len() + code - kept.start)
         };
-        let now = counts(frame, &window, p.weights, self.bins(), bin_of);
-        let Params { reference, rate, similarity, .. } = self.0;
+        let now = counts(frame, &window, weights, self.bins(), bin_of);
         Comparison { reference, rate, similarity }.push(memory, now)
     }
 
     fn size_history(&self) -> usize {
-        self.0.size_history
+        self.size_history
     }
 
     fn is_memory(&self, memory: &Self::Memory) -> bool {

@@ -22,12 +22,12 @@
 
 use super::causal::Causal;
 use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::tracker::Moments;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Uncertainty>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "uncertainty",
     1,
     "spread of the tracker's hypotheses: root of the determinant of their covariance",
@@ -70,48 +70,42 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-#[derive(Debug, Clone)]
-pub struct Uncertainty(Params);
-
-impl Plugin for Uncertainty {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[FLOOR];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        if let Some(components) = &p.components {
+    fn check(&self) -> Result<(), ParamError> {
+        if let Some(components) = &self.components {
             let repeated = components.iter().enumerate().any(|(k, c)| components[..k].contains(c));
             if components.is_empty() || components.len() > 64 || repeated {
                 let rule = "1 to 64 different indices of state components";
                 return Err(ParamError::out_of_range("components", rule, format!("{components:?}")));
             }
         }
-        Ok(Self(p))
+        Ok(())
     }
 }
 
-impl Causal for Uncertainty {
+impl Causal for Params {
     /// A quarter of the area in the first frame.
     type Memory = Option<f64>;
 
     fn facts(&self) -> Facts {
-        let facts = Facts::of(Direction::LowerIsBetter, (self.0.floor, f64::INFINITY));
+        let facts = Facts::of(Direction::LowerIsBetter, (self.floor, f64::INFINITY));
         Facts { reads: Reads::Posterior, symbol: "uₜ", ..facts }
     }
 
     fn push(&self, first_size: &mut Option<f64>, &Observation { state, .. }: &Observation<'_>) -> f64 {
         let quarter = state.region.rect().area() / 4.0;
-        let size = match self.0.normalize {
+        let size = match self.normalize {
             Normalize::None => 1.0,
             Normalize::FirstSize => *first_size.get_or_insert(quarter),
             Normalize::CurrentSize => quarter,
         };
-        let components = self.0.components.as_deref();
+        let components = self.components.as_deref();
         let root = state.posterior.as_ref().and_then(|m| root_determinant(m, components));
         // 0 / 0, x / 0 and overflow must not be replaced by the floor.
         match root.map(|root| root / size) {
-            Some(u) if u.is_finite() => u.max(self.0.floor),
+            Some(u) if u.is_finite() => u.max(self.floor),
             _ => f64::NAN,
         }
     }

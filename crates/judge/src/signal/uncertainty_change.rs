@@ -24,7 +24,7 @@
 //! c_t = 0; 0, the default, takes the formulas as they stand.
 
 use super::causal::Causal;
-use super::uncertainty::{self, Normalize, Uncertainty};
+use super::uncertainty::{self, Normalize};
 use super::{Direction, Facts, Observation, Reads, Signal};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use schemars::JsonSchema;
@@ -82,7 +82,7 @@ impl Default for Params {
 #[derive(Clone)]
 pub struct UncertaintyChange {
     params: Params,
-    uncertainty: Uncertainty,
+    uncertainty: uncertainty::Params,
 }
 
 impl Plugin for UncertaintyChange {
@@ -96,7 +96,7 @@ impl Plugin for UncertaintyChange {
 
     fn make(p: Params) -> Result<Self, ParamError> {
         let Params { components, normalize, floor, .. } = p.clone();
-        let uncertainty = Uncertainty::new(uncertainty::Params { components, normalize, floor })?;
+        let uncertainty = uncertainty::Params::new(uncertainty::Params { components, normalize, floor })?;
         Ok(Self { params: p, uncertainty })
     }
 }

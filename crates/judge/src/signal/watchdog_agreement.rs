@@ -21,7 +21,7 @@
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
 
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, Plugin};
+use crate::plugin::{Entry, ParamError, PlainParams};
 use crate::region::{Rect, Region};
 use crate::saved;
 use crate::signal::companion_overlap::overlap;
@@ -34,7 +34,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<WatchdogAgreement>(
+pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "watchdog-agreement",
     1,
     "how a deep watchdog, which follows the target from the first frame on, agrees with the tracker",
@@ -90,18 +90,13 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct WatchdogAgreement(Params);
-
-impl Plugin for WatchdogAgreement {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        once("values", &params.values)?;
-        if params.values.is_empty() {
+impl PlainParams for Params {
+    fn check(&self) -> Result<(), ParamError> {
+        once("values", &self.values)?;
+        if self.values.is_empty() {
             return Err(ParamError::out_of_range("values", "at least one", "[]"));
         }
-        Ok(Self(params))
+        Ok(())
     }
 }
 
@@ -116,14 +111,14 @@ pub(super) fn once<T: PartialEq + std::fmt::Debug>(
     Ok(())
 }
 
-impl Signal for WatchdogAgreement {
+impl Signal for Params {
     fn facts(&self) -> Facts {
-        let (values, first) = (&self.0.values, self.0.values[0]);
+        let (values, first) = (&self.values, self.values[0]);
         Facts { symbol: "dₜ", width: values.len(), ..Facts::of(first.direction(), first.bounds()) }
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        let Params { version, values } = self.0.clone();
+        let Params { version, values } = self.clone();
         Ok(Box::new(Watching { values, watchdog: Watchdog::new(version), more: Vec::new() }))
     }
 }
