@@ -22,7 +22,7 @@
 //! value.
 
 use super::gamma_mixture::FLOOR;
-use super::special::{gamma_cdf, gamma_shape};
+use super::special::{gamma_cdf, gamma_shape, positive_root};
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::f64::consts::{PI, SQRT_2};
@@ -119,19 +119,12 @@ fn weibull(samples: &[f64], mean_ln: f64, deviation: f64) -> (f64, f64) {
         [mean(&y, weight), mean(&y, |y| weight(y) * y), mean(&y, |y| weight(y) * y * y)]
     };
     // ln of a Weibull variable has the standard deviation pi / sqrt(6) / k.
-    let mut k = PI / 6.0_f64.sqrt();
-    for _ in 0..100 {
+    let k = positive_root(PI / 6.0_f64.sqrt(), 100, 1e-13, |k| {
         let [w, wy, wyy] = moments(k);
         let value = wy / w - 1.0 / k;
         let slope = wyy / w - (wy / w) * (wy / w) + 1.0 / (k * k);
-        let next = k - value / slope;
-        let next = if next > 0.0 { next } else { k / 2.0 };
-        let done = (next - k).abs() <= 1e-13 * k;
-        k = next;
-        if done {
-            break;
-        }
-    }
+        k - value / slope
+    });
     let ln_scale = top + moments(k)[0].ln() / k;
     (k / deviation, (mean_ln + deviation * ln_scale).exp())
 }

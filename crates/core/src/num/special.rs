@@ -58,19 +58,28 @@ pub fn gamma_shape(s: f64) -> f64 {
     if s <= 1e-12 {
         return f64::INFINITY;
     }
-    let mut shape = (3.0 - s + ((s - 3.0) * (s - 3.0) + 24.0 * s).sqrt()) / (12.0 * s);
-    for _ in 0..50 {
+    let start = (3.0 - s + ((s - 3.0) * (s - 3.0) + 24.0 * s).sqrt()) / (12.0 * s);
+    // The function is convex and falls, so only a step from the right can leave the positive axis.
+    positive_root(start, 50, 1e-14, |shape| {
         let slope = 1.0 / shape - trigamma(shape);
-        let next = shape - (shape.ln() - digamma(shape) - s) / slope;
-        // The function is convex and falls, so only a step from the right can leave the positive axis.
-        let next = if next > 0.0 { next } else { shape / 2.0 };
-        let done = (next - shape).abs() <= 1e-14 * shape;
-        shape = next;
+        shape - (shape.ln() - digamma(shape) - s) / slope
+    })
+}
+
+/// Root above 0 by Newton's method: a step leads from `x` to `newton(x)`, or to `x / 2` where that is not above 0. Ends
+/// after `rounds` steps, or one of at most `tolerance * x`.
+pub(super) fn positive_root(start: f64, rounds: usize, tolerance: f64, newton: impl Fn(f64) -> f64) -> f64 {
+    let mut x = start;
+    for _ in 0..rounds {
+        let next = newton(x);
+        let next = if next > 0.0 { next } else { x / 2.0 };
+        let done = (next - x).abs() <= tolerance * x;
+        x = next;
         if done {
             break;
         }
     }
-    shape
+    x
 }
 
 /// Value of `inside` at `x / scale`, or `below` or `above` outside of the support.
