@@ -384,10 +384,8 @@ proptest! {
     #[test]
     fn swapping_red_and_blue_changes_nothing(seed in 0..1000_u64, boxes in whole_boxes()) {
         let frames: Vec<Frame> = (0..4).map(|t| frame(64, 48, seed, t)).collect();
-        let swapped: Vec<Frame> = frames
-            .iter()
-            .map(|f| map(f, |x, y| { let [r, g, b] = f.pixel(x, y); [b, g, r] }))
-            .collect();
+        let swap = |f: &Frame| map(f, |x, y| { let [r, g, b] = f.pixel(x, y); [b, g, r] });
+        let swapped: Vec<Frame> = frames.iter().map(swap).collect();
         for kind in ["distribution-field", "region-covariance", "rgb-histogram"] {
             same(kind, "{}", (&frames, &boxes), (&swapped, &boxes), 1e-10);
         }

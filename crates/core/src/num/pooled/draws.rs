@@ -115,13 +115,12 @@ mod tests {
     /// Interval by its definition: sums in `i64` of units drawn one by one, sorted values.
     fn by_definition(counts: &[[i64; 3]], samples: usize, seed: u64) -> Option<(f64, f64)> {
         let mut rng = seed::rng(seed::seed(seed, &["pooled bootstrap"]));
-        let mut values: Vec<f64> = (0..samples)
-            .filter_map(|_| {
-                let drawn: Vec<_> =
-                    (0..counts.len()).map(|_| counts[rng.random_range(0..counts.len())]).collect();
-                ratio(&std::array::from_fn(|k| drawn.iter().map(|c| c[k]).sum()))
-            })
-            .collect();
+        let value = |_| {
+            let drawn: Vec<_> =
+                (0..counts.len()).map(|_| counts[rng.random_range(0..counts.len())]).collect();
+            ratio(&std::array::from_fn(|k| drawn.iter().map(|c| c[k]).sum()))
+        };
+        let mut values: Vec<f64> = (0..samples).filter_map(value).collect();
         values.sort_by(f64::total_cmp);
         let at = |q| crate::num::paired::quantile(&values, q);
         (samples > 0 && 2 * values.len() >= samples).then(|| (at((1.0 - 0.9) / 2.0), at((1.0 + 0.9) / 2.0)))
