@@ -11,21 +11,10 @@
 //! reached by reporting absence at random with probability p; it is for trackers that never report absence.
 //! Counts are summed over all frames of all tracks.
 
+use super::counts::{Counts, Place, ratio};
+
 /// Overlap from which on a target counts as found.
 pub const OVERLAP: f64 = 0.5;
-
-/// Counts of frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Presence {
-    /// Frames with target, found.
-    pub tp: u64,
-    /// Frames with target, not found.
-    pub fn_: u64,
-    /// Frames without target, reported as absent.
-    pub tn: u64,
-    /// Frames without target, reported as present.
-    pub fp: u64,
-}
 
 /// Rates computed from the counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,31 +29,21 @@ pub struct Rates {
     pub max_gm: f64,
 }
 
-impl Presence {
-    /// Counts a frame. `overlap` is that with the target, or `None` without target; `says_present` is true if
-    /// the tracker reports the target as present.
-    pub fn count(&mut self, overlap: Option<f64>, says_present: bool) {
-        let place = match overlap {
-            Some(o) if says_present && o >= OVERLAP => &mut self.tp,
-            Some(_) => &mut self.fn_,
-            None if says_present => &mut self.fp,
-            None => &mut self.tn,
-        };
-        *place += 1;
-    }
+/// Count of a frame, which is positive if it has a target. `overlap` is that with the target, or `None` without target;
+/// `says_present` is true if the tracker reports the target as present.
+pub fn place(overlap: Option<f64>, says_present: bool) -> Place {
+    Place::of(overlap.is_some(), says_present && overlap.is_none_or(|o| o >= OVERLAP))
+}
 
-    /// The rates; `None` without frames with target, or without frames without target.
-    pub fn rates(&self) -> Option<Rates> {
-        let (present, absent) = (self.tp + self.fn_, self.tn + self.fp);
-        if present == 0 || absent == 0 {
-            return None;
-        }
-        let (tpr, tnr) = (self.tp as f64 / present as f64, self.tn as f64 / absent as f64);
+impl Rates {
+    /// Rates of counted frames; `None` without frames with target, or without frames without target.
+    pub fn of(counts: &Counts) -> Option<Self> {
+        let (tpr, tnr) = (counts.recall()?, ratio(counts.tn, counts.tn + counts.fp)?);
         let gm = |p: f64| ((1.0 - p) * tpr * ((1.0 - p) * tnr + p)).sqrt();
         // The derivative of (1 - p) ((1 - p) TNR + p) is 0 there; the ends are candidates, too.
         let peak = (1.0 - 2.0 * tnr) / (2.0 * (1.0 - tnr));
         let max_gm = if (0.0..=1.0).contains(&peak) { gm(peak).max(gm(0.0)) } else { gm(0.0) };
-        Some(Rates { tpr, tnr, gm: gm(0.0), max_gm })
+        Some(Self { tpr, tnr, gm: gm(0.0), max_gm })
     }
 }
 
@@ -77,38 +56,28 @@ mod tests {
     // assess.py at 0137356, quality_metrics({"TP": tp, "FN": fn, "TN": tn, "FP": fp}): its equations in Python 3.11.
     #[test]
     fn agrees_with_the_benchmark() {
-        let rates = |tp, fn_, tn, fp| Presence { tp, fn_, tn, fp }.rates().unwrap();
+        let rates = |tp, fn_, tn, fp| Rates::of(&Counts { tp, fp, fn_, tn }).unwrap();
         let near = |r: Rates, want: [f64; 4]| assert_near([r.tpr, r.tnr, r.gm, r.max_gm], want, 1e-12, "");
         // p = 4/9: sqrt(5/9 3/4 (1/18 + 4/9)) = sqrt(5/24).
         near(rates(30, 10, 1, 9), [0.75, 0.1, 0.075_f64.sqrt(), (5.0_f64 / 24.0).sqrt()]);
         // A tracker that never says absent has half of the root of its TPR.
         near(rates(16, 9, 0, 5), [0.64, 0.0, 0.0, 0.4]);
         near(rates(9, 1, 9, 1), [0.9; 4]);
-        assert_eq!(Presence { tp: 3, ..Presence::default() }.rates(), None);
+        assert_eq!(Rates::of(&Counts { tp: 3, ..Counts::default() }), None);
     }
 
     #[test]
     fn frames_by_hand() {
-        let mut p = Presence::default();
-        for (overlap, says) in [
-            (Some(0.5), true),
-            (Some(0.6), true),
-            (Some(0.49), true),
-            (Some(0.9), false),
-            (None, true),
-            (None, false),
-        ] {
-            p.count(overlap, says);
-        }
-        assert_eq!(p, Presence { tp: 2, fn_: 2, tn: 1, fp: 1 });
+        let of = |overlap: Option<f64>| [true, false].map(|says_present| place(overlap, says_present).name());
+        let found = [Some(0.5), Some(0.9), Some(0.49), None].map(of);
+        assert_eq!(found, [["tp", "fn"], ["tp", "fn"], ["fn", "fn"], ["fp", "tn"]]);
     }
 
     proptest! {
         // The second way: the largest of many probabilities.
         #[test]
         fn max_gm_is_the_largest(tp in 0..40_u64, fn_ in 1..40_u64, tn in 0..40_u64, fp in 0..40_u64) {
-            let p = Presence { tp, fn_, tn, fp: fp + u64::from(tn == 0) };
-            let r = p.rates().unwrap();
+            let r = Rates::of(&Counts { tp, fp: fp + u64::from(tn == 0), fn_, tn }).unwrap();
             let gm = |k: i32| {
                 let p = f64::from(k) / 1000.0;
                 ((1.0 - p) * r.tpr * ((1.0 - p) * r.tnr + p)).sqrt()

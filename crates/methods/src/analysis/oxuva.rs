@@ -12,8 +12,8 @@
 
 use super::confident::{ConfidentFrame, sequences};
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
-use crate::score::TrackerMetric;
-use crate::score::oxuva::Presence;
+use crate::score::oxuva::{Rates, place};
+use crate::score::{Counts, TrackerMetric};
 use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -79,12 +79,10 @@ fn confidence(frame: &ConfidentFrame) -> f64 {
 }
 
 /// Counts of frames by presence of the target and the tracker's answer, at this threshold on the confidence.
-fn count(frames: &[ConfidentFrame], threshold: f64) -> Presence {
-    let mut presence = Presence::default();
-    for frame in frames.iter().filter(|f| f.status != Status::Initialized) {
-        presence.count(frame.overlap, frame.status != Status::Absent && confidence(frame) >= threshold);
-    }
-    presence
+fn count(frames: &[ConfidentFrame], threshold: f64) -> Counts {
+    let is_present = |f: &ConfidentFrame| f.status != Status::Absent && confidence(f) >= threshold;
+    let judged = frames.iter().filter(|f| f.status != Status::Initialized);
+    judged.map(|f| place(f.overlap, is_present(f))).collect()
 }
 
 impl Analysis for Oxuva {
@@ -100,14 +98,14 @@ impl Analysis for Oxuva {
         let sequences = sequences(&populations[0], Areas::Exact, false)?;
         let frames: Vec<ConfidentFrame> =
             sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
-        let rates = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY)).rates();
-        let rates = rates.ok_or(AnalysisError::NoAbsence)?;
+        let counts = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY));
+        let rates = Rates::of(&counts).ok_or(AnalysisError::NoAbsence)?;
         let mut scores: Vec<f64> = frames.iter().map(confidence).collect();
         scores.sort_by(f64::total_cmp);
         let at = |k: usize| scores[k * (scores.len() - 1) / (POINTS - 1)];
         let thresholds = (0..POINTS).map(at).chain([f64::INFINITY]);
         let mut points: Vec<(f64, f64)> =
-            thresholds.filter_map(|h| count(&frames, h).rates()).map(|r| (r.tnr, r.tpr)).collect();
+            thresholds.filter_map(|h| Rates::of(&count(&frames, h))).map(|r| (r.tnr, r.tpr)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
         points.dedup();
         let mut values = Values::of_tracker(&[rates.tpr, rates.tnr, rates.gm, rates.max_gm].map(Some));
@@ -137,7 +135,7 @@ mod tests {
             frame(Status::Tracked, Some(0.9), 0.1),
         ];
         let all = count(&frames, f64::NEG_INFINITY);
-        assert_eq!(all, Presence { tp: 2, fn_: 2, tn: 1, fp: 1 });
-        assert_eq!(count(&frames, 0.5), Presence { tp: 1, fn_: 3, tn: 2, fp: 0 });
+        assert_eq!(all, Counts { tp: 2, fp: 1, fn_: 2, tn: 1 });
+        assert_eq!(count(&frames, 0.5), Counts { tp: 1, fp: 0, fn_: 3, tn: 2 });
     }
 }
