@@ -1,14 +1,15 @@
 //! Frames of all tracks sorted by score, the most suspicious first.
 
-use super::truth::{Class, Rule, ScoredTrack, class};
+use super::truth::{Rule, ScoredTrack};
 
-/// A frame with its class of overlap.
+/// An annotated frame.
 #[derive(Debug, Clone, Copy)]
-struct Classed {
+struct Judged {
     /// Integer that increases with the score.
     key: u64,
     sequence: u32,
-    class: Class,
+    /// By each [`Rule`], in their order, true if the frame is lost; `None` if it is left out.
+    lost: [Option<bool>; 2],
     /// Index of the track, and of the frame in it.
     place: (u32, u32),
 }
@@ -16,7 +17,7 @@ struct Classed {
 /// Annotated frames of all tracks, by descending score.
 #[derive(Debug, Clone)]
 pub struct Sorted {
-    frames: Vec<Classed>,
+    frames: Vec<Judged>,
     sequences: usize,
 }
 
@@ -39,18 +40,19 @@ impl Sorted {
             let sequence = track.sequence as u32;
             let frame = move |(t, (e, s)): (usize, (&f64, &f64))| {
                 let place = (k as u32, t as u32);
-                class(*e).map(|class| Classed { key: key(*s), sequence, class, place })
+                let lost = [Rule::NoOverlap, Rule::Clear].map(|rule| rule.judge(*e));
+                (!e.is_nan()).then(|| Judged { key: key(*s), sequence, lost, place })
             };
             track.error.iter().zip(track.score).enumerate().filter_map(frame).collect::<Vec<_>>()
         };
-        let mut frames: Vec<Classed> = tracks.iter().enumerate().flat_map(of_track).collect();
+        let mut frames: Vec<Judged> = tracks.iter().enumerate().flat_map(of_track).collect();
         frames.sort_unstable_by_key(|f| !f.key);
         Self { frames, sequences: tracks.iter().map(|t| t.sequence + 1).max().unwrap_or(0) }
     }
 
     /// Frames that are lost or good by a rule.
     pub fn sweep(&self, rule: Rule) -> Sweep {
-        self.sweep_by(|frame| rule.is_lost(frame.class))
+        self.sweep_by(|frame| frame.lost[rule as usize])
     }
 
     /// Frames for which `lost` has a value. It has one list per track, with one entry per frame.
@@ -58,7 +60,7 @@ impl Sorted {
         self.sweep_by(|frame| lost[frame.place.0 as usize][frame.place.1 as usize])
     }
 
-    fn sweep_by(&self, lost: impl Fn(&Classed) -> Option<bool>) -> Sweep {
+    fn sweep_by(&self, lost: impl Fn(&Judged) -> Option<bool>) -> Sweep {
         let mut sweep = Sweep {
             frames: Vec::with_capacity(self.frames.len()),
             lost: vec![0; self.sequences],

@@ -32,34 +32,6 @@ pub struct ScoredTrack<'a> {
     pub alarm: &'a [bool],
 }
 
-/// Class of a frame by overlap.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Class {
-    /// No overlap.
-    Off,
-    /// Some overlap, below [`CLEARLY_LOST`].
-    NearlyOff,
-    /// From [`CLEARLY_LOST`] to below [`CLEARLY_GOOD`].
-    Between,
-    /// [`CLEARLY_GOOD`] or more.
-    On,
-}
-
-/// Class of a tracking error; `None` without annotation.
-pub fn class(error: f64) -> Option<Class> {
-    if error.is_nan() {
-        return None;
-    }
-    let dice = 1.0 - error;
-    let overlap = dice / (2.0 - dice);
-    Some(match overlap {
-        _ if error >= 1.0 => Class::Off,
-        o if o < CLEARLY_LOST => Class::NearlyOff,
-        o if o < CLEARLY_GOOD => Class::Between,
-        _ => Class::On,
-    })
-}
-
 /// Rule by which frames count as lost or good.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
@@ -70,18 +42,17 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// True if frames of a class are lost; `None` if they are left out.
-    pub fn is_lost(self, class: Class) -> Option<bool> {
-        match (self, class) {
-            (_, Class::Off) | (Self::Clear, Class::NearlyOff) => Some(true),
-            (_, Class::On) | (Self::NoOverlap, _) => Some(false),
-            (Self::Clear, Class::Between) => None,
-        }
-    }
-
     /// True if a frame with this tracking error is lost; `None` if it is left out or not annotated.
     pub fn judge(self, error: f64) -> Option<bool> {
-        self.is_lost(class(error)?)
+        let dice = 1.0 - error;
+        let overlap = dice / (2.0 - dice);
+        match self {
+            _ if error.is_nan() => None,
+            Self::NoOverlap => Some(error >= 1.0),
+            Self::Clear if error >= 1.0 || overlap < CLEARLY_LOST => Some(true),
+            Self::Clear if overlap < CLEARLY_GOOD => None,
+            Self::Clear => Some(false),
+        }
     }
 
     /// For each frame, true if the target is lost. A frame without annotation has the state of the frame
@@ -120,22 +91,21 @@ mod tests {
 
     // By hand: IoU 0.1 is a Dice overlap of 2/11, IoU 0.5 one of 2/3.
     #[test]
-    fn classes_at_their_borders() {
-        let of_iou = |iou: f64| class(1.0 - 2.0 * iou / (1.0 + iou));
-        assert_eq!(class(1.0), Some(Class::Off));
-        assert_eq!(of_iou(0.001), Some(Class::NearlyOff));
-        assert_eq!(of_iou(0.0999), Some(Class::NearlyOff));
-        assert_eq!((of_iou(0.1001), of_iou(0.4999)), (Some(Class::Between), Some(Class::Between)));
-        assert_eq!((of_iou(0.5001), class(0.0)), (Some(Class::On), Some(Class::On)));
+    fn rules_at_their_borders() {
+        let judged = |error: f64| [Rule::NoOverlap, Rule::Clear].map(|rule| rule.judge(error));
+        let of_iou = |iou: f64| judged(1.0 - 2.0 * iou / (1.0 + iou));
+        let (nearly_off, between, on) = ([Some(false), Some(true)], [Some(false), None], [Some(false); 2]);
+        assert_eq!(judged(1.0), [Some(true); 2]);
+        assert_eq!([0.001, 0.0999].map(of_iou), [nearly_off; 2]);
+        assert_eq!([0.1001, 0.4999].map(of_iou), [between; 2]);
+        assert_eq!([of_iou(0.5001), judged(0.0)], [on; 2]);
         // Neighboring numbers: no error has an overlap of exactly .1 or .5.
-        for (error, nearer, farther) in
-            [(9.0_f64 / 11.0, Class::Between, Class::NearlyOff), (1.0 / 3.0, Class::On, Class::Between)]
-        {
+        for (error, nearer, farther) in [(9.0_f64 / 11.0, between, nearly_off), (1.0 / 3.0, on, between)] {
             let last =
-                [error.next_down(), error, error.next_up()].into_iter().rfind(|e| class(*e) == Some(nearer));
-            assert_eq!(last.and_then(|last| class(last.next_up())), Some(farther), "{error}");
+                [error.next_down(), error, error.next_up()].into_iter().rfind(|e| judged(*e) == nearer);
+            assert_eq!(last.map(|last| judged(last.next_up())), Some(farther), "{error}");
         }
-        assert_eq!(class(N), None);
+        assert_eq!(judged(N), [None; 2]);
     }
 
     // By hand: 0.95 is an IoU of 0.026, 0.7 one of 0.18.
