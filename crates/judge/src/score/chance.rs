@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use crate::num::seed;
     use crate::score::testing::counts;
-    use crate::score::{PROTOCOLS, frames, khalid2016, sanmiguel2015, segmentation};
+    use crate::score::{PROTOCOLS, TrackScore, frames, khalid2016, sanmiguel2015, segmentation};
     use proptest::prelude::*;
     use rand::RngExt;
 
@@ -120,9 +120,8 @@ mod tests {
     /// Counts of detections placed at `at`, if all frames count.
     fn matched(events: &[usize], at: &[bool]) -> Counts {
         let detections: Vec<usize> = (0..at.len()).filter(|t| at[*t]).collect();
-        let tp = crate::score::matching::match_nearest(events, &detections, khalid2016::TOLERANCE).len();
-        let (fp, fn_) = (detections.len() - tp, events.len() - tp);
-        counts(tp as u64, fp as u64, fn_ as u64, (at.len() - tp - fp - fn_) as u64)
+        let matches = crate::score::matching::match_nearest(events, &detections, khalid2016::TOLERANCE);
+        TrackScore::of_matches(0..at.len(), events.to_vec(), detections, matches).counts
     }
 
     // Where windows overlap, the expectation is a bound.

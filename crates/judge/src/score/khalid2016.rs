@@ -17,7 +17,6 @@
 //! on over it; in `khalid2016/2` it begins a new track, see [`super::restarts`]. Without restarts both give the same.
 
 use super::chance::Chance;
-use super::counts::Counts;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
@@ -65,20 +64,9 @@ pub fn events(error: &[f64]) -> Vec<usize> {
 }
 
 fn score(error: &[f64], alarm: &[bool], _: &[i32]) -> TrackScore {
-    let events = events(error);
-    let detections = crate::detector::run_starts(alarm);
+    let (events, detections) = (events(error), crate::detector::run_starts(alarm));
     let matches = matching::match_nearest(&events, &detections, TOLERANCE);
-    let (tp, fp, fn_) = (matches.len(), detections.len() - matches.len(), events.len() - matches.len());
-    // A missed event is never a detection's frame: at distance 0 the two would have been matched.
-    let mut is_missed = vec![true; events.len()];
-    for &(event, _) in &matches {
-        is_missed[event] = false;
-    }
-    let missed = events.iter().zip(&is_missed).filter(|(_, missed)| **missed).map(|(t, _)| t);
-    let taken = detections.iter().chain(missed).filter(|t| **t >= START_UP).count();
-    let tn = error.len().saturating_sub(START_UP).saturating_sub(taken);
-    let counts = Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 };
-    TrackScore { counts, events, detections, matches }
+    TrackScore::of_matches(START_UP..error.len(), events, detections, matches)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::chance::Chance;
 use super::counts::{Counts, Place};
 use super::restarts::{self, Restarts, counted_alarms};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// Score of one method on one track.
@@ -19,6 +20,27 @@ pub struct TrackScore {
 }
 
 impl TrackScore {
+    /// Score of events and detections with their matches. True negatives are the `judged` frames that are neither a
+    /// detection nor an unmatched event.
+    pub(super) fn of_matches(
+        judged: Range<usize>,
+        events: Vec<usize>,
+        detections: Vec<usize>,
+        matches: Vec<(usize, usize)>,
+    ) -> Self {
+        let found: BTreeSet<usize> = matches.iter().map(|(event, _)| *event).collect();
+        let missed = (0..events.len()).filter(|k| !found.contains(k)).map(|k| events[k]);
+        let taken: BTreeSet<usize> =
+            detections.iter().copied().chain(missed).filter(|t| judged.contains(t)).collect();
+        let counts = Counts {
+            tp: matches.len() as u64,
+            fp: (detections.len() - matches.len()) as u64,
+            fn_: (events.len() - matches.len()) as u64,
+            tn: (judged.len() - taken.len()) as u64,
+        };
+        Self { counts, events, detections, matches }
+    }
+
     /// Number of frames from each matched event to its detection, negative if the detection comes first.
     pub fn delays(&self) -> impl Iterator<Item = i64> + '_ {
         let frames = |pair: &(usize, usize)| Some((*self.events.get(pair.0)?, *self.detections.get(pair.1)?));

@@ -18,7 +18,6 @@
 //! one where changes of both signs are within 10 frames, though never less than half.
 
 use super::chance::Chance;
-use super::counts::Counts;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
@@ -61,41 +60,25 @@ pub fn events(error: &[f64]) -> Vec<i32> {
     error.iter().enumerate().map(change).collect()
 }
 
-/// Frames in which the change is not 0.
-fn frames(changes: &[i32]) -> Vec<usize> {
-    (0..changes.len()).filter(|t| changes[*t] != 0).collect()
+/// Frames in which the change has this sign; sign 0 stands for both.
+fn frames(changes: &[i32], sign: i32) -> Vec<usize> {
+    let is_it = |change: i32| change != 0 && (sign == 0 || change.signum() == sign);
+    (0..changes.len()).filter(|t| is_it(changes[*t])).collect()
 }
 
 /// Matches changes of each sign in `signs` separately; sign 0 stands for both together.
 fn score(error: &[f64], changes: &[i32], signs: &[i32]) -> TrackScore {
     let truth = events(error);
-    let (events, detections) = (frames(&truth), frames(changes));
+    let (events, detections) = (frames(&truth, 0), frames(changes, 0));
     let mut matches = Vec::new();
     for &sign in signs {
-        let of_sign = |all: &[usize], signed: &[i32]| -> Vec<usize> {
-            (0..all.len()).filter(|k| sign == 0 || signed[all[*k]].signum() == sign).collect()
-        };
-        let (e, d) = (of_sign(&events, &truth), of_sign(&detections, changes));
-        let at = |all: &[usize], picked: &[usize]| picked.iter().map(|k| all[*k]).collect::<Vec<usize>>();
-        let pairs = matching::match_nearest(&at(&events, &e), &at(&detections, &d), TOLERANCE);
-        matches.extend(pairs.into_iter().map(|(i, j)| (e[i], d[j])));
+        let (e, d) = (frames(&truth, sign), frames(changes, sign));
+        let place = |all: &[usize], frame: usize| all.partition_point(|t| *t < frame);
+        let pairs = matching::match_nearest(&e, &d, TOLERANCE).into_iter();
+        matches.extend(pairs.map(|(i, j)| (place(&events, e[i]), place(&detections, d[j]))));
     }
     matches.sort_unstable();
-    let (tp, fp, fn_) = (matches.len(), detections.len() - matches.len(), events.len() - matches.len());
-    let mut silent = vec![true; error.len()];
-    let mut missed = vec![true; events.len()];
-    for &(event, _) in &matches {
-        missed[event] = false;
-    }
-    let missed = events.iter().zip(missed).filter_map(|(t, missed)| missed.then_some(t));
-    for &t in detections.iter().chain(missed).chain(&[0]) {
-        if let Some(frame) = silent.get_mut(t) {
-            *frame = false;
-        }
-    }
-    let tn = silent.iter().filter(|silent| **silent).count();
-    let counts = Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 };
-    TrackScore { counts, events, detections, matches }
+    TrackScore::of_matches(1..error.len(), events, detections, matches)
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use super::nab::probation;
 use super::truth::{Rule, runs};
 use crate::detector::run_starts;
 use crate::score::chance::Chance;
-use crate::score::counts::{Counts, Place};
+use crate::score::counts::Place;
 use crate::score::protocol::{Protocol, TrackScore};
 use std::ops::Range;
 
@@ -87,18 +87,11 @@ fn score_frames(rule: Rule, error: &[f64], alarm: &[bool]) -> TrackScore {
 /// Counts of ranges. Frames before `first` do not count.
 fn score_ranges(lost: &[bool], alarm: &[bool], first: usize) -> TrackScore {
     let from = |frames: &[bool]| frames.get(first..).unwrap_or_default().to_vec();
-    let (lost, alarm) = (from(lost), from(alarm));
-    let (ranges, starts) = (runs(&lost), run_starts(&alarm));
+    let (ranges, starts) = (runs(&from(lost)), run_starts(&from(alarm)));
     let matches = matches(&ranges, &starts);
-    let (tp, fp, fn_) = (matches.len(), starts.len() - matches.len(), ranges.len() - matches.len());
-    // A range that is missed does not begin with a detection: it would have been matched.
-    let tn = lost.len().saturating_sub(tp + fp + fn_);
-    TrackScore {
-        counts: Counts { tp: tp as u64, fp: fp as u64, fn_: fn_ as u64, tn: tn as u64 },
-        events: ranges.into_iter().map(|r| r.start + first).collect(),
-        detections: starts.into_iter().map(|t| t + first).collect(),
-        matches,
-    }
+    let events = ranges.into_iter().map(|r| r.start + first).collect();
+    let detections = starts.into_iter().map(|t| t + first).collect();
+    TrackScore::of_matches(first..lost.len(), events, detections, matches)
 }
 
 #[cfg(test)]
