@@ -37,11 +37,9 @@ pub const SIGNED: Protocol = Protocol {
 pub const UNSIGNED: Protocol = Protocol {
     name: "sanmiguel2015-unsigned/1",
     summary: "as sanmiguel2015/1, but a detection may match a change of either sign",
-    positives: "events",
-    frame: None,
-    restarts: Restarts::PartOfTrack,
     chance: Chance::within(TOLERANCE),
     score: |error, _, changes| score(error, changes, &[0]),
+    ..SIGNED
 };
 
 /// Largest distance in frames at which a detection matches an event, before or after it.

@@ -117,62 +117,54 @@ impl Annotated {
     }
 }
 
+const OTB_MATLAB: Rules = Rules {
+    name: "otb-matlab/1",
+    summary: "success AUC and precision@20 as the OTB toolkit computes them",
+    replaces_first: true,
+    absent_is_hit: true,
+    missing: Missing::LastBox,
+    overlap: Annotated::Corner,
+    error: Annotated::Corner,
+    language: Language::Matlab,
+    pools_runs: true,
+};
+
+const PYSOT: Rules = Rules {
+    name: "pysot/1",
+    summary: "success AUC and precision@20 as STVIR/pysot computes them",
+    replaces_first: false,
+    absent_is_hit: true,
+    missing: Missing::Miss,
+    overlap: Annotated::All,
+    error: Annotated::Center,
+    language: Language::Python,
+    pools_runs: false,
+};
+
 /// All sets of rules.
 pub static RULES: &[Rules] = &[
-    Rules {
-        name: "otb-matlab/1",
-        summary: "success AUC and precision@20 as the OTB toolkit computes them",
-        replaces_first: true,
-        absent_is_hit: true,
-        missing: Missing::LastBox,
-        overlap: Annotated::Corner,
-        error: Annotated::Corner,
-        language: Language::Matlab,
-        pools_runs: true,
-    },
-    Rules {
-        name: "pysot/1",
-        summary: "success AUC and precision@20 as STVIR/pysot computes them",
-        replaces_first: false,
-        absent_is_hit: true,
-        missing: Missing::Miss,
-        overlap: Annotated::All,
-        error: Annotated::Center,
-        language: Language::Python,
-        pools_runs: false,
-    },
+    OTB_MATLAB,
+    PYSOT,
     Rules {
         name: "got10k/1",
         summary: "success AUC and precision@20 as got10k-toolkit computes them",
         replaces_first: true,
         absent_is_hit: false,
-        missing: Missing::Miss,
-        overlap: Annotated::All,
         error: Annotated::All,
-        language: Language::Python,
-        pools_runs: false,
+        ..PYSOT
     },
     Rules {
         name: "pysot-toolkit/1",
         summary: "success AUC and precision@20 as StrangerZhang/pysot-toolkit computes them",
-        replaces_first: false,
-        absent_is_hit: true,
-        missing: Missing::Miss,
         overlap: Annotated::Corner,
-        error: Annotated::Center,
-        language: Language::Python,
-        pools_runs: false,
+        ..PYSOT
     },
     Rules {
         name: "lasot/1",
         summary: "success AUC and precision@20 as LaSOT's toolkit computes them, absent frames in the length alone",
-        replaces_first: true,
         absent_is_hit: false,
-        missing: Missing::LastBox,
-        overlap: Annotated::Corner,
-        error: Annotated::Corner,
-        language: Language::Matlab,
         pools_runs: false,
+        ..OTB_MATLAB
     },
 ];
 
