@@ -123,19 +123,9 @@ impl Counts {
         ratio(self.fn_, self.tp + self.fn_)
     }
 
-    /// False positives per 1000 frames that the protocol counts.
-    pub fn false_alarms_per_1000(&self) -> Option<f64> {
-        Some(1000.0 * ratio(self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
-    }
-
-    /// Detections per 1000 frames that the protocol counts.
-    pub fn detections_per_1000(&self) -> Option<f64> {
-        Some(1000.0 * ratio(self.tp + self.fp, self.tp + self.fp + self.fn_ + self.tn)?)
-    }
-
-    /// Events per 1000 frames that the protocol counts.
-    pub fn events_per_1000(&self) -> Option<f64> {
-        Some(1000.0 * ratio(self.tp + self.fn_, self.tp + self.fp + self.fn_ + self.tn)?)
+    /// Number of such cases per 1000 frames that the protocol counts.
+    pub fn per_1000(&self, cases: u64) -> Option<f64> {
+        Some(1000.0 * ratio(cases, self.tp + self.fp + self.fn_ + self.tn)?)
     }
 
     /// Recall minus false positive rate.
@@ -160,7 +150,7 @@ mod tests {
     fn a_ratio_without_denominator_has_no_value() {
         let (silent, none) = (Counts { tp: 0, fp: 0, fn_: 3, tn: 10 }, Counts::default());
         assert_eq!([silent.precision(), none.f_score(), none.accuracy(), none.fpr()], [None; 4]);
-        assert_eq!([none.miss_rate(), none.false_alarms_per_1000()], [None; 2]);
+        assert_eq!([none.miss_rate(), none.per_1000(0)], [None; 2]);
         assert_eq!([silent.recall(), silent.f_score(), silent.informedness()], [Some(0.0); 3]);
     }
 }

@@ -49,18 +49,13 @@ const OTHERS: &[Metric] = &[
     Metric::new("f_over_chance", "F1 over chance", HigherIsBetter, (Kind::Real, Source::Counts), OVER_CHANCE)
         .with_formula("(F - F0) / (1 - F0)"),
     ratio("miss_rate", "miss rate", LowerIsBetter, Counts::miss_rate).with_formula("FN / (TP + FN)"),
-    ratio(
-        "false_alarms_per_1000",
-        "false alarms per 1000 frames",
-        LowerIsBetter,
-        Counts::false_alarms_per_1000,
-    )
-    .with_unit("per 1000 frames")
-    .with_formula("1000 FP / (TP + FP + FN + TN)"),
-    ratio("detections_per_1000", "detections per 1000 frames", Neither, Counts::detections_per_1000)
+    ratio("false_alarms_per_1000", "false alarms per 1000 frames", LowerIsBetter, |c| c.per_1000(c.fp))
+        .with_unit("per 1000 frames")
+        .with_formula("1000 FP / (TP + FP + FN + TN)"),
+    ratio("detections_per_1000", "detections per 1000 frames", Neither, |c| c.per_1000(c.tp + c.fp))
         .with_unit("per 1000 frames")
         .with_formula("(1000 TP + 1000 FP) / (TP + FP + FN + TN)"),
-    ratio("events_per_1000", "events per 1000 frames", Neither, Counts::events_per_1000)
+    ratio("events_per_1000", "events per 1000 frames", Neither, |c| c.per_1000(c.tp + c.fn_))
         .with_unit("per 1000 frames")
         .with_formula("(1000 TP + 1000 FN) / (TP + FP + FN + TN)"),
     Metric::new("delay_median", "median delay", Neither, (Kind::Real, Source::Delays), DELAY)
