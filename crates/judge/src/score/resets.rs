@@ -60,8 +60,8 @@ impl Rules {
     /// Measures one track.
     pub fn measure(&self, trajectory: &Trajectory<'_>) -> Measured {
         let frame = trajectory.frame.filter(|_| self.bounded);
-        let mut counts = vec![true; trajectory.len()];
-        let mut overlaps = Vec::with_capacity(trajectory.len());
+        let mut counts = vec![true; trajectory.regions.len()];
+        let mut overlaps = Vec::with_capacity(trajectory.regions.len());
         let regions = trajectory.counted(Missing::Miss);
         for (t, status) in trajectory.status.iter().enumerate() {
             overlaps.push(match (regions[t], &trajectory.truth[t]) {
@@ -84,7 +84,7 @@ impl Rules {
         }
         let failures = trajectory.status.iter().filter(|s| **s == Status::Failed).count();
         let counted = overlaps.iter().zip(&counts).filter(|(_, counts)| **counts).map(|(o, _)| *o);
-        Measured { accuracy: mean(counted), failures, frames: trajectory.len(), overlaps, counts }
+        Measured { accuracy: mean(counted), failures, frames: trajectory.regions.len(), overlaps, counts }
     }
 }
 

@@ -33,18 +33,12 @@ pub enum Restarts {
 impl Restarts {
     /// Pieces of a track with these statuses; none if restarts are part of the track.
     pub fn pieces(self, status: &[Status]) -> Vec<Range<usize>> {
-        match self {
-            Self::PartOfTrack => Vec::new(),
-            Self::NewTrack => pieces(status),
-        }
+        if self == Self::NewTrack { pieces(status) } else { Vec::new() }
     }
 
     /// Pieces that are scored separately: all, or none if restarts are part of the track.
     pub fn apart(self, pieces: &[Range<usize>]) -> &[Range<usize>] {
-        match self {
-            Self::PartOfTrack => &[],
-            Self::NewTrack => pieces,
-        }
+        if self == Self::NewTrack { pieces } else { &[] }
     }
 }
 

@@ -37,16 +37,6 @@ pub struct Trajectory<'a> {
 }
 
 impl<'a> Trajectory<'a> {
-    /// Number of frames.
-    pub fn len(&self) -> usize {
-        self.regions.len()
-    }
-
-    /// True if there are no frames.
-    pub fn is_empty(&self) -> bool {
-        self.regions.is_empty()
-    }
-
     /// Index of the frame in which the tracker starts.
     pub fn start(&self) -> usize {
         self.status.iter().position(|s| *s != Status::Waiting).unwrap_or(0)
@@ -92,8 +82,5 @@ mod tests {
         let (miss, last) = (counted(&status, Missing::Miss), counted(&status, Missing::LastBox));
         assert_eq!(miss, [None, Some(1), Some(2), None, Some(4), None, None, Some(7)]);
         assert_eq!(last, [None, Some(1), Some(2), Some(2), Some(4), Some(4), Some(4), Some(7)]);
-        assert!(
-            trajectory(&[], &[], &[]).is_empty() && !trajectory(&[square(0.0)], &[Tracked], &[]).is_empty()
-        );
     }
 }

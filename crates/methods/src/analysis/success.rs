@@ -84,7 +84,7 @@ impl Analysis for Success {
         let mut sequences: Vec<OfSequence<'_>> = Vec::new();
         for runs in populations[0].trajectories.chunk_by(|a, b| a.sequence == b.sequence) {
             let of_run = |run: &Trajectory<'_>| {
-                let frames = (run.len() - run.start()) as f64;
+                let frames = (run.regions.len() - run.start()) as f64;
                 (if self.rules.pools_runs { frames } else { 1.0 }, self.rules.curves(run))
             };
             let curves: Vec<(f64, Curves)> = runs.iter().map(of_run).collect();

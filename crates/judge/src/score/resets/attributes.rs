@@ -61,7 +61,7 @@ fn flags<'a>(of: &Trajectory<'a>, name: &str) -> Option<Cow<'a, [bool]>> {
         return known.map(|(_, flags)| Cow::Borrowed(flags.as_slice()));
     }
     let has_one = |t: usize| of.frame_attributes.iter().any(|(_, flags)| flags.get(t) == Some(&true));
-    Some((0..of.len()).map(|t| !has_one(t)).collect())
+    Some((0..of.regions.len()).map(|t| !has_one(t)).collect())
 }
 
 /// Measures on the frames of each attribute, by name. Each item of `sequences` has the repetitions on one
@@ -78,7 +78,7 @@ pub fn by_attribute(sequences: &[&[(Trajectory<'_>, Measured)]]) -> Vec<OfAttrib
             let Some((first, _)) = runs.first() else { continue };
             let Some(flags) = flags(first, name) else { continue };
             let mut lost = 0;
-            for t in (0..first.len()).filter(|t| flags.get(*t) == Some(&true)) {
+            for t in (0..first.regions.len()).filter(|t| flags.get(*t) == Some(&true)) {
                 frames += 1;
                 let counting = runs.iter().filter(|(_, m)| m.counts.get(t) == Some(&true));
                 overlaps.extend(mean(counting.map(|(_, m)| m.overlaps[t])));
