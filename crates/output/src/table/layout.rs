@@ -11,6 +11,7 @@ mod printed;
 
 pub use analysed::analysed;
 
+use super::build;
 use super::number::{Style, printed_value};
 use crate::results::{Measure, method_label};
 use place::{Place, Step, find, groups, steps};
@@ -332,14 +333,11 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
         Some(metric) => format!("{} by {rows_are}", Label::of_metric(metric).shown),
         None => rows_are.to_string(),
     };
+    let columns = columns.iter().map(|(name, at)| heading(experiment, name, at, true));
     TableLayout {
-        name: table.name.clone(),
-        caption,
         data: data_note.to_string(),
-        corner,
-        columns: columns.iter().map(|(name, at)| heading(experiment, name, at, true)).collect(),
         latex: table.latex.clone(),
-        groups: of_table,
+        ..build::table(&table.name, caption, &corner, columns, of_table)
     }
 }
 

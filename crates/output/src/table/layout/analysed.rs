@@ -2,6 +2,7 @@
 
 use super::printed::Printed;
 use super::{Cell, Group, Label, Row, TableLayout, arrow, mark_best, sentence};
+use crate::table::build;
 use crate::table::number::{Style, style_of_column};
 use crate::table::suites::{suites_note, tracker_note};
 use trackfail_core::direction::Direction;
@@ -81,14 +82,12 @@ pub fn analysed(
     };
     let suites = found.first().map_or_else(String::new, |(a, _)| suites_note(a));
     let is_whole = found.iter().all(|(a, _)| a.shares.is_empty());
+    let caption = format!("{} Suites: {suites}; {data_note}.", sentence(caption));
+    let corner = found.first().map_or("", |(_, grid)| grid.corner.as_str());
     TableLayout {
-        name: table.name.clone(),
-        caption: format!("{} Suites: {suites}; {data_note}.", sentence(caption)),
         data: if is_whole { data_note.to_string() } else { format!("{suites}; {data_note}") },
-        corner: found.first().map_or_else(String::new, |(_, grid)| grid.corner.clone()),
-        columns: headings,
         latex: table.latex.clone(),
-        groups,
+        ..build::table(&table.name, caption, corner, headings, groups)
     }
 }
 

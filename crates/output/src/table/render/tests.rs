@@ -1,8 +1,7 @@
 use super::*;
+use crate::table::build;
 use crate::table::latex::latex;
 use crate::table::layout::Label;
-use trackfail_core::direction::Direction;
-use trackfail_engine::spec::table::Latex;
 use trackfail_methods::score::Metric;
 use trackfail_testing::hostile::{self, assert_is_text};
 
@@ -16,24 +15,16 @@ pub fn sample() -> TableLayout {
         failed: usize::from(best),
         ..Cell::default()
     };
+    let cells = vec![cell(".120", ".110", true), cell(".100", ".090", false)];
+    let rows = [(Label::of_metric(Metric::PRECISION), cells)];
+    let group = Group {
+        published_tracker: Some("SP".into()),
+        ..build::group("Struck", "Struck (3 events)".into(), rows)
+    };
+    let caption = "A & B_1. 12 of 21 targets.".to_string();
     TableLayout {
-        name: "table1".into(),
-        caption: "A & B_1. 12 of 21 targets.".into(),
         data: "12 of 21 targets".into(),
-        corner: "metric".into(),
-        columns: vec!["DT|EF".into(), "ARTE*".into()],
-        latex: Latex::default(),
-        groups: vec![Group {
-            label: "Struck (3 events)".into(),
-            key: "Struck".into(),
-            published_tracker: Some("SP".into()),
-            has_ours: true,
-            rows: vec![Row {
-                label: Label::of_metric(Metric::PRECISION),
-                direction: Direction::HigherIsBetter,
-                cells: vec![cell(".120", ".110", true), cell(".100", ".090", false)],
-            }],
-        }],
+        ..build::table("table1", caption, "metric", ["DT|EF", "ARTE*"], vec![group])
     }
 }
 
