@@ -39,7 +39,7 @@ impl Statistic {
     /// Statistics in a published text: two if it is a mean with a standard deviation, none if the metric is a
     /// plain count.
     pub fn of_text(metric: Metric, text: &str) -> Vec<Self> {
-        let metrics = match metric.kind() {
+        let metrics = match metric.kind {
             Kind::MeanAndDeviation => vec![Metric::SCORE_MEAN, Metric::SCORE_STD],
             Kind::Count => Vec::new(),
             _ => vec![metric],

@@ -190,7 +190,7 @@ impl Table {
         }
         let metrics = if let Side::Metrics(list) = &rows { list.as_slice() } else { self.metric.as_slice() };
         let of_attributes = [&rows, &columns].contains(&&Side::Attribute);
-        if let Some(m) = metrics.iter().find(|m| of_attributes && m.source() != Source::Counts) {
+        if let Some(m) = metrics.iter().find(|m| of_attributes && m.source != Source::Counts) {
             let name = m.name();
             in_metric.tell(format!(
                 "`{name}` is not known attribute by attribute, only what is made of counts is"

@@ -17,12 +17,17 @@ use crate::plugin::{suggest, unknown};
 #[derive(Clone, Copy)]
 pub struct Metric {
     name: &'static str,
-    heading: &'static str,
+    /// Name in running text.
+    pub heading: &'static str,
     direction: Direction,
-    unit: &'static str,
-    kind: Kind,
-    source: Source,
-    formula: &'static str,
+    /// Unit of the values; empty for numbers without a unit.
+    pub unit: &'static str,
+    /// Form in which the values are shown.
+    pub kind: Kind,
+    /// Input from which the metric is computed.
+    pub source: Source,
+    /// Formula of the counts, or a description in words.
+    pub formula: &'static str,
     value: Value,
 }
 
@@ -158,11 +163,6 @@ impl Metric {
         self.name
     }
 
-    /// Name in running text.
-    pub fn heading(self) -> &'static str {
-        self.heading
-    }
-
     /// Name as the heading of a row or column: `False alarms per 1000 frames`.
     pub fn title(self) -> String {
         let mut letters = self.heading.chars();
@@ -172,26 +172,6 @@ impl Metric {
     /// Direction in which values are better.
     pub fn direction(self) -> Direction {
         self.direction
-    }
-
-    /// Unit of the values; empty for numbers without a unit.
-    pub fn unit(self) -> &'static str {
-        self.unit
-    }
-
-    /// Form in which the values are shown.
-    pub fn kind(self) -> Kind {
-        self.kind
-    }
-
-    /// Input from which the metric is computed.
-    pub fn source(self) -> Source {
-        self.source
-    }
-
-    /// Formula of the counts, or a description in words.
-    pub fn formula(self) -> &'static str {
-        self.formula
     }
 
     /// Formula with the counts of a pooled number filled in.

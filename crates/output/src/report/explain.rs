@@ -105,7 +105,7 @@ pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<E
         part.counts = [part.counts, score.counts].into_iter().sum();
     }
     let protocol = results.experiment.protocol_of(&of.method);
-    if matches!(of.metric.source(), Source::Scores | Source::Delays | Source::Frames) {
+    if matches!(of.metric.source, Source::Scores | Source::Delays | Source::Frames) {
         for trace in trace::read(results, &of.tracker, &of.label(), None)? {
             if let Some(share) = shares.get_mut(&trace.track.sequence) {
                 share.add(trace, protocol);
@@ -161,7 +161,7 @@ fn pooled<'a>(
     metric: Metric,
 ) -> Option<f64> {
     // Results do not say which sequence a run backwards belongs to.
-    if shares.is_empty() || metric.source() == Source::Effort {
+    if shares.is_empty() || metric.source == Source::Effort {
         return None;
     }
     let counts = shares.iter().map(|g| g.counts).sum();

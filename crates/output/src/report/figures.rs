@@ -75,7 +75,7 @@ impl<'r> Scope<'r> {
     /// Bounds of a metric's value by bootstrap over sequences; NaN for metrics that are not made of counts,
     /// and with few sequences.
     fn bounds(&self, measure: &Measure, metric: Metric) -> (f64, f64) {
-        let counts = self.units.of_measure(measure).filter(|_| metric.source() == Source::Counts);
+        let counts = self.units.of_measure(measure).filter(|_| metric.source == Source::Counts);
         let chance = self.results.experiment.chance_of(&measure.method);
         let of = |sum: &[i64; 4]| metric_of_sum(metric, chance, sum);
         let bounds = counts.and_then(|counts| Estimate::of_counts(counts, of, &self.units.sampling).bounds);

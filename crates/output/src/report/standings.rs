@@ -274,7 +274,7 @@ pub fn ordering_metric(experiment: &Experiment) -> Metric {
         })
         .collect();
     // The effort of reverse runs and measures of frames are not computed from counts of detections.
-    let is_other = |m: &Metric| matches!(m.source(), Source::Effort | Source::Frames);
+    let is_other = |m: &Metric| matches!(m.source, Source::Effort | Source::Frames);
     let fits = |m: &Metric| !is_other(m) && m.direction() != Direction::Neither;
     let whole = [Metric::F_SCORE, Metric::INFORMEDNESS].into_iter().find(|m| metrics.contains(m));
     whole.or_else(|| metrics.into_iter().find(fits)).unwrap_or(Metric::F_SCORE)

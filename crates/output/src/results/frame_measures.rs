@@ -36,7 +36,7 @@ pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
             all.push(bound("low", "Lower bound of the measure before it"));
             all.push(bound("high", "Upper bound of the same"));
         }
-        let (unit, recent) = (measure.metric.unit(), measure.is_recent);
+        let (unit, recent) = (measure.metric.unit, measure.is_recent);
         columns.extend(all.into_iter().map(|column| Column { unit, recent, ..column }));
     }
     columns
@@ -235,9 +235,9 @@ mod tests {
 
     #[test]
     fn every_metric_of_frames_has_a_column_and_every_column_a_field() {
-        for metric in METRICS.iter().filter(|m| m.source() == Source::Frames) {
+        for metric in METRICS.iter().filter(|m| m.source == Source::Frames) {
             let column = FILE.columns.iter().find(|c| c.name == metric.name());
-            assert!(column.is_some_and(|c| c.unit == metric.unit()), "{metric:?}");
+            assert!(column.is_some_and(|c| c.unit == metric.unit), "{metric:?}");
         }
         for (k, column) in MEASURES.iter().enumerate() {
             let mut measures = FrameMeasures::default();

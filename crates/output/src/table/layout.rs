@@ -275,7 +275,7 @@ pub fn layout(experiment: &Experiment, table: &Table, measures: &[Measure], data
             if let Some(m) = measure {
                 cell.failed = m.failed;
                 cell.of = Some(Origin::new(name, column, m, metric));
-                if let (Kind::MeanAndDeviation, Some((_, deviation))) = (metric.kind(), m.pooled.score) {
+                if let (Kind::MeanAndDeviation, Some((_, deviation))) = (metric.kind, m.pooled.score) {
                     let deviation = printed.shown(deviation, Some(style));
                     cell.ours = cell.ours.map(|mean| format!("{mean}±{deviation}"));
                 }

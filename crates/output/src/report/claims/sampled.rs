@@ -67,7 +67,7 @@ impl<'a> Samples<'a> {
     }
 
     fn of_metric(&self, metric: Metric, measure: &'a Measure) -> Spread {
-        match metric.source() {
+        match metric.source {
             Source::Counts => {
                 let counts = self.units.of_measure(measure);
                 let of = |sum: &[i64; 4]| metric_of_sum(metric, measure.pooled.chance, sum);

@@ -187,7 +187,7 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
         }
     }
     let of_published = has_published.then(|| "at the published parameters".to_string());
-    let at_best = || format!("at the best {} of these sequences", best_by.heading());
+    let at_best = || format!("at the best {} of these sequences", best_by.heading);
     let rings: Vec<String> = of_published.into_iter().chain(has_best.then(at_best)).collect();
     let mut remark = match rings.is_empty() {
         true => String::new(),
@@ -219,7 +219,7 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
 fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
     let highest = values.clone().fold(0.0, f64::max);
     let end = [0.1, 0.2, 0.5, 1.0].into_iter().find(|end| highest <= *end);
-    let is_share = metric.unit().is_empty() && values.clone().all(|v| v >= 0.0);
+    let is_share = metric.unit.is_empty() && values.clone().all(|v| v >= 0.0);
     match end.filter(|_| is_share) {
         Some(end) => Range::Fixed(0.0, end),
         None if values.clone().all(|v| v >= 0.0) => Range::FromZero,
