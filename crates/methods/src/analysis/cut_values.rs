@@ -20,9 +20,9 @@ use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::collections::BTreeSet;
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<CutValues>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "cut-values",
     2,
     "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
@@ -55,11 +55,7 @@ impl Default for Params {
     }
 }
 
-struct CutValues(Params);
-
-impl Plugin for CutValues {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         TAU,
         LENGTHS,
@@ -68,11 +64,10 @@ impl Plugin for CutValues {
         MAX_COMPONENTS,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        check_ascending("lengths", &p.lengths)?;
-        check_ascending("shown_lengths", &p.shown_lengths)?;
-        check_ascending("alphas", &p.alphas)?;
-        Ok(Self(p))
+    fn check(&self) -> Result<(), ParamError> {
+        check_ascending("lengths", &self.lengths)?;
+        check_ascending("shown_lengths", &self.shown_lengths)?;
+        check_ascending("alphas", &self.alphas)
     }
 }
 
@@ -110,7 +105,7 @@ impl Sum {
     }
 }
 
-impl Analysis for CutValues {
+impl Analysis for Params {
     fn layout(&self, _: usize) -> Layout {
         let numbers = [
             "deviation-convolution",
@@ -123,7 +118,7 @@ impl Analysis for CutValues {
             "from the empirical cut values",
             [WAYS[1], WAYS[2]],
         );
-        for (k, length) in self.0.shown_lengths.iter().enumerate() {
+        for (k, length) in self.shown_lengths.iter().enumerate() {
             let (k, rate) = (k + 1, format!("rate of false alarms α (L = {length})"));
             layout = layout.chart(&format!("distribution-{k}"), &format!("sₜ (L = {length})"), "P₂");
             layout = layout.chart(&format!("cuts-{k}"), &rate, "cut value β");
@@ -132,25 +127,25 @@ impl Analysis for CutValues {
     }
 
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
-        let (p, tracks) = (&self.0, &populations[0].tracks);
-        let model = consistency::fit(tracks, &Fitting::by_bic(p.tau, p.max_components))?.model;
+        let tracks = &populations[0].tracks;
+        let model = consistency::fit(tracks, &Fitting::by_bic(self.tau, self.max_components))?.model;
         let sum = |length: usize| -> Result<Sum, AccumulationError> {
-            let empirical = ascending(tracks.iter().flat_map(|t| consistent_sums(t, p.tau, length)));
+            let empirical = ascending(tracks.iter().flat_map(|t| consistent_sums(t, self.tau, length)));
             let convolved = Accumulated::of_mixture(&model.mixture, length, &accumulation::Grid::default());
             Ok(Sum { length, empirical, convolved: convolved?, mean: model.mean, variance: model.variance })
         };
-        let lengths: BTreeSet<usize> = p.lengths.iter().chain(&p.shown_lengths).copied().collect();
+        let lengths: BTreeSet<usize> = self.lengths.iter().chain(&self.shown_lengths).copied().collect();
         let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, AccumulationError>>()?;
-        let shown = sums.iter().filter(|sum| p.shown_lengths.contains(&sum.length));
+        let shown = sums.iter().filter(|sum| self.shown_lengths.contains(&sum.length));
         let charts = shown.flat_map(|sum| self.curves(sum)).collect();
-        Ok(Values { charts, ..self.deviations(sums.iter().filter(|sum| p.lengths.contains(&sum.length))) })
+        Ok(Values { charts, ..self.deviations(sums.iter().filter(|sum| self.lengths.contains(&sum.length))) })
     }
 }
 
-impl CutValues {
+impl Params {
     /// Cut values, and sums of the absolute differences from the empirical cut values.
     fn deviations<'s>(&self, sums: impl Iterator<Item = &'s Sum>) -> Values {
-        let alphas = &self.0.alphas;
+        let alphas = &self.alphas;
         let mut rows = Vec::new();
         let mut deviations = [0.0; 3];
         // Deviations of the convolution at the smallest and at the largest rate.
@@ -177,7 +172,7 @@ impl CutValues {
 
     /// Curves of the two charts of a length: the distributions and the cut values.
     fn curves(&self, sum: &Sum) -> [Vec<Curve>; 2] {
-        let least = self.0.alphas.first().copied().unwrap_or(0.001);
+        let least = self.alphas.first().copied().unwrap_or(0.001);
         let end = sum.cuts(least).into_iter().flatten().fold(f64::MIN_POSITIVE, f64::max);
         // A curve for each way, from the values of all three at each place.
         let curves = |places: Vec<(f64, [Option<f64>; 3])>| -> Vec<Curve> {
@@ -187,7 +182,7 @@ impl CutValues {
         };
         let at = |i: usize| end * i as f64 / POINTS as f64;
         let distributions = (0..=POINTS).map(|i| (at(i), sum.distributions(at(i)))).collect();
-        let cuts = self.0.alphas.iter().map(|alpha| (*alpha, sum.cuts(*alpha))).collect();
+        let cuts = self.alphas.iter().map(|alpha| (*alpha, sum.cuts(*alpha))).collect();
         [curves(distributions), curves(cuts)]
     }
 }

@@ -17,10 +17,10 @@ use crate::score::{Counts, TrackerMetric};
 use crate::tracker::Status;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 use trackfail_core::region::Areas;
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Oxuva>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "oxuva",
     2,
     "true positive and true negative rate of presence, their geometric mean, and its maximum (OxUvA)",
@@ -50,18 +50,14 @@ impl Default for Params {
     }
 }
 
-struct Oxuva(Params);
-
-impl Plugin for Oxuva {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("threshold")];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        if params.rules != RULES {
-            return Err(unknown_rules(&params.rules, [RULES]));
+    fn check(&self) -> Result<(), ParamError> {
+        if self.rules != RULES {
+            return Err(unknown_rules(&self.rules, [RULES]));
         }
-        Ok(Self(params))
+        Ok(())
     }
 }
 
@@ -85,7 +81,7 @@ fn count(frames: &[ConfidentFrame], threshold: f64) -> Counts {
     judged.map(|f| place(f.overlap, is_present(f))).collect()
 }
 
-impl Analysis for Oxuva {
+impl Analysis for Params {
     fn reads(&self) -> Reads {
         Reads::SignalAndRegions
     }
@@ -98,7 +94,7 @@ impl Analysis for Oxuva {
         let sequences = sequences(&populations[0], Areas::Exact, false)?;
         let frames: Vec<ConfidentFrame> =
             sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
-        let counts = count(&frames, self.0.threshold.unwrap_or(f64::NEG_INFINITY));
+        let counts = count(&frames, self.threshold.unwrap_or(f64::NEG_INFINITY));
         let rates = Rates::of(&counts).ok_or(AnalysisError::NoAbsence)?;
         let mut scores: Vec<f64> = frames.iter().map(confidence).collect();
         scores.sort_by(f64::total_cmp);

@@ -21,11 +21,11 @@ use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::summary;
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
 /// `processing-time` in the list of analyses.
 pub const ENTRY: Entry<dyn Analysis> =
-    Entry::of::<ProcessingTime>("processing-time", 1, "milliseconds a frame that methods cost, by stage")
+    Entry::of::<Params>("processing-time", 1, "milliseconds a frame that methods cost, by stage")
         .example("{ methods = [\"ARTE\", \"ARTE*\"] }");
 
 /// Parameters of `processing-time`.
@@ -71,20 +71,16 @@ pub struct Timing {
     pub methods: Vec<Spent>,
 }
 
-struct ProcessingTime(Params);
-
-impl Plugin for ProcessingTime {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::within("repeats", 1.0, 1000.0)];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        let repeated = p.methods.iter().enumerate().any(|(k, m)| p.methods[..k].contains(m));
-        if p.methods.is_empty() || p.methods.len() > 20 || repeated {
+    fn check(&self) -> Result<(), ParamError> {
+        let repeated = self.methods.iter().enumerate().any(|(k, m)| self.methods[..k].contains(m));
+        if self.methods.is_empty() || self.methods.len() > 20 || repeated {
             let rule = "1 to 20 different methods";
-            return Err(ParamError::out_of_range("methods", rule, format!("{:?}", p.methods)));
+            return Err(ParamError::out_of_range("methods", rule, format!("{:?}", self.methods)));
         }
-        Ok(Self(p))
+        Ok(())
     }
 }
 
@@ -93,23 +89,23 @@ fn median(mut values: Vec<f64>) -> f64 {
     summary::median(&mut values).unwrap_or_default()
 }
 
-impl Analysis for ProcessingTime {
+impl Analysis for Params {
     fn reads(&self) -> Reads {
         Reads::Clock
     }
 
     fn timed(&self) -> (&[String], usize) {
-        (&self.0.methods, self.0.repeats)
+        (&self.methods, self.repeats)
     }
 
     fn layout(&self, _: usize) -> Layout {
         let corner = "milliseconds a frame; runs per 1000";
-        Layout::of(["ratio", "reverse-runs-ratio"]).table("stages", corner, self.0.methods.clone())
+        Layout::of(["ratio", "reverse-runs-ratio"]).table("stages", corner, self.methods.clone())
     }
 
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
         let timings = &populations[0].timings;
-        let methods = self.0.methods.len();
+        let methods = self.methods.len();
         if timings.is_empty() || timings.iter().any(|t| t.methods.len() != methods) {
             return Err(AnalysisError::NotTimed);
         }
@@ -120,7 +116,7 @@ impl Analysis for ProcessingTime {
                 let frames: usize = mine().map(|t| t.frames).sum();
                 1000.0 * mine().map(seconds).sum::<f64>() / frames.max(1) as f64
             };
-            (0..self.0.repeats).filter(|r| timings.iter().any(|t| t.repeat == *r)).map(of_repeat).collect()
+            (0..self.repeats).filter(|r| timings.iter().any(|t| t.repeat == *r)).map(of_repeat).collect()
         };
         let total =
             |m: usize| a_frame(&|t| t.methods[m].signal + t.methods[m].detection + t.methods[m].reverse);

@@ -20,10 +20,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::pooled::{Draws, LEVEL, MIN_UNITS, SAMPLES};
 use trackfail_core::num::seed::seed;
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 use trackfail_core::region::Areas;
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Resets>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "resets",
     4,
     "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
@@ -63,18 +63,14 @@ impl Default for Params {
     }
 }
 
-struct Resets(Params);
-
-impl Plugin for Resets {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("low").at_least(1.0), Range::of("sensitivity").above(0.0)];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        if p.low > p.high {
-            return Err(ParamError::out_of_range("low", "1 to `high`", p.low));
+    fn check(&self) -> Result<(), ParamError> {
+        if self.low > self.high {
+            return Err(ParamError::out_of_range("low", "1 to `high`", self.low));
         }
-        Ok(Self(p))
+        Ok(())
     }
 }
 
@@ -121,13 +117,13 @@ fn corners(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -
     Some([(left, lower), (right, upper)])
 }
 
-impl Analysis for Resets {
+impl Analysis for Params {
     fn reads(&self) -> Reads {
         Reads::Regions
     }
 
     fn layout(&self, _: usize) -> Layout {
-        let robustness = format!("robustness, exp(-{} failures / frames)", self.0.sensitivity);
+        let robustness = format!("robustness, exp(-{} failures / frames)", self.sensitivity);
         Layout::of_trackers(&OVERALL)
             .measures("sequences", "sequence", &PARTS)
             .measures("attributes", "attribute", &PARTS)
@@ -136,7 +132,7 @@ impl Analysis for Resets {
     }
 
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
-        let rules = Rules { areas: self.0.areas, bounded: self.0.bounded, burn_in: self.0.burn_in };
+        let rules = Rules { areas: self.areas, bounded: self.bounded, burn_in: self.burn_in };
         let tracks: Vec<(Trajectory<'_>, Measured)> =
             populations[0].trajectories.iter().map(|c| (*c, rules.measure(c))).collect();
         let mut sequences = Vec::new();
@@ -153,9 +149,9 @@ impl Analysis for Resets {
         let accuracy = sequences.iter().map(|s| s.accuracy * s.frames).sum::<f64>() / frames;
         let failures: f64 = sequences.iter().map(|s| s.failures).sum();
         let curve = expected_overlap(&tracks);
-        let eao = expected_average_overlap(&curve, self.0.low, self.0.high);
+        let eao = expected_average_overlap(&curve, self.low, self.high);
         let attributes = by_attribute(&repetitions);
-        let (weighted_accuracy, weighted_failures) = of_attributes(&attributes, self.0.attribute_weights);
+        let (weighted_accuracy, weighted_failures) = of_attributes(&attributes, self.attribute_weights);
         let overall =
             [Some(accuracy), Some(plain), weighted_accuracy, Some(failures), weighted_failures, eao];
         let mut attribute_rows: Vec<Row> =
@@ -164,7 +160,7 @@ impl Analysis for Resets {
             attribute_rows.push(("overall".into(), vec![weighted_accuracy, weighted_failures]));
         }
         let rows = sequences.iter().map(|s| (s.name.to_string(), vec![Some(s.accuracy), Some(s.failures)]));
-        let robustness = |failures: f64, frames: f64| (-self.0.sensitivity * failures / frames).exp();
+        let robustness = |failures: f64, frames: f64| (-self.sensitivity * failures / frames).exp();
         let mut of_robustness = vec![(String::new(), vec![(robustness(failures, frames), accuracy)])];
         of_robustness
             .extend(corners(&sequences, robustness).map(|ends| (INTERVAL.to_string(), ends.to_vec())));
@@ -203,7 +199,7 @@ mod tests {
             frame_attributes: &flags,
             ..Trajectory::default()
         };
-        let resets = Resets::new(Params { burn_in: 1, ..Params::default() }).unwrap();
+        let resets = Params { burn_in: 1, ..Params::default() };
         let trajectories = vec![
             trajectory(0, &[Started, Tracked, Tracked, Tracked]),
             trajectory(1, &[Started, Tracked, Failed, Skipped]),

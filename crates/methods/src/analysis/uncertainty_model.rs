@@ -33,9 +33,9 @@ use trackfail_core::num::distribution::{self, Family};
 use trackfail_core::num::gamma_mixture::select::{Terms, terms};
 use trackfail_core::num::gamma_mixture::{Component, Mixture};
 use trackfail_core::num::kolmogorov;
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<UncertaintyModel>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "uncertainty-model",
     2,
     "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
@@ -71,11 +71,7 @@ impl Default for Params {
     }
 }
 
-struct UncertaintyModel(Params);
-
-impl Plugin for UncertaintyModel {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         TAU,
         Range::of("taus").above(0.0).at_most(1.0),
@@ -85,11 +81,10 @@ impl Plugin for UncertaintyModel {
         MAX_COMPONENTS,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        check_ascending("taus", &p.taus)?;
-        check_ascending("family_taus", &p.family_taus)?;
-        check_ascending("lengths", &p.lengths)?;
-        Ok(Self(p))
+    fn check(&self) -> Result<(), ParamError> {
+        check_ascending("taus", &self.taus)?;
+        check_ascending("family_taus", &self.family_taus)?;
+        check_ascending("lengths", &self.lengths)
     }
 }
 
@@ -100,7 +95,7 @@ const SHOWN: f64 = 0.995;
 /// Weights of the penalty that the chart `criteria` shows.
 const WEIGHTS: [usize; 3] = [1, 50, 500];
 
-impl Analysis for UncertaintyModel {
+impl Analysis for Params {
     fn suites(&self) -> (usize, usize) {
         (1, 2)
     }
@@ -127,7 +122,7 @@ impl Analysis for UncertaintyModel {
         }
         layout.numbers.push("different".to_string());
         let tau = "error below τ";
-        let lengths = || self.0.lengths.iter().map(|l| format!("L = {l}"));
+        let lengths = || self.lengths.iter().map(|l| format!("L = {l}"));
         let values = ["values of the first", "values of the second"];
         layout
             .table("similarity", tau, lengths())
@@ -138,7 +133,7 @@ impl Analysis for UncertaintyModel {
     }
 
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
-        let how = Fitting::by_bic(self.0.tau, self.0.max_components);
+        let how = Fitting::by_bic(self.tau, self.max_components);
         let fitted = consistency::fit(&populations[0].tracks, &how)?;
         let mut values = self.model(&populations[0], &fitted);
         self.families(&populations[0], &mut values);
@@ -183,17 +178,17 @@ fn row(heading: impl ToString, values: &[f64]) -> Row {
     (heading.to_string(), values.iter().copied().map(Some).collect())
 }
 
-impl UncertaintyModel {
+impl Params {
     /// Values of the densities, the criteria, the order and the mixture.
     fn model(&self, population: &Population<'_>, fitted: &Fitted) -> Values {
         let model = &fitted.model;
-        let samples = changes(population, self.0.tau);
+        let samples = changes(population, self.tau);
         let end = end_of(&samples);
         let density = |tau: &f64| {
             let sorted = changes(population, *tau);
             (format!("error below {tau}"), histogram(&sorted, end))
         };
-        let densities = self.0.taus.iter().map(density).filter(|(_, points)| !points.is_empty()).collect();
+        let densities = self.taus.iter().map(density).filter(|(_, points)| !points.is_empty()).collect();
         let terms = terms(&fitted.fits, model.samples);
         let least = terms.iter().map(|t| t.deviance).fold(f64::INFINITY, f64::min);
         let mut criteria =
@@ -236,7 +231,7 @@ impl UncertaintyModel {
     fn families(&self, population: &Population<'_>, values: &mut Values) {
         let mut rows = Vec::new();
         let mut gamma_best = true;
-        for tau in self.0.family_taus {
+        for tau in self.family_taus {
             let samples = changes(population, tau);
             let end = end_of(&samples);
             let one = |family: &Family| {
@@ -271,7 +266,7 @@ impl UncertaintyModel {
         second: &Population<'_>,
         values: &mut Values,
     ) -> Result<(), AnalysisError> {
-        let Params { tau, taus, lengths, alpha, .. } = &self.0;
+        let Params { tau, taus, lengths, alpha, .. } = self;
         let grid = accumulation::Grid::default();
         let one = |a: &[f64], b: &[f64], length: usize| {
             let sum = |samples: &[f64]| Accumulated::from_samples(samples, length, &grid);

@@ -37,9 +37,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
 use trackfail_core::num::gamma_mixture::Mixture;
-use trackfail_core::plugin::{Entry, ParamError, Plugin, Range};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
-pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<WindowLengths>(
+pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "window-lengths",
     2,
     "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
@@ -64,16 +64,11 @@ impl Default for Params {
     }
 }
 
-struct WindowLengths(Params);
-
-impl Plugin for WindowLengths {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[TAU, ALPHA, LENGTHS, MAX_COMPONENTS];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        check_ascending("lengths", &p.lengths)?;
-        Ok(Self(p))
+    fn check(&self) -> Result<(), ParamError> {
+        check_ascending("lengths", &self.lengths)
     }
 }
 
@@ -172,7 +167,7 @@ fn variance(values: &[f64]) -> f64 {
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n
 }
 
-impl WindowLengths {
+impl Params {
     fn of_length(
         &self,
         length: usize,
@@ -180,7 +175,7 @@ impl WindowLengths {
         of_one: f64,
         [trained, tested]: [&[Example<'_>]; 2],
     ) -> Result<OfLength, AccumulationError> {
-        let Params { tau, alpha, .. } = self.0;
+        let Params { tau, alpha, .. } = *self;
         let sum = Accumulated::of_mixture(mixture, length, &accumulation::Grid::default())?;
         let cut = sum.upper_quantile(alpha)?;
         let windows = |tracks: &[Example<'_>]| -> Vec<f64> {
@@ -246,7 +241,7 @@ fn share_shorter(all: &[Change], length: usize, sign: Option<i32>) -> Option<f64
     share(mine().filter(|c| c.is_shorter(length)).count(), mine().count())
 }
 
-impl Analysis for WindowLengths {
+impl Analysis for Params {
     fn suites(&self) -> (usize, usize) {
         (2, 2)
     }
@@ -269,11 +264,11 @@ impl Analysis for WindowLengths {
     }
 
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError> {
-        let ([trained, tested], p) = ([&populations[0], &populations[1]], &self.0);
-        let model = consistency::fit(&trained.tracks, &Fitting::by_bic(p.tau, p.max_components))?.model;
+        let [trained, tested] = [&populations[0], &populations[1]];
+        let model = consistency::fit(&trained.tracks, &Fitting::by_bic(self.tau, self.max_components))?.model;
         let tracks = [&trained.tracks[..], &tested.tracks[..]];
         let of_length = |length: &usize| self.of_length(*length, &model.mixture, model.variance, tracks);
-        let rows = p.lengths.par_iter().map(of_length).collect::<Result<Vec<_>, AccumulationError>>()?;
+        let rows = self.lengths.par_iter().map(of_length).collect::<Result<Vec<_>, AccumulationError>>()?;
         let all: Vec<Change> = tested.tracks.iter().flat_map(|t| changes_of(t.error)).collect();
         let shares = |length: &usize| {
             let of = |sign| share_shorter(&all, *length, sign);
@@ -281,7 +276,7 @@ impl Analysis for WindowLengths {
         };
         let delays =
             |row: &OfLength| (row.length.to_string(), row.delays.iter().map(|n| Some(*n as f64)).collect());
-        let kinds = kinds_of_frames(trained, tested, p.tau);
+        let kinds = kinds_of_frames(trained, tested, self.tau);
         let quantiles = |rate: f64| {
             let values = kinds.iter().map(|values| accumulation::empirical_quantile(values, rate));
             (rate.to_string(), values.collect())
@@ -290,7 +285,7 @@ impl Analysis for WindowLengths {
         let distances = |kind: usize| (KINDS_OF_FRAMES[kind].to_string(), tests[kind - 1].to_vec());
 
         let of_learned = || rows.iter().filter_map(|r| r.rates[3]);
-        let longest = p.lengths.last().copied().unwrap_or(1);
+        let longest = self.lengths.last().copied().unwrap_or(1);
         let numbers = [
             of_learned().reduce(f64::max),
             of_learned().reduce(f64::min),
@@ -306,13 +301,13 @@ impl Analysis for WindowLengths {
             curve(KINDS_OF_FRAMES[0], &|r| r.rates[3]),
             curve(KINDS_OF_FRAMES[1], &|r| r.rates[4]),
             curve("lost", &|r| r.rates[5]),
-            curve("α", &|_| Some(p.alpha)),
+            curve("α", &|_| Some(self.alpha)),
         ];
         Ok(Values {
             numbers: numbers.to_vec(),
             tables: vec![
                 durations(&all),
-                p.lengths.iter().map(shares).collect(),
+                self.lengths.iter().map(shares).collect(),
                 rows.iter().map(|row| (row.length.to_string(), row.rates.to_vec())).collect(),
                 rows.iter().map(delays).collect(),
                 SHOWN.map(quantiles).to_vec(),

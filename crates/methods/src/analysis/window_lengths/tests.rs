@@ -25,8 +25,7 @@ fn population<'a>(suite: &'a str, tracks: &'a [(Vec<f64>, Vec<f64>)]) -> Populat
 
 fn found(lengths: &[usize]) -> Findings {
     let (first, second) = ([track(0, 1.0), track(1, 1.0)], [track(1, 1.25), track(2, 1.25)]);
-    let params = Params { alpha: 0.05, lengths: lengths.to_vec(), ..Params::default() };
-    let analysis = WindowLengths::new(params).unwrap();
+    let analysis = Params { alpha: 0.05, lengths: lengths.to_vec(), ..Params::default() };
     analysis.analyze(&[population("first", &first), population("second", &second)]).unwrap()
 }
 
