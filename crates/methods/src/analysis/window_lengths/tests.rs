@@ -54,20 +54,15 @@ fn a_change_lasts_until_the_next_one() {
 // in 29; its end is in time for a recovery in 30, and late for one in 22.
 #[test]
 fn an_alarm_meets_a_change_in_time_late_before_or_never() {
+    use Meeting::{Before, InTime, Late, Never};
     let alarm: Vec<bool> = (0..60).map(|t| (20..30).contains(&t)).collect();
     let crossings = changes(&alarm);
     let met = |sign, from, to| meeting(&Change { sign, from, to, to_the_end: false }, &alarm, &crossings);
-    for from in 15..=25 {
-        assert_eq!(met(1, from, 60), Meeting::InTime);
-    }
-    assert_eq!(met(1, 5, 60), Meeting::Late);
-    assert_eq!(met(1, 5, 20), Meeting::Never);
-    assert_eq!(met(1, 27, 60), Meeting::Before);
-    assert_eq!(met(1, 40, 60), Meeting::Never);
-    assert_eq!(met(-1, 33, 60), Meeting::InTime);
-    assert_eq!(met(-1, 22, 60), Meeting::Late);
-    assert_eq!(met(-1, 22, 28), Meeting::Never);
-    assert_eq!(met(-1, 50, 60), Meeting::Before);
+    assert!((15..=25).all(|from| met(1, from, 60) == InTime));
+    let losses = [met(1, 5, 60), met(1, 5, 20), met(1, 27, 60), met(1, 40, 60)];
+    assert_eq!(losses, [Late, Never, Before, Never]);
+    let recoveries = [met(-1, 33, 60), met(-1, 22, 60), met(-1, 22, 28), met(-1, 50, 60)];
+    assert_eq!(recoveries, [InTime, Late, Never, Before]);
 }
 
 // Python, SciPy 1.17 and NumPy 2.4, on the tracks above; a, x: ascending values of the first and of another kind:
