@@ -4,6 +4,7 @@ use super::Counts;
 use crate::region::{Rect, Region};
 use crate::score::trajectory::Trajectory;
 use crate::tracker::Status;
+use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -39,6 +40,20 @@ pub fn trajectory<'a>(
     truth: &'a [Option<Region>],
 ) -> Trajectory<'a> {
     Trajectory { sequence: "a", regions, status, truth, ..Trajectory::default() }
+}
+
+/// Errors, alarms and changes of a track in runs, so that there are quiet stretches as well. Changes come with the runs,
+/// whatever the alarms are.
+pub fn track() -> impl Strategy<Value = (Vec<f64>, Vec<bool>, Vec<i32>)> {
+    let error = prop_oneof![8 => Just(1.0), 8 => Just(0.2), 3 => Just(f64::NAN)];
+    let change = prop_oneof![6 => Just(0), 1 => Just(1), 1 => Just(-1)];
+    let run = (error, any::<bool>(), change, prop_oneof![1..3_usize, 1..25_usize]);
+    prop::collection::vec(run, 0..25).prop_map(|runs| {
+        let error = runs.iter().flat_map(|run| vec![run.0; run.3]).collect();
+        let alarm = runs.iter().flat_map(|run| vec![run.1; run.3]).collect();
+        let first_of_run = |run: &(f64, bool, i32, usize)| [vec![run.2], vec![0; run.3 - 1]].concat();
+        (error, alarm, runs.iter().flat_map(first_of_run).collect())
+    })
 }
 
 /// One letter a frame: start, tracked, failed, skipped, waiting, absent.

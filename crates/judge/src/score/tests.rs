@@ -1,6 +1,6 @@
 //! Laws of all protocols.
 
-use super::testing::{counts, error, set};
+use super::testing::{counts, error, set, track};
 use super::*;
 use crate::detector::changes;
 use proptest::prelude::*;
@@ -36,23 +36,8 @@ fn anchors_have_their_closed_forms() {
 }
 
 proptest! {
-    // Changes come with the runs, whatever the alarms are.
     #[test]
-    fn every_event_detection_and_frame_is_counted_once(
-        runs in prop::collection::vec(
-            (
-                prop_oneof![8 => Just(1.0), 8 => Just(0.2), 3 => Just(f64::NAN)],
-                any::<bool>(),
-                prop_oneof![6 => Just(0), 1 => Just(1), 1 => Just(-1)],
-                prop_oneof![1..3_usize, 1..25_usize],
-            ),
-            0..25,
-        ),
-    ) {
-        let error: Vec<f64> = runs.iter().flat_map(|run| vec![run.0; run.3]).collect();
-        let alarm: Vec<bool> = runs.iter().flat_map(|run| vec![run.1; run.3]).collect();
-        let first_of_run = |run: &(f64, bool, i32, usize)| [vec![run.2], vec![0; run.3 - 1]].concat();
-        let changes: Vec<i32> = runs.iter().flat_map(first_of_run).collect();
+    fn every_event_detection_and_frame_is_counted_once((error, alarm, changes) in track()) {
         let known = error.iter().filter(|e| !e.is_nan()).count() as u64;
         for p in PROTOCOLS {
             let s = (p.score)(&error, &alarm, &changes);
