@@ -153,7 +153,6 @@ pub fn found_at(
             .zip(&turned)
             .map(|(error, score)| ScoredTrack { sequence: 0, error, score, alarm: &[] })
             .collect();
-        let losses = Losses::new(&tracks);
-        losses.reached(&Sorted::new(&tracks).sweep(Rule::NoOverlap)).found(budget)
+        Losses::new(&tracks, &Sorted::new(&tracks).sweep(Rule::NoOverlap)).found(budget)
     })
 }

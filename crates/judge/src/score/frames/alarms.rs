@@ -44,11 +44,13 @@ pub struct AtHalf {
     pub arl0: Option<f64>,
 }
 
-/// A loss: its sequence, the scores of its first frames, and the highest of these.
+/// A loss: its sequence, the scores of its first frames, the highest of these, and the numbers of good frames at or
+/// above it, by sequence.
 struct Loss<'a> {
     sequence: usize,
     peak: f64,
     scores: &'a [f64],
+    reached: Vec<u64>,
 }
 
 /// Losses of all tracks.
@@ -56,22 +58,32 @@ pub struct Losses<'a> {
     tracks: &'a [ScoredTrack<'a>],
     /// Losses by descending peak.
     losses: Vec<Loss<'a>>,
+    /// Number of good frames of each sequence.
+    good: Vec<u64>,
 }
 
 impl<'a> Losses<'a> {
-    /// Finds the losses in tracks.
-    pub fn new(tracks: &'a [ScoredTrack<'a>]) -> Self {
+    /// Finds the losses in tracks, whose frames are those of the sweep.
+    pub fn new(tracks: &'a [ScoredTrack<'a>], sweep: &Sweep) -> Self {
         let of_track = |track: &'a ScoredTrack<'a>| {
             let loss = |range: Range<usize>| {
                 let scores = track.score.get(first_frames(&range)).unwrap_or_default();
                 let peak = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                Loss { sequence: track.sequence, peak, scores }
+                Loss { sequence: track.sequence, peak, scores, reached: Vec::new() }
             };
             Rule::NoOverlap.losses(track.error).into_iter().map(loss)
         };
         let mut losses: Vec<Loss<'_>> = tracks.iter().flat_map(of_track).collect();
         losses.sort_by(|a, b| b.peak.total_cmp(&a.peak));
-        Self { tracks, losses }
+        let mut sum = vec![0_u64; sweep.good.len()];
+        let mut frames = sweep.frames.iter().peekable();
+        for loss in &mut losses {
+            while let Some(frame) = frames.next_if(|f| f.score >= loss.peak) {
+                sum[frame.sequence as usize] += u64::from(!frame.lost);
+            }
+            loss.reached = sum.clone();
+        }
+        Self { tracks, losses, good: sweep.good.clone() }
     }
 
     /// Number of losses.
@@ -80,10 +92,10 @@ impl<'a> Losses<'a> {
     }
 
     /// Measures at the threshold that finds half of the losses; `None` without a loss.
-    pub fn at_half(&self, sweep: &Sweep) -> Option<AtHalf> {
-        let threshold = self.losses.get(self.losses.len().div_ceil(2).checked_sub(1)?)?.peak;
-        let (_, good) = sweep.totals();
-        let reached = sweep.frames.iter().take_while(|f| f.score >= threshold).filter(|f| !f.lost).count();
+    pub fn at_half(&self) -> Option<AtHalf> {
+        let half = self.losses.get(self.losses.len().div_ceil(2).checked_sub(1)?)?;
+        let threshold = half.peak;
+        let (reached, good) = (half.reached.iter().sum::<u64>(), self.good.iter().sum::<u64>());
         let delays: Vec<usize> =
             self.losses.iter().filter_map(|loss| loss.scores.iter().position(|s| *s >= threshold)).collect();
         let runs = self.tracks.iter().map(|t| false_runs(t, threshold)).sum::<usize>();
@@ -95,39 +107,15 @@ impl<'a> Losses<'a> {
         })
     }
 
-    /// Numbers of good frames at or above the peak of each loss.
-    pub fn reached(&self, sweep: &Sweep) -> Reached<'_, 'a> {
-        let mut sum = vec![0_u64; sweep.good.len()];
-        let mut frames = sweep.frames.iter().peekable();
-        let mut row = |loss: &Loss<'_>| {
-            while let Some(frame) = frames.next_if(|f| f.score >= loss.peak) {
-                sum[frame.sequence as usize] += u64::from(!frame.lost);
-            }
-            sum.clone()
-        };
-        let rows = self.losses.iter().map(&mut row).collect();
-        Reached { losses: &self.losses, rows, good: sweep.good.clone() }
-    }
-}
-
-/// Numbers of good frames at or above the peak of each loss, by sequence.
-pub struct Reached<'l, 'a> {
-    losses: &'l [Loss<'a>],
-    rows: Vec<Vec<u64>>,
-    /// Number of good frames of each sequence.
-    good: Vec<u64>,
-}
-
-impl Reached<'_, '_> {
     /// Share of the losses found with a budget of false alarms per 1000 good frames, with each sequence
     /// weighted; NaN without a loss.
     fn found_of(&self, budget: f64, weights: &[u64]) -> f64 {
         let allowed = budget / 1000.0 * sum(weights, &self.good) as f64;
-        let found = self.rows.partition_point(|row| sum(weights, row) as f64 <= allowed);
+        let found = self.losses.partition_point(|loss| sum(weights, &loss.reached) as f64 <= allowed);
         let drawn = |losses: &[Loss<'_>]| {
             losses.iter().map(|loss| weights.get(loss.sequence).copied().unwrap_or(0)).sum::<u64>() as f64
         };
-        drawn(&self.losses[..found]) / drawn(self.losses)
+        drawn(&self.losses[..found]) / drawn(&self.losses)
     }
 
     /// Share of the losses found with a budget of false alarms per 1000 good frames; `None` without a loss.
@@ -146,12 +134,12 @@ impl Reached<'_, '_> {
             let drawn = |loss: &Loss<'_>| weights.get(loss.sequence).copied().unwrap_or(0);
             let half = self.losses.iter().map(drawn).sum::<u64>().div_ceil(2);
             let mut found = 0;
-            let median = self.losses.iter().position(|loss| {
+            let median = self.losses.iter().find(|loss| {
                 found += drawn(loss);
                 half > 0 && found >= half
             });
-            median.map_or(f64::NAN, |k| {
-                1000.0 * sum(&weights, &self.rows[k]) as f64 / sum(&weights, &self.good) as f64
+            median.map_or(f64::NAN, |loss| {
+                1000.0 * sum(&weights, &loss.reached) as f64 / sum(&weights, &self.good) as f64
             })
         };
         interval(samples.each().map(of_sample).collect())
@@ -177,8 +165,12 @@ mod tests {
     use crate::score::testing::error;
     use proptest::prelude::*;
 
+    fn losses<'a>(tracks: &'a [ScoredTrack<'a>]) -> Losses<'a> {
+        Losses::new(tracks, &Sorted::new(tracks).sweep(Rule::NoOverlap))
+    }
+
     fn at_half(tracks: &[ScoredTrack<'_>]) -> Option<AtHalf> {
-        Losses::new(tracks).at_half(&Sorted::new(tracks).sweep(Rule::NoOverlap))
+        losses(tracks).at_half()
     }
 
     fn track<'a>(error: &'a [f64], score: &'a [f64]) -> ScoredTrack<'a> {
@@ -199,9 +191,8 @@ mod tests {
         assert_eq!(found, expected);
         // One good frame reaches the peak 5, three reach 3, and the same three reach 1.
         let (tracks, at) = ([track(&error, &score)], |budget| 1000.0 * budget / good);
-        let (losses, swept) = (Losses::new(&tracks), Sorted::new(&tracks).sweep(Rule::NoOverlap));
-        let reached = losses.reached(&swept);
-        let found = [0.0, 0.99, 1.01, 2.99, 3.01, 45.0].map(|frames| reached.found(at(frames)).unwrap());
+        let losses = losses(&tracks);
+        let found = [0.0, 0.99, 1.01, 2.99, 3.01, 45.0].map(|frames| losses.found(at(frames)).unwrap());
         assert_eq!(found, [0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0]);
     }
 
@@ -210,8 +201,7 @@ mod tests {
     fn a_budget_that_is_used_up_is_kept() {
         let (error, score) = (error(9, &[[8, 9]]), [9., 0., 0., 0., 0., 0., 0., 0., 5.]);
         let tracks = [track(&error, &score)];
-        let (losses, swept) = (Losses::new(&tracks), Sorted::new(&tracks).sweep(Rule::NoOverlap));
-        let found = [125.0, 124.0].map(|budget| losses.reached(&swept).found(budget));
+        let found = [125.0, 124.0].map(|budget| losses(&tracks).found(budget));
         assert_eq!(found, [Some(1.0), Some(0.0)]);
     }
 
@@ -232,12 +222,11 @@ mod tests {
         let all = at_half(&[track(&error, &[0.0; 5])]).unwrap();
         assert_eq!((all.false_alarms, all.delay, all.arl0), (Some(1000.0), 0.0, Some(3.0)));
         assert_eq!(at_half(&[track(&error[..2], &[0.0; 2])]), None);
-        let none = [track(&error[..2], &[0.0; 2])];
-        assert_eq!(Losses::new(&none).reached(&Sorted::new(&none).sweep(Rule::NoOverlap)).found(5.0), None);
+        assert_eq!(losses(&[track(&error[..2], &[0.0; 2])]).found(5.0), None);
         let silent = at_half(&[track(&error, &[0.0, 0.0, 1.0, 0.0, 0.0])]).unwrap();
         assert_eq!((silent.false_alarms, silent.arl0), (Some(0.0), None));
-        let of_none =
-            Losses::new(&[track(&error, &[0.0; 5])]).at_half(&Sorted::new(&[]).sweep(Rule::NoOverlap));
+        let nothing = Sorted::new(&[]).sweep(Rule::NoOverlap);
+        let of_none = Losses::new(&[track(&error, &[0.0; 5])], &nothing).at_half();
         assert_eq!(of_none.unwrap().false_alarms, None);
     }
 
@@ -261,14 +250,10 @@ mod tests {
             };
             let of = |weights| at_half(&drawn(weights)).and_then(|a| a.false_alarms).unwrap_or(f64::NAN);
             let expected = interval(samples.each().map(of).collect());
-            let swept = Sorted::new(&all).sweep(Rule::NoOverlap);
-            let losses = Losses::new(&all);
-            let reached = losses.reached(&swept);
-            prop_assert_eq!(reached.interval(&samples), expected);
-            for (weights, found) in samples.each().zip(reached.found_in(200.0, &samples)) {
-                let drawn = drawn(weights);
-                let again = Losses::new(&drawn);
-                let expected = again.reached(&Sorted::new(&drawn).sweep(Rule::NoOverlap)).found(200.0);
+            let of_all = losses(&all);
+            prop_assert_eq!(of_all.interval(&samples), expected);
+            for (weights, found) in samples.each().zip(of_all.found_in(200.0, &samples)) {
+                let expected = losses(&drawn(weights)).found(200.0);
                 prop_assert_eq!(Some(found).filter(|f| f.is_finite()), expected);
             }
         }

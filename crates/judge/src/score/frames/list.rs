@@ -1,7 +1,7 @@
 //! List of the measures of frames. An entry is a metric of tables, a column of `frame_measures.csv` with its
 //! bounds, and the function that computes it.
 
-use super::alarms::{AtHalf, Reached};
+use super::alarms::{AtHalf, Losses};
 use super::bootstrap::{Samples, interval};
 use super::coverage::Areas;
 use super::measures::Sampled;
@@ -49,8 +49,8 @@ pub struct Scores<'a> {
     pub(super) warning: &'a [Sweep; HORIZONS.len()],
     /// Measures at the threshold that half of the losses reach.
     pub(super) half: Option<AtHalf>,
-    /// Numbers of good frames at or above the peak of each loss.
-    pub(super) reached: &'a Reached<'a, 'a>,
+    /// Losses, with the numbers of good frames at or above the peak of each.
+    pub(super) losses: &'a Losses<'a>,
     /// Areas under the risk-coverage curves.
     pub(super) areas: Option<Areas>,
     /// Calibration error, for scores that are probabilities.
@@ -89,7 +89,7 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
         .unit("per 1000 good frames")
         .formula("1000 (good frames with an alarm) / (good frames), at the largest threshold that half of the losses reach within 15 frames")
         .meaning("False alarms at the threshold that half of the losses reach within 15 frames")
-        .bounds(|s, samples| s.reached.interval(samples)),
+        .bounds(|s, samples| s.losses.interval(samples)),
     score("delay_at_half", "mean delay where half of the losses are found", |s| Some(s.half?.delay))
         .lower()
         .unit("frames")
@@ -99,11 +99,11 @@ pub const FRAME_METRICS: &[FrameMetric] = &[
         .unit("frames")
         .formula("good frames / runs of alarms that begin in one, at the threshold of false_alarms_at_half")
         .meaning("Good frames for each run of false alarms at that threshold"),
-    score("found_at_2", "losses found at 2 false alarms per 1000 good frames", |s| s.reached.found(2.0))
+    score("found_at_2", "losses found at 2 false alarms per 1000 good frames", |s| s.losses.found(2.0))
         .formula("losses of which at most 2 of 1000 good frames reach the highest score within 15 frames / losses")
         .meaning("Share of the losses found within 15 frames, where at most 2 of 1000 good frames alarm")
         .recent(),
-    score("found_at_5", "losses found at 5 false alarms per 1000 good frames", |s| s.reached.found(5.0))
+    score("found_at_5", "losses found at 5 false alarms per 1000 good frames", |s| s.losses.found(5.0))
         .formula("losses of which at most 5 of 1000 good frames reach the highest score within 15 frames / losses")
         .meaning("Share of the losses found within 15 frames, where at most 5 of 1000 good frames alarm")
         .bounds(|s, _| interval(s.sampled.found_at_5.clone()))

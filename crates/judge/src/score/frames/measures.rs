@@ -122,20 +122,17 @@ pub fn of_scores(
     let raising = compared.as_ref().map(|compared| with_scores(tracks, compared));
     let of_alarms = raising.as_ref().map(|raising| Sorted::new(raising).sweep(Rule::NoOverlap));
     let of_alarms = of_alarms.as_ref().unwrap_or(&all);
-    let losses = Losses::new(raising.as_ref().unwrap_or(&turned));
-    let half = losses.at_half(of_alarms);
-    let reached = losses.reached(of_alarms);
+    let losses = Losses::new(raising.as_ref().unwrap_or(&turned), of_alarms);
+    let half = losses.at_half();
     let areas = areas(&all);
     let (lost, good) = all.totals();
     let ece = if method.is_probability { ece(tracks, method.direction) } else { None };
     let samples = seed.map(|seed| Samples::new(all.lost.len(), seed));
-    let in_samples = |samples: &Samples| Sampled {
-        auroc: samples.auroc(&all),
-        found_at_5: reached.found_in(5.0, samples),
-    };
+    let in_samples =
+        |samples: &Samples| Sampled { auroc: samples.auroc(&all), found_at_5: losses.found_in(5.0, samples) };
     let sampled = samples.as_ref().map(in_samples).unwrap_or_default();
     let scores =
-        Scores { all: &all, clear: &clear, warning: &warning, half, reached: &reached, areas, ece, sampled };
+        Scores { all: &all, clear: &clear, warning: &warning, half, losses: &losses, areas, ece, sampled };
     let mut measures = FrameMeasures {
         good_frames: Some(good as f64),
         lost_frames: Some(lost as f64),
