@@ -48,19 +48,13 @@ pub const START_UP: usize = 10;
 
 /// First frames of the runs with error 1 that follow a frame with error below 1.
 pub fn events(error: &[f64]) -> Vec<usize> {
-    let mut events = Vec::new();
     let mut on_target = false;
-    for (t, &e) in error.iter().enumerate() {
-        if e >= 1.0 {
-            if on_target {
-                events.push(t);
-            }
-            on_target = false;
-        } else if e < 1.0 {
-            on_target = true;
-        }
-    }
-    events
+    let is_event = |t: &usize| {
+        let before = on_target;
+        on_target = if error[*t].is_nan() { before } else { error[*t] < 1.0 };
+        before && !on_target
+    };
+    (0..error.len()).filter(is_event).collect()
 }
 
 fn score(error: &[f64], alarm: &[bool], _: &[i32]) -> TrackScore {

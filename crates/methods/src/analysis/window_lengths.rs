@@ -184,7 +184,7 @@ impl Params {
         let beyond = |sums: &[f64]| share(sums.iter().filter(|s| **s > cut).count(), sums.len());
         let (learned, checked) = (windows(trained), windows(tested));
         let spread = (variance(&learned) / (length as f64 * of_one)).sqrt();
-        let of_windows = [beyond(&learned), beyond(&checked)];
+        let (of_learned, of_checked) = (beyond(&learned), beyond(&checked));
         let empirical = accumulation::empirical_quantile(&ascending(learned.into_iter()), 1.0 - alpha);
         let (mut lost, mut lost_beyond, mut powerful, mut silent) = (0, 0, 0, 0);
         let mut delays = vec![0; 1 + KINDS.len() * MEETINGS.len()];
@@ -207,7 +207,6 @@ impl Params {
                 }
             }
         }
-        let [of_learned, of_checked] = of_windows;
         let rates = [
             Some(cut),
             empirical,

@@ -47,10 +47,8 @@ pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> Stri
     let of_experiment: Vec<&str> = experiment.split('/').collect();
     let mut numbers: Vec<(Vec<&str>, &str)> = Vec::new();
     for Fact { parts, shown } in facts {
-        numbers.push((
-            std::iter::once("about").chain(parts.iter().map(String::as_str)).collect(),
-            shown.as_str(),
-        ));
+        let parts = parts.iter().map(String::as_str);
+        numbers.push((std::iter::once("about").chain(parts).collect(), shown.as_str()));
     }
     for layout in layouts {
         let is_named = of_experiment.last() != Some(&layout.name.as_str());

@@ -235,9 +235,7 @@ proptest! {
             prop_assert!((mean - (one.auc() + other.auc()) / 2.0).abs() < 1e-12);
         }
     }
-}
 
-proptest! {
     #[test]
     fn thresholds_below_a_value_are_counted(value in -0.1..1.1_f64, i in 0..OVERLAPS, e in 0..70_u32) {
         let errors = |v: f64| (0..ERRORS).filter(|e| v > *e as f64).count();
