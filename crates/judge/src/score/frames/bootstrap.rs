@@ -11,7 +11,7 @@
 //! frames. Average precision is computed from each sample's frames in the order of their scores. A sample without a
 //! lost or a good frame has no value and is left out; there is no interval when that happens to more than half of them.
 
-use super::sweep::{Sweep, Swept};
+use super::sweep::Sweep;
 use crate::num::paired::quantile;
 use crate::num::pooled::LEVEL;
 pub use crate::num::pooled::MIN_UNITS as MIN_SEQUENCES;
@@ -97,22 +97,21 @@ impl Samples {
 /// Average precision of [`LANES`] samples with these weights of sequences; NaN without a lost frame.
 fn weighted_precision(sweep: &Sweep, weights: &[[f64; LANES]]) -> [f64; LANES] {
     let (mut above, mut frames, mut sum) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    let mut here = [0.0; LANES];
-    let mut any = false;
-    for Swept { sequence, lost, ends_tie, .. } in &sweep.frames {
-        let w = &weights[*sequence as usize];
-        frames.iter_mut().zip(w).for_each(|(f, w)| *f += w);
-        if *lost {
-            here.iter_mut().zip(w).for_each(|(h, w)| *h += w);
-            any = true;
+    for tie in sweep.ties() {
+        let mut here = [0.0; LANES];
+        for frame in tie {
+            let w = &weights[frame.sequence as usize];
+            frames.iter_mut().zip(w).for_each(|(f, w)| *f += w);
+            if frame.lost {
+                here.iter_mut().zip(w).for_each(|(h, w)| *h += w);
+            }
         }
-        if any && *ends_tie {
+        if tie.iter().any(|frame| frame.lost) {
             for lane in 0..LANES {
                 above[lane] += here[lane];
                 // Where no frame was drawn yet, `here` is 0.
                 sum[lane] += here[lane] * above[lane] / f64::max(frames[lane], 1.0);
             }
-            (here, any) = ([0.0; LANES], false);
         }
     }
     std::array::from_fn(|lane| sum[lane] / above[lane])

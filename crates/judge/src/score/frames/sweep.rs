@@ -66,20 +66,9 @@ impl Sorted {
             lost: vec![0; self.sequences],
             good: vec![0; self.sequences],
         };
-        let mut last = None;
         for frame in &self.frames {
             let Some(lost) = lost(frame) else { continue };
-            if let (Some(before), Some(f)) = (last, sweep.frames.last_mut()) {
-                let f: &mut Swept = f;
-                f.ends_tie = before != frame.key;
-            }
-            last = Some(frame.key);
-            sweep.frames.push(Swept {
-                score: score(frame.key),
-                sequence: frame.sequence,
-                lost,
-                ends_tie: true,
-            });
+            sweep.frames.push(Swept { score: score(frame.key), sequence: frame.sequence, lost });
             let counts = if lost { &mut sweep.lost } else { &mut sweep.good };
             counts[frame.sequence as usize] += 1;
         }
@@ -96,8 +85,6 @@ pub struct Swept {
     pub sequence: u32,
     /// True if the frame is lost, false if it is good.
     pub lost: bool,
-    /// True if the next frame has a lower score, or there is none.
-    pub ends_tie: bool,
 }
 
 /// Lost and good frames by descending score.
@@ -114,7 +101,7 @@ pub struct Sweep {
 impl Sweep {
     /// Groups of frames with equal scores, by descending score.
     pub fn ties(&self) -> impl DoubleEndedIterator<Item = &[Swept]> {
-        self.frames.split_inclusive(|f| f.ends_tie)
+        self.frames.chunk_by(|a, b| a.score == b.score)
     }
 
     /// Numbers of lost and of good frames.
