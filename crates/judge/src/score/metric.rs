@@ -31,15 +31,18 @@ pub struct Metric {
     value: Value,
 }
 
+/// Function that computes a value from such numbers.
+type Of<T> = fn(&T) -> Option<f64>;
+
 /// Source from which a metric's value is computed.
 #[derive(Clone, Copy)]
 pub(super) enum Value {
     /// A function of the counts. The formula names counts, or is plain text.
-    Counts(fn(&Counts) -> Option<f64>),
+    Counts(Of<Counts>),
     /// A function of the pooled numbers.
-    Pooled(fn(&Pooled) -> Option<f64>),
+    Pooled(Of<Pooled>),
     /// A function of the pooled numbers, with a note after the formula.
-    Noted(fn(&Pooled) -> Option<f64>, fn(&Pooled) -> String),
+    Noted(Of<Pooled>, fn(&Pooled) -> String),
     /// The measure of frames with the metric's name.
     Frames,
 }

@@ -171,14 +171,6 @@ const MAX_LINES: usize = 50;
 /// Headings of lower bounds, upper bounds, and both in one column.
 const BOUNDS: [&str; 3] = ["95 % from", "95 % to", "95 %"];
 
-/// Most columns beside the row headings, at eight points.
-fn most_columns(width: Width) -> usize {
-    match width {
-        Width::Column => 5,
-        Width::Text => 12,
-    }
-}
-
 impl Part {
     /// Merges the two bounds of each interval into one column: `[low, high]`.
     fn with_intervals(mut self) -> Self {
@@ -202,10 +194,15 @@ impl Part {
 
     /// Column ranges of the tables below each other. An interval stays with its value.
     fn side_by_side(&self, width: Width) -> Vec<Range<usize>> {
+        // Most columns beside the row headings, at eight points.
+        let most = match width {
+            Width::Column => 5,
+            Width::Text => 12,
+        };
         let mut tables: Vec<Range<usize>> = vec![Range::default()];
         for (k, column) in self.columns.iter().enumerate() {
             match tables.last_mut() {
-                Some(last) if last.len() < most_columns(width) || column == BOUNDS[2] => last.end = k + 1,
+                Some(last) if last.len() < most || column == BOUNDS[2] => last.end = k + 1,
                 _ => tables.push(k..k + 1),
             }
         }

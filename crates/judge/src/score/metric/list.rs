@@ -1,6 +1,6 @@
 //! List of the metrics of detectors.
 
-use super::{Kind, Metric, Source, Value};
+use super::{Kind, Metric, Of, Source, Value};
 use crate::direction::Direction::{self, HigherIsBetter, LowerIsBetter, Neither};
 use crate::score::counts::Counts;
 use crate::score::frames::list::FRAME_METRICS;
@@ -89,28 +89,18 @@ fn at_random(pooled: &Pooled) -> String {
 }
 
 /// A ratio of counts.
-const fn ratio(
-    name: &'static str,
-    heading: &'static str,
-    direction: Direction,
-    of: fn(&Counts) -> Option<f64>,
-) -> Metric {
+const fn ratio(name: &'static str, heading: &'static str, direction: Direction, of: Of<Counts>) -> Metric {
     Metric::new(name, heading, direction, (Kind::Ratio, Source::Counts), Value::Counts(of))
 }
 
 /// A count, pooled by sum unless the formula says otherwise.
-const fn count(
-    name: &'static str,
-    heading: &'static str,
-    direction: Direction,
-    of: fn(&Counts) -> Option<f64>,
-) -> Metric {
+const fn count(name: &'static str, heading: &'static str, direction: Direction, of: Of<Counts>) -> Metric {
     Metric::new(name, heading, direction, (Kind::Count, Source::Counts), Value::Counts(of))
         .with_formula("sum over sequences and runs")
 }
 
 /// A metric of the normalized scores.
-const fn of_scores(name: &'static str, heading: &'static str, of: fn(&Pooled) -> Option<f64>) -> Metric {
+const fn of_scores(name: &'static str, heading: &'static str, of: Of<Pooled>) -> Metric {
     Metric::new(name, heading, Neither, (Kind::Real, Source::Scores), Value::Pooled(of)).with_formula(
         "mean and standard deviation of the scores of all frames, each run's brought to 0..1 by its own minimum \
          and maximum; runs of constant score are left out",
@@ -118,11 +108,7 @@ const fn of_scores(name: &'static str, heading: &'static str, of: fn(&Pooled) ->
 }
 
 /// A metric of the runs backwards in time.
-const fn of_reverse_runs(
-    name: &'static str,
-    heading: &'static str,
-    of: fn(&Pooled) -> Option<f64>,
-) -> Metric {
+const fn of_reverse_runs(name: &'static str, heading: &'static str, of: Of<Pooled>) -> Metric {
     Metric::new(name, heading, LowerIsBetter, (Kind::Count, Source::Effort), Value::Pooled(of)).with_formula(
         "sum over sequences and runs; counted while the tracker was run backwards, see checks.csv",
     )
