@@ -259,7 +259,7 @@ mod tests {
         let text = format!("{}\ns,t,b,x=1,9,3,1,0.25{empty}\ns,t,a,,9,3,1,{empty}\n", header.join(","));
         let mut measures = [("a", ""), ("b", "x=1"), ("b", "x=2")].map(|(m, params)| measure("t", m, params));
         attach(&read(text.clone().into_bytes()).unwrap(), &mut measures);
-        let frames = measures.map(|m| m.pooled.frames.map(|f| (f.losses, f.get("auroc"))));
+        let frames = measures.map(|m| m.pooled.frames.map(|f| (f.get("losses"), f.get("auroc"))));
         assert_eq!(frames, [Some((Some(1.0), None)), Some((Some(1.0), Some(0.25))), None]);
         assert!(read(text.replace("0.25", "x").into_bytes()).is_err());
     }

@@ -13,34 +13,34 @@ use super::warning::{HORIZONS, imminent};
 use crate::direction::Direction;
 use std::borrow::Cow;
 
+/// Names of the counts: annotated frames that are not lost and lost frames, both by `frames/1`, and ranges of lost frames
+/// after a frame that was not lost.
+const COUNTS: [&str; 3] = ["good_frames", "lost_frames", "losses"];
+
 /// Measures of one detector on the tracks of a suite; `None` for those without a value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrameMeasures {
-    /// Number of annotated frames that are not lost, by `frames/1`.
-    pub good_frames: Option<f64>,
-    /// Number of lost frames, by `frames/1`.
-    pub lost_frames: Option<f64>,
-    /// Number of ranges of lost frames after a frame that was not lost.
-    pub losses: Option<f64>,
+    /// Each of [`COUNTS`].
+    counts: [Option<f64>; COUNTS.len()],
     /// Value of each measure of the list, with the lower and the upper bound of its interval.
     measured: [[Option<f64>; 3]; FRAME_METRICS.len()],
 }
 
 impl FrameMeasures {
-    /// Number in the column of this name: a measure, or a bound.
+    /// Number in the column of this name: a count, a measure, or a bound.
     pub fn get(&self, column: &str) -> Option<f64> {
-        match column {
-            "good_frames" => self.good_frames,
-            "lost_frames" => self.lost_frames,
-            "losses" => self.losses,
-            _ => place(column).and_then(|(measure, part)| self.measured[measure][part]),
+        match COUNTS.iter().position(|name| *name == column) {
+            Some(count) => self.counts[count],
+            None => place(column).and_then(|(measure, part)| self.measured[measure][part]),
         }
     }
 
     /// Sets the number in the column of this name. Unknown names are ignored.
     pub fn set(&mut self, column: &str, number: Option<f64>) {
-        if let Some(field) = self.field(column) {
-            *field = number;
+        if let Some(count) = COUNTS.iter().position(|name| *name == column) {
+            self.counts[count] = number;
+        } else if let Some((measure, part)) = place(column) {
+            self.measured[measure][part] = number;
         }
     }
 
@@ -49,15 +49,6 @@ impl FrameMeasures {
         let (measure, 0) = place(name)? else { return None };
         let [_, low, high] = self.measured[measure];
         low.zip(high)
-    }
-
-    fn field(&mut self, column: &str) -> Option<&mut Option<f64>> {
-        match column {
-            "good_frames" => Some(&mut self.good_frames),
-            "lost_frames" => Some(&mut self.lost_frames),
-            "losses" => Some(&mut self.losses),
-            _ => place(column).map(|(measure, part)| &mut self.measured[measure][part]),
-        }
     }
 }
 
@@ -133,12 +124,8 @@ pub fn of_scores(
     let sampled = samples.as_ref().map(in_samples).unwrap_or_default();
     let scores =
         Scores { all: &all, clear: &clear, warning: &warning, half, losses: &losses, areas, ece, sampled };
-    let mut measures = FrameMeasures {
-        good_frames: Some(good as f64),
-        lost_frames: Some(lost as f64),
-        losses: Some(losses.count() as f64),
-        ..FrameMeasures::default()
-    };
+    let counts = [good, lost, losses.count() as u64].map(|count| Some(count as f64));
+    let mut measures = FrameMeasures { counts, ..FrameMeasures::default() };
     for (measure, [value, low, high]) in FRAME_METRICS.iter().zip(&mut measures.measured) {
         if let Of::Scores(of) = measure.of {
             *value = of(&scores);
@@ -211,7 +198,7 @@ mod tests {
         assert_eq!(columns.map(|name| found.get(name)), [20.0, 8.0, 4.0, 0.0, 2.0].map(Some));
         let mut read = FrameMeasures::default();
         columns.iter().for_each(|name| read.set(name, found.get(name)));
-        assert_eq!([read.good_frames, read.lost_frames, read.losses], [20.0, 8.0, 4.0].map(Some));
+        assert_eq!(columns.map(|name| read.get(name)), columns.map(|name| found.get(name)));
         assert!(found.get("nab").is_some() && found.get("ece").is_some_and(|e| e > 0.0));
         // Suspicion in place of confidence is the same detector.
         let turned = SIGNAL.map(|y| 1.0 - y);
