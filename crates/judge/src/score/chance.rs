@@ -132,11 +132,9 @@ mod tests {
             let score = |at: &[bool]| matched(&events, at);
             let (mean, error, expected) =
                 simulated(score, khalid2016::PROTOCOL.chance, frames, detections, 4000);
-            let is_bound = gap == 3 && mean + 4.0 * error < expected;
-            assert!(
-                is_bound || (mean - expected).abs() < 4.0 * error && gap > 3,
-                "{mean} {error} {expected}"
-            );
+            let far = 4.0 * error;
+            let is_so = if gap == 3 { mean + far < expected } else { (mean - expected).abs() < far };
+            assert!(is_so, "{mean} {error} {expected}");
         }
     }
 

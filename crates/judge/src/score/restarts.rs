@@ -133,10 +133,6 @@ mod tests {
         assert_eq!((s.events.as_slice(), s.detections.as_slice()), (&[15][..], &[13, 30][..]));
         assert_eq!(s.matches, [(0, 0)]);
         assert_eq!(s.counts, counts(1, 1, 0, 5 + 9));
-        assert_eq!(
-            without_restarts(&pieces).flatten().collect::<Vec<_>>(),
-            (0..16).chain(21..40).collect::<Vec<_>>()
-        );
         let numbers: Vec<f64> = (0..40).map(f64::from).collect();
         let those_that_count: Vec<f64> = (0..16).chain(21..40).map(f64::from).collect();
         assert_eq!(counted(&pieces, &numbers), those_that_count);
@@ -147,10 +143,8 @@ mod tests {
         let (early, moved) = ([&[true, false, true][..], &alarm].concat(), khalid2016::PROTOCOL);
         let whole = moved.judge(&error, &alarm, &[], &[]);
         let found = moved.judge(&late, &early, &[], &[]);
-        assert_eq!(
-            (found.counts, found.delays().collect::<Vec<_>>()),
-            (whole.counts, whole.delays().collect())
-        );
+        assert_eq!(found.counts, whole.counts);
+        assert!(found.delays().eq(whole.delays()));
         assert_eq!((found.events, parts(&[], &late).first()), (vec![18], Some(&(3..43))));
         // As one track the restart alone finds the failure, whatever pieces there are.
         let jump = set(40, &[[20, 21]]);

@@ -20,20 +20,17 @@ pub struct ConfidentFrame {
 fn frames(trajectory: &Trajectory<'_>, signal: &[f64], areas: Areas, bounded: bool) -> Vec<ConfidentFrame> {
     let frame = trajectory.frame.filter(|_| bounded);
     let regions = trajectory.counted(Missing::Miss);
-    let answers = regions.into_iter().zip(trajectory.status).zip(trajectory.truth).zip(signal).enumerate();
-    let started = answers.filter(|(_, (((_, status), _), _))| **status != Status::Waiting);
-    started
-        .map(|(t, (((region, status), truth), value))| {
-            let overlap = |truth| region.map_or(0.0, |region| areas.overlap(region, truth, frame));
-            // The signal repeats its last value where none is given.
-            let is_given = trajectory.confidence.get(t).is_none_or(|c| c.is_some_and(f64::is_finite));
-            ConfidentFrame {
-                status: *status,
-                overlap: truth.as_ref().map(overlap),
-                confidence: is_given.then_some(*value),
-            }
-        })
-        .collect()
+    let of_frame = |t: usize| {
+        let overlap = |truth| regions[t].map_or(0.0, |region| areas.overlap(region, truth, frame));
+        // The signal repeats its last value where none is given.
+        let is_given = trajectory.confidence.get(t).is_none_or(|c| c.is_some_and(f64::is_finite));
+        ConfidentFrame {
+            status: trajectory.status[t],
+            overlap: trajectory.truth[t].as_ref().map(overlap),
+            confidence: is_given.then_some(signal[t]),
+        }
+    };
+    (0..signal.len()).filter(|t| trajectory.status[*t] != Status::Waiting).map(of_frame).collect()
 }
 
 /// A sequence with the frames of its runs.
