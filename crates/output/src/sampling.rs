@@ -11,7 +11,7 @@
 use crate::results::{CellScore, Measure, method_label};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
-use trackfail_core::num::pooled::Draws;
+use trackfail_core::num::pooled::{Draws, percentiles};
 pub use trackfail_core::num::pooled::{LEVEL, MIN_UNITS as MIN_SEQUENCES, SAMPLES};
 use trackfail_core::num::seed;
 use trackfail_engine::execute::analyse::Analysed;
@@ -73,11 +73,9 @@ impl Sampling {
         both: &[([i64; 4], [i64; 4])],
         statistic: impl Fn(&[i64; 4]) -> Option<f64>,
     ) -> Option<(f64, f64)> {
-        let joined: Vec<[i64; 8]> =
-            both.iter().map(|(a, b)| std::array::from_fn(|k| if k < 4 { a[k] } else { b[k - 4] })).collect();
-        self.interval(&joined, |&[a0, a1, a2, a3, b0, b1, b2, b3]| {
-            Some(statistic(&[a0, a1, a2, a3])? - statistic(&[b0, b1, b2, b3])?)
-        })
+        let (first, second): (Vec<_>, Vec<_>) = both.iter().copied().unzip();
+        let (first, second) = (self.values(&first, &statistic)?, self.values(&second, &statistic)?);
+        percentiles(first.iter().zip(second).map(|(a, b)| a - b).collect(), SAMPLES, LEVEL)
     }
 }
 

@@ -34,7 +34,7 @@
 //! HengLan/LaSOT_Evaluation_Toolkit `calc_seq_err_robust.m`, `eval_tracker.m`; all read for their rules only.
 
 use super::trajectory::{Missing, Trajectory, mean};
-use crate::region::{Rect, Region};
+use crate::region::{Areas, Rect, Region};
 
 /// Number of overlap thresholds, from 0 to 1.
 pub const OVERLAPS: usize = 21;
@@ -214,9 +214,7 @@ fn errors_below(error: f64) -> usize {
 
 /// Intersection over union, at most 1.
 pub(super) fn iou(a: &Rect, b: &Rect) -> f64 {
-    let inside = Region::Rect(*a).intersection(&Region::Rect(*b));
-    let all = a.area() + b.area() - inside;
-    if all > 0.0 { (inside / all).min(1.0) } else { 0.0 }
+    Areas::Exact.overlap(&Region::Rect(*a), &Region::Rect(*b), None)
 }
 
 impl Rules {
