@@ -48,8 +48,6 @@ pub struct Measured {
     pub accuracy: Option<f64>,
     /// Number of failures in the track.
     pub failures: usize,
-    /// Number of frames of the track.
-    pub frames: usize,
     /// Overlap of each frame; 0 if the tracker has no region.
     pub overlaps: Vec<f64>,
     /// For each frame, true if it counts for the accuracy.
@@ -84,7 +82,7 @@ impl Rules {
         }
         let failures = trajectory.status.iter().filter(|s| **s == Status::Failed).count();
         let counted = overlaps.iter().zip(&counts).filter(|(_, counts)| **counts).map(|(o, _)| *o);
-        Measured { accuracy: mean(counted), failures, frames: trajectory.regions.len(), overlaps, counts }
+        Measured { accuracy: mean(counted), failures, overlaps, counts }
     }
 }
 

@@ -107,13 +107,10 @@ fn corners(sequences: &[OfSequence<'_>], robustness: impl Fn(f64, f64) -> f64) -
     }
     let draws = Draws::new(sums.len(), SAMPLES, seed(0, &["resets"]));
     let whole = |sum: i64| sum as f64 / 1e9;
-    let (left, right) = draws.interval(
-        &sums,
-        |&[_, failures, frames]| Some(robustness(whole(failures), whole(frames))),
-        LEVEL,
-    )?;
-    let (lower, upper) =
-        draws.interval(&sums, |&[overlap, _, frames]| Some(overlap as f64 / frames as f64), LEVEL)?;
+    let of_robustness = |&[_, failures, frames]: &[i64; 3]| Some(robustness(whole(failures), whole(frames)));
+    let of_accuracy = |&[overlap, _, frames]: &[i64; 3]| Some(overlap as f64 / frames as f64);
+    let (left, right) = draws.interval(&sums, of_robustness, LEVEL)?;
+    let (lower, upper) = draws.interval(&sums, of_accuracy, LEVEL)?;
     Some([(left, lower), (right, upper)])
 }
 
@@ -140,7 +137,7 @@ impl Analysis for Params {
         for runs in &repetitions {
             let measured: Vec<&Measured> = runs.iter().map(|r| &r.1).collect();
             if let Some((accuracy, failures)) = of_sequence(&measured) {
-                let (name, frames) = (runs[0].0.sequence, runs[0].1.frames as f64);
+                let (name, frames) = (runs[0].0.sequence, runs[0].0.regions.len() as f64);
                 sequences.push(OfSequence { name, accuracy, failures, frames });
             }
         }
