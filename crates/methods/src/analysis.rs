@@ -86,11 +86,6 @@ pub trait Analysis: Send + Sync {
     /// When the tracks do not allow it, such as a suite without tracks.
     fn values(&self, populations: &[Population<'_>]) -> Result<Values, AnalysisError>;
 
-    /// Names of the findings for this number of suites.
-    fn names(&self, suites: usize) -> Names {
-        self.layout(suites).names()
-    }
-
     /// Computes the findings.
     ///
     /// # Errors

@@ -178,16 +178,13 @@ impl Reading {
     /// Discrepancy D of our numbers, or of the numbers of a bootstrap sample.
     pub fn discrepancy(&self, scales: &BTreeMap<&str, f64>, sample: Option<usize>) -> Option<f64> {
         let scaled = |(k, s): (usize, &Statistic)| {
-            if !s.counts() {
-                return None;
-            }
             let ours = match sample {
                 None => self.ours[k]?,
                 Some(draw) => *self.samples[k].get(draw).filter(|v| v.is_finite())?,
             };
             Some((ours - s.published) / scales.get(s.metric.name())?)
         };
-        discrepancy(self.statistics.iter().enumerate().map(scaled))
+        discrepancy(self.statistics.iter().enumerate().filter(|(_, s)| s.counts()).map(scaled))
     }
 }
 

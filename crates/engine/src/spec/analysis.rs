@@ -41,7 +41,7 @@ impl Analysis {
 
     /// Names of the tables, charts and numbers that the analysis computes.
     pub fn names(&self) -> Names {
-        self.plugin.names(self.roles.len())
+        self.plugin.layout(self.roles.len()).names()
     }
 }
 

@@ -70,9 +70,8 @@ impl Rules {
             });
             match status {
                 Status::Initialized => {
-                    let end = (t + self.burn_in).min(counts.len());
+                    let end = (t + self.burn_in.max(1)).min(counts.len());
                     counts[t..end].fill(false);
-                    counts[t] = false;
                 }
                 Status::Tracked | Status::Repeated | Status::Absent => {
                     counts[t] &= trajectory.truth[t].is_some()

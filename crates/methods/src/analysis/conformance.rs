@@ -118,7 +118,7 @@ fn findings_have_the_promised_names_are_finite_and_golden() {
                 tables: findings.tables.iter().map(|t| t.name.clone()).collect(),
                 charts: findings.charts.iter().map(|c| c.name.clone()).collect(),
             };
-            assert_eq!(names, analysis.names(suites));
+            assert_eq!(names, analysis.layout(suites).names());
             for Grid { name, columns, rows, .. } in &findings.tables {
                 assert!(rows.iter().all(|(_, values)| values.len() == columns.len()), "{name}");
                 assert!(rows.iter().flat_map(|r| &r.1).flatten().all(|v| v.is_finite()), "{name}");

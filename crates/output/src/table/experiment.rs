@@ -123,12 +123,10 @@ pub fn layouts(results: &Results, scores: &[CellScore], units: &Units) -> Vec<Ta
 
 /// Sentence on the number of targets with each attribute.
 fn attributes_note(attributes: &BTreeMap<String, Vec<String>>) -> String {
-    let mut targets: BTreeMap<&str, usize> = BTreeMap::new();
-    for list in attributes.values() {
-        let different: BTreeSet<&str> = list.iter().map(String::as_str).collect();
-        different.into_iter().for_each(|attribute| *targets.entry(attribute).or_default() += 1);
-    }
-    let words: Vec<String> = targets.iter().map(|(attribute, n)| format!("{attribute} {n}")).collect();
+    let different: BTreeSet<&String> = attributes.values().flatten().collect();
+    let targets = |attribute: &String| attributes.values().filter(|list| list.contains(attribute)).count();
+    let words = different.into_iter().map(|attribute| format!("{attribute} {}", targets(attribute)));
+    let words: Vec<String> = words.collect();
     if words.is_empty() {
         return " No attributes are known here.".to_string();
     }
