@@ -44,7 +44,7 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
         let corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
         let least = |side: fn(&Point) -> f64| corners.iter().map(side).fold(f64::INFINITY, f64::min);
         let (left, top) = (least(|c| c.0).max(0.0), least(|c| c.1).max(1.5 * size) - 1.5 * size);
-        if page.outline(corners, &area, Stroke { rgb: color.rgb(), width, dash: *dash }, 2.0 * width) {
+        if page.outline(corners, &area, Stroke { rgb: color.0, width, dash: *dash }, 2.0 * width) {
             plate(&mut page, label, (left, top), size, *color);
         }
     }
@@ -75,16 +75,16 @@ mod tests {
 
     fn at(x: f64, y: f64) -> AnnotatedBox {
         let region = Region::Rect(Rect::new(x, y, 30.0, 20.0));
-        AnnotatedBox { region, color: Color::Vermilion, dash: Dash::Solid, label: String::new() }
+        AnnotatedBox { region, color: Color::VERMILION, dash: Dash::Solid, label: String::new() }
     }
 
     #[test]
     fn a_box_is_where_its_region_is() {
-        let drawn = annotate(&gray(), &[at(40.0, 30.0)], "", Color::Green);
+        let drawn = annotate(&gray(), &[at(40.0, 30.0)], "", Color::GREEN);
         assert_eq!((drawn.width(), drawn.height()), (121, 81));
         for (x, y) in [(40, 40), (55, 30), (70, 40), (55, 50)] {
             let near = [(0, 0), (1, 0), (0, 1)].map(|(i, j)| drawn.pixel(x - i, y - j));
-            assert!(near.contains(&Color::Vermilion.rgb()), "{x} {y} {near:?}");
+            assert!(near.contains(&Color::VERMILION.0), "{x} {y} {near:?}");
         }
         for (x, y) in [(55, 40), (20, 40), (90, 40), (55, 15), (55, 70)] {
             assert_eq!(drawn.pixel(x, y), [128; 3], "{x} {y}");
@@ -93,14 +93,14 @@ mod tests {
 
     #[test]
     fn text_stands_in_the_corner_and_boxes_may_leave_the_frame() {
-        let plain = annotate(&gray(), &[], "", Color::Green);
+        let plain = annotate(&gray(), &[], "", Color::GREEN);
         assert_eq!(plain, gray());
-        let text = annotate(&gray(), &[], "frame 52, lost", Color::Sky);
+        let text = annotate(&gray(), &[], "frame 52, lost", Color::SKY);
         assert_eq!(text.pixel(1, 1), CASING);
         assert_eq!(text.pixel(60, 60), [128; 3]);
         let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
         let far = [at(-500.0, 10.0), at(1e9, 1e9), AnnotatedBox { region: nowhere, ..at(0.0, 0.0) }];
-        assert_eq!(annotate(&gray(), &far, "", Color::Green), gray());
-        assert_ne!(annotate(&gray(), &[at(-10.0, -10.0)], "", Color::Green), gray());
+        assert_eq!(annotate(&gray(), &far, "", Color::GREEN), gray());
+        assert_ne!(annotate(&gray(), &[at(-10.0, -10.0)], "", Color::GREEN), gray());
     }
 }

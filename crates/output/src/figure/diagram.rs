@@ -26,7 +26,7 @@ fn outline(at: Point, name: &str) -> Area {
 pub fn node(page: &mut Page, at: Point, name: &str) {
     let mut corners = outline(at, name).corners();
     corners.push(corners[0]);
-    page.line(corners, Stroke::solid(Color::Blue.rgb(), 1.6));
+    page.line(corners, Stroke::solid(Color::BLUE.0, 1.6));
     page.text(name, at, MEDIUM, HPos::Center, INK);
 }
 

@@ -50,9 +50,9 @@ pub struct Dots {
     pub chance: Option<f64>,
 }
 
-const GRID: Style = Style { color: Color::Mapped([0xDD; 3]), dash: Dash::Solid, width: 0.7 };
+const GRID: Style = Style { color: Color([0xDD; 3]), dash: Dash::Solid, width: 0.7 };
 /// Style of published values: black, since methods use the other colors.
-const MARKED: Style = Style { color: Color::Black, dash: Dash::Solid, width: 1.4 };
+const MARKED: Style = Style { color: Color::BLACK, dash: Dash::Solid, width: 1.4 };
 
 impl Dots {
     /// Converts the dot plot to a figure.
@@ -71,12 +71,12 @@ impl Dots {
         let mut marks: Vec<Mark> = (0..self.rows.len()).map(|k| Mark::Level(height(k), GRID)).collect();
         let levels = self.chance.map(|chance| (chance, Dash::Dashed)).into_iter().chain(panel.levels.clone());
         marks.extend(
-            levels.map(|(at, dash)| Mark::Upright(at, Style { width: 1.0, ..Style::new(Color::Gray, dash) })),
+            levels.map(|(at, dash)| Mark::Upright(at, Style { width: 1.0, ..Style::new(Color::GRAY, dash) })),
         );
         marks.extend(panel.mark.map(|at| Mark::Upright(at, MARKED)));
         for (k, dot) in panel.values.iter().enumerate() {
             let Some(Dot { value, bounds }) = dot else { continue };
-            let color = self.colors.get(k).copied().unwrap_or(Color::Blue);
+            let color = self.colors.get(k).copied().unwrap_or(Color::BLUE);
             let published = panel.published.get(k).copied().flatten();
             marks.extend(published.map(|at| Mark::Point((at, height(k)), Marker::Published, color)));
             let style = Style { width: 1.6, ..Style::new(color, Dash::Solid) };

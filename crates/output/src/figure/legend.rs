@@ -178,13 +178,13 @@ impl Symbol {
             Self::Line(style, marker) => {
                 let stroke = Stroke { width: style.width.max(1.4), ..Stroke::of(&style) };
                 page.line(vec![(x, y), (x + SYMBOL, y)], stroke);
-                marker.into_iter().for_each(|marker| marker.draw(page, at, style.color.rgb()));
+                marker.into_iter().for_each(|marker| marker.draw(page, at, style.color.0));
             }
             Self::Mark(color, marker) => {
                 let is_alarm = matches!(marker, Marker::AlarmBegins | Marker::AlarmEnds);
-                marker.draw(page, (at.0, if is_alarm { y + 3.0 } else { y }), color.rgb());
+                marker.draw(page, (at.0, if is_alarm { y + 3.0 } else { y }), color.0);
             }
-            Self::Band(color) => page.band(area(2.0, 5.0).corners(), color.rgb()),
+            Self::Band(color) => page.band(area(2.0, 5.0).corners(), color.0),
             Self::Shade => page.fill(area(3.0, 5.0).corners(), SHADE),
             Self::Upright(style) => page.line(vec![(at.0, y - 6.0), (at.0, y + 6.0)], Stroke::of(&style)),
             Self::Outline(rgb, dash) => {

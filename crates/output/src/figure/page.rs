@@ -22,7 +22,7 @@ impl Stroke {
     /// Stroke of a style. Widths that are invisible or absurdly large are clamped.
     pub fn of(style: &Style) -> Self {
         let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
-        Self { rgb: style.color.rgb(), width, dash: style.dash }
+        Self { rgb: style.color.0, width, dash: style.dash }
     }
 }
 

@@ -143,7 +143,7 @@ impl Panel {
         let area = &place.area;
         let sign = |page: &mut Page, at: Point, marker: Marker, color: Color| {
             if area.contains(at) {
-                marker.draw(page, at, color.rgb());
+                marker.draw(page, at, color.0);
             }
         };
         for mark in &self.marks {
@@ -194,7 +194,7 @@ impl Panel {
         style: &Style,
         marker: Option<Marker>,
     ) {
-        let rgb = style.color.rgb();
+        let rgb = style.color.0;
         for run in points.split(|p| !self.shows(p)).filter(|run| !run.is_empty()) {
             let places: Vec<Point> = run.iter().map(|p| place.of(*p)).collect();
             page.clipped(&thinned(&places), &place.area, Stroke::of(style));
@@ -220,7 +220,7 @@ impl Panel {
         };
         for run in points.split(|p| !known(p)).filter(|run| run.len() > 1) {
             let upper = run.iter().map(|p| at(p.0, p.2));
-            page.band(upper.chain(run.iter().rev().map(|p| at(p.0, p.1))).collect(), color.rgb());
+            page.band(upper.chain(run.iter().rev().map(|p| at(p.0, p.1))).collect(), color.0);
         }
     }
 

@@ -79,7 +79,7 @@ impl Radar {
                 page.line(sides.iter().flatten().copied().collect(), Stroke::of(style));
             }
             for at in corners.into_iter().flatten() {
-                marker.draw(page, at, style.color.rgb());
+                marker.draw(page, at, style.color.0);
             }
         }
         for Label { lines, anchor, area: label } in labels {
@@ -147,7 +147,7 @@ mod tests {
     use trackfail_testing::assert_near;
 
     fn radar(spokes: &[&str], corners: Vec<Option<f64>>) -> Radar {
-        let style = Style::new(Color::Vermilion, Dash::Solid);
+        let style = Style::new(Color::VERMILION, Dash::Solid);
         let spokes = spokes.iter().map(|name| [name.to_string(), "0.1–0.9".to_string()]).collect();
         Radar { spokes, polygons: vec![Polygon { corners, style, marker: Marker::Square }] }
     }
@@ -160,7 +160,7 @@ mod tests {
         // The spokes and, above and below them, the distance to a label and its two lines.
         assert!((area.h - 2.0 * (58.0 + 10.0 + 28.0)).abs() < 1e-9);
         radar.draw(&mut page, &area);
-        let rgb = Color::Vermilion.rgb();
+        let rgb = Color::VERMILION.0;
         let line = |shape: &Shape| match shape {
             Shape::Line { points, stroke } if stroke.rgb == rgb => Some(points.clone()),
             _ => None,

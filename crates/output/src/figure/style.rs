@@ -28,64 +28,47 @@ pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
 /// Dark color of the lines under boxes on stills, which keeps the boxes visible on bright pixels.
 pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
 
-/// Palette of Okabe and Ito (2008). Its yellow is not used for lines on white.
+/// Red, green and blue, 0 to 255: a color of the palette of Okabe and Ito (2008), or of a map of ordered values. The palette's
+/// yellow is not used for lines on white.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Color {
-    /// `#0072B2`
-    Blue,
-    /// `#D55E00`, a red that color-blind readers can tell from green.
-    Vermilion,
-    /// `#009E73`
-    Green,
-    /// `#CC79A7`
-    Purple,
-    /// `#E69F00`
-    Orange,
-    /// `#56B4E9`
-    Sky,
-    /// `#F0E442`, for dark ground only.
-    Yellow,
-    /// `#000000`
-    Black,
-    /// `#6E6E6E`, for marks in the background.
-    Gray,
-    /// Red, green and blue from a map of ordered values.
-    Mapped([u8; 3]),
-}
+pub struct Color(pub [u8; 3]);
 
 impl Color {
-    /// Red, green and blue, 0 to 255.
-    pub(super) fn rgb(self) -> [u8; 3] {
-        match self {
-            Self::Blue => [0x00, 0x72, 0xB2],
-            Self::Vermilion => [0xD5, 0x5E, 0x00],
-            Self::Green => [0x00, 0x9E, 0x73],
-            Self::Purple => [0xCC, 0x79, 0xA7],
-            Self::Orange => [0xE6, 0x9F, 0x00],
-            Self::Sky => [0x56, 0xB4, 0xE9],
-            Self::Yellow => [0xF0, 0xE4, 0x42],
-            Self::Black => [0x00, 0x00, 0x00],
-            Self::Gray => [0x6E, 0x6E, 0x6E],
-            Self::Mapped(rgb) => rgb,
-        }
-    }
+    /// Blue, the first color of series.
+    pub const BLUE: Self = Self([0x00, 0x72, 0xB2]);
+    /// A red that color-blind readers can tell from green.
+    pub const VERMILION: Self = Self([0xD5, 0x5E, 0x00]);
+    /// Bluish green.
+    pub const GREEN: Self = Self([0x00, 0x9E, 0x73]);
+    /// Reddish purple.
+    pub const PURPLE: Self = Self([0xCC, 0x79, 0xA7]);
+    /// Orange.
+    pub const ORANGE: Self = Self([0xE6, 0x9F, 0x00]);
+    /// Sky blue.
+    pub const SKY: Self = Self([0x56, 0xB4, 0xE9]);
+    /// Yellow, for dark ground only.
+    pub const YELLOW: Self = Self([0xF0, 0xE4, 0x42]);
+    /// Black.
+    pub const BLACK: Self = Self([0x00, 0x00, 0x00]);
+    /// Gray, for marks in the background.
+    pub const GRAY: Self = Self([0x6E, 0x6E, 0x6E]);
 
     /// The `i`-th of `n` colors for ordered values: those of viridis (van der Walt, Smith, 2015), from dark
     /// to light, without the end that is too light for lines on white.
     pub fn ordered(i: usize, n: usize) -> Self {
         let share = if n > 1 { i as f64 / (n - 1) as f64 } else { 0.0 };
         let RGBColor(r, g, b) = ViridisRGB::get_color(0.85 * share);
-        Self::Mapped([r, g, b])
+        Self([r, g, b])
     }
 
     /// A color that is readable on dark ground: the color itself, or a lighter one.
     pub(super) fn bright(self) -> [u8; 3] {
         match self {
-            Self::Vermilion => [0xFF, 0x9D, 0x66],
-            Self::Green => [0x4F, 0xD3, 0xA8],
-            Self::Blue => Self::Sky.rgb(),
-            Self::Black | Self::Gray => [0xD4, 0xD4, 0xD0],
-            other => other.rgb(),
+            Self::VERMILION => [0xFF, 0x9D, 0x66],
+            Self::GREEN => [0x4F, 0xD3, 0xA8],
+            Self::BLUE => Self::SKY.0,
+            Self::BLACK | Self::GRAY => [0xD4, 0xD4, 0xD0],
+            other => other.0,
         }
     }
 }
@@ -142,13 +125,13 @@ impl Style {
     /// first 28 styles differ.
     pub fn nth(i: usize) -> Self {
         const COLORS: [Color; 7] = [
-            Color::Blue,
-            Color::Vermilion,
-            Color::Green,
-            Color::Purple,
-            Color::Orange,
-            Color::Black,
-            Color::Sky,
+            Color::BLUE,
+            Color::VERMILION,
+            Color::GREEN,
+            Color::PURPLE,
+            Color::ORANGE,
+            Color::BLACK,
+            Color::SKY,
         ];
         Self::new(COLORS[i % COLORS.len()], Dash::nth(i / COLORS.len()))
     }
@@ -168,7 +151,7 @@ mod tests {
     #[test]
     fn ordered_colors_are_those_of_viridis() {
         let near = |color: Color, expected: [u8; 3]| {
-            let rgb = color.rgb();
+            let rgb = color.0;
             assert!(rgb.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 10), "{rgb:?} {expected:?}");
         };
         near(Color::ordered(0, 3), [68, 1, 84]);

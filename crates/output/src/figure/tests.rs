@@ -18,12 +18,12 @@ fn line(values: Vec<f64>, color: Color) -> Mark {
 /// Error and score over the frames of a sequence, with a loss and alarms.
 fn panels(n: usize) -> [Panel; 2] {
     let (from, to) = (n as f64 * 0.6, n as f64 * 0.7);
-    let grey = Style::new(Color::Gray, Dash::Dashed);
-    let top = |x, marker| Mark::Top(x, marker, Color::Blue);
-    let error = vec![Mark::Shade(from..to), Mark::Upright(from, grey), line(wave(n), Color::Black)];
+    let grey = Style::new(Color::GRAY, Dash::Dashed);
+    let top = |x, marker| Mark::Top(x, marker, Color::BLUE);
+    let error = vec![Mark::Shade(from..to), Mark::Upright(from, grey), line(wave(n), Color::BLACK)];
     let score = vec![
         Mark::Level(0.5, grey),
-        line(wave(n), Color::Blue),
+        line(wave(n), Color::BLUE),
         top(from, Marker::AlarmBegins),
         top(to, Marker::AlarmEnds),
     ];
@@ -67,7 +67,7 @@ fn sequences(n: usize) -> Figure {
 
 /// Sweep with a band, markers, names and an upright line.
 fn sweep() -> Figure {
-    let published = Style::new(Color::Gray, Dash::Dashed);
+    let published = Style::new(Color::GRAY, Dash::Dashed);
     let mut marks = vec![Mark::Upright(0.004, published)];
     let mut legend = vec![Entry::new(Symbol::Upright(published), "published τ₁ = 0.004")];
     for i in 0..4 {
@@ -78,8 +78,8 @@ fn sweep() -> Figure {
         marks.push(Mark::Line { points, style, marker });
         legend.push(Entry::new(Symbol::Line(style, marker), format!("horizon {i}")));
     }
-    marks.push(Mark::Point((0.004, 0.3), Marker::Operating, Color::Blue));
-    marks.push(Mark::Point((0.005, 0.2), Marker::Published, Color::Gray));
+    marks.push(Mark::Point((0.004, 0.3), Marker::Operating, Color::BLUE));
+    marks.push(Mark::Point((0.005, 0.2), Marker::Published, Color::GRAY));
     marks.push(Mark::Name((0.006, 0.28), "best".into()));
     let (x, y) = (Axis::new("τ₁", Range::Auto), Axis::new("F-score", Range::Auto));
     let panel = Panel { title: "window 20".into(), x, y, marks, legend: vec![] };
@@ -118,7 +118,7 @@ fn dots() -> Dots {
         rows: vec!["as printed".into(), "x<y".into()],
         panels: vec![panel("recall", Some(0.7)), panel("precision", None)],
         shared_axis: false,
-        colors: vec![Color::Green, Color::Gray],
+        colors: vec![Color::GREEN, Color::GRAY],
         chance: Some(0.5),
     }
 }
@@ -195,7 +195,7 @@ fn disc(shape: &Shape) -> Option<((f64, f64), [u8; 3])> {
 
 /// Number of disks, and of other lines, of a color.
 fn count(page: &Page, color: Color) -> (usize, usize) {
-    let is_line = |s: &&Shape| matches!(s, Shape::Line { stroke, .. } if stroke.rgb == color.rgb());
+    let is_line = |s: &&Shape| matches!(s, Shape::Line { stroke, .. } if stroke.rgb == color.0);
     page.shapes.iter().filter(is_line).map(disc).fold((0, 0), |(discs, lines), disc| match disc {
         Some(_) => (discs + 1, lines),
         None => (discs, lines + 1),
@@ -385,17 +385,17 @@ fn values_that_are_not_finite_leave_gaps() {
     let odd = [0.5, f64::NAN, 0.2, 0.3, f64::INFINITY, 1e308, -1e308, 1e-320];
     for panel in figure.rows.iter_mut().flatten() {
         panel.y.range = Range::Auto;
-        panel.marks = vec![line(odd.to_vec(), Color::Blue), Mark::Level(f64::NAN, Style::nth(0))];
+        panel.marks = vec![line(odd.to_vec(), Color::BLUE), Mark::Level(f64::NAN, Style::nth(0))];
         panel.marks.extend([Mark::Upright(1e300, Style::nth(0)), Mark::Shade(1e9..f64::INFINITY)]);
     }
     assert!(!texts(&figure.to_svg().expect("a figure")).is_empty() && figure.to_png().is_ok());
     // One line of two points, and two dots.
     let mut one = Figure { stills: vec![], ..strip() };
     one.rows[0].truncate(1);
-    one.rows[0][0].marks = vec![line(odd.to_vec(), Color::Vermilion)];
+    one.rows[0][0].marks = vec![line(odd.to_vec(), Color::VERMILION)];
     let page = one.page(WIDTH).expect("a layout");
-    assert_eq!(count(&page, Color::Vermilion), (2, 1));
-    one.rows[0][0].marks = vec![line(vec![f64::NAN], Color::Blue)];
+    assert_eq!(count(&page, Color::VERMILION), (2, 1));
+    one.rows[0][0].marks = vec![line(vec![f64::NAN], Color::BLUE)];
     assert!(texts(&one.to_svg().expect("a figure")).iter().any(|t| t == "no values"));
     one.rows[0][0].x = Axis::frames(7, 1);
     assert!(texts(&one.to_svg().expect("a figure")).iter().any(|t| t == "7"));
@@ -405,8 +405,8 @@ fn values_that_are_not_finite_leave_gaps() {
 fn rows_have_names_in_place_of_numbers_and_dots_with_intervals() {
     let page = dots().figure().page(WIDTH).expect("a layout");
     // In each panel a dot, its interval in the color of its row and the line of chance; in one the published value.
-    assert_eq!((count(&page, Color::Green), count(&page, Color::Black)), ((2, 2), (0, 1)));
-    assert_eq!(count(&page, Color::Gray), (0, 2));
+    assert_eq!((count(&page, Color::GREEN), count(&page, Color::BLACK)), ((2, 2), (0, 1)));
+    assert_eq!(count(&page, Color::GRAY), (0, 2));
     let found = texts(&dots().figure().to_svg().expect("a figure"));
     for name in ["as printed", "x<y", "recall", "precision"] {
         assert_eq!(found.iter().filter(|t| *t == name).count(), 1, "{name}");

@@ -23,7 +23,7 @@ pub fn of_name(method: &str) -> Color {
 
 /// Color of a method; gray for an anchor.
 pub fn color(experiment: &Experiment, method: &str) -> Color {
-    if is_anchor(experiment, method) { Color::Gray } else { of_name(method) }
+    if is_anchor(experiment, method) { Color::GRAY } else { of_name(method) }
 }
 
 /// Line and marker of a method. Methods of an experiment with the same color differ in them; the line of an
@@ -32,7 +32,7 @@ pub fn style(experiment: &Experiment, method: &str) -> (Style, Marker) {
     let own = color(experiment, method);
     let before = experiment.methods.iter().map(|m| m.name.as_str()).take_while(|name| *name != method);
     let twins = before.filter(|name| color(experiment, name) == own).count();
-    let first = usize::from(own == Color::Gray);
+    let first = usize::from(own == Color::GRAY);
     (Style::new(own, Dash::nth(first + twins)), Marker::nth(place(method) + twins))
 }
 
@@ -52,7 +52,7 @@ mod tests {
         for methods in [&[("CovF", ""), ("DTEF", ""), NEVER][..], &[("DTEF", ""), OWN, ("CovF", ""), NEVER]] {
             let experiment = experiment("", methods, "");
             let colors = ["DTEF", "CovF", "never"].map(|m| color(&experiment, m));
-            assert_eq!(colors, [Style::nth(0).color, Style::nth(3).color, Color::Gray]);
+            assert_eq!(colors, [Style::nth(0).color, Style::nth(3).color, Color::GRAY]);
             assert_eq!(color(&experiment, "DTEF"), of_name("DTEF"));
         }
     }

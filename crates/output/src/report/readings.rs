@@ -228,15 +228,15 @@ mod tests {
             row("CovF sum", "recall", 0.6),
             row("CovF sum", DISCREPANCY, 1.0),
         ];
-        let (name, dots, caption) = figures(&rows, |_| Color::Green).remove(0);
+        let (name, dots, caption) = figures(&rows, |_| Color::GREEN).remove(0);
         assert_eq!(name, "readings-covf-sp");
         assert_eq!(dots.rows, ["CovF sum", "CovF (as it is)"]);
-        assert_eq!((dots.panels.len(), dots.colors.as_slice()), (1, &[Color::Green; 2][..]));
+        assert_eq!((dots.panels.len(), dots.colors.as_slice()), (1, &[Color::GREEN; 2][..]));
         let dot = Dot { value: 0.6, bounds: None };
         assert_eq!((dots.panels[0].mark, dots.panels[0].values[0]), (Some(0.7), Some(dot)));
         assert!(caption.ends_with("smallest discrepancy to the published numbers at the top."), "{caption}");
-        let (_, _, caption) = figures(&rows[..1], |_| Color::Blue).remove(0);
+        let (_, _, caption) = figures(&rows[..1], |_| Color::BLUE).remove(0);
         assert!(caption.starts_with("Readings of CovF on SP in the order of the experiment:"), "{caption}");
-        assert!(figures(&[], |_| Color::Blue).is_empty());
+        assert!(figures(&[], |_| Color::BLUE).is_empty());
     }
 }

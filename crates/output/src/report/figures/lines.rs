@@ -46,7 +46,7 @@ pub struct Look {
 /// Name of the operating point in legends.
 pub const OPERATING: &str = "operating point";
 /// Style of curves of other panels, drawn behind.
-const BEHIND: Style = Style { color: Color::Mapped([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
+const BEHIND: Style = Style { color: Color([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
 /// Most curves of a panel with bands. With more curves, each method has a panel of its own.
 const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which line styles distinguish trackers.
@@ -110,13 +110,13 @@ pub fn compose(
         }
     }
     legend.extend(more);
-    let sign = |marker| Symbol::Mark(Color::Gray, marker);
+    let sign = |marker| Symbol::Mark(Color::GRAY, marker);
     let has_band = panels.iter().flat_map(|p| &p.marks).any(|mark| matches!(mark, Mark::Band(..)));
     let signs = [
         (others.is_some(), Symbol::Line(Style { width: 1.0, ..BEHIND }, None), others.unwrap_or_default()),
         (curves.iter().any(|c| c.1.operating.is_some()), sign(Marker::Operating), OPERATING),
         (curves.iter().any(|c| !c.1.published.is_empty()), sign(Marker::Published), "published"),
-        (has_band, Symbol::Band(Color::Gray), "95 % bootstrap interval"),
+        (has_band, Symbol::Band(Color::GRAY), "95 % bootstrap interval"),
     ];
     let signs = signs.into_iter().filter(|(is_there, ..)| *is_there);
     legend.extend(signs.map(|(_, symbol, name)| Entry::new(symbol, name)));
@@ -221,7 +221,7 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
     };
     let curves: Vec<(Look, Line)> = lines.iter().map(curve).collect();
     let dash = |(k, name): (usize, &&str)| {
-        Entry::new(Symbol::Line(Style::new(Color::Gray, Dash::nth(k)), None), *name)
+        Entry::new(Symbol::Line(Style::new(Color::GRAY, Dash::nth(k)), None), *name)
     };
     let more = trackers.iter().enumerate().filter(|_| dashed).map(dash).collect();
     let mut figure = compose(note, axes, &curves, of_panels.then_some("the other methods"), more);

@@ -80,7 +80,7 @@ fn key(figure: &Figure) -> Vec<Entry> {
     let only = alarms.first().map(|first| first.1).filter(|color| alarms.iter().all(|a| a.1 == *color));
     for (marker, name) in [(Marker::AlarmBegins, "alarm begins"), (Marker::AlarmEnds, "alarm ends")] {
         if alarms.iter().any(|a| a.0 == marker) {
-            legend.push(Entry::new(Symbol::Mark(only.unwrap_or(Color::Gray), marker), name));
+            legend.push(Entry::new(Symbol::Mark(only.unwrap_or(Color::GRAY), marker), name));
         }
     }
     legend

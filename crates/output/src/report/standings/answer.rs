@@ -188,7 +188,7 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
     // Trackers are no methods: all have one color.
     let color = |row: &&Standing| match measured.metric {
         Some(_) => colors::color(experiment, &row.name),
-        None => Color::Blue,
+        None => Color::BLUE,
     };
     let (colors, note) = (rows.iter().map(color).collect(), say("headline note", &about));
     let rows = rows.iter().map(|row| row.spoken()).collect();

@@ -111,7 +111,7 @@ pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Figure, String), S
     let mut all = of.fields.iter().flat_map(|f| &f.standings);
     let has_grid = all.any(|s| s.competes && s.label != s.name);
     let at = if has_grid { "; a method with a grid is at its published parameters" } else { "" };
-    let color = |name: &&str| if of.measured.metric.is_some() { colors::of_name(name) } else { Color::Blue };
+    let color = |name: &&str| if of.measured.metric.is_some() { colors::of_name(name) } else { Color::BLUE };
     let mut figure = Figure::default();
     // Trackers with the same methods stand beside each other.
     for same in rankings.chunk_by(|a, b| a.0 == b.0) {

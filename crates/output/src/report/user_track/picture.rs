@@ -15,9 +15,9 @@ const STILLS: usize = 5;
 /// Color of a state: green for tracking, vermilion for lost, gray for absent.
 fn color(state: TargetState) -> Color {
     match state {
-        TargetState::Tracking => Color::Green,
-        TargetState::Lost => Color::Vermilion,
-        TargetState::Absent => Color::Gray,
+        TargetState::Tracking => Color::GREEN,
+        TargetState::Lost => Color::VERMILION,
+        TargetState::Absent => Color::GRAY,
     }
 }
 
@@ -33,7 +33,7 @@ impl UserVideo<'_> {
                 let score = track.first_method().and_then(|method| comparison(method, t));
                 (format!("{number}  {}  {}", state.word(), score.unwrap_or_default()), color(state))
             }
-            None => (number.to_string(), Color::Black),
+            None => (number.to_string(), Color::BLACK),
         };
         annotate(frame, &self.boxes(t), text.trim_end(), ground)
     }
@@ -60,7 +60,7 @@ impl UserVideo<'_> {
         shown.sort_unstable();
         shown.retain(|_| self.sequence.has_frames());
         let still = |t: usize| {
-            let pixels = annotate(&self.sequence.frame(t)?, &self.boxes(t), "", Color::Black);
+            let pixels = annotate(&self.sequence.frame(t)?, &self.boxes(t), "", Color::BLACK);
             let caption = self.lone().map_or("", |track| track.state(t).word()).into();
             Ok(Still { number: self.sequence.number(t), pixels, boxes: Vec::new(), caption })
         };
@@ -86,11 +86,11 @@ impl UserVideo<'_> {
         let several = self.tracks.len() > 1;
         let shade = |run: std::ops::Range<usize>| Mark::Shade(at(run.start) - 0.5..at(run.end) - 0.5);
         let score = method.score.iter().enumerate().map(|(t, score)| (at(t), score.unwrap_or(f64::NAN)));
-        let style = Style::new(Color::Vermilion, Dash::Dashed);
+        let style = Style::new(Color::VERMILION, Dash::Dashed);
         let name = |value: f64| Entry::new(Symbol::Line(style, None), format!("threshold {value}"));
         let mut marks: Vec<Mark> = method.losses().into_iter().map(shade).collect();
         marks.extend(method.threshold.map(|value| Mark::Level(value, style)));
-        marks.push(Mark::line(score.collect(), Style::new(Color::Blue, Dash::Solid)));
+        marks.push(Mark::line(score.collect(), Style::new(Color::BLUE, Dash::Solid)));
         Panel {
             title: if several { format!("{}, {}", track.name(), method.name) } else { method.name.clone() },
             x: Axis::frames(first, self.sequence.len()),

@@ -9,9 +9,9 @@ use trackfail_methods::detector::Condition;
 use trackfail_methods::score::{TrackScore, sanmiguel2015};
 
 /// Style of the line at which the target is lost.
-pub const LOSS: Style = Style { color: Color::Black, dash: Dash::Dotted, width: 1.0 };
+pub const LOSS: Style = Style { color: Color::BLACK, dash: Dash::Dotted, width: 1.0 };
 /// Style of the line at which the target is found again.
-pub const RECOVERY: Style = Style { color: Color::Gray, dash: Dash::DashDot, width: 1.0 };
+pub const RECOVERY: Style = Style { color: Color::GRAY, dash: Dash::DashDot, width: 1.0 };
 
 /// Panel of one kind over the frames of a track.
 pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec::Panel) -> Panel {
@@ -85,7 +85,7 @@ impl Over<'_> {
     fn error(&self) -> Panel {
         let mut panel = self.blank("Oₜ", Range::Fixed(0.0, 1.0));
         panel.marks.extend(self.events(&stills::events(self.results, self.track)));
-        panel.marks.push(self.line(&self.track.error, Style::new(Color::Black, Dash::Solid)));
+        panel.marks.push(self.line(&self.track.error, Style::new(Color::BLACK, Dash::Solid)));
         panel
     }
 
@@ -97,7 +97,7 @@ impl Over<'_> {
         let own = Style { dash: Dash::Solid, ..self.style(method) };
         panel.marks.push(self.line(&m.signal, own));
         if with_forecast {
-            let forecast = Style::new(Color::Black, Dash::Dashed);
+            let forecast = Style::new(Color::BLACK, Dash::Dashed);
             panel.marks.push(self.line(&m.forecast, forecast));
             let named = [(own, symbol), (forecast, "forecast")];
             panel.legend = named.map(|(style, name)| Entry::new(Symbol::Line(style, None), name)).into();
@@ -170,7 +170,7 @@ impl Over<'_> {
             panel.legend.clear();
         }
         let mut known: Vec<f64> = Vec::new();
-        let style = Style::new(Color::Gray, Dash::Dashed);
+        let style = Style::new(Color::GRAY, Dash::Dashed);
         panel.marks.extend(self.events(&events));
         for level in levels {
             if !known.contains(&level) {
