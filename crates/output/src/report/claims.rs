@@ -225,8 +225,8 @@ impl ClaimCounts {
     }
 }
 
-/// The outcome of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// The outcome of a claim; the better ones come first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ClaimOutcome {
     /// The claim holds in our numbers.

@@ -113,11 +113,6 @@ fn truth(
     numbers: &Numbers<'_>,
     compared: &mut Vec<Compared>,
 ) -> Result<(ClaimOutcome, bool), String> {
-    let rank = |outcome: ClaimOutcome| match outcome {
-        ClaimOutcome::DoesNotHold => 0,
-        ClaimOutcome::Holds => 2,
-        _ => 1,
-    };
     match e {
         Expr::Not(a) => {
             let (outcome, is_met) = truth(a, numbers, compared)?;
@@ -131,8 +126,8 @@ fn truth(
         Expr::Binary(op, a, b) if op.is_logic() => {
             let ((a, a_is_met), (b, b_is_met)) = (truth(a, numbers, compared)?, truth(b, numbers, compared)?);
             Ok(match op {
-                Op::And => (if rank(a) <= rank(b) { a } else { b }, a_is_met && b_is_met),
-                _ => (if rank(a) >= rank(b) { a } else { b }, a_is_met || b_is_met),
+                Op::And => (a.max(b), a_is_met && b_is_met),
+                _ => (a.min(b), a_is_met || b_is_met),
             })
         }
         Expr::Binary(op, a, b) => {
@@ -174,10 +169,9 @@ fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Comp
             _ => ClaimOutcome::Undecided,
         },
     };
-    let (left_side, right_side) = (format!("{a} {}", op.sign()), b.to_string());
     Ok(Compared {
-        left: left_side,
-        right: right_side,
+        left: format!("{a} {}", op.sign()),
+        right: b.to_string(),
         values: [left.value, right.value],
         bounds,
         is_taken_as_is: difference.spread == Spread::Exact && (measures(a) || measures(b)),
