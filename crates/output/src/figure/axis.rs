@@ -137,7 +137,8 @@ impl Axis {
 /// Map from values of an axis to places on the page.
 #[derive(Debug, Clone, Copy)]
 pub struct Scale {
-    ends: Ends,
+    /// Lower and upper end of the axis.
+    pub ends: Ends,
     from: f64,
     to: f64,
     log: bool,
@@ -148,11 +149,6 @@ impl Scale {
     pub fn new(axis: &Axis, ends: Ends, (from, to): (f64, f64)) -> Self {
         let room = if to < from { -ROOM } else { ROOM };
         Self { ends, from: from + room, to: to - room, log: axis.log }
-    }
-
-    /// Lower and upper end of the axis.
-    pub fn ends(&self) -> Ends {
-        self.ends
     }
 
     /// Place of a value. Values far outside stay near the page, so that clipping is exact.

@@ -99,7 +99,7 @@ impl Cell<'_> {
     /// Upper left corner of the legend, relative to that of the head: beside the title or below it.
     fn legend_at(&self, width: f64) -> Point {
         let beside = font::widest(&self.title, MEDIUM) + 12.0;
-        let is_line = self.title.len() == 1 && self.legend.rows() == 1;
+        let is_line = self.title.len() == 1 && self.legend.rows.len() == 1;
         match is_line && beside + self.legend.width() <= width {
             true => (beside, -1.0),
             false => (0.0, LINE * self.title.len() as f64),

@@ -105,11 +105,13 @@ impl Entry {
     }
 }
 
+/// Row of a legend: symbol, lines of the name, and width of each entry.
+type Row = Vec<(Symbol, Vec<String>, f64)>;
+
 /// A legend broken into rows for a given width.
 #[derive(Default)]
 pub struct Legend {
-    /// Rows of entries: symbol, lines of the name, and width.
-    rows: Vec<Vec<(Symbol, Vec<String>, f64)>>,
+    pub rows: Vec<Row>,
 }
 
 impl Legend {
@@ -135,13 +137,8 @@ impl Legend {
         legend
     }
 
-    /// Number of rows in the legend.
-    pub fn rows(&self) -> usize {
-        self.rows.len()
-    }
-
     fn heights(&self) -> impl Iterator<Item = f64> {
-        let lines = |row: &Vec<(Symbol, Vec<String>, f64)>| row.iter().map(|e| e.1.len()).max().unwrap_or(0);
+        let lines = |row: &Row| row.iter().map(|e| e.1.len()).max().unwrap_or(0);
         self.rows.iter().map(move |row| LINE * lines(row).max(1) as f64 + APART)
     }
 
@@ -151,7 +148,7 @@ impl Legend {
 
     /// Width of the widest row.
     pub fn width(&self) -> f64 {
-        let row = |r: &Vec<(Symbol, Vec<String>, f64)>| r.iter().map(|e| e.2 + GAPS.1).sum::<f64>() - GAPS.1;
+        let row = |r: &Row| r.iter().map(|e| e.2 + GAPS.1).sum::<f64>() - GAPS.1;
         self.rows.iter().map(row).fold(0.0, f64::max)
     }
 

@@ -270,7 +270,7 @@ impl Panel {
 /// Draws lines of equal F = 2 P R / (P + R), P precision, R recall: P = F R / (2 R - F). Each line is labeled
 /// at its end.
 fn iso_f(page: &mut Page, place: &Place) {
-    let (recall, precision) = (place.x.ends().1.min(1.0), place.y.ends().1.min(1.0));
+    let (recall, precision) = (place.x.ends.1.min(1.0), place.y.ends.1.min(1.0));
     if recall <= 0.0 || precision <= 0.0 {
         return;
     }
