@@ -5,7 +5,7 @@
 //! without results.
 
 mod analysis;
-mod lines;
+pub(super) mod lines;
 mod machine;
 mod metrics;
 pub(super) mod published;

@@ -1,7 +1,8 @@
 //! Measures of a method or tracker by sequence, read from a results folder for comparisons.
 
+use super::figures::lines::distinct;
 use super::standings::{of_every_tracker, pair_of};
-use crate::results::{CellScore, Results, ResultsError, grouped, method_label};
+use crate::results::{CellScore, Results, ResultsError, method_label};
 use crate::sampling::{BySequence, Sampling, add, by_sequence, in_common, metric_of_sum, numbers, sum_of};
 use std::collections::{BTreeMap, BTreeSet};
 use trackfail_core::plugin::unknown;
@@ -27,8 +28,7 @@ const METRICS: [Metric; 4] = [Metric::F_SCORE, Metric::PRECISION, Metric::RECALL
 /// Names that can be compared: methods with their grid points, then trackers that an analysis scored.
 pub fn names(results: &Results) -> Vec<String> {
     let methods = results.measures.iter().map(|m| method_label(&m.method, &m.params));
-    let all: Vec<String> = methods.chain(results.analyses.iter().map(|a| a.tracker.clone())).collect();
-    grouped(&all, |name| name).into_iter().map(|(name, _)| name.clone()).collect()
+    distinct(methods.chain(results.analyses.iter().map(|a| a.tracker.clone())))
 }
 
 /// Measures by sequence of a method, or of a tracker that an analysis scored.

@@ -3,6 +3,7 @@
 //!
 //! The numbers are those of `readings.csv`; see [`crate::results::readings`] for the discrepancy.
 
+use super::figures::lines::distinct;
 use super::sentences::say;
 use crate::figure::{Color, Dot, DotPanel, Dots};
 use crate::results::readings::{DISCREPANCY, Row};
@@ -32,9 +33,8 @@ impl<'a> Group<'a> {
         let mut readings: Vec<Reading<'a>> = by_reading.into_iter().map(reading).collect();
         let key = |r: &Reading<'_>| r.discrepancy().unwrap_or(f64::INFINITY);
         readings.sort_by(|a, b| key(a).total_cmp(&key(b)));
-        let statistics = grouped(rows.iter().map(|row| row.statistic.as_str()), |statistic| statistic);
-        let statistics = statistics.into_iter().map(|(name, _)| name).filter(|name| *name != DISCREPANCY);
-        Self { of, statistics: statistics.collect(), readings }
+        let statistics = rows.iter().map(|row| row.statistic.as_str()).filter(|name| *name != DISCREPANCY);
+        Self { of, statistics: distinct(statistics), readings }
     }
 
     /// True if there are published numbers to compare the readings with.
@@ -130,8 +130,7 @@ pub fn tables(results: &Results, rows: &[Row]) -> Vec<TableLayout> {
     if groups.is_empty() {
         return Vec::new();
     }
-    let statistics = grouped(groups.iter().flat_map(|g| g.statistics.iter().copied()), |name| name);
-    let statistics: Vec<&str> = statistics.into_iter().map(|(name, _)| name).collect();
+    let statistics = distinct(groups.iter().flat_map(|g| g.statistics.iter().copied()));
     let first = ["discrepancy", "nearest in"].map(String::from);
     let columns = first.into_iter().chain(statistics.iter().map(|s| heading(s)));
     let of = |g: &Group<'_>| {

@@ -1,6 +1,7 @@
 //! Origin of a report's numbers, warnings about them, and numbers for the text of a paper.
 
 use super::claims::{ClaimCounts, Finding};
+use super::figures::lines::distinct;
 use super::sentences::say;
 use crate::results::manifest::MethodRecord;
 use crate::results::{Manifest, Results, grouped};
@@ -79,8 +80,7 @@ pub fn learned_on_test(manifest: &Manifest) -> Vec<String> {
     methods.retain(|(tested, _)| !tested.is_empty() && !synthetic::is_rendered(&manifest.suite.name));
     methods.sort_by(|a, b| a.0.cmp(&b.0));
     let sentence = |same: &[(Vec<String>, &str)]| {
-        let names = grouped(same.iter().map(|(_, name)| *name), |name| name);
-        let names: Vec<&str> = names.into_iter().map(|(name, _)| name).collect();
+        let names = distinct(same.iter().map(|(_, name)| *name));
         let about = json!({ "methods": names, "tested": same[0].0.len(), "present": present.len() });
         say("learned on test", about)
     };

@@ -2,6 +2,7 @@
 
 use super::Explained;
 use super::listing::in_words;
+use crate::report::figures::lines::distinct;
 use crate::report::finished::{self, FinishedError};
 use crate::report::trace::Trace;
 use crate::results::analyses::FILE as ANALYSES;
@@ -9,7 +10,6 @@ use crate::results::beside::plain;
 use crate::results::{CellScore, Results};
 use crate::table;
 use crate::table::layout::{self, Origin};
-use std::collections::BTreeSet;
 use std::path::Path;
 use trackfail_core::plugin;
 use trackfail_engine::spec::table::Table;
@@ -109,9 +109,7 @@ pub fn find_cells(
     ];
     for (what, wanted, name_of) in names {
         let Some(wanted) = wanted else { continue };
-        let mut known: Vec<String> = cells.iter().map(name_of).collect();
-        let mut seen = BTreeSet::new();
-        known.retain(|name| seen.insert(name.clone()));
+        let known = distinct(cells.iter().map(name_of));
         // A method may also be named without its grid point, and a metric as tables show it.
         let title = |name: &str| Metric::from_name(name).map(Metric::title);
         cells.retain(|of| {

@@ -7,6 +7,7 @@
 //! experiment. Anchors have no rank. A best method is named only if its interval is above chance.
 
 use super::{Site, Standing, Summary};
+use crate::report::figures::lines::distinct;
 use crate::report::page::{ReportError, fill};
 use crate::report::standings::CHANCE;
 use serde::Serialize;
@@ -180,12 +181,8 @@ pub fn render(site: &Site) -> Result<Option<String>, ReportError> {
     let competing = |e: &Experiment<'_>| e.standings.iter().filter(|s| !s.anchor).count();
     let asked: Vec<&Experiment<'_>> =
         experiments.iter().filter(|e| is_large(e.summary) && competing(e) > 1).collect();
-    let mut needs: Vec<&str> = NEEDS.into();
-    for standing in asked.iter().flat_map(|e| &e.standings).filter(|s| !s.anchor) {
-        if !needs.contains(&standing.needs.as_str()) {
-            needs.push(&standing.needs);
-        }
-    }
+    let compared = asked.iter().flat_map(|e| &e.standings).filter(|s| !s.anchor);
+    let needs = distinct(NEEDS.into_iter().chain(compared.map(|s| s.needs.as_str())));
     let answer = |needs: &str| asked.iter().map(|e| best(e, Some(needs))).collect::<Vec<_>>();
     let answers = needs.into_iter().map(|needs| (needs, answer(needs)));
     let view = View {

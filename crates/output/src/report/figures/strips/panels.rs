@@ -2,6 +2,7 @@
 
 use crate::figure::{Axis, Color, Dash, Entry, Mark, Marker, Panel, Range, Style, Symbol, spans_where};
 use crate::report::colors;
+use crate::report::figures::lines::distinct;
 use crate::report::stills;
 use crate::results::{Results, TrackSeries};
 use trackfail_engine::spec::figure as spec;
@@ -169,15 +170,11 @@ impl Over<'_> {
         if lines.len() < 2 {
             panel.legend.clear();
         }
-        let mut known: Vec<f64> = Vec::new();
         let style = Style::new(Color::GRAY, Dash::Dashed);
         panel.marks.extend(self.events(&events));
-        for level in levels {
-            if !known.contains(&level) {
-                known.push(level);
-                panel.marks.push(Mark::Level(level, style));
-                panel.legend.push(Entry::new(Symbol::Line(style, None), format!("threshold {level}")));
-            }
+        for level in distinct(levels) {
+            panel.marks.push(Mark::Level(level, style));
+            panel.legend.push(Entry::new(Symbol::Line(style, None), format!("threshold {level}")));
         }
         panel.marks.extend(lines);
         panel.marks.extend(alarms);
