@@ -154,8 +154,8 @@ pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<E
 }
 
 /// A metric pooled over some sequences.
-fn pooled<'a>(
-    shares: &[&'a SequenceShare],
+fn pooled(
+    shares: &[&SequenceShare],
     protocol: Option<&Protocol>,
     method: frames::Method,
     metric: Metric,
@@ -168,25 +168,17 @@ fn pooled<'a>(
     let score = normalized_mean_std(shares.iter().flat_map(|g| &g.scores));
     let delay = median_delay(shares.iter().flat_map(|g| g.delays.iter().copied()).collect());
     let frames = metric.is_of_frames().then(|| {
-        let parts = || {
-            let of_share = |(k, share): (usize, &&'a SequenceShare)| {
-                let parts = move |(trace, parts): &'a (Trace, Vec<Range<usize>>)| {
-                    parts.iter().cloned().map(move |part| (k, trace, part))
-                };
-                share.tracks.iter().flat_map(parts)
-            };
-            shares.iter().enumerate().flat_map(of_share)
-        };
-        let compared: Vec<&[f64]> = parts().map(|(_, trace, part)| &trace.method.compared()[part]).collect();
-        let differs = parts().any(|(_, trace, _)| !trace.method.alarm_score.is_empty());
-        let scored =
-            |(sequence, Trace { track, method }, part): (usize, &'a Trace, Range<usize>)| ScoredTrack {
-                sequence,
-                error: &track.error[part.clone()],
-                score: &method.score[part.clone()],
-                alarm: &method.alarm[part],
-            };
-        let tracks: Vec<ScoredTrack<'_>> = parts().map(scored).collect();
+        let (mut tracks, mut compared, mut differs) = (Vec::new(), Vec::new(), false);
+        for (sequence, share) in shares.iter().enumerate() {
+            for (Trace { track, method }, parts) in &share.tracks {
+                for part in parts {
+                    let (score, alarm) = (&method.score[part.clone()], &method.alarm[part.clone()]);
+                    tracks.push(ScoredTrack { sequence, error: &track.error[part.clone()], score, alarm });
+                    compared.push(&method.compared()[part.clone()]);
+                    differs |= !method.alarm_score.is_empty();
+                }
+            }
+        }
         frames::measure(&tracks, differs.then_some(&compared[..]), method, None)
     });
     let chance = protocol.map(|p| p.chance);
