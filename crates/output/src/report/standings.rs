@@ -220,7 +220,16 @@ fn field(
         competing.first().into_iter().flat_map(|s| s.counts.keys()).filter_map(values).collect();
     let enough = Some(&blocks).filter(|blocks| blocks.len() >= MIN_SEQUENCES);
     let friedman = enough.and_then(|blocks| friedman(blocks, direction != Direction::LowerIsBetter));
-    let test = |(a, b): (&Standing, &Standing)| pair(a, b, of, sampling);
+    let test = |(a, b): (&Standing, &Standing)| {
+        let both = in_common(&a.counts, &b.counts);
+        let seed = sampling.seed_of(&[&a.label, &b.label]);
+        let enough = Some(&both).filter(|both| both.len() >= MIN_SEQUENCES);
+        let tested = enough.and_then(|both| pooled::permutation(both, of, SAMPLES, seed));
+        let value = tested.map(|test| test.difference);
+        let bounds = value.and_then(|_| sampling.difference(&both, of));
+        let (labels, difference) = ([a.label.clone(), b.label.clone()], Estimate { value, bounds });
+        Pair { labels, difference, p: tested.map(|test| test.p), corrected: None, sequences: both.len() }
+    };
     let mut pairs: Vec<Pair> = tested(&competing, direction).into_par_iter().map(test).collect();
     let known: Vec<f64> = pairs.iter().filter_map(|pair| pair.p).collect();
     let with_p = pairs.iter_mut().filter(|pair| pair.p.is_some());
@@ -244,22 +253,6 @@ fn tested<'s>(competing: &[&'s Standing], direction: Direction) -> Vec<(&'s Stan
     let best = whole.min_by(|a, b| better_first(value(a), value(b), direction));
     let others = |best: &'s Standing| competing.iter().copied().filter(move |s| s.label != best.label);
     best.into_iter().flat_map(|best| others(best).map(move |other| (best, other))).collect()
-}
-
-fn pair(
-    a: &Standing,
-    b: &Standing,
-    of: impl Fn(&[i64; 4]) -> Option<f64> + Copy,
-    sampling: &Sampling,
-) -> Pair {
-    let both = in_common(&a.counts, &b.counts);
-    let seed = sampling.seed_of(&[&a.label, &b.label]);
-    let enough = Some(&both).filter(|both| both.len() >= MIN_SEQUENCES);
-    let tested = enough.and_then(|both| pooled::permutation(both, of, SAMPLES, seed));
-    let value = tested.map(|test| test.difference);
-    let bounds = value.and_then(|_| sampling.difference(&both, of));
-    let (labels, difference) = ([a.label.clone(), b.label.clone()], Estimate { value, bounds });
-    Pair { labels, difference, p: tested.map(|test| test.p), corrected: None, sequences: both.len() }
 }
 
 /// Metric by which a report orders methods. Among the metrics in its tables of methods it is F, else
