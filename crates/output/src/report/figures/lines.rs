@@ -135,12 +135,16 @@ enum Plan {
     Ordered(String, Vec<f64>),
 }
 
-fn values_of<'l>(lines: impl IntoIterator<Item = &'l Line>, axis: &str) -> Vec<f64> {
-    let others = lines.into_iter().flat_map(|l| &l.others);
-    let mut values: Vec<f64> = others.filter(|(a, _)| a == axis).map(|(_, v)| *v).collect();
+/// Values of an axis in ascending order, without repetitions.
+pub fn values<S: AsRef<str>>(points: impl Iterator<Item = (S, f64)>, axis: &str) -> Vec<f64> {
+    let mut values: Vec<f64> = points.filter(|(known, _)| known.as_ref() == axis).map(|(_, at)| at).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
     values
+}
+
+fn values_of<'l>(lines: impl IntoIterator<Item = &'l Line>, axis: &str) -> Vec<f64> {
+    values(lines.into_iter().flat_map(|l| &l.others).map(|(axis, at)| (axis, *at)), axis)
 }
 
 fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {

@@ -1,7 +1,7 @@
 //! `sweep`, `curve`, `delay` and `warning`: a metric over a grid axis, one metric over another, how long
 //! after an event it is detected, and how long before.
 
-use super::lines::{Line, arrange, capitalized};
+use super::lines::{Line, arrange, capitalized, values};
 use super::{DrawError, Scope, of_curves, published};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, Symbol};
 use crate::report::operating;
@@ -97,14 +97,6 @@ fn rule(figure: &mut Figure, mark: &Mark, entry: Entry) {
 /// Legend entry of chance level.
 fn chance() -> Entry {
     Entry::new(Symbol::Line(CHANCE, None), "chance")
-}
-
-/// Values of an axis in ascending order, without repetitions.
-fn values(points: impl Iterator<Item = (String, f64)>, axis: &str) -> Vec<f64> {
-    let mut values: Vec<f64> = points.filter(|(known, _)| known == axis).map(|(_, at)| at).collect();
-    values.sort_by(f64::total_cmp);
-    values.dedup();
-    values
 }
 
 /// Area under precision over recall as a sum of steps. Each point contributes its precision times the recall
