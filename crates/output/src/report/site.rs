@@ -16,7 +16,7 @@ pub use summary::{Estimate, FORMAT, Standing, Summary, summary, write_summary};
 use super::claims::ClaimCounts;
 use super::page::{ReportError, fill};
 use super::write::{INDEX, OWNED, SUMMARY, WriteError};
-use serde::Serialize;
+use serde_json::json;
 use std::fs::File;
 use std::path::Path;
 use trackfail_dataset::text;
@@ -76,7 +76,7 @@ fn is_foreign(path: &Path) -> bool {
 }
 
 /// All reports below a folder.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Site {
     /// Folder, such as `sanmiguel2015/table4`, and summary of each report, sorted by folder.
     pub reports: Vec<(String, Summary)>,
@@ -116,15 +116,6 @@ pub fn collect(reports: &Path) -> Site {
     site
 }
 
-/// Data of `index.html` for its template.
-#[derive(Serialize)]
-struct View<'s> {
-    #[serde(flatten)]
-    site: &'s Site,
-    total: ClaimCounts,
-    leaderboard: Option<&'static str>,
-}
-
 /// Renders `index.html`; the same reports give the same bytes.
 fn render(site: &Site) -> Result<String, ReportError> {
     let claims = || site.reports.iter().map(|(_, summary)| summary.claims);
@@ -137,8 +128,13 @@ fn render(site: &Site) -> Result<String, ReportError> {
     };
     let is_ranked = site.reports.iter().any(|(_, summary)| !summary.standings.is_empty());
     let style = concat!(include_str!("templates/page.css"), include_str!("templates/site.css"));
-    let view = View { site, total, leaderboard: is_ranked.then_some(LEADERBOARD) };
-    fill(include_str!("templates/site.html"), style, "", &view)
+    let about = json!({
+        "reports": site.reports,
+        "unreadable": site.unreadable,
+        "total": total,
+        "leaderboard": is_ranked.then_some(LEADERBOARD),
+    });
+    fill(include_str!("templates/site.html"), style, "", &about)
 }
 
 #[cfg(test)]

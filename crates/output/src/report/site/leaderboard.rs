@@ -11,6 +11,7 @@ use crate::report::figures::lines::distinct;
 use crate::report::page::{ReportError, fill};
 use crate::report::standings::CHANCE;
 use serde::Serialize;
+use serde_json::json;
 use std::cmp::Ordering;
 use trackfail_judge::method::names;
 use trackfail_methods::score::frames::bootstrap::MIN_SEQUENCES;
@@ -27,19 +28,6 @@ const NEEDS: [&str; 6] = [
     "the tracker's response map",
     "the tracker's posterior",
 ];
-
-#[derive(Serialize)]
-struct View<'s> {
-    /// Best method in the ranking experiment.
-    best: Option<Best<'s>>,
-    /// All experiments, the ranking one first.
-    experiments: &'s [Experiment<'s>],
-    /// Experiments for which the best method is shown.
-    asked: &'s [&'s Experiment<'s>],
-    /// For each kind of need, the best method in each of these experiments.
-    answers: Vec<(&'s str, Vec<Option<Best<'s>>>)>,
-    rows: Vec<Row<'s>>,
-}
 
 /// An experiment: a column of the page.
 #[derive(Serialize)]
@@ -185,13 +173,16 @@ pub fn render(site: &Site) -> Result<Option<String>, ReportError> {
     let needs = distinct(NEEDS.into_iter().chain(compared.map(|s| s.needs.as_str())));
     let answer = |needs: &str| asked.iter().map(|e| best(e, Some(needs))).collect::<Vec<_>>();
     let answers = needs.into_iter().map(|needs| (needs, answer(needs)));
-    let view = View {
-        best: asked.first().and_then(|base| best(base, None)),
-        answers: answers.filter(|(_, best)| best.iter().any(Option::is_some)).collect(),
-        rows: rows(&experiments),
-        asked: &asked,
-        experiments: &experiments,
-    };
+    let answers = answers.filter(|(_, best)| best.iter().any(Option::is_some));
+    let about = json!({
+        // The best method in the ranking experiment.
+        "best": asked.first().and_then(|base| best(base, None)),
+        // For each kind of need, the best method in each experiment that is asked.
+        "answers": answers.collect::<Vec<_>>(),
+        "rows": rows(&experiments),
+        "asked": asked,
+        "experiments": experiments,
+    });
     let style = concat!(include_str!("../templates/page.css"), include_str!("../templates/leaderboard.css"));
-    fill(include_str!("../templates/leaderboard.html"), style, "", &view).map(Some)
+    fill(include_str!("../templates/leaderboard.html"), style, "", &about).map(Some)
 }
