@@ -73,7 +73,7 @@ impl Axis {
     pub(super) fn ends(&self, values: &[f64], max: usize) -> Result<Ends, FigureError> {
         if let Range::Fixed(from, to) = self.range {
             let good = self.shows(from) && self.shows(to) && from < to;
-            return if good { Ok((from, to)) } else { Err(FigureError::Range { from, to }) };
+            return if good { Ok((from, to)) } else { Err(FigureError::Range(from, to)) };
         }
         let (mut lo, mut hi) = values
             .iter()
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(of(Range::FromZero, &[0.385]), Ok((0.0, 0.4)));
         assert_eq!(of(Range::Auto, &[-4.5, 2.0]), Ok((-6.0, 2.0)));
         assert_eq!(of(Range::Auto, &[]), Ok((0.0, 1.0)));
-        assert_eq!(of(Range::Fixed(1.0, 1.0), &[]), Err(FigureError::Range { from: 1.0, to: 1.0 }));
+        assert_eq!(of(Range::Fixed(1.0, 1.0), &[]), Err(FigureError::Range(1.0, 1.0)));
         let log = |range: Range, values: &[f64]| Axis { log: true, ..Axis::new("", range) }.ends(values, 5);
         assert_eq!(log(Range::Auto, &[0.02, 3.0]), Ok((0.01, 10.0)));
         assert_eq!(log(Range::Auto, &[-1.0, 0.0, 3.0, 4.0]), Ok((3.0, 4.0)));

@@ -32,7 +32,7 @@ pub struct DotPanel {
 }
 
 /// Panels side by side with common rows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Dots {
     /// Title of the figure; may be empty.
     pub title: String,

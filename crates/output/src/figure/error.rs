@@ -6,14 +6,9 @@ pub enum FigureError {
     /// The figure has neither panels nor stills, or its curves have no point.
     #[error("the figure has nothing to draw: {0}")]
     Empty(&'static str),
-    /// The ends of a fixed range are not finite, not in order, or not above 0 on a logarithmic axis.
-    #[error("{from} to {to} is no range for an axis")]
-    Range {
-        /// Lower end.
-        from: f64,
-        /// Upper end.
-        to: f64,
-    },
+    /// The lower and upper end of a fixed range are not finite, not in order, or not above 0 on a logarithmic axis.
+    #[error("{0} to {1} is no range for an axis")]
+    Range(f64, f64),
     /// The figure has more rows or columns than a picture can hold.
     #[error("the figure would be {width} x {height} units; at most {limit} in either direction are drawn")]
     TooLarge {

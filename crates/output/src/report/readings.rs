@@ -177,9 +177,8 @@ pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots
                 .to_string(),
             rows: g.readings.iter().map(|r| r.name.clone()).collect(),
             panels: shown.iter().map(panel).collect(),
-            shared_axis: false,
             colors: vec![color(method); g.readings.len()],
-            chance: None,
+            ..Dots::default()
         };
         let about = json!({ "tracker": tracker, "method": method, "is_judged": g.is_judged() });
         (file_name(g.of), dots, say("readings of", about))

@@ -116,13 +116,12 @@ pub fn diagram(of: &Standings, suite: &str) -> Option<Result<(Figure, String), S
     // Trackers with the same methods stand beside each other.
     for same in rankings.chunk_by(|a, b| a.0 == b.0) {
         let dots = Dots {
-            title: String::new(),
             note: format!("Mean rank by {title}, 1 the best{at}"),
             rows: same[0].0.iter().map(ToString::to_string).collect(),
             panels: same.iter().map(|(_, panel)| panel.clone()).collect(),
             shared_axis: true,
             colors: same[0].0.iter().map(color).collect(),
-            chance: None,
+            ..Dots::default()
         };
         let below = dots.figure();
         figure = Figure { rows: [figure.rows, below.rows].concat(), ..below };
