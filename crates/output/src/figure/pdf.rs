@@ -62,12 +62,8 @@ fn shares(rgb: [u8; 3]) -> [f32; 3] {
 /// Starts a path through points.
 fn path(content: &mut Content, points: &[(i32, i32)]) {
     for (k, (x, y)) in points.iter().enumerate() {
-        let (x, y) = (*x as f32, *y as f32);
-        if k == 0 {
-            content.move_to(x, y)
-        } else {
-            content.line_to(x, y)
-        };
+        let draw = if k == 0 { Content::move_to } else { Content::line_to };
+        draw(content, *x as f32, *y as f32);
     }
 }
 
