@@ -10,9 +10,10 @@ use super::{Site, Standing, Summary};
 use crate::report::figures::lines::distinct;
 use crate::report::page::{ReportError, fill};
 use crate::report::standings::CHANCE;
+use crate::table::leaderboard::better_first;
 use serde::Serialize;
 use serde_json::json;
-use std::cmp::Ordering;
+use trackfail_core::direction::Direction::HigherIsBetter;
 use trackfail_judge::method::names;
 use trackfail_methods::score::frames::bootstrap::MIN_SEQUENCES;
 
@@ -79,12 +80,6 @@ fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> S
     format!("{}{}", 1 + above, if all().filter(|v| *v == mine).count() > 1 { "=" } else { "" })
 }
 
-/// Sorts larger values first, as printed; missing values come last.
-fn better_first(a: Option<f64>, b: Option<f64>) -> Ordering {
-    let key = |v: Option<f64>| v.unwrap_or(f64::NEG_INFINITY);
-    key(b).total_cmp(&key(a))
-}
-
 /// Methods with these needs that have the largest AUROC, as printed.
 fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
     let fits = |s: &&&Standing| !s.anchor && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
@@ -101,7 +96,8 @@ fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>
 fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
     let experiment = |(folder, summary): &'s (String, Summary)| {
         let mut standings: Vec<&Standing> = summary.standings.iter().collect();
-        standings.sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b))));
+        standings
+            .sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b), HigherIsBetter)));
         let ranks = standings.iter().map(|one| rank_in(&standings, summary, one)).collect();
         Experiment { folder, summary, standings, ranks }
     };
@@ -151,7 +147,7 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
     let value =
         |row: &Row<'s>| row.standings.first().filter(|_| !row.rank.is_empty()).and_then(|s| auroc((*s)?));
     rows.sort_by(|a, b| {
-        let by_value = better_first(value(a), value(b));
+        let by_value = better_first(value(a), value(b), HigherIsBetter);
         a.method.anchor.cmp(&b.method.anchor).then(by_value).then(a.method.method.cmp(&b.method.method))
     });
     rows
