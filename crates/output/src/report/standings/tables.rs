@@ -1,6 +1,6 @@
 //! Standings as the tables `uncertainty` and `pairs`, and mean ranks as a diagram.
 
-use super::{Estimate, Field, Pair, Standing, Standings};
+use super::{Field, Pair, Standing, Standings};
 use crate::figure::{Color, Dot, DotPanel, Dots, Figure};
 use crate::report::{colors, sentences::say};
 use crate::sampling::LEVEL;
@@ -10,16 +10,6 @@ use crate::table::leaderboard::better_first;
 use crate::table::number::{Style, p_value};
 use serde_json::json;
 use trackfail_core::num::ranks::{Friedman, critical_difference};
-
-/// Row of a number, its bounds, and three further cells.
-fn row(
-    label: String,
-    estimate: Estimate,
-    shown: impl Fn(f64) -> String,
-    more: [Cell; 3],
-) -> (String, Vec<Cell>) {
-    (label, estimate.cells(shown).into_iter().chain(more).collect())
-}
 
 fn count(n: usize) -> Cell {
     number(Some(n as f64), Style::COUNT)
@@ -43,7 +33,7 @@ pub fn intervals(of: &Standings) -> TableLayout {
         let of_standing = |s: &Standing| {
             let rank = cell(s.mean_rank, |v| format!("{v:.2}"));
             let more = [count(s.counts.len()), rank, cell(s.mean_rank.and(p), p_value)];
-            row(s.label.clone(), s.estimate, |v| measured.style.format(v), more)
+            (s.label.clone(), [s.estimate.cells(|v| measured.style.format(v)), more].concat())
         };
         let heading = say("ranks heading", json!({ "label": field.label, "ranked": ranked }));
         group(&field.label, heading, field.standings.iter().map(of_standing))
@@ -74,7 +64,8 @@ pub fn ranked(of: &Standings, mut table: TableLayout) -> TableLayout {
 pub fn pairs(of: &Standings) -> Option<TableLayout> {
     let of_pair = |pair: &Pair| {
         let more = [cell(pair.p, p_value), cell(pair.corrected, p_value), count(pair.sequences)];
-        row(pair.labels.join(" against "), pair.difference, |v| of.measured.style.format_signed(v), more)
+        let difference = pair.difference.cells(|v| of.measured.style.format_signed(v));
+        (pair.labels.join(" against "), [difference, more].concat())
     };
     let of_field = |field: &Field| group(&field.label, field.label.clone(), field.pairs.iter().map(of_pair));
     let columns = ["difference", "95 % from", "95 % to", "p", "p (Holm)", "sequences"];
