@@ -75,7 +75,7 @@ mod tests {
 
     fn at(x: f64, y: f64) -> AnnotatedBox {
         let region = Region::Rect(Rect::new(x, y, 30.0, 20.0));
-        AnnotatedBox { region, color: Color::VERMILION, dash: Dash::Solid, label: String::new() }
+        AnnotatedBox { region, color: Color::VERMILION, dash: Dash::SOLID, label: String::new() }
     }
 
     #[test]

@@ -50,9 +50,9 @@ pub struct Dots {
     pub chance: Option<f64>,
 }
 
-const GRID: Style = Style { color: Color([0xDD; 3]), dash: Dash::Solid, width: 0.7 };
+const GRID: Style = Style { color: Color([0xDD; 3]), dash: Dash::SOLID, width: 0.7 };
 /// Style of published values: black, since methods use the other colors.
-const MARKED: Style = Style { color: Color::BLACK, dash: Dash::Solid, width: 1.4 };
+const MARKED: Style = Style { color: Color::BLACK, dash: Dash::SOLID, width: 1.4 };
 
 impl Dots {
     /// Converts the dot plot to a figure.
@@ -69,7 +69,7 @@ impl Dots {
     fn panel(&self, panel: &DotPanel) -> Panel {
         let height = |k: usize| (self.rows.len() - 1 - k) as f64 + 0.5;
         let mut marks: Vec<Mark> = (0..self.rows.len()).map(|k| Mark::Level(height(k), GRID)).collect();
-        let levels = self.chance.map(|chance| (chance, Dash::Dashed)).into_iter().chain(panel.levels.clone());
+        let levels = self.chance.map(|chance| (chance, Dash::DASHED)).into_iter().chain(panel.levels.clone());
         marks.extend(
             levels.map(|(at, dash)| Mark::Upright(at, Style { width: 1.0, ..Style::new(Color::GRAY, dash) })),
         );
@@ -79,7 +79,7 @@ impl Dots {
             let color = self.colors.get(k).copied().unwrap_or(Color::BLUE);
             let published = panel.published.get(k).copied().flatten();
             marks.extend(published.map(|at| Mark::Point((at, height(k)), Marker::Published, color)));
-            let style = Style { width: 1.6, ..Style::new(color, Dash::Solid) };
+            let style = Style { width: 1.6, ..Style::new(color, Dash::SOLID) };
             marks.extend(
                 bounds.map(|(low, high)| Mark::line(vec![(low, height(k)), (high, height(k))], style)),
             );

@@ -16,7 +16,7 @@ pub struct Stroke {
 
 impl Stroke {
     pub const fn solid(rgb: [u8; 3], width: f64) -> Self {
-        Self { rgb, width, dash: Dash::Solid }
+        Self { rgb, width, dash: Dash::SOLID }
     }
 
     /// Stroke of a style. Widths that are invisible or absurdly large are clamped.
@@ -225,7 +225,7 @@ pub fn strokes(points: &[Point], dash: Dash, scale: f64) -> Vec<Vec<(i32, i32)>>
         }
         run
     };
-    dashes(points, dash.pattern()).into_iter().map(stroke).collect()
+    dashes(points, dash.0).into_iter().map(stroke).collect()
 }
 
 /// Width of a line in integer coordinates.

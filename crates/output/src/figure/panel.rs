@@ -106,7 +106,7 @@ impl Mark {
 /// Height of the band of markers at the upper edge, in units.
 const TOP: f64 = 8.0;
 /// Style of the lines of equal F; `MAX_ISO` is the most of them.
-const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::Dashed };
+const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::DASHED };
 const MAX_ISO: usize = 5;
 
 impl Panel {

@@ -147,7 +147,7 @@ mod tests {
     use trackfail_testing::assert_near;
 
     fn radar(spokes: &[&str], corners: Vec<Option<f64>>) -> Radar {
-        let style = Style::new(Color::VERMILION, Dash::Solid);
+        let style = Style::new(Color::VERMILION, Dash::SOLID);
         let spokes = spokes.iter().map(|name| [name.to_string(), "0.1–0.9".to_string()]).collect();
         Radar { spokes, polygons: vec![Polygon { corners, style, marker: Marker::Square }] }
     }

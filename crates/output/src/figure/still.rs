@@ -22,9 +22,9 @@ pub enum BoxStyle {
 impl BoxStyle {
     fn look(self) -> ([u8; 3], Dash, &'static str) {
         match self {
-            Self::Background => ([0xFF, 0x4B, 0x1F], Dash::Solid, "background region"),
-            Self::State => (Color::YELLOW.0, Dash::Solid, "tracker"),
-            Self::Truth => ([0x00, 0xD0, 0x8A], Dash::Dashed, "ground truth"),
+            Self::Background => ([0xFF, 0x4B, 0x1F], Dash::SOLID, "background region"),
+            Self::State => (Color::YELLOW.0, Dash::SOLID, "tracker"),
+            Self::Truth => ([0x00, 0xD0, 0x8A], Dash::DASHED, "ground truth"),
         }
     }
 }

@@ -73,34 +73,24 @@ impl Color {
     }
 }
 
-/// Dashes of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dash {
-    /// Unbroken.
-    Solid,
-    /// Dashes of 5 units.
-    Dashed,
-    /// Dots.
-    Dotted,
-    /// Dashes and dots in turn.
-    DashDot,
-}
+/// Dashes of a line: alternating lengths of strokes and gaps in units; empty for a solid line. Round caps add the line's width
+/// to each stroke.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dash(pub(super) &'static [f64]);
 
 impl Dash {
+    /// Unbroken.
+    pub const SOLID: Self = Self(&[]);
+    /// Dashes of 5 units.
+    pub const DASHED: Self = Self(&[4.0, 3.5]);
+    /// Dots.
+    pub const DOTTED: Self = Self(&[0.3, 2.9]);
+    /// Dashes and dots in turn.
+    pub const DASH_DOT: Self = Self(&[5.0, 3.2, 0.3, 3.2]);
+
     /// The `i`-th line style. Styles repeat after four.
     pub fn nth(i: usize) -> Self {
-        [Self::Solid, Self::Dashed, Self::DashDot, Self::Dotted][i % 4]
-    }
-
-    /// Alternating lengths of strokes and gaps in units; empty for a solid line. Round caps add the line's
-    /// width to each stroke.
-    pub(super) fn pattern(self) -> &'static [f64] {
-        match self {
-            Self::Solid => &[],
-            Self::Dashed => &[4.0, 3.5],
-            Self::Dotted => &[0.3, 2.9],
-            Self::DashDot => &[5.0, 3.2, 0.3, 3.2],
-        }
+        [Self::SOLID, Self::DASHED, Self::DASH_DOT, Self::DOTTED][i % 4]
     }
 }
 

@@ -12,13 +12,13 @@ fn wave(n: usize) -> Vec<f64> {
 
 fn line(values: Vec<f64>, color: Color) -> Mark {
     let points = values.into_iter().enumerate().map(|(t, v)| (t as f64 + 1.0, v)).collect();
-    Mark::line(points, Style::new(color, Dash::Solid))
+    Mark::line(points, Style::new(color, Dash::SOLID))
 }
 
 /// Error and score over the frames of a sequence, with a loss and alarms.
 fn panels(n: usize) -> [Panel; 2] {
     let (from, to) = (n as f64 * 0.6, n as f64 * 0.7);
-    let grey = Style::new(Color::GRAY, Dash::Dashed);
+    let grey = Style::new(Color::GRAY, Dash::DASHED);
     let top = |x, marker| Mark::Top(x, marker, Color::BLUE);
     let error = vec![Mark::Shade(from..to), Mark::Upright(from, grey), line(wave(n), Color::BLACK)];
     let score = vec![
@@ -67,7 +67,7 @@ fn sequences(n: usize) -> Figure {
 
 /// Sweep with a band, markers, names and an upright line.
 fn sweep() -> Figure {
-    let published = Style::new(Color::GRAY, Dash::Dashed);
+    let published = Style::new(Color::GRAY, Dash::DASHED);
     let mut marks = vec![Mark::Upright(0.004, published)];
     let mut legend = vec![Entry::new(Symbol::Upright(published), "published τ₁ = 0.004")];
     for i in 0..4 {

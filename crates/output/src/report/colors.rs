@@ -63,6 +63,6 @@ mod tests {
         let experiment = experiment("", &[("NAIVE", ""), OWN, NEVER], "");
         let styles = ["NAIVE", "own", "never"].map(|m| style(&experiment, m).0);
         assert_eq!(styles[0].color, styles[1].color);
-        assert_eq!(styles.map(|s| s.dash), [Dash::Solid, Dash::Dashed, Dash::Dashed]);
+        assert_eq!(styles.map(|s| s.dash), [Dash::SOLID, Dash::DASHED, Dash::DASHED]);
     }
 }

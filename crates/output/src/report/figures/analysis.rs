@@ -137,7 +137,7 @@ fn bars(of: &OfTracker) -> Vec<Mark> {
     let (&[(left, lower), (right, upper)], &[(x, y)]) = (of.interval.as_slice(), of.points.as_slice()) else {
         return Vec::new();
     };
-    let style = Style { width: BAR, ..Style::new(Style::nth(of.place).color, Dash::Solid) };
+    let style = Style { width: BAR, ..Style::new(Style::nth(of.place).color, Dash::SOLID) };
     [vec![(left, y), (right, y)], vec![(x, lower), (x, upper)]].map(|ends| Mark::line(ends, style)).into()
 }
 
@@ -213,7 +213,7 @@ fn by_name(found: &[(&Analysed, &Chart)]) -> Vec<(Look, Line)> {
         .map(|(of, chart, (name, points))| {
             let k = names.iter().position(|n| n == name).unwrap_or(0);
             let style = match is_ordered {
-                true => Style::new(Color::ordered(k, names.len()), Dash::Solid),
+                true => Style::new(Color::ordered(k, names.len()), Dash::SOLID),
                 false => Style::dashed(k),
             };
             let points = if chart.y_log { broken(points) } else { points.clone() };

@@ -46,7 +46,7 @@ pub struct Look {
 /// Name of the operating point in legends.
 pub const OPERATING: &str = "operating point";
 /// Style of curves of other panels, drawn behind.
-const BEHIND: Style = Style { color: Color([0xC9; 3]), dash: Dash::Solid, width: 0.8 };
+const BEHIND: Style = Style { color: Color([0xC9; 3]), dash: Dash::SOLID, width: 0.8 };
 /// Most curves of a panel with bands. With more curves, each method has a panel of its own.
 const MAX_CURVES: usize = 4;
 /// Most curves of a panel in which line styles distinguish trackers.
@@ -158,7 +158,7 @@ fn plan(experiment: &Experiment, lines: &[Line]) -> Plan {
     let trackers = distinct(lines.iter().map(|l| &l.tracker)).len();
     if trackers > 1 {
         // Dashes are free for trackers where no two methods have the same color.
-        let whole = own().all(|l| colors::style(experiment, &l.method).0.dash == Dash::Solid);
+        let whole = own().all(|l| colors::style(experiment, &l.method).0.dash == Dash::SOLID);
         return Plan::Methods { dashed: whole && methods * trackers <= MAX_DASHED };
     }
     match lines.iter().filter(|l| l.points.len() > 1).count() > MAX_CURVES {
@@ -184,7 +184,7 @@ pub fn arrange(experiment: &Experiment, note: &str, axes: (Axis, Axis), lines: &
             Plan::Ordered(axis, values) if !is_anchor && line.others.iter().any(|(a, _)| a == axis) => {
                 let value = line.others.iter().find(|(a, _)| a == axis).map_or(f64::NAN, |(_, v)| *v);
                 let at = values.iter().position(|v| *v == value).unwrap_or(0);
-                style = Style::new(Color::ordered(at, values.len()), Dash::Solid);
+                style = Style::new(Color::ordered(at, values.len()), Dash::SOLID);
                 (key_style, marker, name) = (style, Marker::nth(at), format!("{axis} {value}"));
                 // Of an ordered parameter only the published value has a band.
                 if line.operating.is_none() {

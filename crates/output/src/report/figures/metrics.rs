@@ -20,7 +20,7 @@ use trackfail_methods::score::{FrameMeasures, Metric, TrackScore};
 /// Style of an average precision: `.26`.
 pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
 /// Line style of chance level.
-const CHANCE: Style = Style { color: Color::GRAY, dash: Dash::Dotted, width: 1.1 };
+const CHANCE: Style = Style { color: Color::GRAY, dash: Dash::DOTTED, width: 1.1 };
 
 /// Finds or adds the line of a method on a tracker with these values of other grid axes. Returns its index
 /// and the line.
@@ -68,7 +68,7 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     }
     let axes = (Axis::new(&capitalized(x), Range::Auto), Axis::new(&metric.title(), Range::FromZero));
     let mut figure = arrange(experiment, &scope.note, axes, &lines);
-    let style = Style { width: 1.1, ..Style::new(Color::GRAY, Dash::Dashed) };
+    let style = Style { width: 1.1, ..Style::new(Color::GRAY, Dash::DASHED) };
     let known = experiment.methods.iter().filter(|m| params.methods.contains(&m.name));
     let published = values(known.filter_map(operating::published).flatten(), x);
     for at in published.into_iter().filter(|at| ends.contains(at)) {

@@ -20,7 +20,7 @@ const MAX_NAMED: usize = 4;
 const MAX_WINNERS: usize = 3;
 
 /// Anchors drawn as lines through all rows. `random` is drawn only if the level of chance is unknown.
-const ANCHORS: [(&str, Dash); 2] = [("random", Dash::Dashed), ("oracle", Dash::Dotted)];
+const ANCHORS: [(&str, Dash); 2] = [("random", Dash::DASHED), ("oracle", Dash::DOTTED)];
 
 /// Best standing of a field, and the next one.
 struct Best<'a> {
@@ -179,8 +179,8 @@ pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dot
         "measured": measured.told(),
         "printed": panels.iter().flat_map(|p| &p.published).any(Option::is_some),
         "chance": chance.is_some(),
-        "dashed": has(Dash::Dashed),
-        "dotted": has(Dash::Dotted),
+        "dashed": has(Dash::DASHED),
+        "dotted": has(Dash::DOTTED),
         "shown": rows.len(),
         "all": all,
         "suite": suite,

@@ -45,7 +45,7 @@ impl UserVideo<'_> {
             let (region, state) = (track.regions.get(t)?.clone()?, track.state(t));
             let target = track.judged.target.filter(|_| several);
             let label = target.map_or(String::new(), |id| format!("{id} {}", state.word()));
-            let dash = if state == TargetState::Absent { Dash::Dashed } else { Dash::Solid };
+            let dash = if state == TargetState::Absent { Dash::DASHED } else { Dash::SOLID };
             Some(AnnotatedBox { region, color: color(state), dash, label })
         };
         self.tracks.iter().filter_map(annotated).collect()
@@ -86,11 +86,11 @@ impl UserVideo<'_> {
         let several = self.tracks.len() > 1;
         let shade = |run: std::ops::Range<usize>| Mark::Shade(at(run.start) - 0.5..at(run.end) - 0.5);
         let score = method.score.iter().enumerate().map(|(t, score)| (at(t), score.unwrap_or(f64::NAN)));
-        let style = Style::new(Color::VERMILION, Dash::Dashed);
+        let style = Style::new(Color::VERMILION, Dash::DASHED);
         let name = |value: f64| Entry::new(Symbol::Line(style, None), format!("threshold {value}"));
         let mut marks: Vec<Mark> = method.losses().into_iter().map(shade).collect();
         marks.extend(method.threshold.map(|value| Mark::Level(value, style)));
-        marks.push(Mark::line(score.collect(), Style::new(Color::BLUE, Dash::Solid)));
+        marks.push(Mark::line(score.collect(), Style::new(Color::BLUE, Dash::SOLID)));
         Panel {
             title: if several { format!("{}, {}", track.name(), method.name) } else { method.name.clone() },
             x: Axis::frames(first, self.sequence.len()),

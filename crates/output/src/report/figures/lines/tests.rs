@@ -51,7 +51,7 @@ fn a_method_has_its_color_on_every_tracker_and_a_tracker_its_dash_or_panel() {
         (styles.collect::<Vec<_>>(), names(&figure).join(", "), titles(&figure).join(", "))
     };
     let [(a, b), (c, d)] = [("A", "B"), ("C", "D")].map(|(k, l)| (colors::of_name(k), colors::of_name(l)));
-    let (whole, dashed) = (Dash::Solid, Dash::Dashed);
+    let (whole, dashed) = (Dash::SOLID, Dash::DASHED);
     let few = of(&["A", "B"], &["NCC", "SP"]);
     assert_eq!(few.0, [(a, whole), (a, dashed), (b, whole), (b, dashed)]);
     assert_eq!((few.1.as_str(), few.2.as_str()), ("A, B, NCC, SP, 95 % bootstrap interval", ""));

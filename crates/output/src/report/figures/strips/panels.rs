@@ -10,9 +10,9 @@ use trackfail_methods::detector::Condition;
 use trackfail_methods::score::{TrackScore, sanmiguel2015};
 
 /// Style of the line at which the target is lost.
-pub const LOSS: Style = Style { color: Color::BLACK, dash: Dash::Dotted, width: 1.0 };
+pub const LOSS: Style = Style { color: Color::BLACK, dash: Dash::DOTTED, width: 1.0 };
 /// Style of the line at which the target is found again.
-pub const RECOVERY: Style = Style { color: Color::GRAY, dash: Dash::DashDot, width: 1.0 };
+pub const RECOVERY: Style = Style { color: Color::GRAY, dash: Dash::DASH_DOT, width: 1.0 };
 
 /// Panel of one kind over the frames of a track.
 pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec::Panel) -> Panel {
@@ -86,7 +86,7 @@ impl Over<'_> {
     fn error(&self) -> Panel {
         let mut panel = self.blank("Oₜ", Range::Fixed(0.0, 1.0));
         panel.marks.extend(self.events(&stills::events(self.results, self.track)));
-        panel.marks.push(self.line(&self.track.error, Style::new(Color::BLACK, Dash::Solid)));
+        panel.marks.push(self.line(&self.track.error, Style::new(Color::BLACK, Dash::SOLID)));
         panel
     }
 
@@ -95,10 +95,10 @@ impl Over<'_> {
         let symbol = symbol(self.results, method);
         let mut panel = self.blank(&format!("{symbol} ({method})"), Range::Auto);
         panel.marks.extend(self.events(&self.judged(method).events));
-        let own = Style { dash: Dash::Solid, ..self.style(method) };
+        let own = Style { dash: Dash::SOLID, ..self.style(method) };
         panel.marks.push(self.line(&m.signal, own));
         if with_forecast {
-            let forecast = Style::new(Color::BLACK, Dash::Dashed);
+            let forecast = Style::new(Color::BLACK, Dash::DASHED);
             panel.marks.push(self.line(&m.forecast, forecast));
             let named = [(own, symbol), (forecast, "forecast")];
             panel.legend = named.map(|(style, name)| Entry::new(Symbol::Line(style, None), name)).into();
@@ -170,7 +170,7 @@ impl Over<'_> {
         if lines.len() < 2 {
             panel.legend.clear();
         }
-        let style = Style::new(Color::GRAY, Dash::Dashed);
+        let style = Style::new(Color::GRAY, Dash::DASHED);
         panel.marks.extend(self.events(&events));
         for level in distinct(levels) {
             panel.marks.push(Mark::Level(level, style));
