@@ -8,25 +8,22 @@ use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
-/// Kind of a box on a still, which decides its color.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BoxStyle {
-    /// The background region B_t, red.
-    Background,
-    /// The tracker's state, yellow.
-    State,
-    /// The ground truth, green and dashed.
-    Truth,
+/// Kind of a box on a still: its line, and its name in the legend.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoxStyle {
+    rgb: [u8; 3],
+    dash: Dash,
+    name: &'static str,
 }
 
 impl BoxStyle {
-    fn look(self) -> ([u8; 3], Dash, &'static str) {
-        match self {
-            Self::Background => ([0xFF, 0x4B, 0x1F], Dash::SOLID, "background region"),
-            Self::State => (Color::YELLOW.0, Dash::SOLID, "tracker"),
-            Self::Truth => ([0x00, 0xD0, 0x8A], Dash::DASHED, "ground truth"),
-        }
-    }
+    /// The background region B_t, red.
+    pub const BACKGROUND: Self =
+        Self { rgb: [0xFF, 0x4B, 0x1F], dash: Dash::SOLID, name: "background region" };
+    /// The tracker's state, yellow.
+    pub const STATE: Self = Self { rgb: Color::YELLOW.0, dash: Dash::SOLID, name: "tracker" };
+    /// The ground truth, green and dashed.
+    pub const TRUTH: Self = Self { rgb: [0x00, 0xD0, 0x8A], dash: Dash::DASHED, name: "ground truth" };
 }
 
 /// A video frame shown above the panels.
@@ -49,11 +46,8 @@ const GAP: f64 = 6.0;
 /// Legend of the boxes on stills.
 pub fn box_legend(stills: &[Still]) -> Vec<Entry> {
     let has = |style: &BoxStyle| stills.iter().flat_map(|s| &s.boxes).any(|b| b.1 == *style);
-    let entry = |style: BoxStyle| {
-        let (rgb, dash, name) = style.look();
-        Entry::new(Symbol::Outline(rgb, dash), name)
-    };
-    [BoxStyle::Background, BoxStyle::State, BoxStyle::Truth].into_iter().filter(has).map(entry).collect()
+    let entry = |style: BoxStyle| Entry::new(Symbol::Outline(style.rgb, style.dash), style.name);
+    [BoxStyle::BACKGROUND, BoxStyle::STATE, BoxStyle::TRUTH].into_iter().filter(has).map(entry).collect()
 }
 
 /// Draws stills below `y`, five per row, or two in a narrow figure. Returns the height at which the page is
@@ -90,7 +84,7 @@ fn draw_still(page: &mut Page, still: &Still, area: Area) {
     let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
     for (region, style) in &still.boxes {
         let corners = region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
-        let (rgb, dash, _) = style.look();
+        let BoxStyle { rgb, dash, .. } = *style;
         page.outline(corners, &area, Stroke { rgb, width: BOX, dash }, AROUND_BOX);
     }
     page.frames.push((area, still.pixels.clone()));

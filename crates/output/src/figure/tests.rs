@@ -37,9 +37,9 @@ fn panels(n: usize) -> [Panel; 2] {
 fn still(number: u32, caption: &str) -> Still {
     let pixels = Frame::from_fn(160, 120, |x, y| [(x + number as usize) as u8, (2 * y) as u8, 90]);
     let boxes = vec![
-        (Region::Rect(Rect::new(20.0, 10.0, 200.0, 90.0)), BoxStyle::Background),
-        (Region::Rect(Rect::new(-1e7, -40.0, 1e9, 60.0)), BoxStyle::State),
-        (Region::Polygon(vec![(70.0, 40.0), (100.0, 50.0), (90.0, 90.0)]), BoxStyle::Truth),
+        (Region::Rect(Rect::new(20.0, 10.0, 200.0, 90.0)), BoxStyle::BACKGROUND),
+        (Region::Rect(Rect::new(-1e7, -40.0, 1e9, 60.0)), BoxStyle::STATE),
+        (Region::Polygon(vec![(70.0, 40.0), (100.0, 50.0), (90.0, 90.0)]), BoxStyle::TRUTH),
     ];
     Still { number, pixels, boxes, caption: caption.into() }
 }

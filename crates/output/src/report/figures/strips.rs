@@ -107,12 +107,12 @@ fn load_stills(
         let (past, current) = (&track.rects[..t], &track.rects[t]);
         let history = distribution_field::Params::default().history;
         let background = distribution_field::background_region(past, current, history, Displacement::Past);
-        let mut boxes = vec![(Region::Rect(track.rects[t]), BoxStyle::State)];
+        let mut boxes = vec![(Region::Rect(track.rects[t]), BoxStyle::STATE)];
         if has_background {
-            boxes.insert(0, (Region::Rect(background), BoxStyle::Background));
+            boxes.insert(0, (Region::Rect(background), BoxStyle::BACKGROUND));
         }
         if let Some(region) = truth.and_then(|truth| truth.get(&number)) {
-            boxes.push((region.clone(), BoxStyle::Truth));
+            boxes.push((region.clone(), BoxStyle::TRUTH));
         }
         let caption = if track.error[t] >= 1.0 { "lost".to_string() } else { String::new() };
         all.push(Still { number: u32::try_from(number).unwrap_or(0), pixels, boxes, caption });
