@@ -4,6 +4,7 @@
 
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Mark, Marker, Panel, Style, Symbol};
 use crate::report::colors;
+use crate::results::grouped;
 use crate::table::layout::is_anchor;
 use trackfail_engine::spec::Experiment;
 
@@ -103,12 +104,8 @@ pub fn compose(
     };
     let panels: Vec<Panel> = names.iter().map(panel).collect();
 
-    let mut legend: Vec<Entry> = Vec::new();
-    for entry in curves.iter().filter_map(|(look, _)| look.entry.as_ref()) {
-        if legend.iter().all(|known| known.name != entry.name) {
-            legend.push(entry.clone());
-        }
-    }
+    let entries = grouped(curves.iter().filter_map(|(look, _)| look.entry.as_ref()), |e| e.name.as_str());
+    let mut legend: Vec<Entry> = entries.into_iter().map(|(_, same)| same[0].clone()).collect();
     legend.extend(more);
     let sign = |marker| Symbol::Mark(Color::GRAY, marker);
     let has_band = panels.iter().flat_map(|p| &p.marks).any(|mark| matches!(mark, Mark::Band(..)));

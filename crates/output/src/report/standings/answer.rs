@@ -144,12 +144,8 @@ pub fn frames_verdict(of: &Standings) -> Option<String> {
 /// panel per field.
 pub fn dots(of: &Standings, experiment: &Experiment, suite: &str) -> Option<(Dots, String)> {
     let Standings { measured, fields } = of;
-    let mut rows: Vec<(&Standing, f64)> = Vec::new();
-    for (standing, value) in fields.iter().flat_map(|field| of.best_first(field)) {
-        if rows.iter().all(|(known, _)| known.label != standing.label) {
-            rows.push((standing, value));
-        }
-    }
+    let rows = grouped(fields.iter().flat_map(|field| of.best_first(field)), |(s, _)| s.label.as_str());
+    let mut rows: Vec<(&Standing, f64)> = rows.into_iter().map(|(_, same)| same[0]).collect();
     rows.sort_by(|a, b| better_first(Some(a.1), Some(b.1), measured.direction));
     let all = rows.len();
     let rows: Vec<&Standing> = rows.into_iter().take(MAX_ROWS).map(|(standing, _)| standing).collect();
