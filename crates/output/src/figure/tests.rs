@@ -196,10 +196,9 @@ fn disc(shape: &Shape) -> Option<((f64, f64), [u8; 3])> {
 /// Number of disks, and of other lines, of a color.
 fn count(page: &Page, color: Color) -> (usize, usize) {
     let is_line = |s: &&Shape| matches!(s, Shape::Line { stroke, .. } if stroke.rgb == color.0);
-    page.shapes.iter().filter(is_line).map(disc).fold((0, 0), |(discs, lines), disc| match disc {
-        Some(_) => (discs + 1, lines),
-        None => (discs, lines + 1),
-    })
+    let (discs, lines): (Vec<&Shape>, Vec<&Shape>) =
+        page.shapes.iter().filter(is_line).partition(|shape| disc(shape).is_some());
+    (discs.len(), lines.len())
 }
 
 /// Areas of the panel frames, found by the lines that go down and to the right.

@@ -267,6 +267,7 @@ mod tests {
     use ClaimOutcome::{DoesNotHold, Holds, Undecided};
     use trackfail_engine::spec::claim::Quantity;
     use trackfail_engine::spec::read::parse;
+    use trackfail_testing::assert_near;
 
     /// A claim about published methods, one method with a grid, two trackers and an analysis.
     fn claim(holds: &str) -> Claim {
@@ -381,22 +382,18 @@ mod tests {
             let (value, low, high) = if dtef { (0.9, 0.86, 0.93) } else { (0.8, 0.77, 0.83) };
             Some(Measured { value, spread: Spread::Bounds(low, high) })
         };
-        let judgement = judge(&claim("recall[DTEF] > recall[RAW]"), "ncc", LEVEL, &of).unwrap();
-        // .1 - sqrt(.04^2 + .03^2) and .1 + sqrt(.03^2 + .03^2).
-        let (low, high) = judgement.compared[0].bounds.unwrap();
-        assert!((low - 0.05).abs() < 1e-12 && (high - (0.1 + 0.0018_f64.sqrt())).abs() < 1e-12);
-        assert_eq!(judgement.outcome, Holds);
-        // SciPy's norm.ppf: at 99.9 % they are wider by 3.290527 / 1.959964.
         let at = |level, text| judge(&claim(text), "ncc", level, &of).unwrap();
-        let (low, high) = at(0.999, "recall[DTEF] > recall[RAW]").compared[0].bounds.unwrap();
-        let wider = 1.678_871;
-        assert!((low - (0.1 - 0.05 * wider)).abs() < 1e-6);
-        assert!((high - (0.1 + 0.0018_f64.sqrt() * wider)).abs() < 1e-6);
+        let order = "recall[DTEF] > recall[RAW]";
+        // .1 - sqrt(.04^2 + .03^2) and .1 + sqrt(.03^2 + .03^2). SciPy's norm.ppf: at 99.9 % they are wider by
+        // 3.290527 / 1.959964.
+        for (level, wider, within) in [(LEVEL, 1.0, 1e-12), (0.999, 1.678_871, 1e-6)] {
+            let (low, high) = at(level, order).compared[0].bounds.unwrap();
+            assert_near([low, high], [0.1 - 0.05 * wider, 0.1 + 0.0018_f64.sqrt() * wider], within, level);
+        }
         let decided = [0.68, LEVEL].map(|level| at(level, "recall[DTEF] > recall[RAW] + 0.06").outcome);
         assert_eq!(decided, [Holds, Undecided]);
-        assert_eq!(
-            (judgement.compared[0].left.as_str(), judgement.compared[0].right.as_str()),
-            ("recall[DTEF] >", "recall[RAW]")
-        );
+        let Judgement { outcome, compared, .. } = at(LEVEL, order);
+        assert_eq!(outcome, Holds);
+        assert_eq!([&compared[0].left, &compared[0].right], ["recall[DTEF] >", "recall[RAW]"]);
     }
 }

@@ -1,11 +1,9 @@
 use super::*;
 
-fn at(x: f64, y: f64) -> At {
-    At { point: (x, y), bounds: (f64::NAN, f64::NAN), worth: y, is_published: false }
-}
-
 fn in_order(points: &[(f64, f64)], y: Metric) -> Vec<(f64, f64)> {
-    let mut all: Vec<At> = points.iter().map(|p| at(p.0, p.1)).collect();
+    let bounds = (f64::NAN, f64::NAN);
+    let at = |p: &(f64, f64)| At { point: *p, bounds, worth: p.1, is_published: false };
+    let mut all: Vec<At> = points.iter().map(at).collect();
     ordered(&mut all, y);
     all.into_iter().map(|at| at.point).collect()
 }
