@@ -10,6 +10,7 @@ use super::{Site, Standing, Summary};
 use crate::report::figures::lines::distinct;
 use crate::report::page::{ReportError, fill};
 use crate::report::standings::CHANCE;
+use crate::results::grouped;
 use crate::table::leaderboard::better_first;
 use serde::Serialize;
 use serde_json::json;
@@ -116,16 +117,12 @@ fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
 
 /// All methods: the ranked ones in order, then the others with the reason, anchors last.
 fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
-    let mut methods: Vec<&'s Standing> = Vec::new();
-    for standing in experiments.iter().flat_map(|e| &e.standings) {
-        match methods.iter_mut().find(|known| known.method == standing.method) {
-            None => methods.push(standing),
-            Some(known) if known.cost.is_empty() => *known = standing,
-            Some(_) => {}
-        }
-    }
+    let standings = experiments.iter().flat_map(|e| e.standings.iter().copied());
+    let methods = grouped(standings, |standing| standing.method.as_str());
     let place = |e: &Experiment<'s>, s: &Standing| e.standings.iter().position(|of| of.method == s.method);
-    let row = |method: &'s Standing| {
+    let row = |(_, same): (&str, Vec<&'s Standing>)| {
+        // The first with a cost, else the last.
+        let method = same.iter().copied().find(|s| !s.cost.is_empty()).unwrap_or(same[same.len() - 1]);
         let standings: Vec<Option<&Standing>> =
             experiments.iter().map(|e| Some(e.standings[place(e, method)?])).collect();
         let rank = |e: &Experiment<'s>| place(e, method).map_or(String::new(), |k| e.ranks[k].clone());
