@@ -72,14 +72,8 @@ pub struct Panel {
 
 /// Ranges in which the flags are true, for [`Mark::Shade`].
 pub fn spans_where(flags: &[bool]) -> Vec<Range<usize>> {
-    let mut out: Vec<Range<usize>> = Vec::new();
-    for (i, _) in flags.iter().enumerate().filter(|(_, f)| **f) {
-        match out.last_mut() {
-            Some(run) if run.end == i => run.end += 1,
-            _ => out.push(i..i + 1),
-        }
-    }
-    out
+    let places: Vec<usize> = (0..flags.len()).filter(|i| flags[*i]).collect();
+    places.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len()).collect()
 }
 
 impl Mark {

@@ -214,14 +214,9 @@ pub fn possibly_lost(method: &JudgedMethod) -> Vec<Range<usize>> {
         if is_loss(Some(end)) {
             end = (start..end).rfind(|t| !is_near(*t)).map_or(start, |t| t + 1);
         }
-        let mut run: Vec<Range<usize>> = Vec::new();
-        for t in (start..end).filter(|t| is_near(*t)) {
-            match run.last_mut() {
-                Some(last) if t < last.end + RECOVERY_FRAMES => last.end = t + 1,
-                _ => run.push(t..t + 1),
-            }
-        }
-        found.extend(run);
+        let near: Vec<usize> = (start..end).filter(|t| is_near(*t)).collect();
+        let runs = near.chunk_by(|a, b| *b <= a + RECOVERY_FRAMES);
+        found.extend(runs.map(|run| run[0]..run[run.len() - 1] + 1));
     }
     found
 }

@@ -191,14 +191,8 @@ fn broken(points: &[(f64, f64)]) -> Points {
     if points.len() < 4 || bin <= 0.0 || !steps().all(is_whole) {
         return points.to_vec();
     }
-    let mut out = points[..1].to_vec();
-    for p in points.windows(2) {
-        if p[1].0 - p[0].0 > 1.5 * bin {
-            out.push((f64::NAN, f64::NAN));
-        }
-        out.push(p[1]);
-    }
-    out
+    let runs: Vec<&[(f64, f64)]> = points.chunk_by(|a, b| b.0 - a.0 <= 1.5 * bin).collect();
+    runs.join(&(f64::NAN, f64::NAN))
 }
 
 /// Curves of trackers with several named ones: one panel per tracker.
