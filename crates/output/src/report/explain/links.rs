@@ -2,7 +2,7 @@
 
 use super::formula;
 use crate::report::sequences::Tallies;
-use crate::results::Results;
+use crate::results::{Results, grouped};
 use crate::table::layout::{Cell, Link, Origin, TableLayout};
 use std::collections::BTreeMap;
 
@@ -14,10 +14,8 @@ pub fn link(results: &Results, layouts: &mut [TableLayout], trackers: &[String],
     for layout in layouts {
         let table = format!("{}/{}", experiment.name, layout.name);
         let origins: Vec<Origin> = layout.cells().filter_map(|(.., cell)| cell.of.clone()).collect();
-        let mut alike: BTreeMap<(&str, &str), Vec<&Origin>> = BTreeMap::new();
-        for of in &origins {
-            alike.entry((&of.row, &of.column)).or_default().push(of);
-        }
+        let alike = grouped(&origins, |of| (of.row.as_str(), of.column.as_str()));
+        let alike: BTreeMap<(&str, &str), Vec<&Origin>> = alike.into_iter().collect();
         let explain = |cell: &Cell, of: &Origin| {
             let method = of.label();
             let only = of.attribute.as_ref().map_or_else(String::new, |a| format!(", only {a},"));
