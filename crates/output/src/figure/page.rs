@@ -175,19 +175,17 @@ impl Page {
 
     /// Adds the part of a polyline that lies inside `area`.
     pub fn clipped(&mut self, points: &[Point], area: &Area, stroke: Stroke) {
-        let mut run: Vec<Point> = Vec::new();
+        let mut runs: Vec<Vec<Point>> = Vec::new();
         for pair in points.windows(2) {
-            let part = area.clip(pair[0], pair[1]);
-            if part.is_none_or(|(a, _)| run.last() != Some(&a)) {
-                self.flush(&mut run, stroke);
+            match (area.clip(pair[0], pair[1]), runs.last_mut()) {
+                (Some((a, b)), Some(run)) if run.last() == Some(&a) => run.push(b),
+                (Some((a, b)), _) => runs.push(vec![a, b]),
+                (None, _) => runs.push(Vec::new()),
             }
-            let Some((a, b)) = part else { continue };
-            if run.is_empty() {
-                run.push(a);
-            }
-            run.push(b);
         }
-        self.flush(&mut run, stroke);
+        for run in runs.into_iter().filter(|run| !run.is_empty()) {
+            self.line(run, stroke);
+        }
     }
 
     /// Adds the outline of a box on a frame that lies in `area`, over a dark outline. Returns true if all
@@ -200,13 +198,6 @@ impl Page {
             self.clipped(&corners, area, stroke);
         }
         has_place
-    }
-
-    fn flush(&mut self, run: &mut Vec<Point>, stroke: Stroke) {
-        let points = std::mem::take(run);
-        if points.len() > 1 {
-            self.line(points, stroke);
-        }
     }
 }
 
