@@ -36,7 +36,7 @@ pub use error::FigureError;
 pub use layout::{Figure, Form};
 pub use legend::{Entry, Marker, Symbol};
 pub use output::Files;
-pub use panel::{Mark, Panel, spans_where};
+pub use panel::{Mark, Panel};
 pub use radar::{Polygon, Radar};
 pub use still::{BoxStyle, Still, box_legend};
 pub use style::{COLUMN, Color, Dash, PER_INCH, Style, WIDTH};

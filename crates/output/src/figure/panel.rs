@@ -70,12 +70,6 @@ pub struct Panel {
     pub legend: Vec<Entry>,
 }
 
-/// Ranges in which the flags are true, for [`Mark::Shade`].
-pub fn spans_where(flags: &[bool]) -> Vec<Range<usize>> {
-    let places: Vec<usize> = (0..flags.len()).filter(|i| flags[*i]).collect();
-    places.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len()).collect()
-}
-
 impl Mark {
     /// A line without markers.
     pub fn line(points: Vec<(f64, f64)>, style: Style) -> Self {
@@ -287,16 +281,5 @@ fn iso_f(page: &mut Page, place: &Place) {
             page.fill(Area { x: end.0 - w, y: end.1 - 6.0, w, h: 12.0 }.corners(), [255; 3]);
             page.text(&name, (end.0 - 2.0, end.1), SMALL, HPos::Right, SOFT);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spans_by_hand() {
-        assert_eq!(spans_where(&[true, false, true, true]), [0..1, 2..4]);
-        assert!(spans_where(&[]).is_empty());
     }
 }

@@ -21,7 +21,6 @@
 //! `trackfail({truth, data})`.
 
 use super::{Method, Sequence, Sequences, Track};
-use crate::figure::spans_where;
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome, Moment};
 use crate::results::detections::{JudgedMethod, TargetState};
 use crate::results::{MethodSeries, TrackSeries};
@@ -32,6 +31,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::visible;
+use trackfail_methods::score::frames::truth::runs;
 use trackfail_methods::score::{Counts, TrackScore};
 
 /// Words for both ends of a loss, if there is no ground truth.
@@ -126,7 +126,7 @@ impl Said {
         let typical = threshold.map(f64::abs).filter(|t| *t > 0.0 && *t < largest).unwrap_or(largest);
         let digits = if typical > 0.0 { (3 - typical.log10().floor() as i32).clamp(-300, 300) } else { 0 };
         let score = differences(score.iter().map(|v| whole(v * 10_f64.powi(digits))));
-        Self { alarms: ends(&spans_where(alarm)), digits, score, ..Self::default() }
+        Self { alarms: ends(&runs(alarm)), digits, score, ..Self::default() }
     }
 }
 

@@ -1,12 +1,13 @@
 //! The panels of a strip figure.
 
-use crate::figure::{Axis, Color, Dash, Entry, Mark, Marker, Panel, Range, Style, Symbol, spans_where};
+use crate::figure::{Axis, Color, Dash, Entry, Mark, Marker, Panel, Range, Style, Symbol};
 use crate::report::colors;
 use crate::report::figures::lines::distinct;
 use crate::report::stills;
 use crate::results::{Results, TrackSeries};
 use trackfail_engine::spec::figure as spec;
 use trackfail_methods::detector::Condition;
+use trackfail_methods::score::frames::truth::runs;
 use trackfail_methods::score::{TrackScore, sanmiguel2015};
 
 /// Style of the line at which the target is lost.
@@ -51,7 +52,7 @@ impl Over<'_> {
         Panel {
             x: Axis::frames(self.first, self.track.error.len()),
             y: Axis::new(label, range),
-            marks: spans_where(&lost).into_iter().map(shade).collect(),
+            marks: runs(&lost).into_iter().map(shade).collect(),
             ..Panel::default()
         }
     }
