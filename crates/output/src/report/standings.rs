@@ -41,8 +41,7 @@ use trackfail_methods::score::{FrameMeasures, Metric, TrackerMetric};
 impl Estimate {
     /// Estimate of a measure of frames.
     pub fn of_frames(measures: &FrameMeasures, name: &str) -> Self {
-        let bound = |end: &str| measures.get(&format!("{name}_{end}"));
-        Self { value: measures.get(name), bounds: bound("low").zip(bound("high")) }
+        Self { value: measures.get(name), bounds: measures.bounds(name) }
     }
 
     /// Statistic of summed counts, with its interval over sequences.
