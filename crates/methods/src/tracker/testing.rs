@@ -28,7 +28,7 @@ pub fn rendered(name: &str, frames: usize) -> Sequence {
         truth: vec![Some(Region::Rect(Rect::new(9.0, 9.0, 9.0, 9.0))); frames],
         attributes: vec![],
         frame_attributes: vec![],
-        digest: "0".into(),
+        digest: "0".to_string().into(),
         frames: Frames::Rendered(Arc::new(Ramp), frames),
     }
 }
