@@ -34,6 +34,19 @@ impl ParamError {
         let message = format!("`{key}` must be {rule}, not {}", readable(got));
         Self { message, key: Some(key), span: None }
     }
+
+    /// Refuses a value that is not fine; the rest as in [`Self::out_of_range`].
+    ///
+    /// # Errors
+    /// When `is_fine` is false.
+    pub fn unless(
+        is_fine: bool,
+        key: &'static str,
+        rule: &str,
+        got: impl std::fmt::Display,
+    ) -> Result<(), Self> {
+        if is_fine { Ok(()) } else { Err(Self::out_of_range(key, rule, got)) }
+    }
 }
 
 /// Reads a plugin's parameters; unknown keys and wrong types are errors with their place.
@@ -187,6 +200,11 @@ pub trait PlainParams: DeserializeOwned + serde::Serialize + schemars::JsonSchem
     fn check(&self) -> Result<(), ParamError> {
         Ok(())
     }
+
+    /// Parameters as JSON with defaults filled in.
+    fn shown(&self) -> Value {
+        show_params(self)
+    }
 }
 
 impl<P: PlainParams> Plugin for P {
@@ -197,6 +215,10 @@ impl<P: PlainParams> Plugin for P {
     fn make(params: P) -> Result<P, ParamError> {
         params.check()?;
         Ok(params)
+    }
+
+    fn shown(params: &P) -> Value {
+        params.shown()
     }
 }
 

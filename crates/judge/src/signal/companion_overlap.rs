@@ -108,19 +108,17 @@ impl Plugin for CompanionOverlap {
     fn make(params: Params) -> Result<Self, ParamError> {
         let own = match &params.companions {
             Companions::ExternalCompanions(_) => Vec::new(),
-            Companions::Own(list) if list.is_empty() => {
+            Companions::Own(list) => {
                 let rule = "a list with a companion, or `given`";
-                return Err(ParamError::out_of_range("companions", rule, "[]"));
+                ParamError::unless(!list.is_empty(), "companions", rule, "[]")?;
+                list.iter().map(Companion::new).collect::<Result<_, _>>()?
             }
-            Companions::Own(list) => list.iter().map(Companion::new).collect::<Result<_, _>>()?,
         };
-        match params.at_most {
-            Some(n) if !own.is_empty() => {
-                let rule = "left out when the companions are listed";
-                Err(ParamError::out_of_range("at_most", rule, n))
-            }
-            _ => Ok(Self { params, own }),
+        if let Some(n) = params.at_most {
+            let rule = "left out when the companions are listed";
+            ParamError::unless(own.is_empty(), "at_most", rule, n)?;
         }
+        Ok(Self { params, own })
     }
 }
 

@@ -175,10 +175,8 @@ impl PlainParams for Params {
         once("v3", v3)?;
         once("both", both)?;
         once("here", here)?;
-        if self.kinds().is_empty() {
-            return Err(ParamError::out_of_range("here", "not empty without `v2`, `v3` and `both`", "[]"));
-        }
-        Ok(())
+        let has_values = !self.kinds().is_empty();
+        ParamError::unless(has_values, "here", "not empty without `v2`, `v3` and `both`", "[]")
     }
 }
 

@@ -119,10 +119,7 @@ impl PlainParams for Params {
     ];
 
     fn check(&self) -> Result<(), ParamError> {
-        if self.window.is_multiple_of(2) {
-            return Err(ParamError::out_of_range("window", "odd and from 3 to 63", self.window));
-        }
-        Ok(())
+        ParamError::unless(self.window % 2 == 1, "window", "odd and from 3 to 63", self.window)
     }
 }
 

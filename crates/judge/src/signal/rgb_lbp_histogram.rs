@@ -131,10 +131,7 @@ impl PlainParams for Params {
 
     fn check(&self) -> Result<(), ParamError> {
         let all: usize = self.color_bins().iter().product();
-        if all > 262_144 {
-            return Err(ParamError::out_of_range("blue_bins", "small enough for 262144 bins in all", all));
-        }
-        Ok(())
+        ParamError::unless(all <= 262_144, "blue_bins", "small enough for 262144 bins in all", all)
     }
 }
 

@@ -74,14 +74,11 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[FLOOR];
 
     fn check(&self) -> Result<(), ParamError> {
-        if let Some(components) = &self.components {
-            let repeated = components.iter().enumerate().any(|(k, c)| components[..k].contains(c));
-            if components.is_empty() || components.len() > 64 || repeated {
-                let rule = "1 to 64 different indices of state components";
-                return Err(ParamError::out_of_range("components", rule, format!("{components:?}")));
-            }
-        }
-        Ok(())
+        let Some(components) = &self.components else { return Ok(()) };
+        let differ = components.iter().enumerate().all(|(k, c)| !components[..k].contains(c));
+        let is_fine = (1..=64).contains(&components.len()) && differ;
+        let rule = "1 to 64 different indices of state components";
+        ParamError::unless(is_fine, "components", rule, format!("{components:?}"))
     }
 }
 

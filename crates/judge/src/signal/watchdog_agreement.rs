@@ -93,10 +93,7 @@ impl Default for Params {
 impl PlainParams for Params {
     fn check(&self) -> Result<(), ParamError> {
         once("values", &self.values)?;
-        if self.values.is_empty() {
-            return Err(ParamError::out_of_range("values", "at least one", "[]"));
-        }
-        Ok(())
+        ParamError::unless(!self.values.is_empty(), "values", "at least one", "[]")
     }
 }
 
@@ -105,10 +102,8 @@ pub(super) fn once<T: PartialEq + std::fmt::Debug>(
     key: &'static str,
     values: &[T],
 ) -> Result<(), ParamError> {
-    if values.iter().enumerate().any(|(i, value)| values[..i].contains(value)) {
-        return Err(ParamError::out_of_range(key, "a list of different values", format!("{values:?}")));
-    }
-    Ok(())
+    let differ = values.iter().enumerate().all(|(i, value)| !values[..i].contains(value));
+    ParamError::unless(differ, key, "a list of different values", format!("{values:?}"))
 }
 
 impl Signal for Params {

@@ -60,7 +60,7 @@ use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::Region;
 use coding::{Coding, Dictionary, PATCHES, normalize};
 use rand::RngExt;
@@ -136,9 +136,7 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
         affine_candidates::NOISE,
@@ -150,9 +148,8 @@ impl Plugin for Params {
         Range::within("max_basis", 1.0, 256.0),
     ];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
-        check_noise(&p.noise)?;
-        Ok(p)
+    fn check(&self) -> Result<(), ParamError> {
+        check_noise(&self.noise)
     }
 }
 

@@ -116,11 +116,8 @@ pub const NOISE: Range = Range::within("noise", 0.0, 1000.0);
 
 /// Refuses noise in which all deviations are 0.
 pub fn check_noise(noise: &Geometry) -> Result<(), ParamError> {
-    if noise.iter().all(|d| *d == 0.0) {
-        let rule = "six deviations from 0 to 1000, not all 0";
-        return Err(ParamError::out_of_range("noise", rule, format!("{noise:?}")));
-    }
-    Ok(())
+    let moves = noise.iter().any(|d| *d != 0.0);
+    ParamError::unless(moves, "noise", "six deviations from 0 to 1000, not all 0", format!("{noise:?}"))
 }
 
 #[cfg(test)]

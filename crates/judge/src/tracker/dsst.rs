@@ -47,7 +47,7 @@ use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::image::{Frame, Window};
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_plane};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::{Rect, Region};
 use serde::{Deserialize, Serialize};
 use start::{Start, upright};
@@ -102,9 +102,7 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("window", 1.0, 6.0),
         Range::within("lambda", 1e-6, 100.0),
@@ -118,11 +116,8 @@ impl Plugin for Params {
         MapOptions::THRESHOLD,
     ];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
-        if p.scales.is_multiple_of(2) {
-            return Err(ParamError::out_of_range("scales", "odd and from 1 to 99", p.scales));
-        }
-        Ok(p)
+    fn check(&self) -> Result<(), ParamError> {
+        ParamError::unless(self.scales % 2 == 1, "scales", "odd and from 1 to 99", self.scales)
     }
 }
 

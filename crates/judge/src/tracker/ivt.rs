@@ -15,7 +15,7 @@ use super::affine_candidates::{self, check_noise};
 use super::sparse_prototypes::{self, Tracking};
 use super::{Facts, RunContext, StartResult, TrackerConfig};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
@@ -50,9 +50,7 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
         affine_candidates::NOISE,
@@ -62,9 +60,8 @@ impl Plugin for Params {
         sparse_prototypes::FORGETTING,
     ];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
-        check_noise(&p.noise)?;
-        Ok(p)
+    fn check(&self) -> Result<(), ParamError> {
+        check_noise(&self.noise)
     }
 }
 

@@ -178,9 +178,8 @@ impl Plugin for Checked {
 
     fn make(p: Params) -> Result<Self, ParamError> {
         let c = Self::of(&p);
-        if (1..16).contains(&c.template) {
-            return Err(ParamError::out_of_range("template", "0 or from 16 to 512", c.template));
-        }
+        let is_size = !(1..16).contains(&c.template);
+        ParamError::unless(is_size, "template", "0 or from 16 to 512", c.template)?;
         Ok(c)
     }
 

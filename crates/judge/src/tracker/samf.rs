@@ -41,14 +41,12 @@ use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch, is_gray};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::Region;
 use serde::{Deserialize, Serialize};
 
 /// Side of a cell in pixels.
 const CELL: usize = 4;
-/// Maximum number of scales.
-const MAX_SCALES: usize = 99;
 
 /// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -84,9 +82,7 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("window", 1.0, 6.0),
         Range::within("lambda", 1e-6, 1.0),
@@ -98,12 +94,9 @@ impl Plugin for Params {
         MapOptions::THRESHOLD,
     ];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
-        if !(1..=MAX_SCALES).contains(&p.scales.len()) {
-            let rule = format!("1 to {MAX_SCALES} numbers");
-            return Err(ParamError::out_of_range("scales", &rule, p.scales.len()));
-        }
-        Ok(p)
+    fn check(&self) -> Result<(), ParamError> {
+        let count = self.scales.len();
+        ParamError::unless((1..=99).contains(&count), "scales", "1 to 99 numbers", count)
     }
 }
 

@@ -56,7 +56,7 @@ use crate::image::warp::Geometry;
 use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
+use crate::plugin::{Entry, ParamError, PlainParams, Range, show_params};
 use crate::region::Region;
 use likelihood::{Alternation, Comparisons, Subspace, error};
 use rand_chacha::ChaCha8Rng;
@@ -172,9 +172,7 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         affine_candidates::SAMPLES,
         affine_candidates::NOISE,
@@ -190,16 +188,13 @@ impl Plugin for Params {
         Range::within("smallest_side", 1.0, 1000.0),
     ];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
-        check_noise(&p.deviations())?;
-        if p.high < p.low {
-            return Err(ParamError::out_of_range("high", "from `low` to 1", p.high));
-        }
-        Ok(p)
+    fn check(&self) -> Result<(), ParamError> {
+        check_noise(&self.deviations())?;
+        ParamError::unless(self.high >= self.low, "high", "from `low` to 1", self.high)
     }
 
-    fn shown(p: &Self) -> serde_json::Value {
-        show_params(&Params { noise: Some(p.deviations()), ..p.clone() })
+    fn shown(&self) -> serde_json::Value {
+        show_params(&Params { noise: Some(self.deviations()), ..self.clone() })
     }
 }
 

@@ -60,9 +60,8 @@ impl Companion {
     /// # Errors
     /// When a parameter is out of range, or the tracker refuses its parameters.
     pub fn new(params: &CompanionParams) -> Result<Self, ParamError> {
-        if !(0.0..=1.0).contains(&params.restart_margin) {
-            return Err(ParamError::out_of_range("restart_margin", "from 0 to 1", params.restart_margin));
-        }
+        let margin = params.restart_margin;
+        ParamError::unless((0.0..=1.0).contains(&margin), "restart_margin", "from 0 to 1", margin)?;
         let refuse = |message: String| ParamError { message, key: Some("companions"), span: None };
         let kind = params.tracker.as_str();
         let entry = plugin::find(TRACKERS, kind).ok_or_else(|| {
