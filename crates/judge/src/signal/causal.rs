@@ -28,6 +28,11 @@ pub trait Causal: Clone + Send + Sync + 'static {
         0
     }
 
+    /// Reason why the value is not finite after which the memory is this one; `None` if there is nothing to tell.
+    fn fault(&self, _memory: &Self::Memory) -> Option<String> {
+        None
+    }
+
     /// True if a memory can be one of this signal with these parameters.
     fn is_memory(&self, _memory: &Self::Memory) -> bool {
         true
@@ -88,6 +93,10 @@ impl<S: Causal> Session for Following<S> {
         let state = TrackerState { region, ..observation.state.clone() };
         let Observation { frame, companions, .. } = *observation;
         self.signal.push(&mut self.memory, &Observation { frame, state: &state, companions })
+    }
+
+    fn fault(&mut self) -> Option<TrackerError> {
+        self.signal.fault(&self.memory).map(TrackerError::Broken)
     }
 
     fn save(&self) -> Option<Vec<u8>> {

@@ -21,20 +21,16 @@
 //! `replay` reads, or what a tracker gives live.
 
 use crate::num::readable;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::saved;
-use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
+use crate::signal::causal::Causal;
+use crate::signal::{Direction, Facts, Observation, Reads, Signal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The confidence in the list of signals.
-pub const ENTRY: Entry<dyn Signal> = Entry::of::<Confidence>(
-    "confidence",
-    2,
-    "the tracker's own confidence, raw or relative to its early mean",
-)
-.example("{ scale = \"raw\", early = 19 }");
+pub const ENTRY: Entry<dyn Signal> =
+    Entry::of::<Params>("confidence", 2, "the tracker's own confidence, raw or relative to its early mean")
+        .example("{ scale = \"raw\", early = 19 }");
 
 /// Largest absolute value of a ratio.
 const MAX_RATIO: f64 = 1000.0;
@@ -68,49 +64,19 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct Confidence(Params);
-
-impl Plugin for Confidence {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("early").at_least(1.0), Range::of("first")];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        match params.first {
-            Some(first) if params.scale == Scale::Ratio => {
-                Err(ParamError::out_of_range("first", "left out of a ratio, which begins with 1", first))
-            }
-            _ => Ok(Self(params)),
-        }
+    fn check(&self) -> Result<(), ParamError> {
+        let Some(first) = self.first else { return Ok(()) };
+        let rule = "left out of a ratio, which begins with 1";
+        ParamError::unless(self.scale != Scale::Ratio, "first", rule, first)
     }
 }
 
-impl Signal for Confidence {
-    fn facts(&self) -> Facts {
-        let bounds = match self.0.scale {
-            Scale::Raw => (f64::NEG_INFINITY, f64::INFINITY),
-            Scale::Ratio => (-MAX_RATIO, MAX_RATIO),
-        };
-        let facts = Facts::of(Direction::HigherIsBetter, bounds);
-        Facts { reads: Reads::Confidence, symbol: "cₜ", ..facts }
-    }
-
-    fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
-        Ok(Box::new(Confidences {
-            params: self.0.clone(),
-            frame: 0,
-            last: 1.0,
-            sum: 0.0,
-            count: 0,
-            fault: None,
-        }))
-    }
-}
-
-/// Confidence of one track.
-struct Confidences {
-    params: Params,
+/// Course of a track up to a frame.
+#[derive(Serialize, Deserialize)]
+pub struct Course {
     /// Index of the next frame.
     frame: usize,
     /// Last value of the signal.
@@ -118,64 +84,64 @@ struct Confidences {
     /// Sum and number of the values in the mean of a ratio.
     sum: f64,
     count: usize,
-    fault: Option<String>,
 }
 
-impl Confidences {
-    /// Value in frame `t`, or the reason why there is none.
-    fn value(&mut self, t: usize, given: Option<f64>) -> Result<f64, String> {
-        match (self.params.scale, t) {
-            (Scale::Ratio, 0) => return Ok(1.0),
-            (_, 0) if self.params.first.is_some() => return Ok(self.params.first.unwrap_or(1.0)),
-            _ => {}
-        }
-        let Some(given) = given else { return Ok(self.last) };
-        match self.params.scale {
-            Scale::Raw => Ok(given),
-            Scale::Ratio => {
-                if t <= self.params.early || self.count == 0 {
-                    self.sum += given;
-                    self.count = self.count.saturating_add(1);
-                }
-                let mean = self.sum / self.count as f64;
-                if mean <= 0.0 || !mean.is_finite() {
-                    let why = "a ratio needs a positive, finite one, `scale = \"raw\"` takes any";
-                    return Err(format!("the mean of the early confidence is {}; {why}", readable(mean)));
-                }
-                Ok((given / mean).clamp(-MAX_RATIO, MAX_RATIO))
-            }
-        }
+impl Default for Course {
+    fn default() -> Self {
+        Self { frame: 0, last: 1.0, sum: 0.0, count: 0 }
     }
 }
 
-impl Session for Confidences {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let t = self.frame;
-        self.frame = self.frame.saturating_add(1);
+/// True if numbers can be relative to this mean.
+fn is_positive(mean: f64) -> bool {
+    mean > 0.0 && mean.is_finite()
+}
+
+impl Causal for Params {
+    type Memory = Course;
+
+    fn facts(&self) -> Facts {
+        let bounds = match self.scale {
+            Scale::Raw => (f64::NEG_INFINITY, f64::INFINITY),
+            Scale::Ratio => (-MAX_RATIO, MAX_RATIO),
+        };
+        let facts = Facts::of(Direction::HigherIsBetter, bounds);
+        Facts { reads: Reads::Confidence, symbol: "cₜ", ..facts }
+    }
+
+    fn push(&self, course: &mut Course, observation: &Observation<'_>) -> f64 {
+        let t = course.frame;
+        course.frame = t.saturating_add(1);
         let given = observation.state.confidence_or_likelihood().filter(|c| c.is_finite());
-        match self.value(t, given) {
-            Ok(value) => {
-                self.last = value;
-                value
+        let value = match (self.scale, given) {
+            (Scale::Ratio, _) if t == 0 => 1.0,
+            (Scale::Raw, _) if t == 0 => self.first.or(given).unwrap_or(course.last),
+            (_, None) => course.last,
+            (Scale::Raw, Some(given)) => given,
+            (Scale::Ratio, Some(given)) => {
+                if t <= self.early || course.count == 0 {
+                    course.sum += given;
+                    course.count = course.count.saturating_add(1);
+                }
+                let mean = course.sum / course.count as f64;
+                if !is_positive(mean) {
+                    return f64::NAN;
+                }
+                (given / mean).clamp(-MAX_RATIO, MAX_RATIO)
             }
-            Err(why) => {
-                self.fault = Some(format!("confidence: frame of index {t}: {why}"));
-                f64::NAN
-            }
-        }
+        };
+        course.last = value;
+        value
     }
 
-    fn fault(&mut self) -> Option<TrackerError> {
-        self.fault.take().map(TrackerError::Broken)
-    }
-
-    fn save(&self) -> Option<Vec<u8>> {
-        saved::to_bytes(&(self.frame, self.last, self.sum, self.count))
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> bool {
-        let memory = saved::from_bytes(saved);
-        memory.map(|memory| (self.frame, self.last, self.sum, self.count) = memory).is_some()
+    fn fault(&self, course: &Course) -> Option<String> {
+        let (t, mean) = (course.frame.saturating_sub(1), course.sum / course.count as f64);
+        let why = "a ratio needs a positive, finite one, `scale = \"raw\"` takes any";
+        let is_bad = course.count > 0 && !is_positive(mean);
+        is_bad.then(|| {
+            let what = format!("the mean of the early confidence is {}", readable(mean));
+            format!("confidence: frame of index {t}: {what}; {why}")
+        })
     }
 }
 
