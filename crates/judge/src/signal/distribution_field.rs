@@ -38,7 +38,7 @@
 
 use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::Rect;
 use crate::saved;
 use crate::signal::{Direction, Facts, Observation, Session, Signal};
@@ -47,7 +47,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The track quality in the list of signals.
-pub const ENTRY: Entry<dyn Signal> = Entry::of::<DistributionField>(
+pub const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "distribution-field",
     2,
     "track quality y_t: L1 distance of distribution fields, target against surroundings",
@@ -159,12 +159,7 @@ impl Default for Params {
     }
 }
 
-/// The signal with checked parameters.
-pub struct DistributionField(Params);
-
-impl Plugin for DistributionField {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("layers", 2.0, 256.0),
         Range::within("sigma_u", 1e-3, 1e3),
@@ -176,45 +171,43 @@ impl Plugin for DistributionField {
         Range::within("support_layer", 1.0, 63.0),
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        let supports =
-            [("support_u", p.support_u), ("support_v", p.support_v), ("support_layer", p.support_layer)];
-        match supports.into_iter().find(|(_, support)| support % 2 == 0) {
-            Some((key, even)) => Err(ParamError::out_of_range(key, "odd and at most 63", even)),
-            None => Ok(Self(p)),
-        }
+    fn check(&self) -> Result<(), ParamError> {
+        let Self { support_u, support_v, support_layer, .. } = *self;
+        let supports = [("support_u", support_u), ("support_v", support_v), ("support_layer", support_layer)];
+        supports
+            .into_iter()
+            .try_for_each(|(key, n)| ParamError::unless(n % 2 == 1, key, "odd and at most 63", n))
     }
 }
 
-impl DistributionField {
+impl Params {
     fn smoothings(&self) -> Vec<Smoothing> {
-        let p = &self.0;
-        let u = gaussian(p.sigma_u, p.support_u / 2);
-        let v = gaussian(p.sigma_v, p.support_v / 2);
-        let over_layers = gaussian(p.sigma_layer, p.support_layer / 2);
-        let border = match p.border {
+        let u = gaussian(self.sigma_u, self.support_u / 2);
+        let v = gaussian(self.sigma_v, self.support_v / 2);
+        let over_layers = gaussian(self.sigma_layer, self.support_layer / 2);
+        let border = match self.border {
             BorderRule::Replicate => Border::Replicate,
             _ => Border::Common,
         };
         let make =
-            |across: &[f64], down: &[f64]| Smoothing::new(p.layers, across, down, &over_layers, border);
-        match p.smoothing {
+            |across: &[f64], down: &[f64]| Smoothing::new(self.layers, across, down, &over_layers, border);
+        match self.smoothing {
             SmoothingRule::Anisotropic => vec![make(&u, &v)],
             SmoothingRule::TwoLevels => vec![make(&u, &u), make(&v, &v)],
         }
     }
 }
 
-impl Signal for DistributionField {
+impl Signal for Params {
     fn facts(&self) -> Facts {
-        Facts::of(Direction::HigherIsBetter, (0.0, 2.0 / self.0.layers as f64))
+        Facts::of(Direction::HigherIsBetter, (0.0, 2.0 / self.layers as f64))
     }
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         Ok(Box::new(Quality {
-            params: self.0.clone(),
+            params: self.clone(),
             smoothings: self.smoothings(),
-            layer_of: layer_table(self.0.layers),
+            layer_of: layer_table(self.layers),
             past: Vec::new(),
             strips: Vec::new(),
             distance: FieldDistance::default(),
