@@ -284,7 +284,7 @@ impl Target {
             let window = self.window(self.base, self.scale * factor);
             let mut patch = Patch::resized(frame, &window, self.sample.0, self.sample.1, self.colors);
             patch.round();
-            self.hog.compute(&patch, CELL, CHANNELS, &mut self.cells);
+            self.hog.compute(&patch, CELL, &mut self.cells);
             let lines = self.lines[s..].iter_mut().step_by(p.scales);
             for (line, four) in lines.zip(self.cells.chunks(LANES)) {
                 line.0[..four.len()].copy_from_slice(four);

@@ -319,10 +319,10 @@ impl Look for KcfLook {
             return;
         }
         if p.template == 0 {
-            self.hog.compute(&patch, p.cell, CHANNELS, features);
+            self.hog.compute(&patch, p.cell, features);
             return;
         }
-        let (columns, rows) = self.hog.compute(&patch, p.cell, CHANNELS, &mut self.cells);
+        let (columns, rows) = self.hog.compute(&patch, p.cell, &mut self.cells);
         for channel in self.cells.chunks_exact(columns * rows) {
             for row in channel.chunks_exact(columns).skip(1).take(rows - 2) {
                 features.extend_from_slice(&row[1..columns - 1]);

@@ -183,7 +183,7 @@ impl Look for SamfLook {
         patch.round();
         let means = block_means(&patch, CELL).values;
         patch.scale(1.0 / 255.0);
-        let (columns, rows) = self.hog.compute(&patch, CELL, CHANNELS, features);
+        let (columns, rows) = self.hog.compute(&patch, CELL, features);
         let n = columns * rows;
         features.resize(channels(self.is_gray) * n, 0.0);
         let (gray, others) = features[CHANNELS * n..].split_at_mut(n);
