@@ -65,16 +65,6 @@ const BLOCKS: [Block; 8] = [
     block([5, 1, 36, 9, 12], HardSwish),
 ];
 
-/// Features of a crop.
-pub struct Features(Tensor);
-
-impl Features {
-    /// All values: by row, then by groups of eight channels, then by column.
-    pub fn values(&self) -> Vec<f32> {
-        self.0.values.iter().flat_map(|v| v.0).collect()
-    }
-}
-
 /// A target in the form that the head compares: for classes and for distances.
 pub struct Template([Kernels; 2]);
 
@@ -84,30 +74,9 @@ struct Kernels {
     depthwise: Vec<Lanes>,
 }
 
-/// Response maps of the network to a search region.
-pub struct Maps {
-    classes: Tensor,
-    distances: Tensor,
-}
-
-impl Maps {
-    /// Number of rows, and of columns.
-    pub fn side(&self) -> usize {
-        self.classes.width
-    }
-
-    /// Logits of background and target.
-    pub fn classes(&self, row: usize, column: usize) -> [f32; 2] {
-        let [background, target, ..] = self.classes.at(row, column, 0);
-        [background, target]
-    }
-
-    /// Logarithms of the distances to the left, top, right and bottom side.
-    pub fn distances(&self, row: usize, column: usize) -> [f32; 4] {
-        let [left, top, right, bottom, ..] = self.distances.at(row, column, 0);
-        [left, top, right, bottom]
-    }
-}
+/// Response of the network at a cell of a search region: logits of background and target, and logarithms of the
+/// distances to the left, top, right and bottom side.
+pub type Answer = ([f32; 2], [f32; 4]);
 
 const V2_WEIGHTS: &[u8] = include_bytes!("../../models/nanotrack/v2.weights");
 const V3_WEIGHTS: &[u8] = include_bytes!("../../models/nanotrack/v3.weights");
@@ -141,7 +110,7 @@ impl Network {
     }
 
     /// Features of a crop of `side` x `side` pixels: 8 x 8 for a template, 16 x 16 for a search region.
-    pub fn features(&self, planes: &[f32], side: usize) -> Features {
+    pub fn features(&self, planes: &[f32], side: usize) -> Tensor {
         let mut w = Weights(&self.backbone);
         let (bias, weight) = (w.take(2), w.take(2 * 27));
         let x = convolution(planes, side, bias, weight, HardSwish);
@@ -161,11 +130,11 @@ impl Network {
             let rest = (b.stride == 1 && x.groups == b.groups).then_some(&x);
             x = pointwise(&y, bias, weight, rest, Identity);
         }
-        Features(x)
+        x
     }
 
-    /// Features of a template from their [values](Features::values); `None` if the number of values is wrong.
-    pub fn features_of_template(&self, values: &[f32]) -> Option<Features> {
+    /// Features of a template from their [numbers](Tensor::flat); `None` if the number of values is wrong.
+    pub fn features_of_template(&self, values: &[f32]) -> Option<Tensor> {
         let groups = if self.version == Version::V2 { 6 } else { 12 };
         let (values, rest) = values.as_chunks::<LANES>();
         let mut z = Tensor::new(8, 8, groups);
@@ -173,11 +142,11 @@ impl Network {
             return None;
         }
         z.values.iter_mut().zip(values).for_each(|(z, v)| *z = Lanes(*v));
-        Some(Features(z))
+        Some(z)
     }
 
     /// Template from features of 8 x 8 pixels.
-    pub fn template(&self, Features(z): &Features) -> Template {
+    pub fn template(&self, z: &Tensor) -> Template {
         let mut w = Weights(&self.template);
         let middle = (self.version == Version::V3).then(|| middle(z));
         Template([(); 2].map(|()| {
@@ -199,12 +168,17 @@ impl Network {
         }))
     }
 
-    /// Response of search region features (16 x 16 pixels) to a template.
-    pub fn compare(&self, Template([classes, distances]): &Template, Features(x): &Features) -> Maps {
+    /// Response of search region features (16 x 16 pixels) to a template, cell by cell, in as many rows as columns.
+    pub fn compare(&self, Template([classes, distances]): &Template, x: &Tensor) -> Vec<Answer> {
         let mut w = Weights(&self.head);
         let classes = self.branch(&mut w, classes, x);
         let distances = self.branch(&mut w, distances, x);
-        Maps { classes, distances }
+        let answer = |(classes, distances): (&Lanes, &Lanes)| {
+            let [background, target, ..] = classes.0;
+            let [left, top, right, bottom, ..] = distances.0;
+            ([background, target], [left, top, right, bottom])
+        };
+        classes.values.iter().zip(&distances.values).map(answer).collect()
     }
 
     fn branch(&self, w: &mut Weights<'_>, template: &Kernels, x: &Tensor) -> Tensor {
@@ -244,6 +218,11 @@ impl Weights<'_> {
 }
 
 impl Tensor {
+    /// All numbers: by row, then by groups of eight channels, then by column.
+    pub fn flat(&self) -> Vec<f32> {
+        self.values.iter().flat_map(|v| v.0).collect()
+    }
+
     fn map(mut self, of: impl Fn(f32) -> f32) -> Self {
         self.values.iter_mut().for_each(|v| v.0 = v.0.map(&of));
         self
@@ -276,17 +255,10 @@ mod tests {
         (0..3 * side * side).map(|i| pixel(i / (side * side), i / side % side, i % side)).collect()
     }
 
-    fn maps(version: Version) -> Maps {
+    fn answers(version: Version) -> Vec<Answer> {
         let network = Network::of(version);
         let template = network.template(&network.features(&pattern(127), 127));
         network.compare(&template, &network.features(&pattern(255), 255))
-    }
-
-    /// Two classes and four distances of each cell.
-    fn cells(maps: &Maps) -> Vec<([f32; 2], [f32; 4])> {
-        let side = maps.side();
-        let cell = |k: usize| (maps.classes(k / side, k % side), maps.distances(k / side, k % side));
-        (0..side * side).map(cell).collect()
     }
 
     /// Reference maps are from benches/peers/nanotrack.py: one line per cell, with two classes and four
@@ -297,7 +269,7 @@ mod tests {
             (Version::V2, include_str!("nanotrack/onnxruntime_v2.txt")),
             (Version::V3, include_str!("nanotrack/onnxruntime_v3.txt")),
         ] {
-            let (cells, lines) = (cells(&maps(version)), oracle.lines());
+            let (cells, lines) = (answers(version), oracle.lines());
             assert_eq!(lines.clone().count(), cells.len());
             for (k, ((classes, distances), line)) in cells.into_iter().zip(lines).enumerate() {
                 let want: Vec<f64> = line.split(' ').map(|v| v.parse().unwrap()).collect();
@@ -313,7 +285,7 @@ mod tests {
     fn bits_are_always_the_same() {
         let digest = |version| {
             let mut hash = Sha256::new();
-            for (classes, distances) in cells(&maps(version)) {
+            for (classes, distances) in answers(version) {
                 classes.iter().chain(&distances).for_each(|v| hash.update(v.to_le_bytes()));
             }
             crate::num::hexadecimal(&hash.finalize()[..8])

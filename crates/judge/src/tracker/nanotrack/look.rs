@@ -78,7 +78,7 @@ impl Target {
         let crop = place.crop(frame, place.context(), TEMPLATE_SIDE, color);
         let network = Network::of(version);
         let features = network.features(&crop, TEMPLATE_SIDE);
-        Self { network, template: network.template(&features), features: features.values(), color }
+        Self { network, template: network.template(&features), features: features.flat(), color }
     }
 
     /// Restores a target of its color and features; `None` if the number of features is wrong.
@@ -93,15 +93,15 @@ impl Target {
         let context = place.context();
         let crop =
             place.crop(frame, context * SEARCH_SIDE as f64 / TEMPLATE_SIDE as f64, SEARCH_SIDE, self.color);
-        let maps = self.network.compare(&self.template, &self.network.features(&crop, SEARCH_SIDE));
-        let (side, scale) = (maps.side(), TEMPLATE_SIDE as f64 / context);
+        let answers = self.network.compare(&self.template, &self.network.features(&crop, SEARCH_SIDE));
+        let (side, scale) = (answers.len().isqrt(), TEMPLATE_SIDE as f64 / context);
         let constants = Constants::of(self.network.version());
         let window: Vec<f64> = (0..side).map(|i| hann(i, side)).collect();
         let size = place.sides.map(|side| side * scale);
-        let cells = (0..side * side).map(|cell| {
+        let cells = answers.into_iter().enumerate().map(|(cell, (classes, distances))| {
             let (row, column) = (cell / side, cell % side);
-            let [background, target] = maps.classes(row, column).map(f64::from);
-            let [left, top, right, bottom] = maps.distances(row, column).map(|d| libm::exp(f64::from(d)));
+            let [background, target] = classes.map(f64::from);
+            let [left, top, right, bottom] = distances.map(|d| libm::exp(f64::from(d)));
             let shift = [(right - left) / 2.0, (bottom - top) / 2.0];
             let [x, y] = [column, row].map(|i| offset(i, side));
             let sides = [left + right, top + bottom];
