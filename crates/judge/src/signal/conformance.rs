@@ -33,16 +33,9 @@ fn moments(t: usize) -> Moments {
     let covariance =
         (0..25).map(|n| deviations[n / 5] * deviations[n % 5] * correlation(n / 5, n % 5)).collect();
     let mean = vec![20.0 + s, 15.0 - s, 7.0, 5.5, 0.1];
-    let (effective_samples, entropy) = (200.0 - 9.0 * s, 0.9 - 0.04 * s);
-    Moments {
-        mean,
-        covariance,
-        effective_samples,
-        samples: 400.0,
-        entropy,
-        likelihood: 0.5,
-        particles: Vec::new(),
-    }
+    let (effective_samples, samples, entropy) = (200.0 - 9.0 * s, 400.0, 0.9 - 0.04 * s);
+    let weights = Moments { effective_samples, samples, entropy, likelihood: 0.5, ..Moments::default() };
+    Moments { mean, covariance, ..weights }
 }
 
 /// Numbers of a response map whose peak sinks and rises while the rest gets noisier.

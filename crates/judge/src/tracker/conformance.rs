@@ -85,14 +85,16 @@ fn a_fork_goes_on_as_its_tracker_does_and_with_another_seed_otherwise() {
     }
 }
 
+/// On many frames, and on a single one, which is enough.
 #[test]
 fn answers_are_finite_and_marked_and_have_what_the_configuration_says() {
-    let (q, region, frames) = excerpt(25);
-    for e in TRACKERS {
+    let excerpts = [excerpt(1), excerpt(25)];
+    for (e, (q, region, frames)) in TRACKERS.iter().flat_map(|e| excerpts.iter().map(move |of| (e, of))) {
         let config = build(e.kind, e.example);
         let facts = config.facts();
-        let states = track(&*config, &q, 3, &region, &frames);
-        assert_eq!((states[0].status, &states[0].region), (Status::Initialized, &region), "{}", e.kind);
+        let states = track(&*config, q, 3, region, frames);
+        assert_eq!(states.len(), frames.len(), "{}", e.kind);
+        assert_eq!((states[0].status, &states[0].region), (Status::Initialized, region), "{}", e.kind);
         for (t, s) in states.iter().enumerate() {
             assert!(finite(s), "{} frame {t}: {s:?}", e.kind);
             assert!(t == 0 || s.status == Status::Tracked, "{} frame {t}", e.kind);
@@ -105,15 +107,6 @@ fn answers_are_finite_and_marked_and_have_what_the_configuration_says() {
             });
             assert!(even, "{} frame {t}: entropy and number of weights", e.kind);
         }
-    }
-}
-
-#[test]
-fn one_frame_is_enough() {
-    let (q, region, frames) = excerpt(1);
-    for e in TRACKERS {
-        let states = track(&*build(e.kind, e.example), &q, 1, &region, &frames);
-        assert!(states.len() == 1 && finite(&states[0]), "{}", e.kind);
     }
 }
 
