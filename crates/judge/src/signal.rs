@@ -41,6 +41,16 @@ use crate::tracker::{RunContext, TrackerError, TrackerState};
 use std::any::Any;
 use std::sync::Arc;
 
+/// What the file of a signal uses.
+mod prelude {
+    pub use super::causal::{Causal, is_default};
+    pub use super::{Direction, Facts, Observation, Reads, Session, Signal};
+    pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
+    pub use crate::tracker::{RunContext, TrackerError};
+    pub use schemars::JsonSchema;
+    pub use serde::{Deserialize, Serialize};
+}
+
 /// Input of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {

@@ -21,12 +21,8 @@
 //! also at -1000; and a box whose coordinates are no numbers is given the worst of them.
 
 use crate::image::Frame;
-use crate::plugin::{Entry, PlainParams};
 use crate::region::Rect;
-use crate::signal::causal::Causal;
-use crate::signal::{Direction, Facts, Observation, Reads, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "box-motion",

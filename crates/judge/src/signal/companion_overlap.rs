@@ -25,13 +25,9 @@
 mod watchdog;
 
 use crate::num::summary;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::region::{Areas, Region};
 use crate::saved;
-use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 use watchdog::{Companion, CompanionParams, RunningCompanion, SavedCompanion};
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<CompanionOverlap>(

@@ -21,11 +21,7 @@
 //! `replay` reads, or what a tracker gives live.
 
 use crate::num::readable;
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::signal::causal::Causal;
-use crate::signal::{Direction, Facts, Observation, Reads, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 /// The confidence in the list of signals.
 pub const ENTRY: Entry<dyn Signal> =

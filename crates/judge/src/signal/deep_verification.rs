@@ -33,18 +33,13 @@
 //! Source: none; a tracker that verifies another at intervals is Parallel Tracking and Verifying (Fan and Ling, ICCV
 //! 2017). Choices: the values, by folds of sources (docs/fused.md).
 
-use super::causal::is_default;
 use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, PlainParams};
 use crate::region::{Areas, Rect, Region};
 use crate::saved;
-use crate::signal::{Direction, Facts, Observation, Session, Signal};
+use crate::signal::prelude::*;
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::look::{Look, Place};
-use crate::tracker::{RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

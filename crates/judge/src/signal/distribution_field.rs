@@ -38,13 +38,9 @@
 
 use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::region::Rect;
 use crate::saved;
-use crate::signal::{Direction, Facts, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 /// The track quality in the list of signals.
 pub const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

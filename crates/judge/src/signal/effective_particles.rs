@@ -15,10 +15,8 @@
 //! Source: Kong, Liu and Wong, "Sequential imputations and Bayesian missing data problems", JASA 89(425), 1994; a filter
 //! resamples where this is low. Choice: the default of `good`.
 
-use super::causal::Causal;
 use super::particle_entropy::Params;
-use super::{Facts, Observation, Signal};
-use crate::plugin::{Entry, ParamError, Plugin};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
     "effective-particles",

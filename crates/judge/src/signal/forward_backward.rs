@@ -29,12 +29,8 @@
 use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
 use crate::image::{Frame, Window, luma_of};
 use crate::num::summary::{correlation, median};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use crate::saved;
-use crate::signal::{Direction, Facts, Observation, Session, Signal};
-use crate::tracker::{RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "forward-backward",

@@ -24,12 +24,8 @@
 
 use crate::image::Frame;
 use crate::image::patch::{Axis, Colors, Outside, Patch};
-use crate::plugin::{Entry, PlainParams, Range};
 use crate::region::Rect;
-use crate::signal::causal::Causal;
-use crate::signal::{Direction, Facts, Observation, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "object-color",

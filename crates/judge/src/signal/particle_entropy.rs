@@ -16,11 +16,7 @@
 //! Source: the standard measure of the evenness of weights; none for failures of trackers. Choices: the base, so that trackers
 //! with different N can be compared; the default of `good`.
 
-use super::causal::Causal;
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, PlainParams};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "particle-entropy",

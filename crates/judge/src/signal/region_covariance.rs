@@ -22,13 +22,10 @@
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
 use crate::image::{Frame, Window};
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::signal::causal::{self, Causal, is_default};
+use crate::signal::causal;
 use crate::signal::histogram::Colors;
-use crate::signal::{Direction, Facts, Observation, Signal};
+use crate::signal::prelude::*;
 use nalgebra::{Cholesky, Matrix5, Vector5};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "region-covariance",

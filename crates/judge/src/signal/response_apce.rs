@@ -13,9 +13,8 @@
 //! tracker is reliable while this and the peak are above shares of their own running means: see the detector
 //! `relative-drop`.
 
-use super::causal::Causal;
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, NoParams, ParamError, Plugin};
+use crate::plugin::NoParams;
+use crate::signal::prelude::*;
 use crate::tracker::Response;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponseApce>(

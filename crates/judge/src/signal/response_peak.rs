@@ -22,12 +22,8 @@
 //! all cells of `S`, without the correction for their number that FuCoLoT's has. Frame 0 has quality 1: its map is
 //! the filter's response to the patch that it was trained on. Where `q[1]` is not above 0, it counts as 1.
 
-use super::causal::Causal;
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, PlainParams};
+use crate::signal::prelude::*;
 use crate::tracker::Response;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "response-peak",

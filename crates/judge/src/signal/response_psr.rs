@@ -17,9 +17,8 @@
 //! pixels, so that 11 cells are more of the target than in the paper, where a cell is a pixel; where the map is not wider,
 //! the whole map is the sidelobe.
 
-use super::causal::Causal;
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, NoParams, ParamError, Plugin};
+use crate::plugin::NoParams;
+use crate::signal::prelude::*;
 use crate::tracker::Response;
 
 pub(crate) const ENTRY: Entry<dyn Signal> =

@@ -15,13 +15,10 @@
 //! three histograms, of one channel each, for one of all colors; `size_history` gives the box the mean sides of its past. Boxes
 //! that leave the frame are shifted inside, larger ones cut to the frame.
 
-use super::causal::{self, Causal, is_default};
+use super::causal;
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::Window;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::signal::{Facts, Observation, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "rgb-histogram",

@@ -19,13 +19,10 @@
 //! in one of them. `codes`, `colors`, `weights`, `similarity` and `reference` are other readings, the first of each the default;
 //! `size_history` gives the box the mean sides of its past.
 
-use super::causal::{self, Causal, is_default};
+use super::causal;
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::{Frame, Window, luma};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::signal::{Facts, Observation, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

@@ -22,11 +22,7 @@
 use crate::image::patch::{Colors, Patch};
 use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::signal::causal::Causal;
-use crate::signal::{Direction, Facts, Observation, Signal};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "template-correlation",

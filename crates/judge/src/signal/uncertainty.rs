@@ -20,12 +20,8 @@
 //! A tracker without posterior, a component it does not have and a region without area give NaN, which
 //! the engine reports as the error of that track.
 
-use super::causal::Causal;
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
+use crate::signal::prelude::*;
 use crate::tracker::Moments;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
     "uncertainty",

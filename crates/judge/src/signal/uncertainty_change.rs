@@ -23,12 +23,8 @@
 //! had no such start. `settling` frames at the start of a track are therefore no reference and have
 //! c_t = 0; 0, the default, takes the formulas as they stand.
 
-use super::causal::Causal;
 use super::uncertainty::{self, Normalize};
-use super::{Direction, Facts, Observation, Reads, Signal};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::signal::prelude::*;
 use std::collections::VecDeque;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<UncertaintyChange>(

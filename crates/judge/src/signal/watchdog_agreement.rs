@@ -21,17 +21,13 @@
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
 
 use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, PlainParams};
 use crate::region::{Rect, Region};
 use crate::saved;
 use crate::signal::companion_overlap::overlap;
-use crate::signal::{Direction, Facts, Observation, Session, Signal};
+use crate::signal::prelude::*;
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::follower::{Follower, Memory};
 use crate::tracker::nanotrack::look::Look;
-use crate::tracker::{RunContext, TrackerError};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
