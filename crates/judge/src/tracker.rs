@@ -36,6 +36,15 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
+/// What the file of a tracker uses.
+mod prelude {
+    pub use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+    pub use crate::image::Frame;
+    pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
+    pub use crate::region::Region;
+    pub use serde::{Deserialize, Serialize};
+}
+
 /// Status of the tracker in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {

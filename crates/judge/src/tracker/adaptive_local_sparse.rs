@@ -54,18 +54,15 @@ mod coding;
 mod tests;
 
 use super::affine_candidates::{self, Candidates, PIXELS, SideLimits, TEMPLATE, check_noise, weigh};
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::image::Gray;
 use crate::image::warp::{Geometry, matrix};
-use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::lasso::{Lasso, Sign};
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::region::Region;
+use crate::tracker::prelude::*;
 use coding::{Coding, Dictionary, PATCHES, normalize};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 /// One gray level.
 const LEVEL: f32 = 1.0 / 255.0;

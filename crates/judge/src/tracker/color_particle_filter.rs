@@ -43,17 +43,14 @@ mod histogram;
 #[cfg(test)]
 mod tests;
 
-use super::{Facts, Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
+use super::Moments;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::Region;
+use crate::tracker::prelude::*;
 use histogram::{Binning, Ellipse, Grid, Histogram, MAX_BINS, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use serde::{Deserialize, Serialize};
 
 /// Attribute of sequences with faces.
 const FACE: &str = "target-face";

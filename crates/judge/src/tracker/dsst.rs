@@ -42,14 +42,12 @@ mod start;
 
 use super::correlation::response::{MapOptions, ResponseMap};
 use super::correlation::{Peak, label, peak};
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::image::Window;
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
-use crate::image::{Frame, Window};
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_plane};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::region::{Rect, Region};
-use serde::{Deserialize, Serialize};
+use crate::region::Rect;
+use crate::tracker::prelude::*;
 use start::{Start, upright};
 
 /// Number of gradient channels in the samples of the place.

@@ -39,18 +39,16 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
+use super::Moments;
 use super::color_particle_filter::{likelihood, relative_likelihoods};
-use super::{Facts, Moments, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
 use crate::num::particles::{Cloud, Posterior, Resampling};
 use crate::num::seed;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::{Rect, Region};
+use crate::region::Rect;
+use crate::tracker::prelude::*;
 use evidence::Evidence;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use serde::{Deserialize, Serialize};
 
 /// Fragments below this share of the mean reliability have no vote.
 const DROP_BELOW: f64 = 0.2;

@@ -13,11 +13,7 @@
 
 use super::affine_candidates::{self, check_noise};
 use super::sparse_prototypes::{self, Tracking};
-use super::{Facts, RunContext, StartResult, TrackerConfig};
-use crate::image::Frame;
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::region::Region;
-use serde::{Deserialize, Serialize};
+use crate::tracker::prelude::*;
 
 /// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]

@@ -35,15 +35,14 @@ mod sampling;
 use super::correlation::place::{Follower, Look, Place, Search};
 use super::correlation::response::MapOptions;
 use super::correlation::{FilterMemory, KernelFilter, Settings, Update};
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch};
-use crate::image::{Frame, MAX_SIDE, Window};
-use crate::plugin::{Entry, ParamError, Plugin, Range, show_params};
-use crate::region::{Rect, Region};
+use crate::image::{MAX_SIDE, Window};
+use crate::plugin::show_params;
+use crate::region::Rect;
 use crate::saved;
+use crate::tracker::prelude::*;
 use sampling::Sampling;
-use serde::{Deserialize, Serialize};
 
 /// Source of the defaults.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]

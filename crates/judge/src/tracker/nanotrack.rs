@@ -27,15 +27,11 @@ pub(crate) mod follower;
 pub(crate) mod look;
 
 use super::correlation::response::{MapOptions, ResponseMap};
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
 pub use crate::network::nanotrack::Version;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::Region;
 use crate::saved;
+use crate::tracker::prelude::*;
 use follower::Follower;
 use look::Look;
-use serde::{Deserialize, Serialize};
 
 /// Parameters of the tracker.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, schemars::JsonSchema)]

@@ -23,12 +23,9 @@
 //! Deviations from the source: none. The search range is a choice of this benchmark; that there is neither scale nor
 //! update of the template is as in the NCC baseline of the VOT challenges.
 
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::{Frame, Window};
+use crate::image::Window;
 use crate::num::fourier::{Complex64, LineFourier};
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::Region;
-use serde::{Deserialize, Serialize};
+use crate::tracker::prelude::*;
 
 /// Parameters of the tracker.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]

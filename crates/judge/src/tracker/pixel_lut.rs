@@ -45,14 +45,11 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
-use crate::plugin::{Entry, PlainParams, Range};
-use crate::region::{Rect, Region};
+use crate::region::Rect;
+use crate::tracker::prelude::*;
 use codes::Codes;
 use colors::Colors;
 use model::{Example, Model, Pattern};
-use serde::{Deserialize, Serialize};
 
 /// Rate of the running mean of the score.
 const FOLLOW: f32 = 0.05;

@@ -36,14 +36,10 @@
 use super::correlation::place::{Follower, Look, Place, Search};
 use super::correlation::response::MapOptions;
 use super::correlation::{KernelFilter, Settings, Update, block_means};
-use super::{Facts, RunContext, StartResult, TrackerConfig, TrackerError};
-use crate::image::Frame;
 use crate::image::color_names::{ColorNames, NAMES};
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Axis, Colors, Outside, Patch, is_gray};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use crate::region::Region;
-use serde::{Deserialize, Serialize};
+use crate::tracker::prelude::*;
 
 /// Side of a cell in pixels.
 const CELL: usize = 4;

@@ -19,13 +19,9 @@
 //! the end of the sequence have no effect. This tracker is not from any paper; tests use it because its
 //! events are known.
 
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
 use crate::num::seed::{rng, seed};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use crate::region::Region;
+use crate::tracker::prelude::*;
 use rand::RngExt;
-use serde::{Deserialize, Serialize};
 
 /// A scripted loss of the target.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]

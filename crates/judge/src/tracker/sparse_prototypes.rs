@@ -51,16 +51,14 @@ mod likelihood;
 mod tests;
 
 use super::affine_candidates::{self, Candidates, PIXELS, SideLimits, TEMPLATE, check_noise, weigh};
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
+use crate::image::Gray;
 use crate::image::warp::Geometry;
-use crate::image::{Frame, Gray};
 use crate::num::incremental_pca::IncrementalPca;
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, PlainParams, Range, show_params};
-use crate::region::Region;
+use crate::plugin::show_params;
+use crate::tracker::prelude::*;
 use likelihood::{Alternation, Comparisons, Subspace, error};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
 /// One gray level.
 const LEVEL: f32 = 1.0 / 256.0;

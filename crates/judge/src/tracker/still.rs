@@ -3,10 +3,8 @@
 //! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
 //! own first place. It has no parameters and no randomness.
 
-use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
-use crate::image::Frame;
-use crate::plugin::{Entry, NoParams, ParamError, Plugin};
-use crate::region::Region;
+use crate::plugin::NoParams;
+use crate::tracker::prelude::*;
 
 /// The still tracker in the list.
 pub const ENTRY: Entry<dyn TrackerConfig> =
