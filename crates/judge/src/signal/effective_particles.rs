@@ -25,17 +25,12 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<EffectiveParticles>(
 )
 .example("{ good = \"low\" }");
 
-/// The signal with checked parameters.
-#[derive(Clone)]
+// Without a comment for its schema, which is that of the parameters.
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
 pub struct EffectiveParticles(Params);
 
-impl Plugin for EffectiveParticles {
-    type Params = Params;
-
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
-}
+impl PlainParams for EffectiveParticles {}
 
 impl Causal for EffectiveParticles {
     type Memory = ();

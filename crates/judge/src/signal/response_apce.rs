@@ -13,7 +13,6 @@
 //! tracker is reliable while this and the peak are above shares of their own running means: see the detector
 //! `relative-drop`.
 
-use crate::plugin::NoParams;
 use crate::signal::prelude::*;
 use crate::tracker::Response;
 
@@ -24,16 +23,11 @@ pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<ResponseApce>(
 );
 
 /// The APCE signal.
-#[derive(Clone)]
-pub struct ResponseApce;
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResponseApce {}
 
-impl Plugin for ResponseApce {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl PlainParams for ResponseApce {}
 
 impl Causal for ResponseApce {
     type Memory = ();

@@ -17,7 +17,6 @@
 //! pixels, so that 11 cells are more of the target than in the paper, where a cell is a pixel; where the map is not wider,
 //! the whole map is the sidelobe.
 
-use crate::plugin::NoParams;
 use crate::signal::prelude::*;
 use crate::tracker::Response;
 
@@ -28,16 +27,11 @@ pub(crate) const ENTRY: Entry<dyn Signal> =
 const MAX_RATIO: f64 = 1e6;
 
 /// The ratio.
-#[derive(Clone)]
-pub struct ResponsePsr;
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResponsePsr {}
 
-impl Plugin for ResponsePsr {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl PlainParams for ResponsePsr {}
 
 impl Causal for ResponsePsr {
     type Memory = ();

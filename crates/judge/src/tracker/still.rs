@@ -3,22 +3,17 @@
 //! It is the baseline of all trackers and a check of the tables: its overlap is that of the target with its
 //! own first place. It has no parameters and no randomness.
 
-use crate::plugin::NoParams;
 use crate::tracker::prelude::*;
 
 /// The still tracker in the list.
 pub const ENTRY: Entry<dyn TrackerConfig> =
     Entry::of::<Still>("still", 1, "never moves: the first region in every frame");
 
-struct Still;
+#[derive(Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Still {}
 
-impl Plugin for Still {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl PlainParams for Still {}
 
 impl TrackerConfig for Still {
     fn facts(&self) -> Facts {
