@@ -39,30 +39,19 @@ pub struct Network {
 }
 
 /// Shape of a block: side and stride of the depthwise kernel, then groups of channels inside the block, of
-/// its squeeze (0 without one), and after it.
-struct Block {
-    side: usize,
-    stride: usize,
-    inside: usize,
-    squeeze: usize,
-    groups: usize,
-    activation: Activation,
-}
-
-const fn block([side, stride, inside, squeeze, groups]: [usize; 5], activation: Activation) -> Block {
-    Block { side, stride, inside, squeeze, groups, activation }
-}
+/// its squeeze (0 without one), and after it; and its activation.
+type Block = ([usize; 5], Activation);
 
 /// Blocks after the first one, which has no expansion. v2 lacks the last block.
 const BLOCKS: [Block; 8] = [
-    block([3, 2, 9, 0, 3], Relu),
-    block([3, 1, 11, 0, 3], Relu),
-    block([5, 2, 12, 3, 5], HardSwish),
-    block([5, 1, 30, 8, 5], HardSwish),
-    block([5, 1, 30, 8, 5], HardSwish),
-    block([5, 1, 15, 4, 6], HardSwish),
-    block([5, 1, 18, 5, 6], HardSwish),
-    block([5, 1, 36, 9, 12], HardSwish),
+    ([3, 2, 9, 0, 3], Relu),
+    ([3, 1, 11, 0, 3], Relu),
+    ([5, 2, 12, 3, 5], HardSwish),
+    ([5, 1, 30, 8, 5], HardSwish),
+    ([5, 1, 30, 8, 5], HardSwish),
+    ([5, 1, 15, 4, 6], HardSwish),
+    ([5, 1, 18, 5, 6], HardSwish),
+    ([5, 1, 36, 9, 12], HardSwish),
 ];
 
 /// A target in the form that the head compares: for classes and for distances.
@@ -118,16 +107,16 @@ impl Network {
         let x = w.squeeze(x, 1, Identity);
         let mut x = w.pointwise(&x, 2, Identity);
         let blocks = if self.version == Version::V2 { BLOCKS.len() - 1 } else { BLOCKS.len() };
-        for b in &BLOCKS[..blocks] {
-            let y = w.pointwise(&x, b.inside, b.activation);
-            let y = if b.squeeze == 0 {
-                w.depthwise(&y, b.side, b.stride, b.activation)
+        for &([side, stride, inside, squeeze, groups], activation) in &BLOCKS[..blocks] {
+            let y = w.pointwise(&x, inside, activation);
+            let y = if squeeze == 0 {
+                w.depthwise(&y, side, stride, activation)
             } else {
-                let y = w.depthwise(&y, b.side, b.stride, Identity);
-                w.squeeze(y, b.squeeze, b.activation)
+                let y = w.depthwise(&y, side, stride, Identity);
+                w.squeeze(y, squeeze, activation)
             };
-            let (bias, weight) = (w.take(b.groups), w.take(b.groups * y.groups * LANES));
-            let rest = (b.stride == 1 && x.groups == b.groups).then_some(&x);
+            let (bias, weight) = (w.take(groups), w.take(groups * y.groups * LANES));
+            let rest = (stride == 1 && x.groups == groups).then_some(&x);
             x = pointwise(&y, bias, weight, rest, Identity);
         }
         x
