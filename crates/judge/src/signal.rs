@@ -43,7 +43,7 @@ use std::sync::Arc;
 
 /// What the file of a signal uses.
 mod prelude {
-    pub use super::causal::{Causal, is_default};
+    pub use super::causal::{Causal, SIZE_HISTORY, is_default};
     pub use super::{Direction, Facts, Observation, Reads, Session, Signal};
     pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
     pub use crate::tracker::{RunContext, TrackerError};

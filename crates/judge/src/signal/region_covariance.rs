@@ -22,7 +22,6 @@
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
 use crate::image::{Frame, Window};
-use crate::signal::causal;
 use crate::signal::histogram::Colors;
 use crate::signal::prelude::*;
 use nalgebra::{Cholesky, Matrix5, Vector5};
@@ -123,7 +122,7 @@ impl Default for Params {
 
 impl PlainParams for Params {
     const RANGES: &'static [Range] =
-        &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0), causal::SIZE_HISTORY];
+        &[Range::within("ridge", 1e-9, 1.0), Range::within("grey_ridge", 0.0, 1.0), SIZE_HISTORY];
 }
 
 impl Causal for Params {

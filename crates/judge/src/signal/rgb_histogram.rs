@@ -15,7 +15,6 @@
 //! three histograms, of one channel each, for one of all colors; `size_history` gives the box the mean sides of its past. Boxes
 //! that leave the frame are shifted inside, larger ones cut to the frame.
 
-use super::causal;
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::Window;
 use crate::signal::prelude::*;
@@ -88,8 +87,7 @@ impl Default for Params {
 }
 
 impl PlainParams for Params {
-    const RANGES: &'static [Range] =
-        &[Range::within("bins", 1.0, 64.0), histogram::RATE, causal::SIZE_HISTORY];
+    const RANGES: &'static [Range] = &[Range::within("bins", 1.0, 64.0), histogram::RATE, SIZE_HISTORY];
 }
 
 impl Causal for Params {

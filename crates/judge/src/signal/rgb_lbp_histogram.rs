@@ -19,7 +19,6 @@
 //! in one of them. `codes`, `colors`, `weights`, `similarity` and `reference` are other readings, the first of each the default;
 //! `size_history` gives the box the mean sides of its past.
 
-use super::causal;
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
 use crate::image::{Frame, Window, luma};
 use crate::signal::prelude::*;
@@ -123,7 +122,7 @@ impl PlainParams for Params {
         Range::within("blue_bins", 1.0, 256.0),
         Range::within("lbp_threshold", 0.0, 255.0),
         histogram::RATE,
-        causal::SIZE_HISTORY,
+        SIZE_HISTORY,
     ];
 
     fn check(&self) -> Result<(), ParamError> {

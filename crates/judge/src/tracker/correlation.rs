@@ -41,7 +41,7 @@ pub enum Update {
 }
 
 /// Highest response of a map.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Peak {
     /// Value of the response.
     pub value: f32,

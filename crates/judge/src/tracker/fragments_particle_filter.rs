@@ -41,7 +41,7 @@ mod tests;
 
 use super::Moments;
 use super::color_particle_filter::{likelihood, relative_likelihoods};
-use crate::num::particles::{Cloud, Posterior, Resampling};
+use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
 use crate::region::Rect;
 use crate::tracker::prelude::*;
@@ -108,7 +108,7 @@ impl TrackerConfig for Params {
         let mut rho = Vec::new();
         evidence.likeness(&place, &mut rho);
         let likelihood = fuse(&rho, &votes(&reliabilities), 1.0, self.sigma_likelihood);
-        let posterior = moments(&cloud, &cloud.posterior(), likelihood);
+        let posterior = Moments::of(&cloud.posterior(), &cloud.weights, &[0, 1], likelihood);
         let state = TrackerState { posterior: Some(posterior), ..TrackerState::initialized(region.clone()) };
         let tracker = Tracking {
             params: self.clone(),
@@ -156,7 +156,8 @@ impl Tracker for Tracking {
         let posterior = cloud.posterior();
         let [x, y] = posterior.mean;
         evidence.likeness(&posterior.mean, &mut rho);
-        let posterior = moments(cloud, &posterior, fuse(&rho, &votes, 1.0, sigma));
+        let likelihood = fuse(&rho, &votes, 1.0, sigma);
+        let posterior = Moments::of(&posterior, &cloud.weights, &[0, 1], likelihood);
         follow(reliabilities, &rho, p.reliability_rate, sigma);
         cloud.resample(Resampling::Systematic, rng);
         let (w, h) = *size;
@@ -208,8 +209,4 @@ fn follow(reliabilities: &mut [f64], rho: &[f64], rate: f64, sigma: f64) {
     // Without this, thousands of frames of rounding would add up.
     let sum: f64 = reliabilities.iter().sum();
     reliabilities.iter_mut().for_each(|r| *r /= sum);
-}
-
-fn moments(cloud: &Cloud<2>, posterior: &Posterior<2>, likelihood: f64) -> Moments {
-    Moments::of(posterior, &cloud.weights, &[0, 1], likelihood)
 }

@@ -73,8 +73,7 @@ pub struct ResponseMap {
 impl ResponseMap {
     /// Map of zeros that wraps around.
     pub fn new(width: usize, height: usize) -> Self {
-        let peak = Peak { value: 0.0, x: 0, y: 0 };
-        Self { values: vec![0.0; width * height], width, wraps: true, peak, cell: 0.0 }
+        Self { values: vec![0.0; width * height], width, wraps: true, peak: Peak::default(), cell: 0.0 }
     }
 
     /// Map with borders. The peak is the first of the largest values.
@@ -98,7 +97,7 @@ impl ResponseMap {
     /// Sets all responses to zero. Used when the patch has no contrast.
     pub fn clear(&mut self, cell: f64) {
         self.values.fill(0.0);
-        (self.peak, self.cell) = (Peak { value: 0.0, x: 0, y: 0 }, cell);
+        (self.peak, self.cell) = (Peak::default(), cell);
     }
 
     /// Adds the numbers and the density of this map to a tracker's answer, whose center is the place of the

@@ -95,7 +95,7 @@ impl Target {
             place.crop(frame, context * SEARCH_SIDE as f64 / TEMPLATE_SIDE as f64, SEARCH_SIDE, self.color);
         let answers = self.network.compare(&self.template, &self.network.features(&crop, SEARCH_SIDE));
         let (side, scale) = (answers.len().isqrt(), TEMPLATE_SIDE as f64 / context);
-        let constants = Constants::of(self.network.version());
+        let [influence, strength, rate] = constants(self.network.version());
         let window: Vec<f64> = (0..side).map(|i| hann(i, side)).collect();
         let size = place.sides.map(|side| side * scale);
         let cells = answers.into_iter().enumerate().map(|(cell, (classes, distances))| {
@@ -105,7 +105,7 @@ impl Target {
             let shift = [(right - left) / 2.0, (bottom - top) / 2.0];
             let [x, y] = [column, row].map(|i| offset(i, side));
             let sides = [left + right, top + bottom];
-            let penalty = constants.penalty(sides, size);
+            let penalty = penalty(strength, sides, size);
             let score = sigmoid(target - background);
             let window = window[row] * window[column];
             Cell {
@@ -113,37 +113,29 @@ impl Target {
                 shift: [x + shift[0], y + shift[1]].map(|d| d / scale),
                 sides: sides.map(|s| s / scale),
                 penalty,
-                rank: penalty * score * (1.0 - constants.window) + window * constants.window,
+                rank: penalty * score * (1.0 - influence) + window * influence,
             }
         });
         let cells: Vec<Cell> = cells.collect();
         let best = first_largest(cells.iter().map(|cell| cell.rank));
-        Look { place: *place, cells, side, best, cell: STRIDE / scale, rate: constants.rate }
+        Look { place: *place, cells, side, best, cell: STRIDE / scale, rate }
     }
 }
 
-/// Constants of a version: window influence, penalty and learning rate.
-struct Constants {
-    window: f64,
-    penalty: f64,
-    rate: f64,
+/// Constants of a version: window influence, strength of the penalty, and learning rate.
+fn constants(version: Version) -> [f64; 3] {
+    match version {
+        Version::V2 => [0.490, 0.150, 0.385],
+        Version::V3 => [0.455, 0.138, 0.348],
+    }
 }
 
-impl Constants {
-    fn of(version: Version) -> Self {
-        match version {
-            Version::V2 => Self { window: 0.490, penalty: 0.150, rate: 0.385 },
-            Version::V3 => Self { window: 0.455, penalty: 0.138, rate: 0.348 },
-        }
-    }
-
-    /// Penalty `exp(-k (s r - 1))` for the changes of size and shape from `size` to `sides`.
-    fn penalty(&self, sides: [f64; 2], size: [f64; 2]) -> f64 {
-        let change = |ratio: f64| ratio.max(1.0 / ratio);
-        let scale = change(side_with_margin(sides) / side_with_margin(size));
-        let shape = change((size[0] / size[1]) / (sides[0] / sides[1]));
-        libm::exp(-self.penalty * (scale * shape - 1.0))
-    }
+/// Penalty `exp(-k (s r - 1))` of strength `k` for the changes of size and shape from `size` to `sides`.
+fn penalty(strength: f64, sides: [f64; 2], size: [f64; 2]) -> f64 {
+    let change = |ratio: f64| ratio.max(1.0 / ratio);
+    let scale = change(side_with_margin(sides) / side_with_margin(size));
+    let shape = change((size[0] / size[1]) / (sides[0] / sides[1]));
+    libm::exp(-strength * (scale * shape - 1.0))
 }
 
 /// Place of a row or column relative to the middle of the search region, in pixels of the region.
