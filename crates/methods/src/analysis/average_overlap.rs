@@ -8,7 +8,7 @@
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
 use crate::score::TrackerMetric;
 use crate::score::average_overlap::{overlaps, rates};
-use trackfail_core::plugin::{Entry, NoParams, ParamError, Plugin};
+use trackfail_core::plugin::{Entry, PlainParams};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<AverageOverlap>(
     "average-overlap",
@@ -16,15 +16,11 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<AverageOverlap>(
     "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
 );
 
-struct AverageOverlap;
+#[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct AverageOverlap {}
 
-impl Plugin for AverageOverlap {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl PlainParams for AverageOverlap {}
 
 /// The numbers of the analysis, and the columns of its tables.
 const NUMBERS: [TrackerMetric; 3] = [TrackerMetric::AO, TrackerMetric::SR_50, TrackerMetric::SR_75];
