@@ -1,6 +1,5 @@
 //! The program as a user meets it: commands, files, exit codes.
 
-mod absence;
 mod archives;
 mod bad_data;
 mod beside;
