@@ -76,17 +76,17 @@ const BOTH: Scene = Scene {
     distractor: |t| (75..140).contains(&t).then_some((110.0, 95.0)),
 };
 
-fn sequence(scene: Scene, frames: usize) -> Arc<Sequence> {
+fn sequence(scene: Scene) -> Arc<Sequence> {
     let region = |(x, y): (f64, f64)| Region::Rect(Rect::new(x - SIDE / 2.0, y - SIDE / 2.0, SIDE, SIDE));
-    let mut sequence = without_frames("scene", frames);
-    sequence.truth = (0..frames).map(|t| (scene.target)(t).map(region)).collect();
-    sequence.frames = Frames::Rendered(Arc::new(scene), frames);
+    let mut sequence = without_frames("scene", scene.frames);
+    sequence.truth = (0..scene.frames).map(|t| (scene.target)(t).map(region)).collect();
+    sequence.frames = Frames::Rendered(Arc::new(scene), scene.frames);
     Arc::new(sequence)
 }
 
-/// A method on the first frames of a scene.
-fn judge(scene: Scene, frames: usize, seed: u64, [signal, detector]: [(&str, &str); 2]) -> DetectorOutput {
-    let sequence = sequence(scene, frames);
+/// A method on a scene.
+fn on(scene: Scene, [signal, detector]: [(&str, &str); 2], seed: u64) -> DetectorOutput {
+    let sequence = sequence(scene);
     let entry = plugin::find(TRACKERS, "color-particle-filter").unwrap();
     let config = entry.build_from_text("{}").unwrap().plugin;
     let signal_entry = plugin::find(SIGNALS, signal.0).unwrap();
@@ -99,7 +99,7 @@ fn judge(scene: Scene, frames: usize, seed: u64, [signal, detector]: [(&str, &st
     let values = signals.remove(0).unwrap();
     let reversal = Reversal::new(run, states.into_iter().map(|state| state.region).collect());
     let detector = plugin::find(DETECTORS, detector.0).unwrap().build_from_text(detector.1).unwrap();
-    let error = vec![f64::NAN; frames];
+    let error = vec![f64::NAN; scene.frames];
     let input = Input { signal: &values, error: &error, seed: 0, reverse: None, more: &[] };
     reverse::detect(&*detector, input, Some(&reversal)).unwrap()
 }
@@ -107,10 +107,6 @@ fn judge(scene: Scene, frames: usize, seed: u64, [signal, detector]: [(&str, &st
 const ARTE: [(&str, &str); 2] = [("uncertainty", "{ components = [0, 1] }"), ("arte", "{ settling = 25 }")];
 const ARTE_STAR: [(&str, &str); 2] =
     [("uncertainty-change", "{ settling = 25 }"), ("arte-star", "{ length = 5, beta = 4.0 }")];
-
-fn on(scene: Scene, method: [(&str, &str); 2], seed: u64) -> DetectorOutput {
-    judge(scene, scene.frames, seed, method)
-}
 
 #[test]
 fn a_recovery_is_credited() {
@@ -141,21 +137,5 @@ fn a_distractor_is_not() {
         // The target itself is credited after it.
         let checks = on(BOTH, method, 1).quality.unwrap().checks;
         assert!(checks.len() >= 2 && !checks[0].accepted, "{method:?} {checks:?}");
-    }
-}
-
-#[test]
-fn the_output_in_a_frame_needs_no_later_frame() {
-    for method in [ARTE, ARTE_STAR] {
-        let whole = on(RECOVERY, method, 3);
-        let quality = whole.quality.as_ref().unwrap();
-        for frames in [1, 70, 110, 130] {
-            let part = judge(RECOVERY, frames, 3, method);
-            assert_eq!((&part.alarm[..], &part.score[..]), (&whole.alarm[..frames], &whole.score[..frames]));
-            let part = part.quality.unwrap();
-            assert_eq!(part.condition, quality.condition[..frames]);
-            let before: Vec<_> = quality.checks.iter().filter(|c| c.frame < frames).copied().collect();
-            assert_eq!(part.checks, before);
-        }
     }
 }
