@@ -330,30 +330,6 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
     run(&place, &still, "").ends(2).shows("only results that are replayed");
 }
 
-/// A program that ends in the second frame of `b`.
-#[cfg(unix)]
-const CRASHING: &str = r#"[tracker.mine]
-command = ["sh", "-c", "while read -r line; do case $line in quit) exit;; init*) region=$(printf '%s' \"$line\" | cut -f 3);; */b/*) echo 'no memory' >&2; exit 7;; esac; echo \"$region\"; done"]
-protocol = "lines"
-version = "1"
-"#;
-
-#[cfg(unix)]
-#[test]
-fn a_tracker_that_crashes_on_a_sequence_has_failed_there() {
-    let place = Place::with(&[("plugins.toml", CRASHING)]);
-    for sequence in ["a", "b"] {
-        place.frames(&format!("mine/{sequence}/img/0000.png"), FRAMES, (64, 48), |_, _, _| [0; 3]);
-        place.write(&format!("mine/{sequence}/groundtruth_rect.txt"), TARGET.repeat(FRAMES));
-    }
-    place.run("data add my-three mine --format otb --data-root .").ends(0);
-    let trackers = "[{ name = \"still\" }, { name = \"process\", program = \"mine\", label = \"mine\" }]";
-    for rest in [ANALYSIS, METHOD] {
-        let ran = run(&place, &format!("{HEAD}tracker = {trackers}\n{rest}"), "--allow-missing");
-        ran.ends(4).shows("failed: mine, b").shows("no memory");
-    }
-}
-
 // Before: all cells of its tracker had failed, and those of the trackers that have this one as a companion.
 #[cfg(unix)]
 #[test]
