@@ -370,21 +370,16 @@ fn what_it_says_live_is_what_detect_says_of_the_whole() {
     }
 }
 
+// A wrong box is that of its target, and a whole float is the id that the integer is.
 #[test]
-fn a_wrong_box_is_that_of_its_target() {
-    let input = lines([&json!({"id": 7, "box": "none"}), &json!({"id": 7, "box": [1, 2, 30, 30]})]);
-    let answers = answers(&monitor(&Place::new(), "--method Displacement", &input).ends(0).out);
-    assert!(answers.len() == 2 && answers.iter().all(|answer| answer["id"] == 7), "{answers:?}");
-    assert!(answers[0]["error"].as_str().unwrap().starts_with("box: invalid type"), "{answers:?}");
-    assert_eq!(answers[1]["state"], "tracking");
-}
-
-#[test]
-fn a_whole_float_is_the_id_that_the_integer_is() {
-    let input = "{\"id\": 7.0, \"box\": [1, 2, 30, 30]}\n{\"id\": 7, \"end\": true}\n{\"id\": 1.5}\n";
-    let answers = answers(&monitor(&Place::new(), "--method Displacement", input).ends(0).out);
-    assert!(answers[0]["id"] == 7 && answers[1]["ended"] == true, "{answers:?}");
-    assert!(answers[2]["error"].as_str().unwrap().contains("a whole number or a text"), "{answers:?}");
+fn an_answer_names_its_target() {
+    let boxed = json!({"id": 7.0, "box": [1, 2, 30, 30]});
+    let all = [&json!({"id": 7, "box": "none"}), &boxed, &json!({"id": 7, "end": true}), &json!({"id": 1.5})];
+    let answers = answers(&monitor(&Place::new(), "--method Displacement", &lines(all)).ends(0).out);
+    let [wrong, good, ended, nobody] = &answers[..] else { panic!("{answers:?}") };
+    assert!(wrong["id"] == 7 && wrong["error"].as_str().unwrap().starts_with("box: invalid type"), "{wrong}");
+    assert!(good["id"] == 7 && good["state"] == "tracking" && ended["ended"] == true, "{answers:?}");
+    assert!(nobody["error"].as_str().unwrap().contains("a whole number or a text"), "{nobody}");
 }
 
 #[test]
