@@ -3,7 +3,6 @@
 use crate::tools::{Place, Ran, assert_same_files, needs, trackfail};
 use sha2::{Digest, Sha256};
 use std::ffi::OsStr;
-use std::io::Write;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -125,19 +124,12 @@ fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
     assert!(Command::new("cp").arg("-a").arg(small.dir.path()).arg(&to).status().unwrap().success());
     let again = || Ran::of(trackfail().current_dir(small.dir.path()).args(["run", "--quiet", "--force"]));
 
-    let filler = small.dir.path().join("filler");
-    let room = vec![0_u8; 1 << 20];
-    let mut file = std::fs::File::create(&filler).unwrap();
-    let mut chunk = room.len();
-    while chunk >= 4096 {
-        if file.write_all(&room[..chunk]).is_err() {
-            chunk /= 2;
-        }
-    }
-    drop(file);
+    let fill =
+        Command::new("sh").args(["-c", "cat /dev/zero > filler"]).current_dir(small.dir.path()).output();
+    assert!(!fill.unwrap().status.success());
     let full = again().ends(1).tells("No space left");
     assert!(full.err.starts_with("error: quickstart: "), "{}", full.err);
-    std::fs::remove_file(&filler).unwrap();
+    std::fs::remove_file(small.dir.path().join("filler")).unwrap();
     assert_same_files(&to, small.dir.path());
     assert_whole_or_unfinished(&small.dir.path().join("results/quickstart"));
     assert!(small.dir.path().join("results/quickstart/manifest.json").exists());

@@ -69,10 +69,11 @@ fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
     assert_eq!(calls(&std::fs::read(call("report")).unwrap()), [expected(&root, "results", None)]);
     let line = format!("loads it\nthis is report in {}\n", folder.display());
     assert_eq!(logged(&format!("report-{report}.log")), line);
-    assert_eq!(cluster.comments(&report), ["mine"]);
+    let of_report = |field: &str| cluster.field(&report, field).into_values().collect::<Vec<_>>();
+    assert_eq!(of_report("Comment="), ["mine"]);
     let codes = [("1", "0:0"), ("2", "4:0"), ("3", "130:0")].map(|(i, c)| (i.to_string(), c.to_string()));
-    assert_eq!(cluster.exit_codes(&shards), std::collections::BTreeMap::from(codes));
-    assert_eq!(cluster.exit_codes(&report).into_values().collect::<Vec<_>>(), ["0:0"]);
+    assert_eq!(cluster.field(&shards, "ExitCode="), std::collections::BTreeMap::from(codes));
+    assert_eq!(of_report("ExitCode="), ["0:0"]);
 }
 
 #[needs(slurm)]
@@ -95,7 +96,7 @@ fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
         ["slurm", "quickstart", "--shards", "3", "--submit", "--memory", "500M", "--output", "shared"];
     let jobs = job_numbers(&in_folder("shared", &submit));
     cluster.wait_until_idle();
-    let codes = jobs.clone().map(|job| cluster.exit_codes(&job).into_values().collect::<Vec<_>>());
+    let codes = jobs.clone().map(|job| cluster.field(&job, "ExitCode=").into_values().collect::<Vec<_>>());
     assert_eq!(codes, [vec!["0:0"; 3], vec!["0:0"]]);
     // The report job computes nothing.
     let log = std::fs::read_to_string(root.join("shared").join(format!("report-{}.log", jobs[1]))).unwrap();

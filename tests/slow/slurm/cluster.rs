@@ -2,10 +2,8 @@
 //! free ports, a key and a socket of their own, as the user who runs the test.
 
 use std::collections::BTreeMap;
-use std::fs::OpenOptions;
-use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -87,17 +85,13 @@ impl Cluster {
 
     fn start_munged(&mut self) {
         let root = self.root.path().to_path_buf();
-        let key = root.join("munge.key");
         // Who knows the key can run jobs as the user of this test.
-        let mut bytes = [0_u8; 128];
-        std::fs::File::open("/dev/urandom").unwrap().read_exact(&mut bytes).unwrap();
-        let mut file = OpenOptions::new().write(true).create_new(true).mode(0o400).open(&key).unwrap();
-        file.write_all(&bytes).unwrap();
+        let key = "umask 377; head -c 128 /dev/urandom > munge.key";
+        assert!(Command::new("sh").args(["-c", key]).current_dir(&root).status().unwrap().success());
         let mut command = Command::new("munged");
         command.arg("--foreground");
-        let files = [("key", "key"), ("socket", "socket"), ("pid", "pid"), ("log", "log"), ("seed", "seed")];
-        for (option, ending) in files {
-            let option = if option == "socket" { option.to_string() } else { format!("{option}-file") };
+        for option in ["key-file", "socket", "pid-file", "log-file", "seed-file"] {
+            let ending = option.trim_end_matches("-file");
             command.arg(format!("--{option}={}/munge.{ending}", root.display()));
         }
         self.spawn("munged", &mut command);
@@ -132,21 +126,14 @@ impl Cluster {
         });
     }
 
-    /// Task (or job number) -> `code:signal` of a job that is done.
-    pub fn exit_codes(&self, job: &str) -> BTreeMap<String, String> {
+    /// Task (or job number) -> a field of a job that is done: its `Comment=`, or `code:signal` as its `ExitCode=`.
+    pub fn field(&self, job: &str, name: &str) -> BTreeMap<String, String> {
         let jobs = self.output(Command::new("scontrol").args(["show", "job", "-o", job]));
-        let code = |line: &str| {
+        let of = |line: &str| {
             let field = |key: &str| line.split(' ').find_map(|f| f.strip_prefix(key)).map(str::to_string);
-            Some((field("ArrayTaskId=").or_else(|| field("JobId="))?, field("ExitCode=")?))
+            Some((field("ArrayTaskId=").or_else(|| field("JobId="))?, field(name)?))
         };
-        jobs.lines().filter_map(code).collect()
-    }
-
-    /// Comments of a job that is done.
-    pub fn comments(&self, job: &str) -> Vec<String> {
-        let jobs = self.output(Command::new("scontrol").args(["show", "job", job]));
-        let comment = |line: &str| line.trim().strip_prefix("Comment=").map(str::to_string);
-        jobs.lines().filter_map(comment).collect()
+        jobs.lines().filter_map(of).collect()
     }
 
     /// Logs of the daemons.
