@@ -3,12 +3,12 @@
 
 use crate::fetch::{job_of, options, run};
 use crate::packed::{Zipped, zip, zipped};
-use crate::server::Server;
 use crate::tools::files;
 use proptest::prelude::*;
 use std::path::Path;
 use trackfail::dataset::fetch::{Caps, FetchError, MARKER};
 use trackfail_testing::put;
+use trackfail_testing::server::Server;
 
 /// Fetches an archive into a data root inside `outer`.
 fn fetched(outer: &Path, bytes: Vec<u8>, caps: Caps) -> Result<(), FetchError> {

@@ -1,13 +1,13 @@
 //! Downloads that are interrupted, changed, refused or slow.
 
 use crate::fetch::{arrives, job, job_of, nothing_left, options, run, sample, sha256, whole};
-use crate::server::{Server, Step, file, full, head};
 use crate::tools::files;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use trackfail::dataset::archive::Packing;
 use trackfail::dataset::fetch::{FetchError, FetchJob, FetchOptions};
 use trackfail_testing::put;
+use trackfail_testing::server::{Server, Step, file, full, head};
 
 fn download(root: &Path) -> (PathBuf, PathBuf) {
     let folder = root.join(".trackfail/downloads");

@@ -2,7 +2,6 @@
 
 use crate::download::fails;
 use crate::packed::{zip, zipped};
-use crate::server::{Server, full};
 use crate::tools::{Place, assert_says, files};
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -14,6 +13,7 @@ use trackfail::dataset::fetch::{
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
 use trackfail_testing::put;
+use trackfail_testing::server::{Server, full};
 
 /// Tells nobody.
 struct Silent;

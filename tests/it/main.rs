@@ -32,7 +32,6 @@ mod process;
 mod readings;
 mod restarts;
 mod sent;
-mod server;
 #[cfg(unix)]
 mod slurm;
 mod synthetic;

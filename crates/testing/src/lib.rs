@@ -3,6 +3,7 @@
 #[path = "../../needs/src/conditions.rs"]
 pub mod conditions;
 pub mod hostile;
+pub mod server;
 
 use proptest::prelude::*;
 use std::borrow::Borrow;

@@ -259,22 +259,12 @@ impl FetchWatch for Bar {
 mod tests {
     use super::*;
     use crate::dataset::archive::{Archive, Packing};
-    use std::io::{BufRead, BufReader};
     use std::path::Path;
+    use trackfail_testing::server::{Server, full};
 
     /// Serves `bytes` for all requests and returns the address.
-    fn serve(bytes: Vec<u8>) -> String {
-        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let url = format!("http://{}/diving.zip", listener.local_addr().unwrap());
-        std::thread::spawn(move || {
-            for mut stream in listener.incoming().flatten() {
-                let lines = BufReader::new(stream.try_clone().unwrap()).lines();
-                lines.map_while(Result::ok).take_while(|line| !line.is_empty()).for_each(drop);
-                let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\n\r\n", bytes.len());
-                stream.write_all(&[head.as_bytes(), &bytes].concat()).unwrap();
-            }
-        });
-        url
+    fn serve(bytes: &[u8]) -> String {
+        Server::always(full("200 OK", &[], bytes)).archive()
     }
 
     fn wanted() -> Vec<WantedSequences> {
@@ -308,10 +298,9 @@ mod tests {
 
     /// Fetches `vot2014/diving` from an archive packed from a folder.
     fn fetch_packed(folder: &Path) -> (tempfile::TempDir, Failed) {
-        let bytes = packed(folder);
         let root = tempfile::tempdir().unwrap();
         let space = Workspace::open(root.path()).unwrap();
-        let jobs = [job(serve(bytes))];
+        let jobs = [job(serve(&packed(folder)))];
         let mut failed = download(&space, &jobs, &FetchOptions::default()).unwrap();
         check(&wanted(), &jobs, &mut failed, &[root.path().to_path_buf()]).unwrap();
         (root, failed)
@@ -409,7 +398,7 @@ mod tests {
         let mut plan = fetch::plan(&wanted(), &roots, true);
         assert_eq!((plan.broken.len(), plan.jobs.len()), (0, 1));
         assert_eq!(plan.jobs[0].again, ["vot2014/diving"]);
-        let good = job(serve(packed(&diving())));
+        let good = job(serve(&packed(&diving())));
         plan.jobs[0] = FetchJob { again: plan.jobs[0].again.clone(), ..good };
         let space = Workspace::open(root.path()).unwrap();
         let failed = download(&space, &plan.jobs, &FetchOptions::default()).unwrap();
@@ -433,7 +422,7 @@ mod tests {
         let space = Workspace::open(root.path()).unwrap();
         let mut options = FetchOptions::default();
         options.patience.pause = std::time::Duration::ZERO;
-        let failed = download(&space, &[dead, job(serve(b"no archive".to_vec()))], &options).unwrap();
+        let failed = download(&space, &[dead, job(serve(b"no archive"))], &options).unwrap();
         assert_eq!((failed.network.len(), failed.data.len()), (1, 1));
         assert_eq!(verdict(&FetchPlan::default(), &failed).unwrap_err().code(), 1);
         let by_hand = FetchPlan { by_hand: vec![("a/b".into(), "x".into())], ..FetchPlan::default() };

@@ -6,10 +6,12 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// A request: its path, and its header fields by their names in lower case.
+/// A request; names of header fields are in lower case.
 #[derive(Debug, Clone)]
 pub struct Request {
+    /// Its path, with what follows a `?`.
     pub path: String,
+    /// Its header fields.
     pub headers: BTreeMap<String, String>,
 }
 
@@ -23,13 +25,17 @@ impl Request {
 /// A step of a server's answer; after the last one the connection is closed.
 #[derive(Debug, Clone)]
 pub enum Step {
+    /// Sends bytes.
     Send(Vec<u8>),
+    /// Waits for so many milliseconds.
     Pause(u64),
     /// Waits until the client hangs up.
     Stall,
 }
 
+/// The server; it goes on until the program ends.
 pub struct Server {
+    /// Its address without a path.
     pub url: String,
     asked: Arc<Mutex<Vec<Request>>>,
 }
@@ -62,6 +68,7 @@ impl Server {
         Self::new(move |_, request| file(request, &body, &etag))
     }
 
+    /// The requests so far.
     pub fn asked(&self) -> Vec<Request> {
         self.asked.lock().expect("no panic").clone()
     }
