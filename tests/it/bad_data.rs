@@ -1,13 +1,8 @@
 //! Data that is not what it should be: a cell fails with a reason, a score never changes silently.
 
-use crate::tools::{Place, sequence};
+use crate::tools::{Place, experiment, sequence};
 
-const SPEC: &str = r#"schema = 1
-name = "mine/couple"
-title = "One sequence"
-protocol = "khalid2016/1"
-suites.test = "otb-dtef20"
-tracker = [{ name = "replay", results = "otb/OPE/MINE", label = "mine" }]
+const SPEC: &str = r#"tracker = [{ name = "replay", results = "otb/OPE/MINE", label = "mine" }]
 method = [{ name = "CovF" }]
 table = [{ name = "t", rows = ["recall", "events"], columns = "method" }]
 "#;
@@ -19,7 +14,7 @@ const FRAME: &str = "data/otb/Couple/img/0100.png";
 #[test]
 fn a_cell_of_bad_data_fails_with_the_name_of_the_file() {
     // Another sequence in the place of otb/Couple, and a tracker's boxes for it.
-    let place = Place::with(&[("couple.toml", SPEC)]);
+    let place = Place::with(&[("couple.toml", &experiment("mine/couple", "otb-dtef20", SPEC))]);
     sequence(&place, "Couple", 140);
     place.write(BOXES, place.bytes(TRUTH));
     let run = || place.run("run couple.toml --allow-missing --data-root data");

@@ -1,15 +1,10 @@
 //! From a number of a table down to the frames, by the results alone.
 
 use crate::sent::place_with;
-use crate::tools::Place;
+use crate::tools::{Place, experiment};
 use serde_json::Value;
 
-const SPEC: &str = r#"schema = 1
-name = "mine/small"
-title = "t"
-protocol = "khalid2016/1"
-suites.test = "synthetic-vot"
-tracker = [{ name = "ncc" }]
+const SPEC: &str = r#"tracker = [{ name = "ncc" }]
 table = [{ name = "t", rows = ["tp", "recall", "score_mean", "auroc"], columns = "method" }]
 method = [
     { name = "level", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
@@ -26,7 +21,7 @@ fn rows(place: &Place, words: &str) -> Vec<Value> {
 
 #[test]
 fn a_number_is_taken_apart_down_to_its_frames() {
-    let place = Place::with(&[("a.toml", SPEC)]);
+    let place = Place::with(&[("a.toml", &experiment("mine/small", "synthetic-vot", SPEC))]);
     place.run("explain t tp level").refuses(2, "no finished experiment in results");
     place.run("run a.toml -q").ends(0);
     let pooled = place.read("results/mine/small/measures.csv");

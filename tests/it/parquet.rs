@@ -1,7 +1,7 @@
 //! Parquet files as other programs read them: the rows of `signals.parquet` of methods with a grid, and filters on texts in
 //! pyarrow and DuckDB.
 
-use crate::tools::{Place, Ran, needs, suite};
+use crate::tools::{Place, Ran, experiment, needs, suite};
 use polars::prelude::{DataFrame, ParquetReader, SerReader};
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -9,12 +9,7 @@ use std::path::Path;
 
 const FRAMES: usize = 60;
 
-const SPEC: &str = r#"schema = 1
-name = "mine/parquet"
-title = "Grids"
-protocol = "khalid2016/1"
-suites.test = "my-boxes"
-tracker = [{ name = "replay", results = "T", label = "T" }, { name = "color-particle-filter", label = "PF" }]
+const SPEC: &str = r#"tracker = [{ name = "replay", results = "T", label = "T" }, { name = "color-particle-filter", label = "PF" }]
 table = [{ name = "t", rows = ["detections"], columns = "method", methods = ["plain"] }]
 
 [[method]]
@@ -38,7 +33,8 @@ methods = [
 /// A place with the results of the experiment in `r/mine/parquet`.
 fn results() -> Place {
     let lock = suite("my-boxes", "otb", &[("Walk", "frames/Walk")]);
-    let place = Place::with(&[("datasets.lock", &lock), ("spec.toml", SPEC)]);
+    let spec = experiment("mine/parquet", "my-boxes", SPEC);
+    let place = Place::with(&[("datasets.lock", &lock), ("spec.toml", &spec)]);
     let boxes =
         |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
     place.write("frames/Walk/groundtruth_rect.txt", boxes(|t| t + 1));

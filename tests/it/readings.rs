@@ -1,13 +1,8 @@
 //! Readings beside published numbers, on rendered sequences.
 
-use crate::tools::{Place, Row, number};
+use crate::tools::{Place, Row, experiment, number};
 
-const EXPERIMENT: &str = r#"schema = 1
-name = "mine/readings"
-title = "Readings"
-protocol = "khalid2016/1"
-suites.test = "synthetic-vot"
-tracker = [
+const READINGS: &str = r#"tracker = [
     { name = "ncc", label = "NCC", protocol = "vot-reset" },
     { name = "ncc", label = "NCC nearby", like = "NCC", search = 0.5, protocol = "vot-reset" },
 ]
@@ -36,9 +31,14 @@ row = "score_mean_std"
 values = { RgbHist = ".67±.16" }
 "#;
 
+/// A place with the experiment.
+fn place(readings: &str) -> Place {
+    Place::with(&[("my.toml", &experiment("mine/readings", "synthetic-vot", readings))])
+}
+
 #[test]
 fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
-    let place = Place::with(&[("my.toml", EXPERIMENT)]);
+    let place = place(READINGS);
     place.run("run my.toml --quiet").ends(0);
     let readings = place.rows("results/mine/readings/readings.csv");
     let of = |tracker: &str, method: &str, statistic: &str| {
@@ -105,9 +105,9 @@ fn wrong_readings_are_told_by_name() {
             ["backwards", "khalid2016/2"],
         ),
     ] {
-        let text = EXPERIMENT.replace(from, to);
-        assert_ne!(text, EXPERIMENT);
-        let ran = Place::with(&[("my.toml", &text)]).run("run my.toml --quiet").ends(2);
+        let text = READINGS.replace(from, to);
+        assert_ne!(text, READINGS);
+        let ran = place(&text).run("run my.toml --quiet").ends(2);
         ran.tells(words[0]).tells(words[1]);
     }
 }

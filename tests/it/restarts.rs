@@ -1,6 +1,6 @@
 //! Restarts of the reset protocol: pages, figures and `explain` count as the run did, under both protocols.
 
-use crate::tools::Place;
+use crate::tools::{Place, experiment};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use trackfail::report::explain::explain;
@@ -17,12 +17,7 @@ use trackfail::table::layout::{Origin, origins};
 // `late anew` begins again with each piece: 0, 15, 30; 47, 62, 77; 93, 108, 123, 138, 153, 168. Those of 47 and 93 are the
 // restarts' own and count for nothing, so that both losses are missed.
 // `early anew`: 10, 25, 40; 57, 72, 87; 103, 118, 133, 148, 163, 178. 40 and 87 find the losses, 2 frames and 1 early.
-const SPEC: &str = r#"schema = 1
-name = "mine/restarts"
-title = "t"
-protocol = "khalid2016/1"
-suites.test = "synthetic-vot"
-method = [
+const SPEC: &str = r#"method = [
     { name = "late", detector = { kind = "periodic", period = 15 } },
     { name = "late anew", detector = { kind = "periodic", period = 15 }, protocol = "khalid2016/2" },
     { name = "early anew", detector = { kind = "periodic", period = 15, phase = 10 }, protocol = "khalid2016/2" },
@@ -48,7 +43,7 @@ losses = [{ frame = 42, length = 5 }, { frame = 88, length = 5 }]
 
 #[test]
 fn pages_figures_and_explanations_count_as_the_run_did() {
-    let place = Place::with(&[("a.toml", SPEC)]);
+    let place = Place::with(&[("a.toml", &experiment("mine/restarts", "synthetic-vot", SPEC))]);
     place.run("run a.toml -q").ends(0);
     let results = Results::read(&place.path("results/mine/restarts")).unwrap();
     the_table_of_counts_is_that_of_the_run(&results);

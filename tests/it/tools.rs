@@ -10,7 +10,7 @@ mod program;
 pub use program::memory;
 #[cfg(unix)]
 pub use program::trackfail;
-pub use program::{Place, Ran, Row, number, words};
+pub use program::{Place, Ran, Row, experiment, number, words};
 pub use trackfail_testing::{assert_same_files, assert_says, files, needs, rows};
 
 /// A file that describes a suite of the user's own, by the names and folders of its sequences.

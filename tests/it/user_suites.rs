@@ -1,6 +1,6 @@
 //! Sequences of the user's own: from a folder to a suite, an experiment, and its report.
 
-use crate::tools::{Place, suite};
+use crate::tools::{Place, experiment, suite};
 
 const FRAMES: usize = 30;
 
@@ -29,12 +29,7 @@ fn data_root() -> Place {
     place
 }
 
-const SPEC: &str = r#"schema = 1
-name = "mine/got"
-title = "My own sequences"
-protocol = "khalid2016/1"
-suites.test = "my-got"
-tracker = [{ name = "replay", results = "got/T", label = "T", runs = 3 }]
+const SPEC: &str = r#"tracker = [{ name = "replay", results = "got/T", label = "T", runs = 3 }]
 method = [{ name = "CovF" }]
 table = [{ name = "t", rows = ["recall", "events"], columns = "method" }]
 "#;
@@ -44,7 +39,7 @@ const ADD: &str = "data add my-got got/val --format got10k --data-root .";
 #[test]
 fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
     let place = data_root();
-    place.write("spec.toml", SPEC);
+    place.write("spec.toml", experiment("mine/got", "my-got", SPEC));
     let run = |spec: &str| place.run(&format!("run {spec} --data-root . --results r"));
     run("spec.toml").ends(2).tells("unknown suite `my-got`");
     let added = place.run(ADD).ends(0);
@@ -57,7 +52,7 @@ fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
 
     let ran = run("spec.toml").ends(0);
     assert!(!ran.err.contains("has a result of run"), "{}", ran.err);
-    place.write("once.toml", SPEC.replace("mine/got", "mine/once").replace("runs = 3", "runs = 2"));
+    place.write("once.toml", experiment("mine/once", "my-got", &SPEC.replace("runs = 3", "runs = 2")));
     let more = "warning: T: GOT-10k_Val_000001 has a result of run 3, but `runs` is 2";
     run("once.toml").ends(0).tells(more);
     let mut events = place.rows("r/mine/got/scores.csv");

@@ -1,6 +1,6 @@
 //! Verbs that tell what there is and what would be done: schema, new, completions, list, dry runs.
 
-use crate::tools::Place;
+use crate::tools::{Place, experiment};
 use serde_json::Value;
 use trackfail::plugin::Entry;
 
@@ -86,12 +86,7 @@ fn lists_name_what_there_is() {
     }
 }
 
-const SPEC: &str = r#"schema = 1
-name = "mine/try"
-title = "A try"
-protocol = "khalid2016/1"
-suites.test = "synthetic-vot"
-tracker = [{ name = "still" }]
+const SPEC: &str = r#"tracker = [{ name = "still" }]
 method = [
     { name = "histogram", signal.kind = "rgb-histogram", detector = { kind = "level", below = 0.9 } },
     { name = "never", detector = { kind = "never" } },
@@ -100,7 +95,7 @@ method = [
 
 #[test]
 fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
-    let place = Place::with(&[("try.toml", SPEC)]);
+    let place = Place::with(&[("try.toml", &experiment("mine/try", "synthetic-vot", SPEC))]);
     let run = |more: &str| place.run(&format!("run try.toml {more}")).ends(0).out;
     let first = run("--dry-run");
     assert!(first.starts_with("mine/try: A try\n  data "), "{first}");
@@ -139,6 +134,7 @@ fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
 fn cells_that_fail_for_the_same_cause_are_told_once() {
     let program = "[tracker.mine]\nversion = \"1\"\nprotocol = \"lines\"\ncommand = [\"sh\", \"-c\", \"echo Traceback >&2; echo no module named numpy >&2; exit 1\"]\n";
     let spec = SPEC.replace("name = \"still\"", "name = \"process\", program = \"mine\"");
+    let spec = experiment("mine/try", "synthetic-vot", &spec);
     let place = Place::with(&[("plugins.toml", program), ("try.toml", &spec)]);
     for more in ["", "--shard 1/1"] {
         let all = place.run(&format!("run try.toml {more}")).ends(4).all();

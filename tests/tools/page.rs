@@ -1,13 +1,9 @@
 //! An experiment whose page has something of everything.
 
 use super::Place;
+use super::program::experiment;
 
 const SPEC: &str = r#"
-schema = 1
-name = "mine/page"
-title = "A page in a browser"
-protocol = "khalid2016/1"
-suites.test = "my-otb"
 tracker = [{ name = "still" }, { name = "still", label = "still too" }]
 method = [
     { name = "DTEF", trackers = ["still"] },
@@ -26,7 +22,7 @@ claim = [
 /// The page of a run over sequences whose target goes back and forth, so that a tracker that stays where it is
 /// loses it again and again: `reports/mine/page/index.html`.
 pub fn page_of_a_run() -> Place {
-    let place = Place::with(&[("a.toml", SPEC)]);
+    let place = Place::with(&[("a.toml", &experiment("mine/page", "my-otb", SPEC))]);
     for (name, frames, attributes) in [("Ant", 60, "OCC"), ("Bee", 90, "OCC,SV"), ("Cat", 75, "SV")] {
         let folder = format!("d/otb/{name}");
         let left = |t: u32| 3 * 20_u32.abs_diff(t % 40);

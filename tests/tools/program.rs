@@ -24,6 +24,12 @@ pub fn words(line: &str) -> Vec<String> {
     line.split('\'').enumerate().flat_map(part).collect()
 }
 
+/// An experiment by the protocol of 2016 with what `rest` says of it.
+pub fn experiment(name: &str, suite: &str, rest: &str) -> String {
+    let head = "schema = 1\ntitle = \"A try\"\nprotocol = \"khalid2016/1\"";
+    format!("{head}\nname = \"{name}\"\nsuites.test = \"{suite}\"\n{rest}")
+}
+
 /// A row of a CSV file by the names of its columns.
 pub type Row = BTreeMap<String, String>;
 
