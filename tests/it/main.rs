@@ -18,7 +18,6 @@ mod hostile;
 mod learning;
 mod live;
 mod monitor;
-mod monitor_state;
 mod needs;
 #[cfg(target_os = "linux")]
 mod outputs;

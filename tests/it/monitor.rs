@@ -11,6 +11,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use trackfail::monitor::{Monitor, MonitorError, Options};
 
+const STATE: &str = "--method Displacement --state track.state";
+
 /// A place with images of a rendered sequence, and the lines of its first box as that of all frames, with the truth as a
 /// companion's.
 fn rendered() -> (Place, Vec<PathBuf>, Vec<Value>) {
@@ -121,15 +123,52 @@ fn boxes_may_count_from_one() {
     }
 }
 
+// Two writers of one state would each undo what the other has written.
+#[test]
+fn one_monitor_at_a_time_has_a_state() {
+    let place = Place::new();
+    let all = jumping(20, 9);
+    let mut live = Live::start(&place, STATE);
+    live.ask(&all[0]);
+    let kept = place.bytes("track.state");
+    let second = |line: &str| {
+        let told = "track.state: another `trackfail monitor` has its state there";
+        monitor(&place, line, &lines(&all)).refuses(3, told);
+        assert_eq!(place.bytes("track.state"), kept);
+    };
+    second(STATE);
+    #[cfg(unix)]
+    {
+        // Under another name it is the same state.
+        std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
+        second("--method Displacement --state link");
+    }
+    // The first one goes on as if nothing had been, and another state is free.
+    assert_eq!(live.ask(&all[1])["index"], 1);
+    monitor(&place, "--state other.state", &lines(&all)).ends(0);
+    assert_eq!(live.end(), 0);
+    // A process that is killed leaves the state to the next one.
+    let mut live = Live::start(&place, STATE);
+    assert_eq!(live.ask(&all[2])["index"], 2);
+    live.kill();
+    monitor(&place, STATE, &lines(&all[2..3])).ends(0);
+}
+
 #[test]
 fn a_state_that_cannot_be_used_says_why() {
     let place = Place::new();
     let input = lines(&jumping(5, 9));
-    monitor(&place, "--method Displacement --state track.state", &input).ends(0);
+    let begun = "--base 1 --inputs confidence --budget 2 --state track.state";
+    monitor(&place, begun, &input).ends(0);
     let kept = place.bytes("track.state");
+    let from_1 = "boxes that count pixels from 1, not from 0; remove the file to begin anew";
+    let inputs = "one for boxes, confidence, not for boxes, frames, confidence";
     for (file, line, code, words) in [
-        (&kept[..], "--method Scale --state track.state", 3, "method `Displacement`, not of `Scale`"),
+        (&kept[..], "--method Scale --state track.state", 3, "`, not of `Scale`"),
         (&kept[..kept.len() - 3], "--state track.state", 3, "the state is damaged; remove the file"),
+        (&kept, "--base 0 --state track.state", 3, from_1),
+        (&kept, "--inputs frames,confidence --state track.state", 3, inputs),
+        (&kept, "--budget 3 --state track.state", 3, "a budget of 2, not with a budget of 3"),
         (&kept, "--state .", 2, "no regular file"),
         (&kept, "--state no/such/folder", 2, "no such folder"),
         (&kept, "--method Displacment", 2, "did you mean `Displacement`?"),
@@ -140,10 +179,11 @@ fn a_state_that_cannot_be_used_says_why() {
     ] {
         place.write("track.state", file);
         monitor(&place, line, &input).refuses(code, words);
+        assert_eq!(place.bytes("track.state"), file, "{line}");
     }
     #[cfg(unix)]
     {
-        // A link is written through.
+        // A link is written through; what is not said is that of the state.
         std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
         monitor(&place, "--state link", &input).ends(0);
         assert!(place.path("link").is_symlink() && place.bytes("track.state") != kept);
@@ -154,11 +194,10 @@ fn a_state_that_cannot_be_used_says_why() {
 #[test]
 fn a_stopped_stream_keeps_its_state() {
     let place = Place::new();
-    let state = "--method Displacement --state track.state";
     let all = jumping(40, 20);
     let mut told = Vec::new();
     for (part, signal) in all.chunks(10).zip(["-TERM", "-INT", "-HUP", "-TERM"]) {
-        let mut live = Live::start(&place, state);
+        let mut live = Live::start(&place, STATE);
         told.extend(part.iter().map(|line| live.ask(line)));
         live.signal(signal);
         assert_eq!(live.child.wait().unwrap().code(), Some(130), "{signal}");
@@ -167,10 +206,10 @@ fn a_stopped_stream_keeps_its_state() {
 
     // A process that is killed has kept its state up to a multiple of the lines that were asked for.
     place.remove("track.state");
-    let mut live = Live::start(&place, &format!("{state} --state-every 10"));
+    let mut live = Live::start(&place, &format!("{STATE} --state-every 10"));
     jumping(25, 99).iter().for_each(|line| drop(live.ask(line)));
     live.kill();
-    let mut again = Live::start(&place, state);
+    let mut again = Live::start(&place, STATE);
     assert_eq!(again.ask(&jumping(21, 99)[20])["index"], 20);
     assert_eq!(again.end(), 0);
 }
@@ -179,7 +218,7 @@ fn a_stopped_stream_keeps_its_state() {
 #[test]
 fn answers_that_nobody_reads_pile_up_nowhere() {
     let place = Place::new();
-    let mut live = Live::start(&place, "--method Displacement --state track.state");
+    let mut live = Live::start(&place, STATE);
     let line = json!({"box": [1, 1, 20, 20]});
     live.ask(&line);
     let before = memory(live.child.id(), "VmRSS:");
