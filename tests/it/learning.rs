@@ -85,9 +85,6 @@ fn models_are_learned_once_and_the_same_for_any_number_of_threads() {
     assert!(0.0 < cut(1) && cut(1) < cut(5) && cut(5) < cut(20), "{} {} {}", cut(1), cut(5), cut(20));
     let model = &models.iter().find(|(name, _)| name.contains("avu")).unwrap().1;
     assert_eq!((&model["runs"], &model["tuned_on_test"]), (&3.into(), &true.into()));
-    let weights = model["model"]["consistency"]["mixture"]["components"].as_array().unwrap().iter();
-    let total: f64 = weights.map(|c| c["weight"].as_f64().unwrap()).sum();
-    assert!((total - 1.0).abs() < 1e-6);
 }
 
 #[test]
