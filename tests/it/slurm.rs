@@ -24,9 +24,8 @@ proptest! {
 
     #[test]
     fn every_word_reaches_the_program_as_it_is(results in hostile_path()) {
-        let folder = tempfile::tempdir().unwrap();
-        let root = folder.path().join(HOSTILE);
-        std::fs::create_dir(&root).unwrap();
+        let place = Place::new();
+        let root = place.folder(HOSTILE);
         let program = root.join("program");
         executable(&program, PRINT_CALL);
         let path = script(&root, &program, &results, &[]);
@@ -42,10 +41,10 @@ proptest! {
 
 #[test]
 fn a_script_that_is_no_task_of_an_array_does_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let program = folder.path().join("program");
+    let place = Place::new();
+    let program = place.path("program");
     executable(&program, PRINT_CALL);
-    let path = script(folder.path(), &program, "results", &[]);
+    let path = script(place.root(), &program, "results", &[]);
     let mut command = Command::new("sh");
     let ran = Ran::of(command.arg(path).arg("share").env_remove("SLURM_ARRAY_TASK_ID"));
     assert!(ran.code != Some(0) && ran.out.is_empty(), "{ran:?}");
@@ -67,9 +66,8 @@ const RECORD_CALL: &str = r#"{ printf '%s\0' "$@"; printf '\036'; } >> "$RECORD"
 
 #[test]
 fn jobs_are_submitted_alike_by_the_program_and_by_the_script() {
-    let temporary = tempfile::tempdir().unwrap();
-    let root = temporary.path().canonicalize().unwrap().join(HOSTILE);
-    std::fs::create_dir(&root).unwrap();
+    let place = Place::new();
+    let root = place.folder(HOSTILE).canonicalize().unwrap();
     let told = "shards: job 41\nreport: job 41\n";
     assert_eq!(slurm(&root, Some(RECORD_CALL), &["--submit"]).ends(0).out, told);
     let (folder, record) = (root.join("slurm"), root.join("record"));

@@ -4,7 +4,7 @@ mod cluster;
 #[path = "../tools/slurm.rs"]
 mod scripts;
 
-use crate::tools::{assert_same_files, needs, trackfail};
+use crate::tools::{Place, assert_same_files, needs, trackfail};
 use cluster::{Cluster, wait_for};
 use scripts::{HOSTILE, calls, expected, script};
 use std::process::Command;
@@ -41,10 +41,9 @@ esac
 #[test]
 fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
     let cluster = Cluster::start();
-    let temporary = tempfile::tempdir().unwrap();
-    let root = temporary.path().join(HOSTILE);
+    let place = Place::new();
+    let root = place.folder(HOSTILE);
     let folder = root.join("slurm");
-    std::fs::create_dir(&root).unwrap();
     let program = root.join("program");
     executable(&program, TASK);
     let lines = ["#SBATCH --comment=mine", "module() { echo \"loads $1\"; }", "module it"];
@@ -80,9 +79,8 @@ fn slurm_runs_the_report_behind_tasks_that_failed_or_were_stopped() {
 #[test]
 fn quickstart_in_three_shards_gives_the_bytes_of_a_plain_run() {
     let cluster = Cluster::start();
-    let temporary = tempfile::tempdir().unwrap();
-    let root = temporary.path().join(HOSTILE);
-    std::fs::create_dir(&root).unwrap();
+    let place = Place::new();
+    let root = place.folder(HOSTILE);
     let in_folder = |name: &str, arguments: &[&str]| {
         let mut command = trackfail();
         command.current_dir(&root).env("SLURM_CONF", &cluster.configuration).args(arguments);
