@@ -65,17 +65,12 @@ fn every_method_has_measures_of_frames() {
     for anchor in ["always", "never"] {
         let row = of(anchor);
         assert_eq!((number(row, "auroc"), number(row, "false_alarms_at_half")), (0.5, 1000.0), "{anchor}");
-        let share = number(row, "lost_frames") / (number(row, "lost_frames") + number(row, "good_frames"));
-        assert!((number(row, "auprc") - share).abs() < 1e-12 && (number(row, "aurc") - share).abs() < 1e-9);
     }
     let oracle = of("oracle");
     for name in ["auroc", "auprc", "auroc_low", "auroc_high", "range_precision", "range_recall", "range_f"] {
         assert_eq!(number(oracle, name), 1.0, "{name}");
     }
     assert_eq!((number(oracle, "false_alarms_at_half"), number(oracle, "delay_at_half")), (0.0, 0.0));
-    // Half in probation or less: the best of a loss that goes on then is below 1.
-    let [nab, most, least] = ["oracle", "always", "never"].map(|method| number(of(method), "nab"));
-    assert!(nab > 90.0 && most < 0.0 && least == 0.0, "{nab} {most} {least}");
     let (level, turned) = (of("level"), of("turned"));
     assert!((number(level, "auroc") + number(turned, "auroc") - 1.0).abs() < 1e-12);
     let [low, area, high] = ["auroc_low", "auroc", "auroc_high"].map(|name| number(level, name));

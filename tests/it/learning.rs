@@ -1,6 +1,6 @@
 //! Methods that learn, methods of some trackers only, repetitions, and analyses.
 
-use crate::tools::{Place, Ran, Row, assert_same_files, assert_says};
+use crate::tools::{Place, Ran, Row, assert_same_files, assert_says, files};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -93,13 +93,10 @@ fn a_reduced_number_of_runs_is_noted_in_every_table() {
     run(&place, SPEC, "--runs 1 --export-tracks exported").ends(0);
     // The filter's regions are polygons, its first one is the annotation: all lines are boxes.
     for tracker in ["PF", "still"] {
-        let files = place.list(&format!("exported/{tracker}"));
+        let files = files(&place.path(&format!("exported/{tracker}")));
         assert_eq!(files.len(), 18);
-        for file in files {
-            let text = std::fs::read_to_string(file).unwrap();
-            let are_boxes = text.lines().all(|line| line.split(',').count() == 4);
-            assert!(text.lines().count() > 9 && are_boxes, "{text}");
-        }
+        let boxes = files.values().flat_map(|text| str::from_utf8(text).unwrap().lines());
+        assert!(boxes.clone().count() > 18 * 9 && boxes.clone().all(|line| line.split(',').count() == 4));
     }
     for name in ["f.md", "cuts.md"] {
         let table = place.read(&format!("results/mine/learning/tables/{name}"));
