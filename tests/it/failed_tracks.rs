@@ -249,12 +249,8 @@ fn a_method_without_a_result_for_a_sequence_has_no_rank() {
 }
 
 const LONG_TERM: &str = r#"
+analysis = [{ name = "lt", compute = { kind = "longterm", rules = "longterm/pysot/1" }, signal.kind = "confidence", suites = ["test"] }]
 table = [{ name = "overall", shows = "lt.overall" }]
-[[analysis]]
-name = "lt"
-compute = { kind = "longterm", rules = "longterm/pysot/1" }
-signal = { kind = "confidence" }
-suites = ["test"]
 "#;
 
 // Before: exit code 0, "sure was not run on T (1 cell): it needs a tracker that gives its confidence", and numbers of two

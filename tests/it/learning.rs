@@ -29,15 +29,12 @@ method = [
     { name = "EmpTh", trackers = ["PF"] },
     { name = "RgbHist", trackers = ["still"], protocol = "khalid2016/1" },
 ]
-[[claim]]
-text = "the convolution is nearer"
-holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]"
-[[analysis]]
-name = "sums"
-signal = { kind = "uncertainty-change" }
-compute = { kind = "cut-values", lengths = [1, 5], shown_lengths = [1, 5, 20] }
-suites = ["train"]
-trackers = ["PF"]
+claim = [
+    { text = "the convolution is nearer", holds = "finding[sums.deviation-convolution] < finding[sums.deviation-clt]" },
+]
+analysis = [
+    { name = "sums", compute = { kind = "cut-values", lengths = [1, 5], shown_lengths = [1, 5, 20] }, signal.kind = "uncertainty-change", suites = ["train"], trackers = ["PF"] },
+]
 "#;
 
 fn run(place: &Place, spec: &str, more: &str) -> Ran {
@@ -114,21 +111,11 @@ seed = 7
 suites.test = "synthetic-d1"
 tracker = [{ name = "still" }, { name = "ncc" }, { name = "ncc", label = "NCC that looks near", search = 0.5 }]
 table = [{ name = "f", rows = ["f_score", "tp"], columns = "method" }]
-
-[[method]]
-name = "companions"
-signal = { kind = "companion-overlap" }
-detector = { kind = "level", below = { train = "others", maximise = "f_score", grid = { from = 0.1, to = 0.9, step = 0.2 } } }
-
-[[method]]
-name = "jumps"
-signal = { kind = "box-motion" }
-detector = { kind = "level", above = { train = "others", maximise = "f_score", grid = { quantiles = 5 } } }
-
-[[method]]
-name = "joint"
-signal = [{ kind = "companion-overlap" }, { kind = "companion-overlap", statistic = "share" }]
-detector = { kind = "joint-drop", below = [0.5, 0.5] }
+method = [
+    { name = "companions", signal.kind = "companion-overlap", detector = { kind = "level", below = { train = "others", maximise = "f_score", grid = { from = 0.1, to = 0.9, step = 0.2 } } } },
+    { name = "jumps", signal.kind = "box-motion", detector = { kind = "level", above = { train = "others", maximise = "f_score", grid = { quantiles = 5 } } } },
+    { name = "joint", signal = [{ kind = "companion-overlap" }, { kind = "companion-overlap", statistic = "share" }], detector = { kind = "joint-drop", below = [0.5, 0.5] } },
+]
 "#;
 
 #[test]

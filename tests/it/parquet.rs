@@ -11,14 +11,9 @@ const FRAMES: usize = 60;
 
 const SPEC: &str = r#"tracker = [{ name = "replay", results = "T", label = "T" }, { name = "color-particle-filter", label = "PF" }]
 table = [{ name = "t", rows = ["detections"], columns = "method", methods = ["plain"] }]
-
-[[method]]
-name = "followed"
-trackers = ["PF"]
-signal = { kind = "uncertainty", components = [0, 1] }
-detector = { kind = "arte" }
-protocol = "sanmiguel2015-segmentation/1"
-grid = { tau_1 = [1.0, 2.0] }
+method = [
+    { name = "followed", trackers = ["PF"], signal = { kind = "uncertainty", components = [0, 1] }, detector.kind = "arte", protocol = "sanmiguel2015-segmentation/1", grid = { tau_1 = [1.0, 2.0] } },
+]
 
 [[method-group]]
 trackers = ["T"]

@@ -13,22 +13,11 @@ method = [
     { name = "oracle", detector = { kind = "oracle" } },
     { name = "oracle anew", like = "oracle", protocol = "khalid2016/2" },
 ]
-[[table]]
-name = "detection"
-rows = ["precision", "recall", "f_score", "score_mean_std"]
-columns = "method"
-
-[[published]]
-table = "detection"
-tracker = "NCC"
-row = "recall"
-values = { RgbHist = ".60" }
-
-[[published]]
-table = "detection"
-tracker = "NCC"
-row = "score_mean_std"
-values = { RgbHist = ".67±.16" }
+table = [{ name = "detection", rows = ["precision", "recall", "f_score", "score_mean_std"], columns = "method" }]
+published = [
+    { table = "detection", tracker = "NCC", row = "recall", values = { RgbHist = ".60" } },
+    { table = "detection", tracker = "NCC", row = "score_mean_std", values = { RgbHist = ".67±.16" } },
+]
 "#;
 
 /// A place with the experiment.

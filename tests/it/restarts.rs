@@ -35,10 +35,9 @@ figure = [
     { name = "delays", kind = "delay", methods = ["late", "late anew", "early anew"] },
     { name = "strip", kind = "strips", panels = [["error"], ["score:late anew"]] },
 ]
-[[tracker]]
-name = "scripted"
-protocol = "vot-reset"
-losses = [{ frame = 42, length = 5 }, { frame = 88, length = 5 }]
+tracker = [
+    { name = "scripted", protocol = "vot-reset", losses = [{ frame = 42, length = 5 }, { frame = 88, length = 5 }] },
+]
 "#;
 
 #[test]
