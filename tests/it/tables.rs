@@ -74,11 +74,7 @@ fn wrong_tables_are_refused() {
         ("metric = \"recall\"", "metric = \"score_mean\"", "not known attribute by attribute"),
         ("metric = \"recall\"", "metric = \"delay_median\"", "not known attribute by attribute"),
         ("rank = \"recall\"", "rank = \"events\"", "`events` ranks nothing"),
-        (
-            "rank = \"recall\"",
-            "rank = \"recall\", rows = [\"tp\"]",
-            "a table with a `rank` has no `rows` of its own",
-        ),
+        ("rank = \"recall\"", "rank = \"recall\", rows = [\"tp\"]", "with a `rank` has no `rows` of its own"),
         ("name = \"board\"", "name = \"macros\"", "the file with the numbers of all tables"),
     ] {
         Place::with(&[("a.toml", &SPEC.replace(from, to))]).run("run a.toml -q").ends(2).tells(words);

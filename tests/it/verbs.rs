@@ -65,12 +65,10 @@ fn lists_name_what_there_is() {
     }
     let place = Place::new();
     let told = place.run("list").ends(0).out;
+    let suites = vec!["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"];
     for (what, words) in [
         ("experiments", vec!["quickstart", "khalid2016/table1", "sanmiguel2015/fig13-d1"]),
-        (
-            "suites",
-            vec!["otb-dtef20", "vot2014", "synthetic-otb", "synthetic-vot", "synthetic-d1", "d1-real"],
-        ),
+        ("suites", suites),
         ("methods", vec!["DTEF", "ARTE*"]),
         ("trackers", kinds(trackfail::tracker::TRACKERS)),
         ("signals", kinds(trackfail::signal::SIGNALS)),
