@@ -6,7 +6,7 @@ use super::output::{self, Format};
 use crate::num::paired;
 use crate::plugin::unknown;
 use crate::report::finished;
-use crate::report::pairs::{self, Apart, PairsError, Side, Values};
+use crate::report::pairs::{self, Apart, Side, Values};
 use crate::results::Results;
 use crate::table::number::p_value;
 use std::collections::BTreeSet;
@@ -122,15 +122,6 @@ fn check_tracker(results: &[&Results], tracker: Option<&str>) -> Result<(), Fail
     match tracker.filter(|wanted| !known.contains(wanted)) {
         Some(wanted) => Err(Failure::usage(unknown("tracker", wanted, known))),
         None => Ok(()),
-    }
-}
-
-impl From<PairsError> for Failure {
-    fn from(e: PairsError) -> Self {
-        match e {
-            PairsError::Results(e) => e.into(),
-            PairsError::Unknown(_) => Self::usage(e),
-        }
     }
 }
 

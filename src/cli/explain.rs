@@ -4,7 +4,7 @@ use super::Failure;
 use super::output::{self, Format};
 use crate::report::explain::explain;
 use crate::report::explain::listing::{self, Digits, Listing, NAMED};
-use crate::report::explain::select::{self, SelectError, Selection};
+use crate::report::explain::select::{self, Selection};
 use crate::report::trace::{self, frame_range};
 use std::path::PathBuf;
 
@@ -101,15 +101,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match args.format {
         Format::Table => output::write(&blocks.join("\n")),
         format => output::print(format, &whole.headings, &whole.rows),
-    }
-}
-
-impl From<SelectError> for Failure {
-    fn from(e: SelectError) -> Self {
-        match e {
-            SelectError::Finished(e) => e.into(),
-            SelectError::Counts { .. } => Self::io(e),
-            _ => Self::usage(e),
-        }
     }
 }

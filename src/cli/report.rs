@@ -3,7 +3,7 @@
 use super::{Exit, Failure, output};
 use crate::engine::store::lock_exclusive;
 use crate::plugin::unknown;
-use crate::report::finished::{self, FinishedError};
+use crate::report::finished::{self, LookupError};
 use crate::report::paper::{self, Chosen, Item};
 use crate::report::{self, StagedReport, WriteError};
 use crate::results::ResultsError;
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (results, all) = (&args.results, args.experiments.is_empty());
     let asked = if all { finished::names(results) } else { args.experiments.clone() };
     if asked.is_empty() {
-        return Err(FinishedError::NothingRun { results: results.clone() }.into());
+        return Err(LookupError::nothing_run(results).into());
     }
     let named = asked.iter().map(|asked| name_and_file(asked)).collect::<Result<Vec<_>, Failure>>()?;
     for (name, _) in &named {
@@ -108,13 +108,9 @@ impl From<ResultsError> for Failure {
     }
 }
 
-impl From<FinishedError> for Failure {
-    fn from(e: FinishedError) -> Self {
-        let is_usage = match &e {
-            FinishedError::Results { source, .. } => matches!(source, ResultsError::Unfinished(_)),
-            FinishedError::NothingRun { .. } | FinishedError::Unknown { .. } => true,
-        };
-        Self::new(if is_usage { Exit::Usage } else { Exit::Io }, e)
+impl From<LookupError> for Failure {
+    fn from(e: LookupError) -> Self {
+        Self::new(if e.is_unknown { Exit::Usage } else { Exit::Io }, e)
     }
 }
 

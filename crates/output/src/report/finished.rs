@@ -6,35 +6,35 @@ use std::path::{Path, PathBuf};
 use trackfail_core::plugin;
 use trackfail_engine::spec::check_experiment_name;
 
-/// Reason why results of an experiment cannot be read.
+/// What a user asks for of some results, and what cannot be given.
 #[derive(Debug, thiserror::Error)]
-pub enum FinishedError {
-    /// The folder has no finished experiment at all.
-    #[error(
-        "no finished experiment in {}: nothing has been run there yet (run `trackfail run` first, or name the folder \
-         with --results)",
-        results.display()
-    )]
-    NothingRun {
-        /// Path of the results folder.
-        results: PathBuf,
-    },
-    /// The folder has only other experiments.
-    #[error("{}: {message}", results.display())]
-    Unknown {
-        /// Path of the results folder.
-        results: PathBuf,
-        /// The nearest known name, or all of them.
-        message: String,
-    },
-    /// The results cannot be read.
-    #[error("{name}: {source}")]
-    Results {
-        /// Name of the experiment.
-        name: String,
-        /// First error while reading the results.
-        source: ResultsError,
-    },
+#[error("{message}")]
+pub struct LookupError {
+    /// True if there is nothing of that name, or nothing was run; false if the results cannot be read.
+    pub is_unknown: bool,
+    message: String,
+}
+
+impl LookupError {
+    /// Error for what is not there.
+    pub fn unknown(message: String) -> Self {
+        Self { is_unknown: true, message }
+    }
+
+    /// Error for a results folder that has no finished experiment at all.
+    pub fn nothing_run(results: &Path) -> Self {
+        let what_to_do = "run `trackfail run` first, or name the folder with --results";
+        let folder = results.display();
+        Self::unknown(format!(
+            "no finished experiment in {folder}: nothing has been run there yet ({what_to_do})"
+        ))
+    }
+}
+
+impl From<ResultsError> for LookupError {
+    fn from(e: ResultsError) -> Self {
+        Self { is_unknown: matches!(e, ResultsError::Unfinished(_)), message: e.to_string() }
+    }
 }
 
 /// Names of the finished experiments below a results folder, sorted.
@@ -54,23 +54,23 @@ pub fn names(results: &Path) -> Vec<String> {
 ///
 /// # Errors
 /// When there is no such experiment.
-pub fn folder(results: &Path, name: &str) -> Result<PathBuf, FinishedError> {
+pub fn folder(results: &Path, name: &str) -> Result<PathBuf, LookupError> {
     let known = names(results);
     if known.is_empty() {
-        return Err(FinishedError::NothingRun { results: results.to_path_buf() });
+        return Err(LookupError::nothing_run(results));
     }
     if known.iter().any(|k| k == name) {
         return Ok(results.join(name));
     }
     let message = plugin::unknown("finished experiment", name, known.iter().map(String::as_str));
-    Err(FinishedError::Unknown { results: results.to_path_buf(), message })
+    Err(LookupError::unknown(format!("{}: {message}", results.display())))
 }
 
 /// Reads the results of a finished experiment.
 ///
 /// # Errors
 /// When there is no such experiment, or its results cannot be read.
-pub fn read(results: &Path, name: &str) -> Result<Results, FinishedError> {
-    Results::read(&folder(results, name)?)
-        .map_err(|source| FinishedError::Results { name: name.to_string(), source })
+pub fn read(results: &Path, name: &str) -> Result<Results, LookupError> {
+    let named = |e: ResultsError| LookupError { message: format!("{name}: {e}"), ..e.into() };
+    Results::read(&folder(results, name)?).map_err(named)
 }

@@ -1,6 +1,7 @@
 //! Measures of a method or tracker by sequence, read from a results folder for comparisons.
 
 use super::figures::lines::distinct;
+use super::finished::LookupError;
 use super::standings::{of_every_tracker, pair_of};
 use crate::results::{CellScore, Results, ResultsError, method_label};
 use crate::sampling::{BySequence, Sampling, add, by_sequence, in_common, metric_of_sum, numbers, sum_of};
@@ -10,17 +11,6 @@ use trackfail_methods::score::{Metric, TrackerMetric};
 
 /// Measures by name, each with its values by sequence. Sequences without a value are left out.
 pub type Values = Vec<(String, BTreeMap<String, f64>)>;
-
-/// Reason why measures cannot be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum PairsError {
-    /// The results cannot be read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// The results have no such tracker or method.
-    #[error("{0}")]
-    Unknown(String),
-}
 
 /// Metrics by which methods are compared.
 const METRICS: [Metric; 4] = [Metric::F_SCORE, Metric::PRECISION, Metric::RECALL, Metric::FPR];
@@ -56,10 +46,10 @@ type ByTrack = BTreeMap<(String, String, i64), [i64; 4]>;
 /// runs and trackers that both methods have, or only over `tracker`.
 ///
 /// # Errors
-/// See [`PairsError`].
-pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 2], PairsError> {
+/// When the results have no such tracker or method, or cannot be read.
+pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 2], LookupError> {
     // A tracker has values, a method has tracks.
-    let read = |(results, name): (&Results, &str)| -> Result<(Values, Option<ByTrack>), PairsError> {
+    let read = |(results, name): (&Results, &str)| -> Result<(Values, Option<ByTrack>), LookupError> {
         let values = of_tracker(results, name);
         let tracks = values.is_empty().then(|| of_method(results, name, tracker)).transpose()?;
         Ok((values, tracks))
@@ -86,16 +76,16 @@ pub fn sides(of: [(&Results, &str); 2], tracker: Option<&str>) -> Result<[Side; 
 }
 
 /// Counts of a method, of all trackers or of one.
-fn of_method(results: &Results, name: &str, tracker: Option<&str>) -> Result<ByTrack, PairsError> {
+fn of_method(results: &Results, name: &str, tracker: Option<&str>) -> Result<ByTrack, LookupError> {
     let is_it = |method: &str, params: &str| method_label(method, params) == name;
     if !results.measures.iter().any(|m| is_it(&m.method, &m.params)) {
         let known = names(results);
         let known = known.iter().map(String::as_str);
-        return Err(PairsError::Unknown(unknown("tracker or method", name, known)));
+        return Err(LookupError::unknown(unknown("tracker or method", name, known)));
     }
     let trackers: BTreeSet<&str> = results.measures.iter().map(|m| m.tracker.as_str()).collect();
     if let Some(wanted) = tracker.filter(|wanted| !trackers.contains(wanted)) {
-        return Err(PairsError::Unknown(unknown("tracker", wanted, trackers)));
+        return Err(LookupError::unknown(unknown("tracker", wanted, trackers)));
     }
     let mine = |cell: &CellScore| {
         is_it(&cell.method, &cell.params) && tracker.is_none_or(|wanted| wanted == cell.tracker)

@@ -3,7 +3,7 @@
 use super::Explained;
 use super::listing::in_words;
 use crate::report::figures::lines::distinct;
-use crate::report::finished::{self, FinishedError};
+use crate::report::finished::{self, LookupError};
 use crate::report::trace::Trace;
 use crate::results::analyses::FILE as ANALYSES;
 use crate::results::beside::plain;
@@ -15,26 +15,10 @@ use trackfail_core::plugin;
 use trackfail_engine::spec::table::Table;
 use trackfail_methods::score::{Counts, Metric};
 
-/// Reason why no number could be selected.
-#[derive(Debug, thiserror::Error)]
-pub enum SelectError {
-    /// The experiment has no results, or they cannot be read.
-    #[error(transparent)]
-    Finished(#[from] FinishedError),
-    /// An unknown or ambiguous name, or one of a number without parts or frames; with the place where it was looked up.
-    #[error("{0}")]
-    Name(String),
-    /// Files of the results contradict each other.
-    #[error("{0}; run it again")]
-    Counts(String),
-}
-
-impl SelectError {
-    /// Error for a name that is not among the known ones of a place.
-    fn unknown<'k>(place: &str, what: &str, name: &str, known: impl Iterator<Item = &'k String>) -> Self {
-        let message = plugin::unknown(what, name, known.map(String::as_str));
-        Self::Name(format!("{place}: {message}"))
-    }
+/// Error for a name that is not among the known ones of a place.
+fn unknown<'k>(place: &str, what: &str, name: &str, known: impl Iterator<Item = &'k String>) -> LookupError {
+    let message = plugin::unknown(what, name, known.map(String::as_str));
+    LookupError::unknown(format!("{place}: {message}"))
 }
 
 /// A number of a table, named by row, column and more.
@@ -54,13 +38,13 @@ pub struct Selection<'a> {
 ///
 /// # Errors
 /// When there is no such table, or there are several.
-pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), SelectError> {
+pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), LookupError> {
     let (place, experiments, table) = match name.rsplit_once('/') {
         Some((experiment, table)) => (experiment.to_string(), vec![experiment.to_string()], table),
         None => (results.display().to_string(), finished::names(results), name),
     };
     if experiments.is_empty() {
-        return Err(FinishedError::NothingRun { results: results.to_path_buf() }.into());
+        return Err(LookupError::nothing_run(results));
     }
     let mut known: Vec<String> = Vec::new();
     let mut found = Vec::new();
@@ -75,9 +59,9 @@ pub fn find_table(results: &Path, name: &str) -> Result<(Results, usize), Select
         let name = |(results, _): &(Results, usize)| format!("`{}/{table}`", results.experiment.name);
         let names = found.iter().map(name).collect::<Vec<_>>().join(" or ");
         let message = format!("{place}: several experiments have a table `{table}`: write {names}");
-        return Err(SelectError::Name(message));
+        return Err(LookupError::unknown(message));
     }
-    found.pop().ok_or_else(|| SelectError::unknown(&place, "table", table, known.iter()))
+    found.pop().ok_or_else(|| unknown(&place, "table", table, known.iter()))
 }
 
 /// Function that reads one of the names of a number.
@@ -92,12 +76,12 @@ pub fn find_cells(
     scores: &[CellScore],
     table: &Table,
     wanted: &Selection<'_>,
-) -> Result<Vec<Origin>, SelectError> {
+) -> Result<Vec<Origin>, LookupError> {
     let name = format!("{}/{}", results.experiment.name, table.name);
     if let Some(shows) = &table.shows {
         let file = results.folder.join(ANALYSES).display().to_string();
         let shown = "which an analysis made without events and detections; what it found is in";
-        return Err(SelectError::Name(format!("{name} shows `{shows}`, {shown} {file}")));
+        return Err(LookupError::unknown(format!("{name} shows `{shows}`, {shown} {file}")));
     }
     let pooled = table::pooled(results, scores, [table]);
     let mut cells = layout::origins(&results.experiment, table, &pooled);
@@ -119,7 +103,7 @@ pub fn find_cells(
                 || (["row", "column"].contains(&what) && title(&name).is_some_and(|title| title == wanted))
         });
         if cells.is_empty() {
-            return Err(SelectError::unknown(&name, what, wanted, known.iter()));
+            return Err(unknown(&name, what, wanted, known.iter()));
         }
     }
     Ok(cells)
@@ -129,17 +113,17 @@ pub fn find_cells(
 ///
 /// # Errors
 /// When the run on the sequence failed, or the sequence is unknown.
-pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), SelectError> {
+pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), LookupError> {
     if explained.parts.iter().any(|p| p.sequence == wanted) {
         return Ok(());
     }
     let Origin { tracker, method, .. } = &explained.of;
     if let Some((sequence, run, reason)) = explained.failed.iter().find(|f| f.0 == wanted) {
         let message = format!("{sequence}: {method} on {tracker}, run {run}, has no result: {reason}");
-        return Err(SelectError::Name(message));
+        return Err(LookupError::unknown(message));
     }
     let known = explained.parts.iter().map(|p| &p.sequence);
-    Err(SelectError::unknown(&format!("{method} on {tracker}"), "sequence", wanted, known))
+    Err(unknown(&format!("{method} on {tracker}"), "sequence", wanted, known))
 }
 
 /// The file of single frames.
@@ -159,20 +143,20 @@ pub fn has_frames(results: &Results, of: &Origin) -> bool {
 ///
 /// # Errors
 /// When they have none.
-pub fn check_frames(results: &Results, of: &Origin) -> Result<(), SelectError> {
+pub fn check_frames(results: &Results, of: &Origin) -> Result<(), LookupError> {
     let why = match (has_frames(results, of), is_kept(of)) {
         (true, _) => return Ok(()),
         (_, true) => "rows marked (kept) have no single frames; explain them in the results they are from",
         _ => "these results are compact and have no single frames; run it again without --compact",
     };
-    Err(SelectError::Name(format!("{}: {why}", results.experiment.name)))
+    Err(LookupError::unknown(format!("{}: {why}", results.experiment.name)))
 }
 
 /// Checks that the frames of a sequence give the same counts as the table of scores. One run writes both.
 ///
 /// # Errors
 /// When they differ.
-pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> Result<(), SelectError> {
+pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> Result<(), String> {
     let part = explained.parts.iter().find(|p| p.sequence == sequence);
     let (Some(part), Some(protocol)) = (part, explained.protocol) else { return Ok(()) };
     let counted: Counts = traces.iter().map(|t| t.judge(protocol).counts).sum();
@@ -180,8 +164,7 @@ pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> 
         return Ok(());
     }
     let [counted, stored] = [counted, part.counts].map(in_words);
-    let message = format!("{sequence}: {FRAMES} gives {counted}; scores.csv has {stored}");
-    Err(SelectError::Counts(message))
+    Err(format!("{sequence}: {FRAMES} gives {counted}; scores.csv has {stored}; run it again"))
 }
 
 #[cfg(test)]
@@ -205,8 +188,8 @@ mod tests {
             parts: vec![part],
             failed: Vec::new(),
         };
-        let told = check_counts(&explained, "Girl", &[]).unwrap_err().to_string();
+        let told = check_counts(&explained, "Girl", &[]);
         let counted = "frames.parquet gives TP 0, FP 0, FN 0, TN 0; scores.csv has TP 7, FP 18, FN 2, TN 173";
-        assert_eq!(told, format!("Girl: {counted}; run it again"));
+        assert_eq!(told, Err(format!("Girl: {counted}; run it again")));
     }
 }
