@@ -7,7 +7,7 @@ use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, 
 use crate::report::operating;
 use crate::report::standings::{Estimate, ordering_metric};
 use crate::results::frame_measures::EVERY_TRACKER;
-use crate::results::{Measure, TrackSeries};
+use crate::results::{Measure, TrackSeries, grouped};
 use crate::sampling::Sampling;
 use crate::table::layout::is_anchor;
 use crate::table::number;
@@ -22,16 +22,20 @@ pub const SHORT: number::Style = number::Style { decimals: 2, bare: true };
 /// Line style of chance level.
 const CHANCE: Style = Style { color: Color::GRAY, dash: Dash::DOTTED, width: 1.1 };
 
-/// Finds or adds the line of a method on a tracker with these values of other grid axes. Returns its index
-/// and the line.
-fn line_of<'l>(lines: &'l mut Vec<Line>, m: &Measure, others: &[(String, f64)]) -> (usize, &'l mut Line) {
-    let is_it = |l: &Line| (&l.method, &l.tracker, &l.others[..]) == (&m.method, &m.tracker, others);
-    let k = lines.iter().position(is_it).unwrap_or_else(|| {
-        let (method, tracker, others) = (m.method.clone(), m.tracker.clone(), others.to_vec());
-        lines.push(Line { method, tracker, others, ..Line::default() });
-        lines.len() - 1
-    });
-    (k, &mut lines[k])
+/// A point with its bounds.
+type Bounded = ((f64, f64), (f64, f64));
+
+/// Lines without points, each with its measures: one for each method, tracker and point of `others`, the other grid axes.
+fn curves<'m>(
+    measures: impl Iterator<Item = &'m Measure>,
+    others: impl Fn(&Measure) -> Vec<(String, f64)>,
+) -> Vec<(Line, Vec<&'m Measure>)> {
+    let key = |m: &'m Measure| (m.method.as_str(), m.tracker.as_str(), format!("{:?}", others(m)));
+    let line = |(_, same): (_, Vec<&'m Measure>)| {
+        let (method, tracker, others) = (same[0].method.clone(), same[0].tracker.clone(), others(same[0]));
+        (Line { method, tracker, others, ..Line::default() }, same)
+    };
+    grouped(measures, key).into_iter().map(line).collect()
 }
 
 /// Draws a metric over a grid axis, with a curve for each tracker, method and combination of other axes.
@@ -42,41 +46,36 @@ pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let experiment = &scope.results.experiment;
     let shown = || scope.results.measures.iter().filter(|m| params.methods.contains(&m.method));
     let ends = values(shown().flat_map(Measure::point), x);
-    let mut lines: Vec<Line> = Vec::new();
-    for m in shown() {
-        let (own, others): (Vec<_>, Vec<_>) = m.point().into_iter().partition(|(axis, _)| axis == x);
-        let own = own.first().map(|(_, at)| *at);
-        let (value, bounds) = (m.value(metric).unwrap_or(f64::NAN), scope.bounds(m, metric));
-        let (_, line) = line_of(&mut lines, m, &others);
-        line.published = published::along(experiment, m, metric, x);
-        line.marked |= own.is_some();
-        // A method that knows nothing of the axis is the same all along it.
-        for at in own.map_or(ends.clone(), |at| vec![at]) {
-            line.points.push((at, value));
-            line.band.push(bounds);
-        }
-        let method = experiment.methods.iter().find(|method| method.name == m.method);
+    let others = |m: &Measure| m.point().into_iter().filter(|(axis, _)| axis != x).collect();
+    let line = |(mut line, measures): (Line, Vec<&Measure>)| {
+        let mut points: Vec<Bounded> = Vec::new();
+        let method = experiment.methods.iter().find(|method| method.name == line.method);
         let operated = method.filter(|method| method.variants.len() > 1).and_then(operating::variant);
-        if operated.is_some_and(|v| v.params() == m.params) {
-            line.operating = own.map(|at| (at, value));
+        line.published = published::along(experiment, measures[0], metric, x);
+        for m in measures {
+            let own = m.point().into_iter().find(|(axis, _)| axis == x).map(|(_, at)| at);
+            let (value, bounds) = (m.value(metric).unwrap_or(f64::NAN), scope.bounds(m, metric));
+            line.marked |= own.is_some();
+            // A method that knows nothing of the axis is the same all along it.
+            let along = own.map_or(ends.clone(), |at| vec![at]);
+            points.extend(along.into_iter().map(|at| ((at, value), bounds)));
+            if operated.is_some_and(|v| v.params() == m.params) {
+                line.operating = own.map(|at| (at, value));
+            }
         }
-    }
-    for line in &mut lines {
-        let mut points: Vec<_> = line.points.iter().copied().zip(line.band.iter().copied()).collect();
         points.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
         (line.points, line.band) = points.into_iter().unzip();
-    }
+        line
+    };
+    let lines: Vec<Line> = curves(shown(), others).into_iter().map(line).collect();
     let axes = (Axis::new(&capitalized(x), Range::Auto), Axis::new(&metric.title(), Range::FromZero));
     let mut figure = arrange(experiment, &scope.note, axes, &lines);
     let style = Style { width: 1.1, ..Style::new(Color::GRAY, Dash::DASHED) };
     let known = experiment.methods.iter().filter(|m| params.methods.contains(&m.name));
     let published = values(known.filter_map(operating::published).flatten(), x);
     for at in published.into_iter().filter(|at| ends.contains(at)) {
-        rule(
-            &mut figure,
-            &Mark::Upright(at, style),
-            Entry::new(Symbol::Upright(style), format!("published {x} {at}")),
-        );
+        let entry = Entry::new(Symbol::Upright(style), format!("published {x} {at}"));
+        rule(&mut figure, &Mark::Upright(at, style), entry);
     }
     let has_ring = lines.iter().any(|line| line.operating.is_some());
     let remark = if has_ring { " Rings are at the published parameters." } else { "" };
@@ -141,42 +140,37 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let x = *scope.given("x", params.x_metric.as_ref())?;
     let (results, experiment) = (scope.results, &scope.results.experiment);
     let best_by = ordering_metric(experiment);
-    let (mut lines, mut points): (Vec<Line>, Vec<Vec<At>>) = (Vec::new(), Vec::new());
-    for method in &params.methods {
-        let known = experiment.methods.iter().find(|m| m.name == *method);
-        let operated = known.and_then(operating::variant);
-        for m in results.measures.iter().filter(|m| m.method == *method) {
-            let others: Vec<(String, f64)> = m.point().into_iter().skip(1).collect();
-            let (k, line) = line_of(&mut lines, m, &others);
-            line.marked = true;
-            line.published = published::point(experiment, m, x, y).into_iter().collect();
-            points.resize_with(points.len().max(k + 1), Vec::new);
-            points[k].push(At {
-                point: (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN)),
-                bounds: scope.bounds(m, y),
-                worth: m.value(best_by).unwrap_or(f64::NEG_INFINITY),
-                is_published: operated.is_some_and(|v| v.params() == m.params),
-            });
-        }
-    }
     let is_precision_recall = (x, y) == (Metric::RECALL, Metric::PRECISION);
-    let (mut has_published, mut has_best) = (false, false);
-    for (line, points) in lines.iter_mut().zip(&mut points) {
+    let (mut lines, mut has_published, mut has_best) = (Vec::new(), false, false);
+    let measures =
+        params.methods.iter().flat_map(|method| results.measures.iter().filter(move |m| m.method == *method));
+    for (mut line, measures) in curves(measures, |m| m.point().into_iter().skip(1).collect()) {
+        let known = experiment.methods.iter().find(|m| m.name == line.method);
+        let operated = known.and_then(operating::variant);
+        let at = |m: &&Measure| At {
+            point: (m.value(x).unwrap_or(f64::NAN), m.value(y).unwrap_or(f64::NAN)),
+            bounds: scope.bounds(m, y),
+            worth: m.value(best_by).unwrap_or(f64::NEG_INFINITY),
+            is_published: operated.is_some_and(|v| v.params() == m.params),
+        };
+        let mut points: Vec<At> = measures.iter().map(at).collect();
         points.retain(|at| at.point.0.is_finite() && at.point.1.is_finite());
-        ordered(points, y);
+        ordered(&mut points, y);
+        line.marked = true;
+        line.published = published::point(experiment, measures[0], x, y).into_iter().collect();
         line.points = points.iter().map(|at| at.point).collect();
-        if points.len() < 2 || is_anchor(experiment, &line.method) {
-            continue;
+        if points.len() > 1 && !is_anchor(experiment, &line.method) {
+            line.band = points.iter().map(|at| at.bounds).collect();
+            let printed = points.iter().find(|at| at.is_published);
+            let best = points.iter().max_by(|a, b| a.worth.total_cmp(&b.worth));
+            has_published |= printed.is_some();
+            has_best |= printed.is_none();
+            line.operating = printed.or(best).map(|at| at.point);
+            if is_precision_recall {
+                line.summary = format!("AP {}", SHORT.format(average_precision(&line.points)));
+            }
         }
-        line.band = points.iter().map(|at| at.bounds).collect();
-        let printed = points.iter().find(|at| at.is_published);
-        let best = points.iter().max_by(|a, b| a.worth.total_cmp(&b.worth));
-        has_published |= printed.is_some();
-        has_best |= printed.is_none();
-        line.operating = printed.or(best).map(|at| at.point);
-        if is_precision_recall {
-            line.summary = format!("AP {}", SHORT.format(average_precision(&line.points)));
-        }
+        lines.push(line);
     }
     let of_published = has_published.then(|| "at the published parameters".to_string());
     let at_best = || format!("at the best {} of these sequences", best_by.heading);
@@ -305,9 +299,6 @@ pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> 
     rule(&mut figure, &Mark::Level(0.5, CHANCE), chance());
     of_curves(figure, "", "no method has a score before a loss".to_string())
 }
-
-/// A point with its bounds.
-type Bounded = ((f64, f64), (f64, f64));
 
 /// Measure of each horizon; NaN if there is none.
 fn warned(measures: &FrameMeasures) -> Vec<Bounded> {
