@@ -1,9 +1,9 @@
 //! A video frame with boxes and a line of text drawn on its pixels.
 
 use super::font;
-use super::page::{Area, Page, Point, Stroke};
+use super::page::{Area, Page, Point};
 use super::raster::{paint, pixels};
-use super::style::{CASING, Color, Dash};
+use super::style::{CASING, Color, Dash, Style};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -44,7 +44,7 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
         let corners: Vec<Point> = region.corners().iter().map(|c| (c.0 / PIXELS, c.1 / PIXELS)).collect();
         let least = |side: fn(&Point) -> f64| corners.iter().map(side).fold(f64::INFINITY, f64::min);
         let (left, top) = (least(|c| c.0).max(0.0), least(|c| c.1).max(1.5 * size) - 1.5 * size);
-        if page.outline(corners, &area, Stroke { rgb: color.0, width, dash: *dash }, 2.0 * width) {
+        if page.outline(corners, &area, Style { color: *color, dash: *dash, width }, 2.0 * width) {
             plate(&mut page, label, (left, top), size, *color);
         }
     }
@@ -96,7 +96,7 @@ mod tests {
         let plain = annotate(&gray(), &[], "", Color::GREEN);
         assert_eq!(plain, gray());
         let text = annotate(&gray(), &[], "frame 52, lost", Color::SKY);
-        assert_eq!(text.pixel(1, 1), CASING);
+        assert_eq!(text.pixel(1, 1), CASING.0);
         assert_eq!(text.pixel(60, 60), [128; 3]);
         let nowhere = Region::Rect(Rect::new(f64::NAN, 0.0, 1.0, 1.0));
         let far = [at(-500.0, 10.0), at(1e9, 1e9), AnnotatedBox { region: nowhere, ..at(0.0, 0.0) }];

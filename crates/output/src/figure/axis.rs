@@ -2,8 +2,8 @@
 
 use super::error::FigureError;
 use super::font;
-use super::page::{Area, Page, Point, Stroke};
-use super::style::{INK, SMALL, SOFT};
+use super::page::{Area, Page, Point};
+use super::style::{INK, SMALL, SOFT, Style};
 use plotters::style::text_anchor::HPos;
 
 /// Length of a tick mark, in units.
@@ -245,14 +245,14 @@ pub struct Ticks {
 
 /// Draws the frame of a panel with ticks. Labels are on the left and below.
 pub fn frame(page: &mut Page, Place { area, x, y }: &Place, ticks: &Ticks) {
-    let stroke = Stroke::solid(SOFT, 0.8);
+    let style = Style::solid(SOFT, 0.8);
     let (l, t, r, b) = (area.x, area.y, area.right(), area.bottom());
-    page.line(vec![(l, t), (l, b), (r, b)], stroke);
+    page.line(vec![(l, t), (l, b), (r, b)], style);
     let inside = |at: f64, from: f64, to: f64| (from - 0.01..=to + 0.01).contains(&at);
     for (value, lines) in &ticks.y {
         let at = y.place(*value);
         if inside(at, t, b) {
-            page.line(vec![(l - TICK, at), (l, at)], stroke);
+            page.line(vec![(l - TICK, at), (l, at)], style);
             for (k, line) in lines.iter().enumerate().filter(|_| ticks.labels.1) {
                 let at = at + NAME_LINE * (k as f64 - (lines.len() - 1) as f64 / 2.0);
                 page.text(line, (l - TICK - 3.0, at), SMALL, HPos::Right, INK);
@@ -263,7 +263,7 @@ pub fn frame(page: &mut Page, Place { area, x, y }: &Place, ticks: &Ticks) {
     for (value, text) in &ticks.x {
         let (at, half) = (x.place(*value), font::width(text, SMALL) / 2.0);
         if inside(at, l, r) {
-            page.line(vec![(at, b), (at, b + TICK)], stroke);
+            page.line(vec![(at, b), (at, b + TICK)], style);
             if ticks.labels.0 && at - half >= free {
                 let at = at.min(page.width - half - 1.0);
                 page.text(text, (at, b + TICK + 8.5), SMALL, HPos::Center, INK);

@@ -1,8 +1,8 @@
 //! Boxes with names and arrows between them, for state diagrams.
 
 use super::font;
-use super::page::{Area, LINE, Page, Point, Stroke};
-use super::style::{Color, INK, MARGIN, MEDIUM, SMALL, SOFT, WIDTH};
+use super::page::{Area, LINE, Page, Point};
+use super::style::{Color, INK, MARGIN, MEDIUM, SMALL, SOFT, Style, WIDTH};
 use plotters::style::text_anchor::HPos;
 
 /// Half of a box's height, in units.
@@ -15,7 +15,7 @@ const NARROW: f64 = 96.0;
 const APART: f64 = 7.0;
 const LOOP: f64 = 18.0;
 
-const ARROW: Stroke = Stroke::solid(INK, 1.2);
+const ARROW: Style = Style::solid(INK, 1.2);
 
 /// Outline of the box around a name.
 fn outline(at: Point, name: &str) -> Area {
@@ -26,7 +26,7 @@ fn outline(at: Point, name: &str) -> Area {
 pub fn node(page: &mut Page, at: Point, name: &str) {
     let mut corners = outline(at, name).corners();
     corners.push(corners[0]);
-    page.line(corners, Stroke::solid(Color::BLUE.0, 1.6));
+    page.line(corners, Style::solid(Color::BLUE, 1.6));
     page.text(name, at, MEDIUM, HPos::Center, INK);
 }
 

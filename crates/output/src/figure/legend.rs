@@ -1,8 +1,8 @@
 //! Markers at points, and legends: symbols with names, laid out in rows.
 
 use super::font;
-use super::page::{Area, LINE, Page, Point, Stroke};
-use super::style::{Color, Dash, INK, SHADE, SMALL, Style};
+use super::page::{Area, LINE, Page, Point};
+use super::style::{Color, INK, SHADE, SMALL, Style};
 use plotters::style::text_anchor::HPos;
 
 /// Distance between two rows, in units.
@@ -42,30 +42,30 @@ impl Marker {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond][i % 4]
     }
 
-    pub(super) fn draw(self, page: &mut Page, at: Point, rgb: [u8; 3]) {
-        let white = [255; 3];
+    pub(super) fn draw(self, page: &mut Page, at: Point, color: Color) {
+        let white = Color([255; 3]);
         let around = |corners: &[Point]| corners.iter().map(|c| (at.0 + c.0, at.1 + c.1)).collect::<Vec<_>>();
         let diamond = |r: f64| around(&[(0.0, -r), (r, 0.0), (0.0, r), (-r, 0.0)]);
         let down = |half: f64, top: f64, tip: f64| around(&[(-half, top), (half, top), (0.0, tip)]);
         match self {
-            Self::Circle => page.disc(at, 3.0, rgb),
-            Self::Square => page.fill(Area::around(at, 2.75, 2.75).corners(), rgb),
-            Self::Triangle => page.fill(around(&[(0.0, -3.75), (3.5, 2.5), (-3.5, 2.5)]), rgb),
-            Self::Diamond => page.fill(diamond(4.0), rgb),
+            Self::Circle => page.disc(at, 3.0, color),
+            Self::Square => page.fill(Area::around(at, 2.75, 2.75).corners(), color),
+            Self::Triangle => page.fill(around(&[(0.0, -3.75), (3.5, 2.5), (-3.5, 2.5)]), color),
+            Self::Diamond => page.fill(diamond(4.0), color),
             Self::Operating => {
                 let angles = (0..=24).map(|k| f64::from(k) / 24.0 * std::f64::consts::TAU);
                 let ring: Vec<Point> = angles.map(|a| (6.0 * a.cos(), 6.0 * a.sin())).collect();
-                page.line(around(&ring), Stroke::solid(white, 3.4));
-                page.line(around(&ring), Stroke::solid(rgb, 1.8));
+                page.line(around(&ring), Style::solid(white, 3.4));
+                page.line(around(&ring), Style::solid(color, 1.8));
             }
             Self::Published => {
-                for (r, rgb) in [(8.0, white), (6.5, rgb), (3.6, white)] {
-                    page.fill(diamond(r), rgb);
+                for (r, color) in [(8.0, white), (6.5, color), (3.6, white)] {
+                    page.fill(diamond(r), color);
                 }
             }
-            Self::AlarmBegins => page.fill(down(3.2, -5.5, 0.0), rgb),
+            Self::AlarmBegins => page.fill(down(3.2, -5.5, 0.0), color),
             Self::AlarmEnds => {
-                page.fill(down(3.2, -5.5, 0.0), rgb);
+                page.fill(down(3.2, -5.5, 0.0), color);
                 page.fill(down(1.46, -4.5, -2.0), white);
             }
         }
@@ -86,7 +86,7 @@ pub enum Symbol {
     /// An upright line.
     Upright(Style),
     /// Outline of a box on a still.
-    Outline([u8; 3], Dash),
+    Outline(Style),
 }
 
 /// An entry of a legend: symbol and name.
@@ -173,20 +173,19 @@ impl Symbol {
         let area = |in_by: f64, half: f64| Area::around(at, SYMBOL / 2.0 - in_by, half);
         match self {
             Self::Line(style, marker) => {
-                let stroke = Stroke { width: style.width.max(1.4), ..Stroke::of(&style) };
-                page.line(vec![(x, y), (x + SYMBOL, y)], stroke);
-                marker.into_iter().for_each(|marker| marker.draw(page, at, style.color.0));
+                page.line(vec![(x, y), (x + SYMBOL, y)], Style { width: style.width.max(1.4), ..style });
+                marker.into_iter().for_each(|marker| marker.draw(page, at, style.color));
             }
             Self::Mark(color, marker) => {
                 let is_alarm = matches!(marker, Marker::AlarmBegins | Marker::AlarmEnds);
-                marker.draw(page, (at.0, if is_alarm { y + 3.0 } else { y }), color.0);
+                marker.draw(page, (at.0, if is_alarm { y + 3.0 } else { y }), color);
             }
-            Self::Band(color) => page.band(area(2.0, 5.0).corners(), color.0),
+            Self::Band(color) => page.band(area(2.0, 5.0).corners(), color),
             Self::Shade => page.fill(area(3.0, 5.0).corners(), SHADE),
-            Self::Upright(style) => page.line(vec![(at.0, y - 6.0), (at.0, y + 6.0)], Stroke::of(&style)),
-            Self::Outline(rgb, dash) => {
+            Self::Upright(style) => page.line(vec![(at.0, y - 6.0), (at.0, y + 6.0)], style),
+            Self::Outline(style) => {
                 let area = area(2.0, 5.5);
-                page.outline(area.corners(), &area, Stroke { rgb, width: BOX, dash }, AROUND_BOX);
+                page.outline(area.corners(), &area, style, AROUND_BOX);
             }
         }
     }

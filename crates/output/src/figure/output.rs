@@ -6,7 +6,7 @@ use super::layout::Figure;
 use super::page::{Page, Shape, strokes, whole, whole_width};
 use super::pdf::pdf;
 use super::raster::{encode, png, reduced};
-use super::style::{COLUMN, FINE, PER_INCH, WIDTH};
+use super::style::{COLUMN, Color as Ink, FINE, PER_INCH, WIDTH};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::prelude::{Color, DrawingBackend, IntoFont, RGBColor, SVGBackend, ShapeStyle};
 use plotters::style::text_anchor::{Pos, VPos};
@@ -123,22 +123,22 @@ const EM: f64 = 1.24;
 
 /// Draws shapes with plotters.
 fn draw(mut backend: SVGBackend<'_>, shapes: &[Shape]) -> Result<(), FigureError> {
-    let color = |[r, g, b]: [u8; 3]| RGBColor(r, g, b);
+    let rgb = |color: &Ink| RGBColor(color.0[0], color.0[1], color.0[2]);
     for shape in shapes {
         match shape {
-            Shape::Line { points, stroke } => {
-                let style = ShapeStyle::from(color(stroke.rgb)).stroke_width(whole_width(stroke, FINE));
-                for run in strokes(points, stroke.dash, FINE) {
-                    backend.draw_path(run, &style).map_err(failed)?;
+            Shape::Line { points, style } => {
+                let stroke = ShapeStyle::from(rgb(&style.color)).stroke_width(whole_width(style, FINE));
+                for run in strokes(points, style.dash, FINE) {
+                    backend.draw_path(run, &stroke).map_err(failed)?;
                 }
             }
-            Shape::Fill { corners, rgb, opacity } => {
-                let style = color(*rgb).mix(*opacity);
+            Shape::Fill { corners, color, opacity } => {
+                let style = rgb(color).mix(*opacity);
                 backend.fill_polygon(whole(corners, FINE), &style).map_err(failed)?;
             }
-            Shape::Text { text, at, size, anchor, upwards, rgb } => {
+            Shape::Text { text, at, size, anchor, upwards, color } => {
                 let turn = if *upwards { FontTransform::Rotate270 } else { FontTransform::None };
-                let ink = color(*rgb);
+                let ink = rgb(color);
                 let style = TextStyle::from((font::FAMILY, size * FINE * EM).into_font().transform(turn))
                     .color(&ink)
                     .pos(Pos::new(*anchor, VPos::Center));

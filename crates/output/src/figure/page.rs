@@ -1,30 +1,11 @@
 //! A figure after layout: lines, filled shapes and texts, in units of 0.7 pt from the top left corner.
 
 use super::font;
-use super::style::{CASING, Dash, Style};
+use super::style::{CASING, Color, Dash, Style};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 
 pub type Point = (f64, f64);
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke {
-    pub rgb: [u8; 3],
-    pub width: f64,
-    pub dash: Dash,
-}
-
-impl Stroke {
-    pub const fn solid(rgb: [u8; 3], width: f64) -> Self {
-        Self { rgb, width, dash: Dash::SOLID }
-    }
-
-    /// Stroke of a style. Widths that are invisible or absurdly large are clamped.
-    pub fn of(style: &Style) -> Self {
-        let width = if style.width.is_finite() { style.width.clamp(0.3, 10.0) } else { 1.4 };
-        Self { rgb: style.color.0, width, dash: style.dash }
-    }
-}
 
 /// An element of a page.
 #[derive(Clone)]
@@ -32,11 +13,11 @@ pub enum Shape {
     /// A line with round ends, so that a line from a point to itself is a disk.
     Line {
         points: Vec<Point>,
-        stroke: Stroke,
+        style: Style,
     },
     Fill {
         corners: Vec<Point>,
-        rgb: [u8; 3],
+        color: Color,
         opacity: f64,
     },
     /// A text; the middle of its lower-case letters is at the height of the point.
@@ -46,7 +27,7 @@ pub enum Shape {
         size: f64,
         anchor: HPos,
         upwards: bool,
-        rgb: [u8; 3],
+        color: Color,
     },
 }
 
@@ -133,48 +114,48 @@ impl Page {
         Self { title: font::clean(title), width, height: 0.0, frames: Vec::new(), shapes: Vec::new() }
     }
 
-    pub fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
-        self.shapes.push(Shape::Line { points, stroke });
+    pub fn line(&mut self, points: Vec<Point>, style: Style) {
+        self.shapes.push(Shape::Line { points, style });
     }
 
-    pub fn fill(&mut self, corners: Vec<Point>, rgb: [u8; 3]) {
-        self.shapes.push(Shape::Fill { corners, rgb, opacity: 1.0 });
+    pub fn fill(&mut self, corners: Vec<Point>, color: Color) {
+        self.shapes.push(Shape::Fill { corners, color, opacity: 1.0 });
     }
 
-    pub fn band(&mut self, corners: Vec<Point>, rgb: [u8; 3]) {
-        self.shapes.push(Shape::Fill { corners, rgb, opacity: BAND });
+    pub fn band(&mut self, corners: Vec<Point>, color: Color) {
+        self.shapes.push(Shape::Fill { corners, color, opacity: BAND });
     }
 
-    pub fn disc(&mut self, center: Point, radius: f64, rgb: [u8; 3]) {
-        self.line(vec![center, center], Stroke::solid(rgb, 2.0 * radius));
+    pub fn disc(&mut self, center: Point, radius: f64, color: Color) {
+        self.line(vec![center, center], Style::solid(color, 2.0 * radius));
     }
 
-    pub fn text(&mut self, text: &str, at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) {
+    pub fn text(&mut self, text: &str, at: Point, size: f64, anchor: HPos, color: Color) {
         if !text.trim().is_empty() {
             let text = font::clean(text);
-            self.shapes.push(Shape::Text { text, at, size, anchor, upwards: false, rgb });
+            self.shapes.push(Shape::Text { text, at, size, anchor, upwards: false, color });
         }
     }
 
     /// Adds lines of text below each other. The first line begins at the height of `at`. Returns the height
     /// at which a further line would begin.
-    pub fn lines(&mut self, lines: &[String], at: Point, size: f64, anchor: HPos, rgb: [u8; 3]) -> f64 {
+    pub fn lines(&mut self, lines: &[String], at: Point, size: f64, anchor: HPos, color: Color) -> f64 {
         for (k, line) in lines.iter().enumerate() {
-            self.text(line, (at.0, at.1 + LINE * (k as f64 + 0.5)), size, anchor, rgb);
+            self.text(line, (at.0, at.1 + LINE * (k as f64 + 0.5)), size, anchor, color);
         }
         at.1 + LINE * lines.len() as f64
     }
 
     /// Adds lines of text that read from bottom to top, centered on a point.
-    pub fn lines_upwards(&mut self, lines: Vec<String>, at: Point, size: f64, rgb: [u8; 3]) {
+    pub fn lines_upwards(&mut self, lines: Vec<String>, at: Point, size: f64, color: Color) {
         for (k, text) in lines.into_iter().enumerate() {
             let at = (at.0 + LINE * k as f64, at.1);
-            self.shapes.push(Shape::Text { text, at, size, anchor: HPos::Center, upwards: true, rgb });
+            self.shapes.push(Shape::Text { text, at, size, anchor: HPos::Center, upwards: true, color });
         }
     }
 
     /// Adds the part of a polyline that lies inside `area`.
-    pub fn clipped(&mut self, points: &[Point], area: &Area, stroke: Stroke) {
+    pub fn clipped(&mut self, points: &[Point], area: &Area, style: Style) {
         let mut runs: Vec<Vec<Point>> = Vec::new();
         for pair in points.windows(2) {
             match (area.clip(pair[0], pair[1]), runs.last_mut()) {
@@ -184,18 +165,18 @@ impl Page {
             }
         }
         for run in runs.into_iter().filter(|run| !run.is_empty()) {
-            self.line(run, stroke);
+            self.line(run, style);
         }
     }
 
     /// Adds the outline of a box on a frame that lies in `area`, over a dark outline. Returns true if all
     /// corners could be placed.
-    pub fn outline(&mut self, mut corners: Vec<Point>, area: &Area, stroke: Stroke, casing: f64) -> bool {
+    pub fn outline(&mut self, mut corners: Vec<Point>, area: &Area, style: Style, casing: f64) -> bool {
         let has_place = corners.iter().all(|c| c.0.is_finite() && c.1.is_finite());
         if has_place {
             corners.extend(corners.first().copied());
-            self.clipped(&corners, area, Stroke::solid(CASING, casing));
-            self.clipped(&corners, area, stroke);
+            self.clipped(&corners, area, Style::solid(CASING, casing));
+            self.clipped(&corners, area, style);
         }
         has_place
     }
@@ -220,8 +201,8 @@ pub fn strokes(points: &[Point], dash: Dash, scale: f64) -> Vec<Vec<(i32, i32)>>
 }
 
 /// Width of a line in integer coordinates.
-pub fn whole_width(stroke: &Stroke, scale: f64) -> u32 {
-    (stroke.width * scale).round().max(1.0) as u32
+pub fn whole_width(style: &Style, scale: f64) -> u32 {
+    (style.width * scale).round().max(1.0) as u32
 }
 
 /// Share of a text that stands before its anchor point.
@@ -290,7 +271,7 @@ mod tests {
     fn a_line_that_leaves_the_area_is_two() {
         let mut page = Page::new("", 1.0);
         let points = [(0.0, 0.5), (0.2, -0.5), (0.6, -0.5), (0.8, 0.5), (1.0, 0.5)];
-        page.clipped(&points, &UNIT, Stroke::solid([0; 3], 1.0));
+        page.clipped(&points, &UNIT, Style::solid(Color::BLACK, 1.0));
         let line =
             |shape: &Shape| if let Shape::Line { points, .. } = shape { points.clone() } else { vec![] };
         let lines: Vec<Vec<Point>> = page.shapes.iter().map(line).collect();

@@ -4,7 +4,7 @@ use super::axis::{Axis, Ends, Place, Scale, linear_ticks, thinned};
 use super::diagram;
 use super::font;
 use super::legend::{Entry, Marker};
-use super::page::{Area, Page, Point, Stroke};
+use super::page::{Area, Page, Point};
 use super::radar::Radar;
 use super::style::{Color, Dash, INK, SHADE, SMALL, SOFT, Style};
 use plotters::style::text_anchor::HPos;
@@ -94,7 +94,7 @@ impl Mark {
 /// Height of the band of markers at the upper edge, in units.
 const TOP: f64 = 8.0;
 /// Style of the lines of equal F; `MAX_ISO` is the most of them.
-const ISO: Stroke = Stroke { rgb: [0xDC, 0xDC, 0xDC], width: 0.8, dash: Dash::DASHED };
+const ISO: Style = Style { color: Color([0xDC; 3]), dash: Dash::DASHED, width: 0.8 };
 const MAX_ISO: usize = 5;
 
 impl Panel {
@@ -131,7 +131,7 @@ impl Panel {
         let area = &place.area;
         let sign = |page: &mut Page, at: Point, marker: Marker, color: Color| {
             if area.contains(at) {
-                marker.draw(page, at, color.0);
+                marker.draw(page, at, color);
             }
         };
         for mark in &self.marks {
@@ -145,11 +145,11 @@ impl Panel {
                 }
                 Mark::Upright(at, style) if self.x.shows(*at) => {
                     let x = place.x.place(*at);
-                    page.clipped(&[(x, area.y), (x, area.bottom())], area, Stroke::of(style));
+                    page.clipped(&[(x, area.y), (x, area.bottom())], area, *style);
                 }
                 Mark::Level(at, style) if self.y.shows(*at) => {
                     let y = place.y.place(*at);
-                    page.clipped(&[(area.x, y), (area.right(), y)], area, Stroke::of(style));
+                    page.clipped(&[(area.x, y), (area.right(), y)], area, *style);
                 }
                 Mark::Point(at, marker, color) if self.shows(at) => {
                     sign(page, place.of(*at), *marker, *color);
@@ -182,14 +182,13 @@ impl Panel {
         style: &Style,
         marker: Option<Marker>,
     ) {
-        let rgb = style.color.0;
         for run in points.split(|p| !self.shows(p)).filter(|run| !run.is_empty()) {
             let places: Vec<Point> = run.iter().map(|p| place.of(*p)).collect();
-            page.clipped(&thinned(&places), &place.area, Stroke::of(style));
+            page.clipped(&thinned(&places), &place.area, *style);
             for &at in places.iter().filter(|p| place.area.contains(**p)) {
                 match marker {
-                    Some(marker) => marker.draw(page, at, rgb),
-                    None if run.len() == 1 => page.disc(at, style.width, rgb),
+                    Some(marker) => marker.draw(page, at, style.color),
+                    None if run.len() == 1 => page.disc(at, style.width, style.color),
                     None => {}
                 }
             }
@@ -208,7 +207,7 @@ impl Panel {
         };
         for run in points.split(|p| !known(p)).filter(|run| run.len() > 1) {
             let upper = run.iter().map(|p| at(p.0, p.2));
-            page.band(upper.chain(run.iter().rev().map(|p| at(p.0, p.1))).collect(), color.0);
+            page.band(upper.chain(run.iter().rev().map(|p| at(p.0, p.1))).collect(), color);
         }
     }
 
@@ -278,7 +277,7 @@ fn iso_f(page: &mut Page, place: &Place) {
         if place.area.contains(end) {
             let name = format!("F {}", name.trim_start_matches('0'));
             let w = font::width(&name, SMALL) + 4.0;
-            page.fill(Area { x: end.0 - w, y: end.1 - 6.0, w, h: 12.0 }.corners(), [255; 3]);
+            page.fill(Area { x: end.0 - w, y: end.1 - 6.0, w, h: 12.0 }.corners(), Color([255; 3]));
             page.text(&name, (end.0 - 2.0, end.1), SMALL, HPos::Right, SOFT);
         }
     }

@@ -5,7 +5,7 @@ use super::error::{FigureError, failed};
 use super::font;
 use super::page::{BAND, Page, Shape, share_before, strokes, whole, whole_width};
 use super::raster::reduced;
-use super::style::{FINE, PER_INCH};
+use super::style::{Color, FINE, PER_INCH};
 use ::image::RgbImage;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use pdf_writer::types::{CidFontType, FontFlags, LineCapStyle, LineJoinStyle, SystemInfo, UnicodeCmap};
@@ -55,8 +55,8 @@ impl Letters {
     }
 }
 
-fn shares(rgb: [u8; 3]) -> [f32; 3] {
-    rgb.map(|c| f32::from(c) / 255.0)
+fn shares(color: Color) -> [f32; 3] {
+    color.0.map(|c| f32::from(c) / 255.0)
 }
 
 /// Starts a path through points.
@@ -70,17 +70,17 @@ fn path(content: &mut Content, points: &[(i32, i32)]) {
 /// Draws a shape in coordinates of [`FINE`] per unit.
 fn write_shape(content: &mut Content, letters: &mut Letters, shape: &Shape) {
     match shape {
-        Shape::Line { points, stroke } => {
-            let [r, g, b] = shares(stroke.rgb);
-            let width = whole_width(stroke, FINE) as f32;
-            for run in strokes(points, stroke.dash, FINE) {
+        Shape::Line { points, style } => {
+            let [r, g, b] = shares(style.color);
+            let width = whole_width(style, FINE) as f32;
+            for run in strokes(points, style.dash, FINE) {
                 content.set_stroke_rgb(r, g, b).set_line_width(width);
                 path(content, &run);
                 content.stroke();
             }
         }
-        Shape::Fill { corners, rgb, opacity } => {
-            let [r, g, b] = shares(*rgb);
+        Shape::Fill { corners, color, opacity } => {
+            let [r, g, b] = shares(*color);
             content.save_state();
             if *opacity < 1.0 {
                 content.set_parameters(Name(b"B"));
@@ -89,7 +89,7 @@ fn write_shape(content: &mut Content, letters: &mut Letters, shape: &Shape) {
             path(content, &whole(corners, FINE));
             content.fill_nonzero().restore_state();
         }
-        Shape::Text { text, at, size, anchor, upwards, rgb } => {
+        Shape::Text { text, at, size, anchor, upwards, color } => {
             let (size, at) = (size * FINE, whole(&[*at], FINE)[0]);
             let (x, y) = (f64::from(at.0), f64::from(at.1));
             let (back, base) = (font::width(text, size) * share_before(*anchor), font::HALF_EX * size);
@@ -99,7 +99,7 @@ fn write_shape(content: &mut Content, letters: &mut Letters, shape: &Shape) {
             } else {
                 [1.0, 0.0, 0.0, -1.0, (x - back) as f32, (y + base) as f32]
             };
-            let [r, g, b] = shares(*rgb);
+            let [r, g, b] = shares(*color);
             let letters = letters.encoded(text);
             content.set_fill_rgb(r, g, b);
             content.begin_text().set_font(Name(b"F"), size as f32);
@@ -221,15 +221,14 @@ fn write_font(pdf: &mut Pdf, letters: &Letters) -> Result<(), FigureError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::page::Stroke;
-    use super::super::style::{COLUMN, INK};
+    use super::super::style::{COLUMN, INK, Style};
     use super::*;
     use plotters::style::text_anchor::HPos;
 
     fn page() -> Page {
         let mut page = Page::new("Wörter (1)", COLUMN);
         page.height = 40.0;
-        page.line(vec![(1.0, 2.0), (30.0, 4.0)], Stroke::solid(INK, 1.0));
+        page.line(vec![(1.0, 2.0), (30.0, 4.0)], Style::solid(INK, 1.0));
         page.disc((9.0, 9.0), 3.0, INK);
         page.band(vec![(0.0, 1.0), (9.0, 2.0), (9.0, 6.0), (0.0, 5.0)], INK);
         page.text("yₜ (F₁) 漢", (20.0, 20.0), 11.0, HPos::Right, INK);

@@ -2,8 +2,8 @@
 
 use super::font;
 use super::legend::Marker;
-use super::page::{Area, LINE, Page, Point, Stroke, share_before};
-use super::style::{INK, SMALL, Style};
+use super::page::{Area, LINE, Page, Point, share_before};
+use super::style::{Color, INK, SMALL, Style};
 use plotters::style::text_anchor::HPos;
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ const ROOM: f64 = 82.0;
 const APART: (f64, f64) = (10.0, 0.01);
 /// Rings, as shares of a spoke; `WEB` is the line of spokes and rings.
 const RINGS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-const WEB: Stroke = Stroke::solid([0xDD; 3], 0.7);
+const WEB: Style = Style::solid(Color([0xDD; 3]), 0.7);
 
 struct Label {
     lines: Vec<String>,
@@ -76,10 +76,10 @@ impl Radar {
             let corners: Vec<Option<Point>> = corners.iter().enumerate().map(corner).collect();
             let around: Vec<Option<Point>> = corners.iter().chain(corners.first()).copied().collect();
             for sides in around.split(Option::is_none).filter(|sides| sides.len() > 1) {
-                page.line(sides.iter().flatten().copied().collect(), Stroke::of(style));
+                page.line(sides.iter().flatten().copied().collect(), *style);
             }
             for at in corners.into_iter().flatten() {
-                marker.draw(page, at, style.color.0);
+                marker.draw(page, at, style.color);
             }
         }
         for Label { lines, anchor, area: label } in labels {
@@ -142,8 +142,8 @@ impl Radar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::figure::Dash;
     use crate::figure::page::Shape;
-    use crate::figure::{Color, Dash};
     use trackfail_testing::assert_near;
 
     fn radar(spokes: &[&str], corners: Vec<Option<f64>>) -> Radar {
@@ -160,12 +160,11 @@ mod tests {
         // The spokes and, above and below them, the distance to a label and its two lines.
         assert!((area.h - 2.0 * (58.0 + 10.0 + 28.0)).abs() < 1e-9);
         radar.draw(&mut page, &area);
-        let rgb = Color::VERMILION.0;
         let line = |shape: &Shape| match shape {
-            Shape::Line { points, stroke } if stroke.rgb == rgb => Some(points.clone()),
+            Shape::Line { points, style } if style.color == Color::VERMILION => Some(points.clone()),
             _ => None,
         };
-        let is_mark = |shape: &&Shape| matches!(shape, Shape::Fill { rgb: of, .. } if *of == rgb);
+        let is_mark = |shape: &&Shape| matches!(shape, Shape::Fill { color: Color::VERMILION, .. });
         (page.shapes.iter().filter_map(line).collect(), page.shapes.iter().filter(is_mark).count())
     }
 

@@ -4,7 +4,7 @@
 use super::error::{FigureError, failed};
 use super::font;
 use super::page::{Area, Page, Shape, share_before, strokes, whole, whole_width};
-use super::style::{FINE, PER_INCH};
+use super::style::{Color, FINE, PER_INCH};
 use ::image::imageops::{self, FilterType};
 use ::image::{DynamicImage, Rgb, RgbImage};
 use trackfail_core::image::Frame;
@@ -13,29 +13,29 @@ use trackfail_core::image::Frame;
 pub fn paint(image: &mut RgbImage, shapes: &[Shape], scale: f64) {
     for shape in shapes {
         match shape {
-            Shape::Line { points, stroke } => {
-                let radius = f64::from(whole_width(stroke, scale)) / 2.0;
-                for run in strokes(points, stroke.dash, scale) {
-                    run.windows(2).for_each(|ends| segment(image, ends[0], ends[1], radius, stroke.rgb));
+            Shape::Line { points, style } => {
+                let radius = f64::from(whole_width(style, scale)) / 2.0;
+                for run in strokes(points, style.dash, scale) {
+                    run.windows(2).for_each(|ends| segment(image, ends[0], ends[1], radius, style.color));
                 }
             }
-            Shape::Fill { corners, rgb, opacity } => fill(image, &whole(corners, scale), *rgb, *opacity),
-            Shape::Text { text, at, size, anchor, upwards, rgb } => {
+            Shape::Fill { corners, color, opacity } => fill(image, &whole(corners, scale), *color, *opacity),
+            Shape::Text { text, at, size, anchor, upwards, color } => {
                 let (size, (x, y)) = (size * scale, whole(&[*at], scale)[0]);
                 let back = (font::width(text, size) * share_before(*anchor)).round() as i32;
                 font::rasterize(text, size, |u, v, coverage| {
                     let at = if *upwards { (x + v, y + back - u) } else { (x + u - back, y + v) };
-                    dot(image, at, *rgb, f64::from(coverage));
+                    dot(image, at, *color, f64::from(coverage));
                 });
             }
         }
     }
 }
 
-fn dot(image: &mut RgbImage, (x, y): (i32, i32), rgb: [u8; 3], coverage: f64) {
+fn dot(image: &mut RgbImage, (x, y): (i32, i32), color: Color, coverage: f64) {
     let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y)) else { return };
     let Some(pixel) = image.get_pixel_mut_checked(x, y) else { return };
-    for (old, new) in pixel.0.iter_mut().zip(rgb) {
+    for (old, new) in pixel.0.iter_mut().zip(color.0) {
         let before = f64::from(*old);
         *old = (before + (f64::from(new) - before) * coverage).round() as u8;
     }
@@ -47,7 +47,7 @@ fn seen(from: i32, to: i32, side: u32) -> std::ops::Range<i32> {
 }
 
 /// Draws all points within `radius` of the segment from `a` to `b`: a line with round ends.
-fn segment(image: &mut RgbImage, a: (i32, i32), b: (i32, i32), radius: f64, rgb: [u8; 3]) {
+fn segment(image: &mut RgbImage, a: (i32, i32), b: (i32, i32), radius: f64, color: Color) {
     let reach = radius.ceil() as i32 + 1;
     let range = |a: i32, b: i32, side: u32| {
         seen(a.min(b).saturating_sub(reach), a.max(b).saturating_add(reach), side)
@@ -63,14 +63,14 @@ fn segment(image: &mut RgbImage, a: (i32, i32), b: (i32, i32), radius: f64, rgb:
             let away = (ex * ex + ey * ey).sqrt();
             let covered = (radius + 0.5 - away).min(1.0);
             if covered > 0.0 {
-                dot(image, (x, y), rgb, covered);
+                dot(image, (x, y), color, covered);
             }
         }
     }
 }
 
 /// Fills the pixels whose centers lie inside a polygon, by the even-odd rule.
-fn fill(image: &mut RgbImage, corners: &[(i32, i32)], rgb: [u8; 3], opacity: f64) {
+fn fill(image: &mut RgbImage, corners: &[(i32, i32)], color: Color, opacity: f64) {
     let heights = || corners.iter().map(|c| c.1);
     for row in seen(heights().min().unwrap_or(0), heights().max().unwrap_or(0), image.height()) {
         let y = f64::from(row) + 0.5;
@@ -83,7 +83,7 @@ fn fill(image: &mut RgbImage, corners: &[(i32, i32)], rgb: [u8; 3], opacity: f64
         ends.sort_unstable();
         for span in ends.chunks_exact(2) {
             for x in seen(span[0], span[1], image.width()) {
-                dot(image, (x, row), rgb, opacity);
+                dot(image, (x, row), color, opacity);
             }
         }
     }
@@ -138,9 +138,12 @@ pub fn reduced(area: &Area, frame: &Frame) -> RgbImage {
 
 #[cfg(test)]
 mod tests {
-    use super::super::page::{Point, Stroke};
+    use super::super::page::Point;
+    use super::super::style::Style;
     use super::*;
     use std::f64::consts::PI;
+
+    const BLACK: Color = Color::BLACK;
 
     /// Total darkness, in square units, that a black shape adds to a page of 40 units.
     fn darkness(add: impl Fn(&mut Page)) -> f64 {
@@ -157,10 +160,10 @@ mod tests {
             let dark = darkness(add);
             assert!((dark - area).abs() < within, "{dark} {area}");
         };
-        near(&|page: &mut Page| page.fill(vec![(4.0, 3.0), (16.0, 5.0), (9.0, 15.0)], [0; 3]), 67.0, 1.0);
-        near(&|page: &mut Page| page.disc((9.3, 8.8), 4.0, [0; 3]), 16.0 * PI, 0.5);
+        near(&|page: &mut Page| page.fill(vec![(4.0, 3.0), (16.0, 5.0), (9.0, 15.0)], BLACK), 67.0, 1.0);
+        near(&|page: &mut Page| page.disc((9.3, 8.8), 4.0, BLACK), 16.0 * PI, 0.5);
         // A line with two round ends, and one that runs back over itself.
-        let line = |points: &[Point], page: &mut Page| page.line(points.into(), Stroke::solid([0; 3], 1.5));
+        let line = |points: &[Point], page: &mut Page| page.line(points.into(), Style::solid(BLACK, 1.5));
         let (from, to) = ((3.0, 5.0), (15.0, 10.0));
         let area = 13.0 * 1.5 + PI * 0.75 * 0.75;
         near(&|page: &mut Page| line(&[from, to], page), area, 0.5);

@@ -2,8 +2,8 @@
 
 use super::font;
 use super::legend::{AROUND_BOX, BOX, Entry, Symbol};
-use super::page::{Area, LINE, Page, Stroke};
-use super::style::{Color, Dash, INK, MARGIN, SMALL};
+use super::page::{Area, LINE, Page};
+use super::style::{Color, Dash, INK, MARGIN, SMALL, Style};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -11,19 +11,21 @@ use trackfail_core::region::Region;
 /// Kind of a box on a still: its line, and its name in the legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoxStyle {
-    rgb: [u8; 3],
-    dash: Dash,
+    line: Style,
     name: &'static str,
 }
 
 impl BoxStyle {
     /// The background region B_t, red.
     pub const BACKGROUND: Self =
-        Self { rgb: [0xFF, 0x4B, 0x1F], dash: Dash::SOLID, name: "background region" };
+        Self { line: Style::solid(Color([0xFF, 0x4B, 0x1F]), BOX), name: "background region" };
     /// The tracker's state, yellow.
-    pub const STATE: Self = Self { rgb: Color::YELLOW.0, dash: Dash::SOLID, name: "tracker" };
+    pub const STATE: Self = Self { line: Style::solid(Color::YELLOW, BOX), name: "tracker" };
     /// The ground truth, green and dashed.
-    pub const TRUTH: Self = Self { rgb: [0x00, 0xD0, 0x8A], dash: Dash::DASHED, name: "ground truth" };
+    pub const TRUTH: Self = Self {
+        line: Style { color: Color([0x00, 0xD0, 0x8A]), dash: Dash::DASHED, width: BOX },
+        name: "ground truth",
+    };
 }
 
 /// A video frame shown above the panels.
@@ -46,7 +48,7 @@ const GAP: f64 = 6.0;
 /// Legend of the boxes on stills.
 pub fn box_legend(stills: &[Still]) -> Vec<Entry> {
     let has = |style: &BoxStyle| stills.iter().flat_map(|s| &s.boxes).any(|b| b.1 == *style);
-    let entry = |style: BoxStyle| Entry::new(Symbol::Outline(style.rgb, style.dash), style.name);
+    let entry = |style: BoxStyle| Entry::new(Symbol::Outline(style.line), style.name);
     [BoxStyle::BACKGROUND, BoxStyle::STATE, BoxStyle::TRUTH].into_iter().filter(has).map(entry).collect()
 }
 
@@ -84,8 +86,7 @@ fn draw_still(page: &mut Page, still: &Still, area: Area) {
     let (sx, sy) = (area.w / still.pixels.width() as f64, area.h / still.pixels.height() as f64);
     for (region, style) in &still.boxes {
         let corners = region.corners().iter().map(|c| (area.x + c.0 * sx, area.y + c.1 * sy)).collect();
-        let BoxStyle { rgb, dash, .. } = *style;
-        page.outline(corners, &area, Stroke { rgb, width: BOX, dash }, AROUND_BOX);
+        page.outline(corners, &area, style.line, AROUND_BOX);
     }
     page.frames.push((area, still.pixels.clone()));
 }

@@ -20,13 +20,13 @@ pub const MEDIUM: f64 = 12.0;
 /// Size of a figure's title, in units: 9.8 pt in print.
 pub const LARGE: f64 = 14.0;
 /// Black for text.
-pub const INK: [u8; 3] = [0x1A, 0x1A, 0x1A];
+pub const INK: Color = Color([0x1A; 3]);
 /// Gray for axes and notes.
-pub const SOFT: [u8; 3] = [0x59, 0x59, 0x59];
+pub const SOFT: Color = Color([0x59; 3]);
 /// Shade of the frames where the target is lost.
-pub const SHADE: [u8; 3] = [0xE3, 0xE3, 0xE3];
+pub const SHADE: Color = Color([0xE3; 3]);
 /// Dark color of the lines under boxes on stills, which keeps the boxes visible on bright pixels.
-pub const CASING: [u8; 3] = [0x20, 0x20, 0x20];
+pub const CASING: Color = Color([0x20; 3]);
 
 /// Red, green and blue, 0 to 255: a color of the palette of Okabe and Ito (2008), or of a map of ordered values. The palette's
 /// yellow is not used for lines on white.
@@ -62,13 +62,13 @@ impl Color {
     }
 
     /// A color that is readable on dark ground: the color itself, or a lighter one.
-    pub(super) fn bright(self) -> [u8; 3] {
+    pub(super) fn bright(self) -> Self {
         match self {
-            Self::VERMILION => [0xFF, 0x9D, 0x66],
-            Self::GREEN => [0x4F, 0xD3, 0xA8],
-            Self::BLUE => Self::SKY.0,
-            Self::BLACK | Self::GRAY => [0xD4, 0xD4, 0xD0],
-            other => other.0,
+            Self::VERMILION => Self([0xFF, 0x9D, 0x66]),
+            Self::GREEN => Self([0x4F, 0xD3, 0xA8]),
+            Self::BLUE => Self::SKY,
+            Self::BLACK | Self::GRAY => Self([0xD4, 0xD4, 0xD0]),
+            other => other,
         }
     }
 }
@@ -94,7 +94,7 @@ impl Dash {
     }
 }
 
-/// Color and line style of a series.
+/// Color and line style of a series or another line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     /// Color of line and markers.
@@ -109,6 +109,11 @@ impl Style {
     /// A line of the usual width.
     pub fn new(color: Color, dash: Dash) -> Self {
         Self { color, dash, width: 1.4 }
+    }
+
+    /// An unbroken line.
+    pub const fn solid(color: Color, width: f64) -> Self {
+        Self { color, dash: Dash::SOLID, width }
     }
 
     /// Style of the `i`-th of several equal series: a new color each, with dashes from the eighth on. The

@@ -184,10 +184,10 @@ fn assert_on_page(page: &Page) {
 }
 
 /// Center and color of a disk; `None` for other shapes.
-fn disc(shape: &Shape) -> Option<((f64, f64), [u8; 3])> {
+fn disc(shape: &Shape) -> Option<((f64, f64), Color)> {
     match shape {
-        Shape::Line { points, stroke } if points.len() == 2 && points[0] == points[1] => {
-            Some((points[0], stroke.rgb))
+        Shape::Line { points, style } if points.len() == 2 && points[0] == points[1] => {
+            Some((points[0], style.color))
         }
         _ => None,
     }
@@ -195,7 +195,7 @@ fn disc(shape: &Shape) -> Option<((f64, f64), [u8; 3])> {
 
 /// Number of disks, and of other lines, of a color.
 fn count(page: &Page, color: Color) -> (usize, usize) {
-    let is_line = |s: &&Shape| matches!(s, Shape::Line { stroke, .. } if stroke.rgb == color.0);
+    let is_line = |s: &&Shape| matches!(s, Shape::Line { style, .. } if style.color == color);
     let (discs, lines): (Vec<&Shape>, Vec<&Shape>) =
         page.shapes.iter().filter(is_line).partition(|shape| disc(shape).is_some());
     (discs.len(), lines.len())
@@ -217,7 +217,7 @@ fn frames(figure: &Figure, width: f64) -> Vec<(f64, f64, f64, f64)> {
 fn lines_of_equal_f_begin_at_the_upper_edge() {
     let page = precision_recall(5).page(WIDTH).expect("a layout");
     let start = |shape: &Shape| match shape {
-        Shape::Line { points, stroke } if stroke.rgb == [0xDC; 3] => points.first().map(|p| p.1),
+        Shape::Line { points, style } if style.color == Color([0xDC; 3]) => points.first().map(|p| p.1),
         _ => None,
     };
     let mut starts: Vec<f64> = page.shapes.iter().filter_map(start).collect();
