@@ -53,12 +53,7 @@ struct Scope<'r> {
     note: String,
 }
 
-impl<'r> Scope<'r> {
-    /// Checked keys of the figure.
-    fn params(&self) -> &'r spec::FigureParams {
-        &self.figure.params
-    }
-
+impl Scope<'_> {
     /// Index of a tracker in the experiment, which decides its color on all pages.
     fn place(&self, tracker: &str) -> Option<usize> {
         self.results.experiment.trackers.iter().position(|t| t.label == tracker)

@@ -69,22 +69,20 @@ fn method(m: &MethodRecord) -> String {
 /// with real ones.
 pub fn learned_on_test(manifest: &Manifest) -> Vec<String> {
     let present = &manifest.suite.present;
-    let tested = |method: &MethodRecord| -> Option<Vec<String>> {
+    let tested = |method: &MethodRecord| -> Vec<String> {
         let (kind, _, params) = &method.detector;
-        let model = params.get("model").and_then(Value::as_str).filter(|_| *kind == fused::ENTRY.kind)?;
-        let learned = fused::learned_from(model)?;
-        Some(present.iter().map(|(name, _)| name).filter(|name| learned.contains(name)).cloned().collect())
+        let model = params.get("model").and_then(Value::as_str).filter(|_| *kind == fused::ENTRY.kind);
+        let learned = model.and_then(fused::learned_from).unwrap_or_default();
+        present.iter().map(|(name, _)| name).filter(|name| learned.contains(name)).cloned().collect()
     };
-    let mut methods: Vec<(Vec<String>, &str)> =
-        manifest.methods.iter().filter_map(|method| Some((tested(method)?, method.name.as_str()))).collect();
-    methods.retain(|(tested, _)| !tested.is_empty() && !synthetic::is_rendered(&manifest.suite.name));
-    methods.sort_by(|a, b| a.0.cmp(&b.0));
-    let sentence = |same: &[(Vec<String>, &str)]| {
-        let names = distinct(same.iter().map(|(_, name)| *name));
-        let about = json!({ "methods": names, "tested": same[0].0.len(), "present": present.len() });
-        say("learned on test", about)
+    let mut groups = grouped(&manifest.methods, tested);
+    groups.retain(|(tested, _)| !tested.is_empty() && !synthetic::is_rendered(&manifest.suite.name));
+    groups.sort_by(|a, b| a.0.cmp(&b.0));
+    let sentence = |(tested, methods): (Vec<String>, Vec<&MethodRecord>)| {
+        let names = distinct(methods.iter().map(|method| &method.name));
+        say("learned on test", json!({ "methods": names, "tested": tested.len(), "present": present.len() }))
     };
-    methods.chunk_by(|a, b| a.0 == b.0).map(sentence).collect()
+    groups.into_iter().map(sentence).collect()
 }
 
 /// Numbers for the text of a paper: of targets, of frames, of claims by outcome (without checks of the

@@ -23,7 +23,7 @@ const MAX_MARKED: usize = 16;
 
 /// Draws the figure.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let shows = scope.given("shows", scope.params().shows.as_ref())?;
+    let shows = scope.given("shows", scope.figure.params.shows.as_ref())?;
     let analyses = scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis);
     let found: Vec<(&Analysed, &Chart)> = analyses
         .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))

@@ -40,7 +40,7 @@ fn curves<'m>(
 
 /// Draws a metric over a grid axis, with a curve for each tracker, method and combination of other axes.
 pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let params = scope.params();
+    let params = &scope.figure.params;
     let metric = *scope.given("metric", params.metric.as_ref())?;
     let x = scope.given("x", params.x_axis.as_ref())?;
     let experiment = &scope.results.experiment;
@@ -135,7 +135,7 @@ fn ordered(points: &mut [At], y: Metric) {
 /// Draws one metric over another, with a curve for each tracker, method and combination of the axes after the
 /// first.
 pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let params = scope.params();
+    let params = &scope.figure.params;
     let y = *scope.given("metric", params.metric.as_ref())?;
     let x = *scope.given("x", params.x_metric.as_ref())?;
     let (results, experiment) = (scope.results, &scope.results.experiment);
@@ -218,7 +218,7 @@ fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
 pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
     let (results, mut found) = (scope.results, Vec::new());
     for tracker in &results.experiment.trackers {
-        for method in &scope.params().methods {
+        for method in &scope.figure.params.methods {
             let Some(protocol) = results.experiment.protocol_of(method) else { continue };
             let score = |track: &TrackSeries| {
                 let series = track.method(method)?;
@@ -284,7 +284,7 @@ pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> 
     };
     let lines: Vec<Line> = trackers
         .into_iter()
-        .flat_map(|tracker| scope.params().methods.iter().map(move |method| (tracker, method)))
+        .flat_map(|tracker| scope.figure.params.methods.iter().map(move |method| (tracker, method)))
         .filter_map(|(tracker, method)| {
             let key = [tracker.to_string(), method.clone(), String::new()];
             let points = warned(scope.results.frame_measures.get(&key)?);

@@ -27,8 +27,8 @@ const OVERALL: &str = "overall";
 
 /// Draws the figure.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let shows = scope.given("shows", scope.params().shows.as_ref())?;
-    let column = scope.given("column", scope.params().column.as_ref())?;
+    let shows = scope.given("shows", scope.figure.params.shows.as_ref())?;
+    let column = scope.given("column", scope.figure.params.column.as_ref())?;
     let found: Vec<&Analysed> =
         scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis).collect();
     let of_tracker = |(k, analysed): (usize, &&Analysed)| OfTracker {

@@ -15,7 +15,7 @@ use trackfail_methods::signal::distribution_field::{self, Displacement};
 /// Rinner (BMVC 2016); with one column per sequence, of their Fig. 4; with two panels per row, of their Fig.
 /// 5.
 pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
-    let (results, params) = (scope.results, scope.params());
+    let (results, params) = (scope.results, &scope.figure.params);
     let tracker = stills::tracker(results, params.tracker.as_deref());
     let tracks: Vec<&TrackSeries> = scope.tracks.iter().filter(|t| t.tracker == tracker).collect();
     let shown = stills::chosen(results, &params.sequences, &tracks);
