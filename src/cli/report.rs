@@ -97,13 +97,8 @@ fn name_and_file(asked: &str) -> Result<(String, Option<&Path>), Failure> {
 /// Absent results count as a wrong argument, damaged ones as an I/O error, in all verbs.
 impl From<ResultsError> for Failure {
     fn from(e: ResultsError) -> Self {
-        let is_usage = matches!(
-            e,
-            ResultsError::Unfinished(_)
-                | ResultsError::OtherNumbers { .. }
-                | ResultsError::Beside { .. }
-                | ResultsError::Spec(_)
-        );
+        let is_usage =
+            matches!(e, ResultsError::Unfinished(_) | ResultsError::Unfit(_) | ResultsError::Spec(_));
         Self::new(if is_usage { Exit::Usage } else { Exit::Io }, e)
     }
 }

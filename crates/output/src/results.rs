@@ -98,7 +98,7 @@ pub const OWNED: [&str; 4] = [tables::FOLDER, models::FOLDER, STILLS, beside::FO
 /// Reason why a results folder cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// A file cannot be written or read.
+    /// A file cannot be written or read, or is not what the run wrote there.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A file is absent, unreadable or too large.
@@ -107,89 +107,18 @@ pub enum ResultsError {
     /// A file with columns cannot be written.
     #[error(transparent)]
     Made(#[from] TableError),
-    /// A file with columns has wrong columns or values.
-    #[error("{}: {source}", path.display())]
-    Table {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error while reading the file.
-        source: TableError,
-    },
-    /// A file with columns is so damaged that polars fails.
-    #[error("{}: a damaged file; run the experiment again", .0.display())]
-    Damaged(PathBuf),
-    /// A JSON file has wrong contents.
-    #[error("{}: {source}", path.display())]
-    Json {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error while reading the file.
-        source: serde_json::Error,
-    },
-    /// A file whose digest differs from that in the manifest.
-    #[error("{}: not the file that the run wrote (its SHA-256 is not the manifest's); run it again", .0.display())]
-    Changed(PathBuf),
-    /// A folder does not hold the files that its manifest names, or others too.
-    #[error(
-        "{}: not the results that manifest.json names: {faults}; delete what does not belong there, and get the rest \
-         again or run the experiment again",
-        folder.display()
-    )]
-    NotAsNamed {
-        /// The folder.
-        folder: PathBuf,
-        /// The files, and the fault of each.
-        faults: String,
-    },
     /// A file that somebody sent is no archive, or one that is refused.
     #[error(transparent)]
     Archive(#[from] FetchError),
-    /// A file that somebody sent does not hold whole results.
-    #[error("{}: {fault}", file.display())]
-    Refused {
-        /// The file.
-        file: PathBuf,
-        /// Its first error.
-        fault: String,
-    },
     /// The experiment file kept beside the results is wrong.
     #[error(transparent)]
     Spec(#[from] SpecError),
-    /// An experiment file does not belong to these results.
-    #[error(
-        "{}: not what the results in {} were run with; other: {} (captions, titles, order and selection may differ); \
-         run it",
-        path.display(), folder.display(), keys.join(", ")
-    )]
-    OtherNumbers {
-        /// Path of the experiment file.
-        path: PathBuf,
-        /// Folder of the results.
-        folder: PathBuf,
-        /// Keys of the experiment file that differ.
-        keys: Vec<String>,
-    },
-    /// Kept results cannot stand beside those of an experiment.
-    #[error("{experiment} cannot stand beside {kept}: {}", differences.join("; "))]
-    Beside {
-        /// The experiment.
-        experiment: String,
-        /// That of the kept results.
-        kept: String,
-        /// Differences, each with what both of them have.
-        differences: Vec<String>,
-    },
+    /// An experiment does not belong to these results, or beside them; the text says what differs.
+    #[error("{0}")]
+    Unfit(String),
     /// The folder holds no finished run.
     #[error("{}: no manifest.json; run the experiment first", .0.display())]
     Unfinished(PathBuf),
-    /// The results were written by a later version of the program.
-    #[error("{}: results format {found}; this program reads up to {}", path.display(), manifest::FORMAT)]
-    Format {
-        /// Folder of the results.
-        path: PathBuf,
-        /// Format of the results.
-        found: u32,
-    },
 }
 
 impl ResultsError {

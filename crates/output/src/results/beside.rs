@@ -136,7 +136,7 @@ pub fn keep(kept: &Kept, folder: &Path) -> Result<(), ResultsError> {
     let path = folder.join(manifest::FILE);
     let mut own = manifest::parse(&path, &read_file(&path, MAX_MANIFEST)?)?;
     own.files.insert(FILE.to_string(), sha256(&bytes));
-    write_json(&path, &own)
+    Ok(write_json(&path, &own)?)
 }
 
 /// Puts the rows that are taken from kept results beside the own ones, once it is checked that they can stand there.

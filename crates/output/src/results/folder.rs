@@ -106,7 +106,7 @@ pub fn write(
     }
     write_json(&folder.join(run::FILE), record)?;
     let manifest = Manifest { files: written.files, ..Manifest::new(experiment, outcome) };
-    write_json(&folder.join(manifest::FILE), &manifest)
+    Ok(write_json(&folder.join(manifest::FILE), &manifest)?)
 }
 
 /// Writes the files with data of single frames.
@@ -307,10 +307,8 @@ impl Results {
         let bytes = read_whole(&self.folder, &self.manifest, name, MAX_FILE)?;
         let path = self.folder.join(name);
         // polars panics on some damaged files, and whoever damages one can make its digest fit.
-        match catch(|| read(bytes)) {
-            Ok(table) => table.map_err(|source| ResultsError::Table { path, source }),
-            Err(_) => Err(ResultsError::Damaged(path)),
-        }
+        let table = catch(|| read(bytes)).map_err(|_| damaged(&path))?;
+        Ok(table.map_err(|e| StoreError::new(&path, e))?)
     }
 
     /// Reads a file with columns that only some results have. Returns the default if the run wrote none.
@@ -366,9 +364,15 @@ pub(super) fn read_whole(
     let path = folder.join(name);
     let bytes = read_file(&path, limit)?;
     if manifest.files.get(name) != Some(&sha256(&bytes)) {
-        return Err(ResultsError::Changed(path));
+        let changed = "not the file that the run wrote (its SHA-256 is not the manifest's); run it again";
+        return Err(StoreError::new(&path, changed).into());
     }
     Ok(bytes)
+}
+
+/// Error for a file with columns that is so damaged that polars fails.
+pub(super) fn damaged(path: &Path) -> StoreError {
+    StoreError::new(path, "a damaged file; run the experiment again")
 }
 
 #[cfg(test)]
@@ -389,7 +393,10 @@ mod tests {
         assert_eq!(parse(path, MANIFEST).unwrap().suite.present, [("q".to_string(), 9)]);
         let later = String::from_utf8_lossy(MANIFEST).replace("\"format\":1", "\"format\":99");
         let error = parse(path, later.as_bytes()).unwrap_err();
-        assert!(matches!(error, ResultsError::Format { found: 99, .. }), "{error}");
+        assert_eq!(
+            error.to_string(),
+            format!("a: results format 99; this program reads up to {}", manifest::FORMAT)
+        );
         assert_eq!(measures::read(MEASURES.to_vec()).unwrap()[0].method, "m,");
     }
 

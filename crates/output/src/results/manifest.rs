@@ -463,8 +463,8 @@ pub fn runs(n: u32) -> String {
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Manifest, ResultsError> {
     let manifest: Manifest = from_json(path, bytes)?;
     if manifest.format > FORMAT {
-        let folder = path.parent().unwrap_or(path).to_path_buf();
-        return Err(ResultsError::Format { path: folder, found: manifest.format });
+        let what = format!("results format {}; this program reads up to {FORMAT}", manifest.format);
+        return Err(StoreError::new(path.parent().unwrap_or(path), what).into());
     }
     Ok(manifest)
 }

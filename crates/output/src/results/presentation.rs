@@ -20,8 +20,13 @@ impl Results {
         // Readings were compared with the published numbers when they were run.
         keys.retain(|key| key != "published" || readings::has_readings(&experiment));
         if !keys.is_empty() {
-            let folder = self.folder.clone();
-            return Err(ResultsError::OtherNumbers { path: path.to_path_buf(), folder, keys });
+            return Err(ResultsError::Unfit(format!(
+                "{}: not what the results in {} were run with; other: {} (captions, titles, order and selection may \
+                 differ); run it",
+                path.display(),
+                self.folder.display(),
+                keys.join(", ")
+            )));
         }
         self.manifest.format = manifest::FORMAT;
         self.manifest.spec_digest = sha256(experiment.source.as_bytes());
@@ -40,7 +45,7 @@ impl Results {
     /// When a file cannot be written.
     pub fn keep(&self) -> Result<(), ResultsError> {
         store::write(&self.folder.join(SPEC), self.experiment.source.as_bytes())?;
-        write_json(&self.folder.join(manifest::FILE), &self.manifest)
+        Ok(write_json(&self.folder.join(manifest::FILE), &self.manifest)?)
     }
 
     /// Sorts the pooled numbers by the experiment's trackers and methods.

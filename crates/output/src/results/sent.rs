@@ -59,7 +59,11 @@ impl Verified {
         }
         let not_as_named = |faults: &str| {
             let faults = text::shorten_to(&text::visible(faults), MAX_FAULTS);
-            ResultsError::NotAsNamed { folder: folder.to_path_buf(), faults }
+            let what = format!(
+                "not the results that manifest.json names: {faults}; delete what does not belong there, and get the rest \
+                 again or run the experiment again"
+            );
+            StoreError::new(folder, what)
         };
         let manifest = manifest::parse(&path, &read_file(&path, MAX_MANIFEST)?)?;
         let named = with_copy(folder, &manifest)?;
@@ -89,12 +93,12 @@ impl Verified {
         }
         faults.extend(missing.iter().map(|name| format!("{name} is missing")));
         if !faults.is_empty() {
-            return Err(not_as_named(&faults.join(", ")));
+            return Err(not_as_named(&faults.join(", ")).into());
         }
         let results = Results::read(folder)?;
         let Manifest { experiment, spec_digest, files, .. } = &results.manifest;
         if *experiment != results.experiment.name || files.get(SPEC) != Some(spec_digest) {
-            return Err(not_as_named(&format!("{SPEC} is of another experiment")));
+            return Err(not_as_named(&format!("{SPEC} is of another experiment")).into());
         }
         Ok(Self { results, unnamed })
     }
@@ -170,8 +174,7 @@ impl Received {
     /// its manifest names and no other.
     ///
     /// # Errors
-    /// An archive that is refused, and the errors of [`Verified::read`]; of these, all that are no fault of the disk are
-    /// [`ResultsError::Refused`].
+    /// An archive that is refused, and the errors of [`Verified::read`]; all that are no fault of the disk name the file.
     pub fn open(file: &Path, parent: &Path) -> Result<Self, ResultsError> {
         let failed = |e| StoreError::new(parent, e);
         let temporary = TemporaryFolder::new_in(parent, UNPACKING).map_err(failed)?;
@@ -181,9 +184,9 @@ impl Received {
             Archive { name, url, packing: Packing::Zip, size: None, sha256: None, into, below: None };
         let caps = Caps { total: MAX_RESULTS, ..Caps::default() };
         unpack(file, &archive, &[String::new()], &caps, &folder)?;
-        let refused = |fault: String| ResultsError::Refused { file: file.to_path_buf(), fault };
         if !folder.join(manifest::FILE).is_file() {
-            return Err(refused(format!("no results: it has no {}; name a file of `pack`", manifest::FILE)));
+            let fault = format!("no results: it has no {}; name a file of `pack`", manifest::FILE);
+            return Err(StoreError::new(file, fault).into());
         }
         let verified = Verified::read_with(&folder, false).map_err(|e| {
             if e.is_io() {
@@ -192,7 +195,7 @@ impl Received {
             // The temporary folder is gone when the message is read.
             let path = folder.display();
             let told = e.to_string().replace(&format!("{path}{MAIN_SEPARATOR_STR}"), "");
-            refused(told.replace(&format!("{path}: "), ""))
+            StoreError::new(file, told.replace(&format!("{path}: "), "")).into()
         })?;
         Ok(Self { verified, temporary })
     }

@@ -3,6 +3,7 @@
 
 use super::cells::{TrackName, method_label};
 use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
+use super::folder::damaged;
 use super::rows::{Rows, TableError};
 use super::{Results, ResultsError};
 use polars::prelude::DataFrame;
@@ -231,7 +232,7 @@ impl Results {
             Ok(())
         })?;
         // What is read may be damaged in ways that are not met before.
-        catch(|| take(tracks)).map_err(|_| ResultsError::Damaged(self.folder.join(Frame::NAME)))
+        Ok(catch(|| take(tracks)).map_err(|_| damaged(&self.folder.join(Frame::NAME)))?)
     }
 
     /// Passes a file with a row for each frame to `take`, part by part. Does nothing if the run wrote no such

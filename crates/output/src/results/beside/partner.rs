@@ -67,8 +67,8 @@ pub fn check(
     if differences.is_empty() {
         return Ok(());
     }
-    let (experiment, kept) = (experiment.name.clone(), there.experiment.clone());
-    Err(ResultsError::Beside { experiment, kept, differences })
+    let (own, kept, differences) = (&experiment.name, &there.experiment, differences.join("; "));
+    Err(ResultsError::Unfit(format!("{own} cannot stand beside {kept}: {differences}")))
 }
 
 fn differs((_, own, kept): &Fact) -> bool {
