@@ -4,7 +4,6 @@ use super::context::Context;
 use super::supervise::run_single;
 use super::track::{self, Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
-use crate::observe::tally::Work;
 use crate::plan::{ExperimentPlan, PlannedSuite, signal_index};
 use crate::spec::Experiment;
 use crate::spec::analysis::Analysis;
@@ -235,7 +234,7 @@ fn make(
         populations.push((name, mine));
     }
     if let Some(findings) = context.cached::<Findings>(&recipe.address(), 1) {
-        context.tally.add(Work::Models, true);
+        context.tally.add(Stage::Model, true);
         return Ok((suites, shares, findings));
     }
     let compute = || -> Result<Findings, StepError> {
@@ -251,7 +250,7 @@ fn make(
         plugin.analyze(&views).map_err(StepError::failed)
     };
     let findings = run_single(&context.options.limits, compute)?;
-    context.tally.add(Work::Models, false);
+    context.tally.add(Stage::Model, false);
     let cell = format!("{}/{}", analysis.name, plan.experiment.trackers[tracker].label);
     context.store.put(&[store::record(plan.name(cell), recipe, 1, &findings)?])?;
     Ok((suites, shares, findings))

@@ -7,12 +7,11 @@ use super::reverse;
 use super::supervise::Job;
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
-use crate::observe::tally::Work;
 use crate::plan::recipes::{self, DetectorKey};
 use crate::plan::{Key, variants};
 use crate::spec::method::FixedDetector;
 use crate::store;
-use crate::store::address::Address;
+use crate::store::address::{Address, Stage};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -80,7 +79,7 @@ pub fn cells(
             let (address, signal) = (recipe.address(), track.signal(signals.first().copied()));
             let stored = context.cached::<StoredDetectorOutput>(&address, signal.len());
             let cached = stored.and_then(|stored| stored.on(&signal));
-            context.tally.add(Work::Labels, cached.is_some());
+            context.tally.add(Stage::Labels, cached.is_some());
             let detect = || -> Result<DetectorOutput, StepError> {
                 let name = plan.name(plan.cell_name(&planned.sequence.name, job, &method.name, &params));
                 let output = Job::new(&context.options.limits).step(|| detect(track, signals, fixed, seed));

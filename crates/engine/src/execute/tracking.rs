@@ -7,10 +7,9 @@ use super::reverse::Reversal;
 use super::track::{Track, Tracks};
 use super::units::Unit;
 use crate::error::{CellError, RunError, StepError};
-use crate::observe::tally::Work;
 use crate::plan::{ExperimentPlan, PlannedSequence, recipes};
 use crate::spec::method::SignalChoice;
-use crate::store::address::Recipe;
+use crate::store::address::{Recipe, Stage};
 use crate::store::{self, Record};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -60,10 +59,10 @@ pub fn tracks(context: &Context<'_>, (suite, sequence, jobs): &Unit) -> Result<T
     let planned = &plan.suites[*suite].sequences[*sequence];
     let mut found: Vec<_> = jobs.iter().map(|job| look(context, planned, *job)).collect();
     for found in found.iter().flatten() {
-        context.tally.add(Work::Tracks, found.states.is_some());
+        context.tally.add(Stage::Track, found.states.is_some());
         let wanted = |(k, _): &(usize, &Option<Vec<f64>>)| plan.wants_signal(planned, found.job, *k);
         let signals = found.signals.iter().enumerate().filter(wanted);
-        signals.for_each(|(_, s)| context.tally.add(Work::Signals, s.is_some()));
+        signals.for_each(|(_, s)| context.tally.add(Stage::Signal, s.is_some()));
     }
     let is_open = |one: &&CachedTrack| one.is_open(&one.due(plan, false));
     if found.iter().flatten().filter(is_open).count() > MAX_AT_ONCE {

@@ -6,12 +6,11 @@ use super::context::Context;
 use super::judge::{ReadyDetector, ReadyDetectors};
 use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
-use crate::observe::tally::Work;
 use crate::plan::recipes::DetectorKey;
 use crate::plan::{ExperimentPlan, Key, Place, TrainingNeed};
 use crate::spec::TEST;
 use crate::spec::method::{Candidates, DetectorChoice, Training};
-use crate::store::address::Address;
+use crate::store::address::{Address, Stage};
 use crate::store::{self, Name};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -164,7 +163,7 @@ fn make_all(
     let cached: Vec<Option<StoredModel>> = distinct.par_iter().map(cached).collect();
     let (mut made, mut pending) = (StoredModels::new(), Vec::new());
     for (need, model) in distinct.into_iter().zip(cached) {
-        context.tally.add(Work::Models, model.is_some());
+        context.tally.add(Stage::Model, model.is_some());
         match model {
             Some(model) => drop(made.insert(need.address, Ok(model))),
             None => pending.push(need),

@@ -1,19 +1,7 @@
 //! Tally of a run: how many results were computed, how many were in the store.
 
+use crate::store::address::Stage;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Stage of a counted result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
-    /// Tracks.
-    Tracks,
-    /// Signals on tracks.
-    Signals,
-    /// Trained parameters, learned models and analyses.
-    Models,
-    /// Outputs of detectors.
-    Labels,
-}
 
 /// Numbers of computed and of cached results, by stage.
 #[derive(Debug, Default)]
@@ -21,8 +9,8 @@ pub struct Tally([[AtomicUsize; 2]; 4]);
 
 impl Tally {
     /// Counts one result.
-    pub fn add(&self, work: Work, cached: bool) {
-        self.0[work as usize][usize::from(cached)].fetch_add(1, Ordering::Relaxed);
+    pub fn add(&self, stage: Stage, cached: bool) {
+        self.0[stage as usize][usize::from(cached)].fetch_add(1, Ordering::Relaxed);
     }
 }
 
