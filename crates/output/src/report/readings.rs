@@ -159,7 +159,7 @@ pub fn figures(rows: &[Row], color: impl Fn(&str) -> Color) -> Vec<(String, Dots
         let panel = |statistic: &&str| {
             let dot = |r: &Reading<'_>| {
                 let row = r.row(statistic)?;
-                Some(Dot { value: row.ours?, bounds: row.bounds })
+                Some(Dot { value: row.ours?, bounds: row.bounds.map(<(f64, f64)>::from) })
             };
             DotPanel {
                 label: heading(statistic).trim_end_matches(" frames").replace("false positive rate", "FPR"),

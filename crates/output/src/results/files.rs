@@ -107,7 +107,7 @@ rows! {
             "Cells that failed, or whose data is missing although their sequence is there",
         ).unit("cells")],
         counts: Option<Counts> = COUNTS,
-        score: Option<(f64, f64)> = [
+        score: Option<[f64; 2]> = [
             real("score_mean", "Mean of the scores of all frames, each sequence's scaled to 0..1").empty(NO_SCORES),
             real("score_std", "Standard deviation of the same scaled scores").empty(NO_SCORES),
         ],
@@ -265,7 +265,7 @@ rows! {
         /// Our number minus the published one.
         difference: Option<f64> = [real("difference", "Ours less published").empty(NONE)],
         /// Bounds of our number.
-        bounds: Option<(f64, f64)> = [
+        bounds: Option<[f64; 2]> = [
             real("low", "Lower bound of `ours`, 95 %").empty(NONE),
             real("high", "Upper bound of `ours`, 95 %").empty(NONE),
         ],

@@ -67,7 +67,7 @@ pub(super) fn rows<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<MeasureRow<'a>>, 
             done: done.len() as i64,
             failed: cells.iter().filter(|c| c.has_failed()).count() as i64,
             counts: some.then(|| done.iter().map(|one| one.judged.score.counts).sum()),
-            score: normalized_mean_std(scores),
+            score: normalized_mean_std(scores).map(<[f64; 2]>::from),
             reverse_runs: some.then_some(effort.runs as i64),
             reverse_frames: some.then_some(effort.frames as i64),
             delay: median_delay(done.iter().flat_map(|one| one.judged.score.delays()).collect()),
@@ -130,7 +130,8 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
         // Where no cell has a result the fields are empty.
         let counts = row.counts.unwrap_or_default();
         let effort = runs?.zip(frames?).map(|(runs, frames)| Effort { runs, frames });
-        let pooled = Pooled { counts, score: row.score, effort, delay: row.delay, ..Pooled::default() };
+        let score = row.score.map(<(f64, f64)>::from);
+        let pooled = Pooled { counts, score, effort, delay: row.delay, ..Pooled::default() };
         let done = count("done", row.done)? as usize;
         let failed = count("failed", row.failed)? as usize;
         Ok(Measure { tracker, method, params, attribute: None, pooled, done, failed, not_there: 0 })

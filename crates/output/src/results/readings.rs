@@ -106,7 +106,7 @@ pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec
                     published: Some(*published),
                     ours: ours[s],
                     difference: ours[s].map(|ours| ours - published),
-                    bounds: ours[s].and(interval(samples[s].clone())),
+                    bounds: ours[s].and(interval(samples[s].clone())).map(<[f64; 2]>::from),
                     scale: scales.get(metric.name()).copied(),
                     ..reading.row(metric.name())
                 });

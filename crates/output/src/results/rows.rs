@@ -405,17 +405,7 @@ pub(super) fn ungroup<T>(
     Ok((0..frame.height()).map(row).collect())
 }
 
-/// Bounds, or a mean and its deviation.
-impl<'a> Field<'a> for Option<(f64, f64)> {
-    fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
-        group(columns, &values, |pair, k| pair.map(|(low, high)| if k == 0 { low } else { high }))
-    }
-
-    fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
-        ungroup(columns, frame, |pair| pair[0].zip(pair[1]))
-    }
-}
-
+/// Numbers of which all or none are there: bounds, a mean and its deviation, corners.
 impl<'a, const N: usize> Field<'a> for Option<[f64; N]> {
     fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
         group(columns, &values, |numbers, k| numbers.map(|numbers| numbers[k]))
