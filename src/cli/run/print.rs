@@ -107,7 +107,7 @@ pub fn shard(args: &Args, experiment: &Experiment, shard: Shard, done: &ShardOut
 
 /// Prints the rows of `measures.csv`, with the name of the experiment as the first column.
 pub fn measures(results: &Results, format: Format) -> Result<(), Failure> {
-    let bytes = store::read(&results.folder.join(results::measures::FILE.name)).map_err(Failure::io)?;
+    let bytes = store::read(&results.folder.join(results::measures::FILE)).map_err(Failure::io)?;
     let (mut headings, mut rows) = results::texts_from_csv(bytes).map_err(Failure::io)?;
     headings.insert(0, "experiment".to_string());
     rows.iter_mut().for_each(|row| row.insert(0, results.experiment.name.clone()));

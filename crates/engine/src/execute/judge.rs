@@ -28,10 +28,8 @@ pub struct Judged {
     pub address: Address,
     /// Score by the protocol of the method.
     pub score: TrackScore,
-    /// Use of reverse runs by the detector.
-    pub effort: Effort,
-    /// True if the output contains a [`Quality`], the condition of the tracker.
-    pub follows: bool,
+    /// Use of reverse runs by the detector; `None` if its output has no [`Quality`], the condition of the tracker.
+    pub effort: Option<Effort>,
     /// Frame ranges of the pieces that were scored separately, if restarts begin new tracks; otherwise empty.
     pub pieces: Vec<Range<usize>>,
 }
@@ -90,10 +88,9 @@ pub fn cells(
             };
             let output = cached.map_or_else(detect, Ok)?;
             let (score, pieces) = track.judge(method.protocol, &output);
-            let effort = output.quality.as_ref().map_or_else(Effort::default, Quality::effort);
-            let follows = output.quality.is_some();
+            let effort = output.quality.as_ref().map(Quality::effort);
             let output = context.outputs.keep(output);
-            Ok(Judged { output, address, score, effort, follows, pieces })
+            Ok(Judged { output, address, score, effort, pieces })
         };
         let result = StepError::settled(judge())?;
         cells.push(Cell {

@@ -165,7 +165,7 @@ pub(super) fn pieces(
 /// `conditions.parquet` and `checks.csv`; empty if no method estimates the tracker's condition.
 pub(super) fn followed(outcome: &Outcome<'_>) -> Result<Vec<NamedFile>, ResultsError> {
     let mut cells = sorted_cells(outcome);
-    cells.retain(|cell| cell.result.as_ref().is_ok_and(|judged| judged.follows));
+    cells.retain(|cell| cell.result.as_ref().is_ok_and(|judged| judged.effort.is_some()));
     let cells = done(outcome, cells)?;
     let followed = || cells.iter().filter_map(|one| Some((one.cell, one.output.quality.as_ref()?)));
     if followed().next().is_none() {

@@ -3,10 +3,9 @@
 use super::cells::{done, grouped, method_label, parse_point};
 use super::files::MeasureRow;
 use super::manifest::FailedCell;
-use super::rows::{File, Rows, TableError};
+use super::rows::{Rows, TableError};
 use super::scores::CellScore;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::LazyLock;
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, Outcome};
 use trackfail_methods::detector::track_quality::Effort;
@@ -14,8 +13,8 @@ use trackfail_methods::score::pooled::{median_delay, normalized_mean_std};
 use trackfail_methods::score::restarts;
 use trackfail_methods::score::{Metric, Pooled};
 
-/// Declaration of `measures.csv`.
-pub static FILE: LazyLock<File> = LazyLock::new(MeasureRow::file);
+/// Name of the file.
+pub const FILE: &str = MeasureRow::NAME;
 
 /// Pooled numbers of one tracker and one variant of a method, over sequences and runs.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -61,7 +60,7 @@ pub(super) fn rows<'a>(outcome: &'a Outcome<'_>) -> Result<Vec<MeasureRow<'a>>, 
         let done = done(outcome, cells.iter().copied())?;
         let scores = done.iter().map(|one| restarts::counted(&one.judged.pieces, &one.output.score));
         let some = !done.is_empty();
-        let effort: Effort = done.iter().map(|one| one.judged.effort).sum();
+        let effort: Effort = done.iter().filter_map(|one| one.judged.effort).sum();
         Ok(MeasureRow {
             of,
             done: done.len() as i64,
