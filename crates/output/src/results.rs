@@ -1,8 +1,8 @@
 //! Results of an experiment: the only module that writes and reads the files of a run,
 //! `results/<experiment>/`.
 //!
-//! Files with columns are declared once, in `files`: writer, reader and the documentation ([`columns_markdown`]) share the
-//! declaration, and a column that is missing or does not belong there is an error. The rows are filled here:
+//! Files with columns are declared once, in `files`: writer and reader share the declaration, and a column that is missing
+//! or does not belong there is an error. The rows are filled here:
 //!
 //! | module | file |
 //! |---|---|
@@ -32,6 +32,8 @@
 pub mod beside;
 mod bytes;
 mod cells;
+#[cfg(test)]
+mod columns_tests;
 pub mod detections;
 mod files;
 mod fill;
@@ -40,7 +42,6 @@ pub mod frame_measures;
 pub mod frame_pairs;
 mod json;
 pub mod manifest;
-mod markdown;
 pub mod measures;
 pub mod models;
 mod presentation;
@@ -58,7 +59,6 @@ pub use cells::{method_label, parse_point};
 pub use folder::{Detail, Results, remove_others, write};
 pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
-pub use markdown::columns_markdown;
 pub use measures::Measure;
 pub use rows::TableError;
 pub use run::RunRecord;

@@ -5,15 +5,7 @@ pub use trackfail_methods::detector::labels::TargetState;
 
 use super::bytes::to_csv;
 use super::files::Judgement;
-use super::rows::{File, Rows, TableError};
-
-/// CSV on stdout. For a file of several targets it has one column more.
-pub(super) fn file() -> File {
-    let mut columns = Judgement::columns();
-    columns.truncate(columns.len() - 1);
-    let about = "One row for each frame and method, method by method.";
-    File { name: "stdout of `trackfail detect`", about, columns }
-}
+use super::rows::{Rows, TableError};
 
 /// Results of the methods on one target.
 #[derive(Debug, Clone, PartialEq)]

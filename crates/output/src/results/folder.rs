@@ -5,7 +5,7 @@
 //! followed when reading.
 
 use super::bytes::{to_csv, to_parquet};
-use super::files::{Frame, MeasureRow, Measured, Pair, Row, Score, Signal, Target, of_folder};
+use super::files::{Frame, MeasureRow, Measured, OF_FOLDER, Pair, Row, Score, Signal, Target};
 use super::json::{from_json, to_dense_json, write_json};
 use super::manifest::{self, FailedCell, Hashed, Manifest, sha256};
 use super::measures::{self, Measure};
@@ -141,7 +141,7 @@ fn write_frames(
 /// Names of the files that runs write by themselves, those of compact results too.
 pub(super) fn names() -> Vec<String> {
     let others = [packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()];
-    of_folder().map(|file| file.name.to_string()).into_iter().chain(others).collect()
+    OF_FOLDER.map(str::to_string).into_iter().chain(others).collect()
 }
 
 /// Removes files of earlier runs that these results do not have.

@@ -1,9 +1,9 @@
 //! `frame_measures.csv`: measures of scores and alarms by frame, pooled over sequences and runs.
 
 use super::cells::{Done, done, grouped};
-use super::files::{Measured, NO_INTERVAL, integer, real};
+use super::files::{Measured, integer, real};
 use super::measures::Measure;
-use super::rows::{Column, Field, File, Rows, TableError, group, ungroup};
+use super::rows::{Column, Field, Rows, TableError, group, ungroup};
 use polars::prelude::{Column as Values, DataFrame};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,31 +19,19 @@ use trackfail_methods::score::frames::measures::{Sampled, of_scores, with_alarms
 use trackfail_methods::score::frames::{Method, ScoredTrack};
 use trackfail_methods::score::restarts;
 
-const NOT_KNOWN: &str = "it has no value, such as that of a suite without a loss";
-
 /// Columns of the counts and measures, each measure with its bounds after it.
-pub(super) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
-    let mut columns = vec![
-        integer("good_frames", "Annotated frames that are not lost").unit("frames").empty(NOT_KNOWN),
-        integer("lost_frames", "Frames without overlap").unit("frames").empty(NOT_KNOWN),
-        integer("losses", "Ranges of lost frames after a frame that is not lost").empty(NOT_KNOWN),
-    ];
+pub(crate) static MEASURES: LazyLock<Vec<Column>> = LazyLock::new(|| {
+    let mut columns = ["good_frames", "lost_frames", "losses"].map(integer).to_vec();
     for measure in FRAME_METRICS {
         let name = measure.metric.name();
-        let bound = |end: &str, meaning| real(format!("{name}_{end}").leak(), meaning).empty(NO_INTERVAL);
-        let mut all = vec![real(name, measure.meaning).empty(NOT_KNOWN)];
+        let mut all = vec![real(name)];
         if measure.bounds.is_some() {
-            all.push(bound("low", "Lower bound of the measure before it"));
-            all.push(bound("high", "Upper bound of the same"));
+            all.extend(["low", "high"].map(|end| real(format!("{name}_{end}").leak())));
         }
-        let (unit, recent) = (measure.metric.unit, measure.is_recent);
-        columns.extend(all.into_iter().map(|column| Column { unit, recent, ..column }));
+        columns.extend(all.into_iter().map(|column| Column { recent: measure.is_recent, ..column }));
     }
     columns
 });
-
-/// Declaration of `frame_measures.csv`.
-pub static FILE: LazyLock<File> = LazyLock::new(Measured::file);
 
 impl<'a> Field<'a> for FrameMeasures {
     fn write(columns: &[Column], values: Vec<Self>) -> Vec<Values> {
@@ -236,8 +224,7 @@ mod tests {
     #[test]
     fn every_metric_of_frames_has_a_column_and_every_column_a_field() {
         for metric in METRICS.iter().filter(|m| m.source == Source::Frames) {
-            let column = FILE.columns.iter().find(|c| c.name == metric.name());
-            assert!(column.is_some_and(|c| c.unit == metric.unit), "{metric:?}");
+            assert!(MEASURES.iter().any(|column| column.name == metric.name()), "{metric:?}");
         }
         for (k, column) in MEASURES.iter().enumerate() {
             let mut measures = FrameMeasures::default();
@@ -254,7 +241,7 @@ mod tests {
 
     #[test]
     fn rows_go_to_the_methods_they_are_about() {
-        let header: Vec<&str> = FILE.columns.iter().map(|c| c.name).collect();
+        let header: Vec<&str> = Measured::columns().iter().map(|c| c.name).collect();
         let empty = ",".repeat(header.len() - 8);
         let text = format!("{}\ns,t,b,x=1,9,3,1,0.25{empty}\ns,t,a,,9,3,1,{empty}\n", header.join(","));
         let mut measures = [("a", ""), ("b", "x=1"), ("b", "x=2")].map(|(m, params)| measure("t", m, params));

@@ -1,6 +1,5 @@
-//! Files with columns. `rows!` declares a file: its row, its columns, its writer and reader, and its part of
-//! `docs/columns.md`. Rows are converted to a `DataFrame` of polars, which becomes CSV or Parquet; reading
-//! goes the other way.
+//! Files with columns. `rows!` declares a file: its row, its columns, its writer and reader. Rows are converted to a
+//! `DataFrame` of polars, which becomes CSV or Parquet; reading goes the other way.
 
 use super::bytes::{from_csv, to_csv, to_parquet};
 use polars::prelude::{Column as Values, *};
@@ -43,13 +42,13 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Name of the type in the documentation, and in polars.
-    pub(super) fn types(self) -> (&'static str, DataType) {
+    /// The type in polars.
+    pub(super) fn in_polars(self) -> DataType {
         match self {
-            Self::Text => ("text", DataType::String),
-            Self::Integer => ("integer, 64 bits", DataType::Int64),
-            Self::Small => ("integer, 32 bits", DataType::Int32),
-            Self::Real => ("float, 64 bits", DataType::Float64),
+            Self::Text => DataType::String,
+            Self::Integer => DataType::Int64,
+            Self::Small => DataType::Int32,
+            Self::Real => DataType::Float64,
         }
     }
 }
@@ -61,35 +60,21 @@ pub struct Column {
     pub name: &'static str,
     /// Type of the values.
     pub kind: Kind,
-    /// Unit of the values; empty for texts and plain numbers.
-    pub unit: &'static str,
-    /// Meaning of a value, in words for the documentation.
-    pub meaning: &'static str,
-    /// Condition under which a value is missing; empty if there always is one.
-    pub empty: &'static str,
+    /// True for texts of which an empty one is a missing value.
+    pub is_optional: bool,
     /// True if files of earlier versions lack the column.
     pub recent: bool,
 }
 
 impl Column {
-    /// Column without a unit that always has a value.
-    pub const fn new(kind: Kind, name: &'static str, meaning: &'static str) -> Self {
-        Self { name, kind, unit: "", meaning, empty: "", recent: false }
+    /// Column of values of a type.
+    pub const fn new(kind: Kind, name: &'static str) -> Self {
+        Self { name, kind, is_optional: false, recent: false }
     }
 
-    /// The column with a unit.
-    pub const fn unit(self, unit: &'static str) -> Self {
-        Self { unit, ..self }
-    }
-
-    /// The column with another meaning.
-    pub const fn means(self, meaning: &'static str) -> Self {
-        Self { meaning, ..self }
-    }
-
-    /// The column with values that are missing if `when` holds.
-    pub const fn empty(self, when: &'static str) -> Self {
-        Self { empty: when, ..self }
+    /// The column, in which an empty text is a missing value.
+    pub const fn optional(self) -> Self {
+        Self { is_optional: true, ..self }
     }
 
     /// The column, marked as missing in files of earlier versions.
@@ -112,7 +97,7 @@ impl Column {
     /// Column of a file with values of the declared type. If an early file lacks it, all values are missing.
     fn typed(&self, frame: &DataFrame) -> Result<Values, TableError> {
         let Ok(found) = frame.column(self.name) else {
-            return Ok(Values::full_null(self.name.into(), frame.height(), &self.kind.types().1));
+            return Ok(Values::full_null(self.name.into(), frame.height(), &self.kind.in_polars()));
         };
         if *found.dtype() != DataType::String {
             return Ok(found.clone());
@@ -127,17 +112,6 @@ impl Column {
     }
 }
 
-/// Declaration of a file with columns, for the documentation.
-#[derive(Debug, Clone)]
-pub struct File {
-    /// Name in the results folder.
-    pub name: &'static str,
-    /// Meaning of a row, and the purpose of the file.
-    pub about: &'static str,
-    /// Columns in their order.
-    pub columns: Vec<Column>,
-}
-
 /// Name of a file in compact results, which store it as Parquet.
 pub(super) fn packed(name: &str) -> String {
     name.replace(".csv", ".parquet")
@@ -147,8 +121,6 @@ pub(super) fn packed(name: &str) -> String {
 pub(crate) trait Rows<'a>: Sized {
     /// Name of the file in the results folder.
     const NAME: &'static str;
-    /// Meaning of a row, and the purpose of the file.
-    const ABOUT: &'static str;
 
     /// Columns of the file, in their order.
     fn columns() -> Vec<Column>;
@@ -158,10 +130,6 @@ pub(crate) trait Rows<'a>: Sized {
 
     /// Converts a frame from [`Rows::read`] or [`Rows::each_part`] to rows.
     fn rows(frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
-
-    fn file() -> File {
-        File { name: Self::NAME, about: Self::ABOUT, columns: Self::columns() }
-    }
 
     fn csv(same: &str, rows: impl IntoIterator<Item = Self>) -> Result<Vec<u8>, TableError> {
         to_csv(Self::frame(same, rows)?)
@@ -237,7 +205,7 @@ pub(super) fn same(columns: &[Column], text: &str, rows: usize) -> Vec<Values> {
 macro_rules! rows {
     ($(
         $(#[$about:meta])*
-        $vis:vis struct $row:ident $(<$life:lifetime>)? in $file:literal, $what:literal, [$($first:expr)?] {
+        $vis:vis struct $row:ident $(<$life:lifetime>)? in $file:literal, [$($first:expr)?] {
             $( $(#[$of:meta])* $field:ident: $kind:ty = $columns:expr, )*
         } [$($last:expr)?]
     )*) => {$(
@@ -249,7 +217,6 @@ macro_rules! rows {
 
         impl<'a> $crate::results::rows::Rows<'a> for $row $(<$life>)? {
             const NAME: &'static str = $file;
-            const ABOUT: &'static str = $what;
 
             fn columns() -> Vec<$crate::results::rows::Column> {
                 let mut columns = Vec::new();
@@ -298,13 +265,13 @@ pub(super) trait Field<'a>: Sized {
     fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError>;
 }
 
-/// Writes a column of texts. If it may be empty, an empty text is a missing value: in CSV an empty field and
+/// Writes a column of texts. If it is optional, an empty text is a missing value: in CSV an empty field and
 /// not `""`.
 fn write_texts<'v>(columns: &[Column], values: impl Iterator<Item = &'v str>) -> Vec<Values> {
     let name = columns[0].name.into();
-    vec![match columns[0].empty {
-        "" => Values::new(name, values.collect::<Vec<_>>()),
-        _ => Values::new(name, values.map(|text| (!text.is_empty()).then_some(text)).collect::<Vec<_>>()),
+    vec![match columns[0].is_optional {
+        false => Values::new(name, values.collect::<Vec<_>>()),
+        true => Values::new(name, values.map(|text| (!text.is_empty()).then_some(text)).collect::<Vec<_>>()),
     }]
 }
 
@@ -425,16 +392,16 @@ mod tests {
     use crate::results::bytes::parts_to_parquet;
     use polars_parquet::write::schema_to_metadata_key;
 
-    const SUITE: Column = Column::new(Kind::Text, "suite", "A suite");
-    const NAME: Column = Column::new(Kind::Text, "name", "A name");
-    const V: Column = Column::new(Kind::Real, "v", "A number");
-    const W: Column = Column::new(Kind::Integer, "w", "Another one");
+    const SUITE: Column = Column::new(Kind::Text, "suite");
+    const NAME: Column = Column::new(Kind::Text, "name");
+    const V: Column = Column::new(Kind::Real, "v");
+    const W: Column = Column::new(Kind::Integer, "w");
 
     rows! {
-        struct One in "one.csv", "One number.", [] { v: f64 = [V], } []
-        struct Two in "two.csv", "Two numbers.", [] { v: Option<f64> = [V], w: i64 = [W], } []
-        struct New in "new.csv", "One or two.", [] { v: f64 = [V], w: Option<i64> = [W.recent()], } []
-        struct Named<'a> in "named.parquet", "A name.", [SUITE] { name: &'a str = [NAME], v: f64 = [V], } []
+        struct One in "one.csv", [] { v: f64 = [V], } []
+        struct Two in "two.csv", [] { v: Option<f64> = [V], w: i64 = [W], } []
+        struct New in "new.csv", [] { v: f64 = [V], w: Option<i64> = [W.recent()], } []
+        struct Named<'a> in "named.parquet", [SUITE] { name: &'a str = [NAME], v: f64 = [V], } []
     }
 
     #[test]

@@ -110,12 +110,12 @@ fn pool(tracker: &str) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::frame_measures::FILE;
+    use crate::results::frame_measures::MEASURES as COLUMNS;
 
     #[test]
     fn columns_are_measures_and_pools_are_words() {
         for (_, name) in MEASURES {
-            assert!(FILE.columns.iter().any(|column| column.name == name), "{name}");
+            assert!(COLUMNS.iter().any(|column| column.name == name), "{name}");
         }
         let words = ["*", "* on otb", "* deep on otb", "KCF"].map(pool);
         assert_eq!(words, [Some("all"), Some("on otb"), Some("deep on otb"), None]);
