@@ -12,14 +12,14 @@
 //! | [`frame_pairs`] | `frame_pairs.csv`: differences of these numbers between methods, of experiments of the leaderboard |
 //! | [`readings`] | `readings.csv`: published numbers beside those of each reading |
 //! | `fill` | `frames.parquet`: boxes, scores and labels of every frame; `signals.parquet`: signals and forecasts; `truth.parquet`: ground truth; `conditions.parquet`, `checks.csv`: of methods that follow the tracker's condition; `pieces.csv`: of protocols in which a restart begins a new track |
-//! | [`tables`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
+//! | [`TableRow`] | `tables/*.csv` and `*.parquet`: the tables, written when the report is rendered |
 //! | [`detections`] | what `trackfail detect` prints |
 //!
 //! Files of other kinds:
 //!
 //! | module | file |
 //! |---|---|
-//! | [`analyses`] | `analyses.json` |
+//! | [`ANALYSES`] | `analyses.json` |
 //! | [`models`] | `models/*.json` |
 //! | [`manifest`] | `manifest.json`: what the results rest on |
 //! | [`run`] | `run.json`: what differs from run to run |
@@ -56,6 +56,7 @@ pub mod unfinished;
 pub use bytes::{texts_from_csv, texts_to_csv};
 pub(crate) use cells::{grouped, in_parts};
 pub use cells::{method_label, parse_point};
+pub use files::TableRow;
 pub use folder::{Detail, Results, remove_others, write};
 pub use json::to_json;
 pub use manifest::{FailedCell, Manifest};
@@ -72,20 +73,11 @@ use trackfail_dataset::fetch::FetchError;
 use trackfail_engine::spec::SpecError;
 use trackfail_engine::store::StoreError;
 
-/// `analyses.json`: findings of the analyses, one entry for each analysis and tracker.
-pub mod analyses {
-    /// Name of the file; absent if the experiment has no analysis, or all failed.
-    pub const FILE: &str = "analyses.json";
-}
-
-/// `tables/*.csv` and `tables/*.parquet`: the tables of an experiment, cell by cell, for programs.
-pub mod tables {
-    pub use super::files::TableRow;
-
-    /// Name of the folder of tables.
-    pub const FOLDER: &str = "tables";
-}
-
+/// Name of the file of findings, with an entry for each analysis and tracker; absent if the experiment has no analysis, or
+/// all failed.
+pub const ANALYSES: &str = "analyses.json";
+/// Name of the folder of tables: those of an experiment as CSV and as Parquet, cell by cell, for programs.
+pub const TABLES: &str = "tables";
 /// Name of the experiment file in a results folder, as it was run.
 pub const SPEC: &str = "experiment.toml";
 /// Name of the file of user suites in a results folder; absent if the experiment uses none.
@@ -93,7 +85,7 @@ pub const USER_SUITES: &str = "suites.lock";
 /// Name of the folder of video frames that figures show.
 pub const STILLS: &str = "stills";
 /// The folders of a results folder that hold nothing else.
-pub const OWNED: [&str; 4] = [tables::FOLDER, models::FOLDER, STILLS, beside::FOLDER];
+pub const OWNED: [&str; 4] = [TABLES, models::FOLDER, STILLS, beside::FOLDER];
 
 /// Reason why a results folder cannot be written or read.
 #[derive(Debug, thiserror::Error)]

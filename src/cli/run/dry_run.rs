@@ -4,7 +4,6 @@ use super::{Args, print};
 use crate::cli::Failure;
 use crate::cli::output::{self, Format};
 use crate::engine::execute::estimate::{Remaining, Standing};
-use crate::engine::observe::costs::Costs;
 use crate::engine::plan::{CellState, variants, why};
 use crate::engine::store::Store;
 use crate::engine::{ExperimentPlan, Shard};
@@ -19,7 +18,7 @@ use std::time::Duration;
 pub fn run(args: &Args, plan: &ExperimentPlan<'_>) -> Result<(), Failure> {
     let store = Store::open_read_only(&args.results).map_err(Failure::io)?;
     print::store_problems(&store);
-    let standing = Standing::new(plan, &store, Costs::read(&store));
+    let standing = Standing::new(plan, &store);
     let is_table = args.format == Format::Table;
     if is_table {
         output::write(&summary(args, plan, &standing))?;

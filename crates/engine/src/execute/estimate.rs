@@ -1,8 +1,5 @@
 //! The work that is left of an experiment or a shard, and an estimate of its time.
 //!
-//! A track is estimated to take the number of its frames times the mean time per frame in earlier runs, for
-//! the same tracker with its signals. Reverse runs, training and analyses come on top.
-//!
 //! A track takes its frames times what a frame of its tracker with its signals has taken before, in earlier runs on the
 //! store. Reverse runs, training and analyses come on top.
 
@@ -51,9 +48,10 @@ pub struct Standing<'p> {
 }
 
 impl<'p> Standing<'p> {
-    /// Looks up the cells of a plan in a store. `costs` are for the estimates.
-    pub fn new(plan: &'p ExperimentPlan<'p>, store: &'p Store, costs: Costs) -> Self {
-        Self { plan, store, states: plan.map_cells(store, |state, _, _| state), costs }
+    /// Looks up the cells of a plan in a store, and the costs of earlier runs on it for the estimates.
+    pub fn new(plan: &'p ExperimentPlan<'p>, store: &'p Store) -> Self {
+        let states = plan.map_cells(store, |state, _, _| state);
+        Self { plan, store, states, costs: Costs::read(store) }
     }
 
     /// Work left in the run, or in a shard. Shards leave out trained methods, which the final run computes.

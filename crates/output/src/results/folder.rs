@@ -13,7 +13,7 @@ use super::rows::{Rows, TableError, packed};
 use super::run::{self, RunRecord};
 use super::scores::{self, CellScore};
 use super::{
-    ResultsError, SPEC, STILLS, USER_SUITES, analyses, beside, fill, frame_measures, frame_pairs, models,
+    ANALYSES, ResultsError, SPEC, STILLS, USER_SUITES, beside, fill, frame_measures, frame_pairs, models,
     readings,
 };
 use polars::prelude::DataFrame;
@@ -102,7 +102,7 @@ pub fn write(
         models::write(folder, outcome)?;
     }
     if !outcome.analyses.is_empty() {
-        written.put(analyses::FILE, &to_dense_json(&folder.join(analyses::FILE), &outcome.analyses)?)?;
+        written.put(ANALYSES, &to_dense_json(&folder.join(ANALYSES), &outcome.analyses)?)?;
     }
     write_json(&folder.join(run::FILE), record)?;
     let manifest = Manifest { files: written.files, ..Manifest::new(experiment, outcome) };
@@ -140,7 +140,7 @@ fn write_frames(
 
 /// Names of the files that runs write by themselves, those of compact results too.
 pub(super) fn names() -> Vec<String> {
-    let others = [packed(Score::NAME), packed(Measured::NAME), analyses::FILE.to_string()];
+    let others = [packed(Score::NAME), packed(Measured::NAME), ANALYSES.to_string()];
     OF_FOLDER.map(str::to_string).into_iter().chain(others).collect()
 }
 
@@ -240,9 +240,9 @@ impl Results {
         results.frame_measures =
             results.table_if_any(&results.name_of(Measured::NAME), frame_measures::read)?;
         frame_measures::attach(&results.frame_measures, &mut results.measures);
-        if results.has(analyses::FILE) {
-            let bytes = read_whole(folder, &results.manifest, analyses::FILE, MAX_FILE)?;
-            results.analyses = from_json(&folder.join(analyses::FILE), &bytes)?;
+        if results.has(ANALYSES) {
+            let bytes = read_whole(folder, &results.manifest, ANALYSES, MAX_FILE)?;
+            results.analyses = from_json(&folder.join(ANALYSES), &bytes)?;
         }
         results.put_in_order();
         Ok(results)

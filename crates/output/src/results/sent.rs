@@ -12,7 +12,7 @@
 use super::folder::{MAX_FILE, MAX_MANIFEST, names, read_file, read_whole};
 use super::json::to_json;
 use super::manifest::{self, Manifest, sha256};
-use super::{Results, ResultsError, SPEC, STILLS, USER_SUITES, beside, models, run, tables};
+use super::{Results, ResultsError, SPEC, STILLS, TABLES, USER_SUITES, beside, models, run};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Error, Write};
 use std::path::{MAIN_SEPARATOR_STR, Path};
@@ -27,7 +27,7 @@ use zip::{CompressionMethod, DateTime, System, ZipWriter};
 /// Bytes that results unpack to at most.
 const MAX_RESULTS: u64 = 16 << 30;
 /// Folders with files that the manifest of a run does not name.
-const UNNAMED: [&str; 3] = [tables::FOLDER, models::FOLDER, STILLS];
+const UNNAMED: [&str; 3] = [TABLES, models::FOLDER, STILLS];
 /// Most characters of a list of faults.
 const MAX_FAULTS: usize = 500;
 /// Start of the names of temporary folders, and the folder inside.

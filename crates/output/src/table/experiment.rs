@@ -5,7 +5,7 @@ use super::macros::Fact;
 use super::suites::targets_note;
 use super::{latex, leaderboard, macros, render};
 use crate::results::manifest::{self, Manifest, TrackerRecord};
-use crate::results::{CellScore, FailedCell, Measure, Results, ResultsError, grouped, measures, tables};
+use crate::results::{CellScore, FailedCell, Measure, Results, ResultsError, TABLES, grouped, measures};
 use crate::sampling::Units;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -162,7 +162,7 @@ pub fn write_tables(
     }
     for folder in folders {
         for (name, bytes) in &files {
-            store::write_derived(&folder.join(tables::FOLDER).join(name), bytes)?;
+            store::write_derived(&folder.join(TABLES).join(name), bytes)?;
         }
     }
     Ok(())

@@ -1,9 +1,8 @@
 //! Tables as CSV, Parquet, Markdown and plain text.
 
 use super::layout::{Cell, Group, LabelKind, Row, TableLayout};
-use crate::results::TableError;
 use crate::results::rows::Rows;
-use crate::results::tables::TableRow;
+use crate::results::{TableError, TableRow};
 use trackfail_dataset::text::visible;
 
 /// CSV of the table, one row for each cell. Fields are written unchanged, for programs. Names that a

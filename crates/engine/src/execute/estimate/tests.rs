@@ -5,7 +5,6 @@ use super::Standing;
 use crate::error::RunError;
 use crate::execute::{self, Options};
 use crate::limits::RunLimits;
-use crate::observe::costs::Costs;
 use crate::plan::{CellState, Shard};
 use crate::testing::{experiment, with_plan};
 
@@ -28,7 +27,7 @@ fn the_work_that_is_left_is_known_before_and_after_a_share() {
     with_plan(&experiment("synthetic-vot", METHODS), |plan, store| {
         let sequences = plan.test().sequences.len();
         let shards = [1, 2].map(|number| Shard { number, of: 2 });
-        let before = Standing::new(plan, store, Costs::read(store));
+        let before = Standing::new(plan, store);
         let whole = before.remaining(None);
         assert_eq!((whole.tracks, whole.tracks_at_hand, whole.all_cells()), (sequences, 0, 2 * sequences));
         assert_eq!((whole.seconds, whole.is_done()), (None, false));
@@ -39,7 +38,7 @@ fn the_work_that_is_left_is_known_before_and_after_a_share() {
         assert_eq!(parts.iter().map(|p| p.frames).sum::<u64>(), whole.frames);
 
         execute::run_shard(plan, store, &Options::default(), shards[0]).unwrap();
-        let after = Standing::new(plan, store, Costs::read(store));
+        let after = Standing::new(plan, store);
         assert!(after.remaining(Some(shards[0])).is_done());
         assert_eq!(after.remaining(Some(shards[0])).seconds, Some(0.0));
         assert!(!after.remaining(Some(shards[1])).is_done());
