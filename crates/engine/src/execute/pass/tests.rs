@@ -86,21 +86,22 @@ fn choice(kind: &str) -> SignalChoice {
 
 type Made = Result<(Vec<TrackerState>, Vec<Vec<f64>>), CellError>;
 
-/// Runs a pass on `threads` threads with a signal on each track. If the signal reads companions, these are
-/// all other tracks.
-fn make_signal(
-    kind: &str,
+/// Runs a pass on `threads` threads with a signal on each track, of these kinds in turn. If a signal reads companions,
+/// these are all other tracks.
+fn make_signals(
+    kinds: &[&str],
     threads: usize,
     sequence: &Arc<Sequence>,
     configs: &[Bad],
     states: Option<&[TrackerState]>,
 ) -> Vec<Made> {
-    let (signal, frames) = (choice(kind), Arc::new(FrameCache::new(0)));
+    let frames = Arc::new(FrameCache::new(0));
+    let signals: Vec<SignalChoice> = kinds.iter().map(|kind| choice(kind)).collect();
     let others = |k: usize| (0..configs.len()).filter(move |other| *other != k);
     let tasks = configs.iter().enumerate().map(|(k, bad)| Task {
         run: run(sequence, &frames, *bad),
         states,
-        signals: vec![&signal],
+        signals: vec![&signals[k % signals.len()]],
         companions: others(k).map(|other| ("another", Some(other))).collect(),
     });
     let tasks: Vec<Task<'_>> = tasks.collect();
@@ -122,7 +123,7 @@ fn make_signal(
 }
 
 fn make(threads: usize, sequence: &Arc<Sequence>, configs: &[Bad]) -> Vec<Made> {
-    make_signal("rgb-histogram", threads, sequence, configs, None)
+    make_signals(&["rgb-histogram"], threads, sequence, configs, None)
 }
 
 /// Track and signal of a good tracker on six frames.
@@ -161,36 +162,16 @@ fn frames_that_cannot_be_decoded_fail_the_trackers_that_get_to_them() {
     }
 }
 
-#[test]
-fn who_reads_no_pixels_does_not_fail_beside_those_who_do() {
-    let (sequence, frames) = (sequence(6, &gray(4)), Arc::new(FrameCache::new(0)));
-    let (signals, (states, _)) = (["box-motion", "rgb-histogram"].map(choice), alone());
-    let tasks = signals.each_ref().map(|signal| Task {
-        run: run(&sequence, &frames, Bad::Never),
-        states: Some(&states),
-        signals: vec![signal],
-        companions: Vec::new(),
-    });
-    let made = pass(&tasks, &RunLimits::default(), &|| ()).unwrap();
-    assert_eq!(made[0].as_ref().unwrap().signals, [Ok(vec![0.0; 6])]);
-    assert_panic(&made[1].as_ref().unwrap().signals[0].as_ref().unwrap_err().to_string(), "no frame 4");
-}
-
+// Neither of the others reads pixels; one of them reads the track of the signal that fails.
 #[test]
 fn a_signal_that_fails_leaves_the_track_to_others() {
-    let (sequence, frames) = (sequence(6, &gray(4)), Arc::new(FrameCache::new(0)));
-    let (histogram, companion) = (choice("rgb-histogram"), choice("companion-overlap"));
     let (states, _) = alone();
-    let task = |signals, companions| Task {
-        run: run(&sequence, &frames, Bad::Never),
-        states: Some(&states),
-        signals,
-        companions,
-    };
-    let (bare, none) = (task(vec![&histogram], Vec::new()), vec![("another", Some(0))]);
-    let made = pass(&[bare, task(vec![&companion], none)], &RunLimits::default(), &|| ()).unwrap();
-    assert!(made[0].as_ref().unwrap().signals[0].is_err());
-    assert_eq!(made[1].as_ref().unwrap().signals, [Ok(vec![1.0; 6])]);
+    for (kind, value) in [("box-motion", 0.0), ("companion-overlap", 1.0)] {
+        let kinds = [kind, "rgb-histogram"];
+        let made = make_signals(&kinds, 2, &sequence(6, &gray(4)), &[Bad::Never; 2], Some(&states));
+        assert_eq!(made[0], Ok((Vec::new(), vec![vec![value; 6]])), "{kind}");
+        assert_panic(&made[1].as_ref().unwrap_err().to_string(), "no frame 4");
+    }
 }
 
 #[test]
@@ -209,7 +190,7 @@ fn more_threads_change_no_result_and_do_not_decode_far_ahead() {
 fn frames_are_decoded_once_for_any_number_of_tracks_and_their_companions() {
     for (kind, count) in [("rgb-histogram", 70), ("companion-overlap", 3)] {
         let gray = gray(20);
-        let made = make_signal(kind, 2, &sequence(20, &gray), &vec![Bad::Never; count], None);
+        let made = make_signals(&[kind], 2, &sequence(20, &gray), &vec![Bad::Never; count], None);
         assert!(made.iter().all(|made| made.as_ref().is_ok_and(|made| made.1[0].len() == 20)));
         assert_eq!(gray.decoded.load(Ordering::Relaxed), 20, "{kind}");
         if kind == "companion-overlap" {
@@ -222,7 +203,7 @@ fn frames_are_decoded_once_for_any_number_of_tracks_and_their_companions() {
 fn signals_that_read_a_failed_companion_fail_with_it() {
     for threads in THREADS {
         let bad = [Bad::Never, Bad::Errs, Bad::Never];
-        let made = make_signal("companion-overlap", threads, &sequence(6, &gray(6)), &bad, None);
+        let made = make_signals(&["companion-overlap"], threads, &sequence(6, &gray(6)), &bad, None);
         let reasons: Vec<String> = made.into_iter().map(|made| made.unwrap_err().to_string()).collect();
         let lacks = "there is no track of its companion another";
         assert_eq!(reasons, [lacks, "lost its file", lacks]);
@@ -236,7 +217,7 @@ fn signals_on_a_stored_track_equal_those_of_the_first_run_and_those_of_regions_n
     for (kind, frames, signals) in [("rgb-histogram", 6, signals), ("box-motion", 0, vec![vec![0.0; 6]])] {
         for threads in THREADS {
             let gray = gray(frames);
-            let made = make_signal(kind, threads, &sequence(6, &gray), &[Bad::Panics], Some(&states));
+            let made = make_signals(&[kind], threads, &sequence(6, &gray), &[Bad::Panics], Some(&states));
             assert_eq!(made, [Ok((Vec::new(), signals.clone()))], "{kind}");
             assert_eq!(gray.decoded.load(Ordering::Relaxed), frames, "{kind}");
         }
