@@ -151,13 +151,12 @@ fn of_method(name: &str, experiment: &Experiment, run: Option<&Manifest>, kept: 
     ];
     let at_point = |(own, there): (&Variant, &Variant)| {
         let record = run.and_then(|run| record_of(run, name, own));
-        let (signals, detector) = plugins(own, record, None);
-        let record = record_of(&kept.manifest, name, there);
-        let (kept_signals, kept_detector) = plugins(there, record, Some((&signals[..], &detector)));
-        let list = |signals: &[Plugin]| signals.iter().map(words).collect::<Vec<_>>().join(" and ");
+        let run_here = plugins(own, record, &[]);
+        let run_there = plugins(there, record_of(&kept.manifest, name, there), &run_here);
+        let signals = |all: &[Plugin]| all[1..].iter().map(words).collect::<Vec<_>>().join(" and ");
         [
-            fact("the signal", list(&signals), list(&kept_signals)),
-            fact("the detector", words(&detector), words(&kept_detector)),
+            fact("the signal", signals(&run_here), signals(&run_there)),
+            fact("the detector", words(&run_here[0]), words(&run_there[0])),
             fact("the training", training(own, experiment), training(there, &kept.experiment)),
         ]
     };
@@ -171,24 +170,18 @@ fn record_of<'m>(manifest: &'m Manifest, method: &str, variant: &Variant) -> Opt
     manifest.methods.iter().find(|record| record.name == method && record.params == params)
 }
 
-/// The signals and the detector of a variant [as they were run](as_run), beside those of `own`.
-fn plugins(
-    variant: &Variant,
-    record: Option<&MethodRecord>,
-    own: Option<(&[Plugin], &Plugin)>,
-) -> (Vec<Plugin>, Plugin) {
-    let params = own.map_or(&Value::Null, |(_, detector)| &detector.2);
+/// The detector of a variant and then its signals, [as they were run](as_run), beside those of `own`.
+fn plugins(variant: &Variant, record: Option<&MethodRecord>, own: &[Plugin]) -> Vec<Plugin> {
     let fixed = variant.detector.example();
-    let read = (fixed.kind.to_string(), fixed.version, fixed.detector.params());
-    let detector = as_run(read, record.map(|record| &record.detector), params);
-    let read = variant.signals().map(|s| (s.kind.to_string(), s.version, s.signal.params()));
-    let mut signals: Vec<Plugin> = read.collect();
-    // The manifest has the first one alone.
-    if let Some(first) = signals.first_mut() {
-        let params = own.and_then(|(signals, _)| signals.first()).map_or(&Value::Null, |own| &own.2);
-        *first = as_run(first.clone(), record.and_then(|record| record.signal.as_ref()), params);
+    let mut all = vec![(fixed.kind.to_string(), fixed.version, fixed.detector.params())];
+    all.extend(variant.signals().map(|s| (s.kind.to_string(), s.version, s.signal.params())));
+    // The manifest has the first signal alone.
+    let recorded = [record.map(|record| &record.detector), record.and_then(|record| record.signal.as_ref())];
+    for (k, (plugin, recorded)) in all.iter_mut().zip(recorded).enumerate() {
+        let params = own.get(k).map_or(&Value::Null, |own| &own.2);
+        *plugin = as_run(plugin.clone(), recorded, params);
     }
-    (signals, detector)
+    all
 }
 
 /// Training of a variant in words: the parameter or model, the suite, and the choice among candidates.
