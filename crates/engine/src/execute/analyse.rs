@@ -22,7 +22,7 @@ use trackfail_methods::score::trajectory::Trajectory;
 use trackfail_methods::signal::confidence;
 
 /// Result of an analysis on one tracker.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Analysed {
     /// Name of the analysis in the experiment.
     pub analysis: String,

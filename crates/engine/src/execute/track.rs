@@ -14,7 +14,7 @@ use trackfail_methods::score::{Protocol, TrackScore};
 use trackfail_methods::tracker::Status;
 
 /// A tracker's run over a sequence, with the signals computed from it.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Track {
     /// Region of each frame.
     pub regions: Vec<Region>,

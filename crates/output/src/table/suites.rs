@@ -44,12 +44,9 @@ mod tests {
     #[test]
     fn a_suite_is_named_once() {
         let suites = |list: &[(&str, usize)]| Analysed {
-            analysis: "a".into(),
             tracker: "PF".into(),
-            runs: 1,
             suites: list.iter().map(|(name, n)| ((*name).to_string(), *n)).collect(),
-            shares: Vec::new(),
-            findings: trackfail_methods::analysis::Findings::default(),
+            ..Analysed::default()
         };
         assert_eq!(suites_note(&suites(&[("d1", 18), ("d1", 18)])), "d1 (18 targets)");
         assert_eq!(suites_note(&suites(&[("d1", 18), ("car9", 1)])), "d1 (18 targets), car9 (1 target)");

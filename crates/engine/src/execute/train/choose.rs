@@ -113,16 +113,7 @@ mod tests {
         // One loss, at frame 20; below .2 and .5 find it, .01 never alarms, .9 does from the start.
         let step =
             |low: f64, high: f64| (0..30).map(|t| if t < 20 { low } else { high }).collect::<Vec<f64>>();
-        let track = Track {
-            regions: vec![],
-            status: vec![],
-            confidence: vec![],
-            error: step(0.2, 1.0),
-            signals: vec![step(0.8, 0.1)],
-            faults: Default::default(),
-            repeated: 0,
-            reversal: None,
-        };
+        let track = Track { error: step(0.2, 1.0), signals: vec![step(0.8, 0.1)], ..Track::default() };
         let protocol = trackfail_methods::score::protocol("khalid2016/1").unwrap();
         let tracks = [Arc::new(track)];
         let list = candidates(&training, &tracks, &[0]).unwrap();
