@@ -118,8 +118,8 @@ pub fn by_attribute(
 /// # Errors
 /// When the columns are not those of the file, or a number is damaged.
 pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
-    let count = |column: &'static str, number: i64| {
-        u64::try_from(number).map_err(|_| TableError::Number { column, found: number.to_string() })
+    let count = |column: &str, number: i64| {
+        u64::try_from(number).map_err(|_| TableError::not_a_number(column, number))
     };
     let frame = MeasureRow::read(bytes)?;
     let measure = |row: MeasureRow<'_>| {

@@ -12,20 +12,16 @@ pub enum TableError {
     /// Polars cannot read or write the table.
     #[error("table: {0}")]
     Polars(#[from] PolarsError),
-    /// A column is missing.
-    #[error("the column `{0}` is missing")]
-    MissingColumn(&'static str),
-    /// A column that is unknown or occurs twice.
-    #[error("the column `{0}` does not belong here")]
-    UnknownColumn(String),
-    /// Text where a number belongs.
-    #[error("column `{column}`: `{found}` is not a number")]
-    Number {
-        /// Name of the column.
-        column: &'static str,
-        /// Text found in the column.
-        found: String,
-    },
+    /// A column is missing, is unknown, occurs twice, or has a text where a number belongs; the text says which one.
+    #[error("{0}")]
+    Column(String),
+}
+
+impl TableError {
+    /// Error for a text where a number belongs.
+    pub(super) fn not_a_number(column: &str, found: impl std::fmt::Display) -> Self {
+        Self::Column(format!("column `{column}`: `{found}` is not a number"))
+    }
 }
 
 /// Type of a column's values.
@@ -82,14 +78,9 @@ impl Column {
         Self { recent: true, ..self }
     }
 
-    pub(super) fn not_a_number(&self, found: &str) -> TableError {
-        TableError::Number { column: self.name, found: found.to_string() }
-    }
-
     /// Parses a column of texts as numbers; `None` for missing and empty texts.
     fn parse<T: FromStr>(&self, texts: &Values) -> Result<Vec<Option<T>>, TableError> {
-        let number =
-            |text: &str| -> Result<T, TableError> { text.parse().map_err(|_| self.not_a_number(text)) };
+        let number = |text: &str| text.parse::<T>().map_err(|_| TableError::not_a_number(self.name, text));
         let texts = texts.str()?.iter().map(|text| text.filter(|t| !t.is_empty()));
         texts.map(|text| text.map(number).transpose()).collect()
     }
@@ -186,11 +177,11 @@ fn check<'n>(columns: &[Column], names: impl Iterator<Item = &'n str>) -> Result
     for name in names {
         match lacking.iter().position(|c| c.name == name) {
             Some(k) => drop(lacking.remove(k)),
-            None => return Err(TableError::UnknownColumn(name.to_string())),
+            None => return Err(TableError::Column(format!("the column `{name}` does not belong here"))),
         }
     }
     match lacking.into_iter().find(|c| !c.recent) {
-        Some(column) => Err(TableError::MissingColumn(column.name)),
+        Some(column) => Err(TableError::Column(format!("the column `{}` is missing", column.name))),
         None => Ok(()),
     }
 }
@@ -313,7 +304,8 @@ macro_rules! numbers {
             }
 
             fn read(columns: &[Column], frame: &'a DataFrame) -> Result<Vec<Self>, TableError> {
-                let there = |v: Option<$number>| v.or($missing).ok_or_else(|| columns[0].not_a_number(""));
+                let lacking = || TableError::not_a_number(columns[0].name, "");
+                let there = |v: Option<$number>| v.or($missing).ok_or_else(lacking);
                 <Option<$number>>::read(columns, frame)?.into_iter().map(there).collect()
             }
         }

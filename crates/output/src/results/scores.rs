@@ -24,7 +24,8 @@ impl<'a> Field<'a> for Option<Counts> {
         let of = |column: &Column| <Option<i64> as Field>::read(&[*column], frame);
         let four = columns[..4].iter().map(of).collect::<Result<Vec<_>, _>>()?;
         let count = |i: usize, k: usize| {
-            let refused = || columns[k].not_a_number(&four[k][i].map_or(String::new(), |n| n.to_string()));
+            let found = || four[k][i].map_or(String::new(), |n| n.to_string());
+            let refused = || TableError::not_a_number(columns[k].name, found());
             four[k][i].and_then(|n| u64::try_from(n).ok()).ok_or_else(refused)
         };
         let counts = |i: usize| match four.iter().all(|numbers| numbers[i].is_none()) {
@@ -115,7 +116,7 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
     let rows = Score::rows(&frame)?;
     let done = rows.into_iter().filter(|row| row.track.0 != "*" && row.status == "ok");
     let cell = |Score { track: (sequence, tracker, run), method, params, counts, .. }: Score<'_>| {
-        let lacking = || TableError::Number { column: "tp", found: String::new() };
+        let lacking = || TableError::not_a_number("tp", "");
         let [sequence, tracker, method, params] = [sequence, tracker, method, params].map(str::to_string);
         let of = |counts| CellScore { sequence, tracker, run, method, params, counts };
         counts.map(of).ok_or_else(lacking)
