@@ -88,8 +88,11 @@ pub fn write(
     written.put(MeasureRow::NAME, &MeasureRow::csv(suite, measures::rows(outcome)?)?)?;
     if !outcome.cells.is_empty() {
         let rows = frame_measures::measure(experiment, outcome)?;
-        let measured = Measured::frame(suite, rows.iter().map(frame_measures::Row::measured))?;
-        written.put_rows(Measured::NAME, measured, detail)?;
+        let measured = rows.iter().map(|row| Measured {
+            of: (&row.tracker, &row.first.method, &row.first.params),
+            measures: row.measures,
+        });
+        written.put_rows(Measured::NAME, Measured::frame(suite, measured)?, detail)?;
         if experiment.leaderboard {
             written.put(Pair::NAME, &Pair::csv(suite, frame_pairs::rows(&rows))?)?;
         }

@@ -186,13 +186,6 @@ pub(super) fn measure<'a>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-impl Row<'_> {
-    /// Row for the file.
-    pub fn measured(&self) -> Measured<'_> {
-        Measured { of: (&self.tracker, &self.first.method, &self.first.params), measures: self.measures }
-    }
-}
-
 /// Measures by tracker, method and grid point.
 pub type ByMethod = BTreeMap<[String; 3], FrameMeasures>;
 
