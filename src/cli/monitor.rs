@@ -4,12 +4,12 @@
 
 mod line;
 
-use super::{Exit, Failure, io_at, output};
+use super::{Cause, Exit, Failure, io_at, output};
 use crate::dataset::text::{shorten_to, without_mark};
 use crate::engine::store;
 use crate::method::Inputs;
-use crate::monitor::{Answer, Id, Monitor, MonitorError, Options, Targets, Update};
-use line::{Line, LineError, MAX_LINE};
+use crate::monitor::{Answer, Id, MAX_TARGETS, Monitor, MonitorError, Options, Targets, Update};
+use line::{Line, MAX_LINE};
 use serde::Serialize;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -189,7 +189,8 @@ impl Lines {
                 let judged = self.judge(id.as_ref(), line);
                 (id, judged)
             }
-            Err(error) => (None, self.skip().and(Err(error))),
+            // It counts as a frame of the stream without targets.
+            Err(error) => (None, self.monitor(None).map(Monitor::skip).and(Err(error))),
         };
         let what = match judged {
             Ok(Some(answer)) => What::Judged(Answer { index, ..answer }),
@@ -206,18 +207,21 @@ impl Lines {
         (answer, self.method.clone().filter(|method| known.as_ref() != Some(method)))
     }
 
-    /// Counts a frame for the stream without targets, for a line that cannot be used.
-    fn skip(&mut self) -> Result<(), LineError> {
-        self.targets.of(None)?.ok_or(LineError::TooMany)?.skip();
-        Ok(())
+    fn monitor(&mut self, id: Option<&Id>) -> Result<&mut Monitor, Cause> {
+        let refused = || {
+            let remedy = r#"one that is gone makes room: {"id": 7, "end": true}"#;
+            format!("{MAX_TARGETS} targets are followed already; {remedy}")
+        };
+        Ok(self.targets.of(id)?.ok_or_else(refused)?)
     }
 
     /// Answer of the monitor of a target; `None` if the line ends the target.
-    fn judge(&mut self, id: Option<&Id>, line: Line) -> Result<Option<Answer>, LineError> {
+    fn judge(&mut self, id: Option<&Id>, line: Line) -> Result<Option<Answer>, Cause> {
         if line.end == Some(true) {
-            return if self.targets.end(id) { Ok(None) } else { Err(LineError::NoTarget) };
+            let ended = self.targets.end(id).then_some(None);
+            return Ok(ended.ok_or("no target of this id is followed")?);
         }
-        let monitor = self.targets.of(id)?.ok_or(LineError::TooMany)?;
+        let monitor = self.monitor(id)?;
         let index = monitor.index();
         let answer = judged(monitor, line);
         // Every line counts for its target, whether it can be used or not.
@@ -229,7 +233,7 @@ impl Lines {
     }
 }
 
-fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, LineError> {
+fn judged(monitor: &mut Monitor, line: Line) -> Result<Answer, Cause> {
     let base = monitor.base().into();
     let region = line.region(base)?;
     let companions = line.companions(base)?;

@@ -3,11 +3,11 @@
 //! Lengths are checked before values are parsed, so that a line takes at most a few times its length in
 //! memory.
 
-use crate::dataset::DatasetError;
+use crate::cli::Cause;
 use crate::dataset::text::read_at_most;
-use crate::image::{self, Frame, ImageError, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
-use crate::monitor::{Id, MAX_TARGETS, MonitorError};
-use crate::region::{Region, RegionError};
+use crate::image::{self, Frame, MAX_FILE_BYTES, MAX_PIXELS, PixelFormat};
+use crate::monitor::Id;
+use crate::region::Region;
 use serde::de::{DeserializeOwned, Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
@@ -25,60 +25,9 @@ const MAX_COMPANIONS: usize = 256;
 /// Longest id of a target, in bytes.
 const MAX_ID: usize = 256;
 
-/// Reason why a line cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum LineError {
-    /// The line is blank.
-    #[error("the line is empty; a frame of which nothing is known is {{}}")]
-    Empty,
-    /// The line is longer than the largest frame needs.
-    #[error("the line is longer than {} MiB, or {} MiB with a raw frame's `data`", MAX_WITHOUT_DATA >> 20, MAX_LINE >> 20)]
-    TooLong,
-    /// The line is not JSON, or has unknown keys or wrong types.
-    #[error("not a line of this protocol: {0}")]
-    Json(#[from] serde_json::Error),
-    /// The value of a key has a wrong type.
-    #[error("{0}: {1}")]
-    Value(&'static str, #[source] serde_json::Error),
-    /// A list is too long; the number is the limit.
-    #[error("{0}: a list of more than {1} values")]
-    LongList(&'static str, usize),
-    /// The numbers of a box do not make a region.
-    #[error("{0}: {1}; for a tracker that has no box, give null")]
-    Region(&'static str, #[source] RegionError),
-    /// The frame is neither text nor an object.
-    #[error(
-        "frame: want the path of an image, or {{\"raw\": {{\"width\", \"height\", \"format\", \"data\"}}}}"
-    )]
-    NoFrame,
-    /// The file of the frame cannot be read.
-    #[error("frame: {0}")]
-    File(#[from] DatasetError),
-    /// The bytes of the frame are not an image.
-    #[error("frame{}: {source}", name.as_ref().map(|name| format!(" {}", name.display())).unwrap_or_default())]
-    Image {
-        /// File name of the frame; `None` for bytes in the line.
-        name: Option<PathBuf>,
-        /// Error of the decoder.
-        source: ImageError,
-    },
-    /// A raw frame has no bytes, or has both `data` and `path`.
-    #[error("frame: give `data` or `path` of a raw frame, one of the two")]
-    RawSource,
-    /// The id of a target is too long.
-    #[error("id: a text of more than {MAX_ID} bytes")]
-    LongId,
-    /// There are too many targets.
-    #[error(
-        "{MAX_TARGETS} targets are followed already; one that is gone makes room: {{\"id\": 7, \"end\": true}}"
-    )]
-    TooMany,
-    /// The line ends a target that does not exist.
-    #[error("no target of this id is followed")]
-    NoTarget,
-    /// The monitor refuses the frame or the box.
-    #[error(transparent)]
-    Monitor(#[from] MonitorError),
+/// Says what is wrong with the value of a key.
+fn wrong(key: &str, error: impl fmt::Display) -> Cause {
+    format!("{key}: {error}").into()
 }
 
 /// Numbers of a box: `x, y, w, h` or the corners of a polygon.
@@ -173,45 +122,52 @@ fn object<'a, T: Deserialize<'a>>(text: &'a [u8]) -> serde_json::Result<T> {
 }
 
 /// Parses the list of a key, with at most `most` items.
-fn list<T: DeserializeOwned>(key: &'static str, value: &RawValue, most: usize) -> Result<Vec<T>, LineError> {
-    let values: Vec<T> = serde_json::from_str(value.get()).map_err(|e| LineError::Value(key, e))?;
-    if values.len() > most { Err(LineError::LongList(key, most)) } else { Ok(values) }
+fn list<T: DeserializeOwned>(key: &str, value: &RawValue, most: usize) -> Result<Vec<T>, Cause> {
+    let values: Vec<T> = serde_json::from_str(value.get()).map_err(|e| wrong(key, e))?;
+    check_length(key, values.len(), most)?;
+    Ok(values)
+}
+
+fn check_length(key: &str, length: usize, most: usize) -> Result<(), Cause> {
+    let refused = || wrong(key, format_args!("a list of more than {most} values"));
+    if length > most { Err(refused()) } else { Ok(()) }
 }
 
 impl Line {
     /// Parses a line.
-    pub fn read(line: &[u8]) -> Result<Self, LineError> {
+    pub fn read(line: &[u8]) -> Result<Self, Cause> {
+        let too_long = || -> Cause {
+            let [most, with_data] = [MAX_WITHOUT_DATA, MAX_LINE].map(|bytes| bytes >> 20);
+            format!("the line is longer than {most} MiB, or {with_data} MiB with a raw frame's `data`").into()
+        };
         if line.len() > MAX_LINE {
-            return Err(LineError::TooLong);
+            return Err(too_long());
         }
         if line.trim_ascii().is_empty() {
-            return Err(LineError::Empty);
+            return Err("the line is empty; a frame of which nothing is known is {}".into());
         }
-        let read: Self = match object(line) {
-            Err(error) => match without_nan(line) {
-                Some(line) => object(&line)?,
-                None => return Err(error.into()),
-            },
-            Ok(read) => read,
-        };
+        let read = object(line).or_else(|error| without_nan(line).map_or(Err(error), |line| object(&line)));
+        let read: Self = read.map_err(|e| format!("not a line of this protocol: {e}"))?;
         let raw = read.frame.as_deref().map(RawValue::get).filter(|frame| frame.starts_with('{'));
         if line.len().saturating_sub(raw.map_or(0, str::len)) > MAX_WITHOUT_DATA {
-            return Err(LineError::TooLong);
+            return Err(too_long());
         }
         match &read.id {
-            Some(Id::Text(text)) if text.len() > MAX_ID => Err(LineError::LongId),
+            Some(Id::Text(text)) if text.len() > MAX_ID => {
+                Err(wrong("id", format_args!("a text of more than {MAX_ID} bytes")))
+            }
             _ => Ok(read),
         }
     }
 
     /// Box of the tracker, with `base` the number of the top left pixel; `None` without a box.
-    pub fn region(&self, base: f64) -> Result<Option<Region>, LineError> {
+    pub fn region(&self, base: f64) -> Result<Option<Region>, Cause> {
         let read = |value: &RawValue| region("box", list("box", value, MAX_NUMBERS)?, base);
         self.numbers.as_deref().map_or(Ok(None), read)
     }
 
     /// Boxes of the companions. One without a box has a region outside of every frame.
-    pub fn companions(&self, base: f64) -> Result<Vec<Region>, LineError> {
+    pub fn companions(&self, base: f64) -> Result<Vec<Region>, Cause> {
         const KEY: &str = "companions";
         let Some(value) = &self.companions else { return Ok(Vec::new()) };
         let boxes: Vec<Option<Numbers>> = list(KEY, value, MAX_COMPANIONS)?;
@@ -223,46 +179,51 @@ impl Line {
     }
 
     /// Decodes the frame; `None` if the line has none.
-    pub fn frame(self) -> Result<Option<Frame>, LineError> {
+    pub fn frame(self) -> Result<Option<Frame>, Cause> {
         let Some(value) = self.frame else { return Ok(None) };
         let text = value.get();
-        let wrong = |e| LineError::Value("frame", e);
+        let refused = |e: serde_json::Error| wrong("frame", e);
         if text.starts_with('{') {
-            let RawFrame { raw } = serde_json::from_str(text).map_err(wrong)?;
-            let raw: Raw = object(raw.get().as_bytes()).map_err(wrong)?;
+            let RawFrame { raw } = serde_json::from_str(text).map_err(refused)?;
+            let raw: Raw = object(raw.get().as_bytes()).map_err(refused)?;
             return raw.frame().map(Some);
         }
         if !text.starts_with('"') {
-            return Err(LineError::NoFrame);
+            let want = r#"want the path of an image, or {"raw": {"width", "height", "format", "data"}}"#;
+            return Err(wrong("frame", want));
         }
-        let path: PathBuf = serde_json::from_str(text).map_err(wrong)?;
-        let frame = image::decode(&read_at_most(&path, MAX_FILE_BYTES)?);
-        frame.map(Some).map_err(|source| LineError::Image { name: Some(path), source })
+        let path: PathBuf = serde_json::from_str(text).map_err(refused)?;
+        let bytes = read_at_most(&path, MAX_FILE_BYTES).map_err(|e| wrong("frame", e))?;
+        image::decode(&bytes).map(Some).map_err(|e| wrong(&format!("frame {}", path.display()), e))
     }
 }
 
 impl Raw {
-    fn frame(self) -> Result<Frame, LineError> {
+    fn frame(self) -> Result<Frame, Cause> {
         let Self { width, height, format, data, path } = self;
-        let frame = match (data, &path) {
-            (Some(text), None) => Frame::from_base64(width, height, format, &text),
-            (None, Some(path)) => Frame::from_raw(width, height, format, read_at_most(path, 3 * MAX_PIXELS)?),
-            _ => return Err(LineError::RawSource),
-        };
-        frame.map_err(|source| LineError::Image { name: path, source })
+        match (data, path) {
+            (Some(text), None) => {
+                Frame::from_base64(width, height, format, &text).map_err(|e| wrong("frame", e))
+            }
+            (None, Some(path)) => {
+                let bytes = read_at_most(&path, 3 * MAX_PIXELS).map_err(|e| wrong("frame", e))?;
+                let frame = Frame::from_raw(width, height, format, bytes);
+                frame.map_err(|e| wrong(&format!("frame {}", path.display()), e))
+            }
+            _ => Err(wrong("frame", "give `data` or `path` of a raw frame, one of the two")),
+        }
     }
 }
 
 /// Region of a box; `None` if one of its numbers is null.
-fn region(key: &'static str, numbers: Numbers, base: f64) -> Result<Option<Region>, LineError> {
-    if numbers.len() > MAX_NUMBERS {
-        return Err(LineError::LongList(key, MAX_NUMBERS));
-    }
+fn region(key: &str, numbers: Numbers, base: f64) -> Result<Option<Region>, Cause> {
+    check_length(key, numbers.len(), MAX_NUMBERS)?;
     let Some(mut numbers) = numbers.into_iter().collect::<Option<Vec<f64>>>() else { return Ok(None) };
     // The sides of a box do not depend on where pixels begin to count.
     let places = if numbers.len() == 4 { 2 } else { numbers.len() };
     numbers.iter_mut().take(places).for_each(|place| *place -= base);
-    Region::from_numbers(&numbers).map(Some).map_err(|source| LineError::Region(key, source))
+    let region = Region::from_numbers(&numbers).map(Some);
+    region.map_err(|e| wrong(key, format_args!("{e}; for a tracker that has no box, give null")))
 }
 
 /// The line with `null` for `NaN` and a number out of range for `Infinity`, both of which Python writes
@@ -293,7 +254,7 @@ mod tests {
     use crate::region::Rect;
     use proptest::prelude::*;
 
-    fn read(text: &str) -> Result<Line, LineError> {
+    fn read(text: &str) -> Result<Line, Cause> {
         Line::read(text.as_bytes())
     }
 
@@ -388,7 +349,7 @@ mod tests {
         let long = told(&beside(1, &list("1", MAX_NUMBERS + 1)));
         assert!(long.contains("companions: a list of more than 2048 values"), "{long}");
         let blanks = " ".repeat(MAX_WITHOUT_DATA);
-        assert!(matches!(read(&format!("{{{blanks}}}")), Err(LineError::TooLong)));
+        assert!(told(&format!("{{{blanks}}}")).starts_with("the line is longer than 1 MiB, or "));
         assert!(read(&format!("{{{}}}", &blanks[2..])).is_ok());
         let raw = r#"{"frame": {"raw": {"width": 1, "height": 1, "format": "gray", "data": "AA=="}}}"#;
         assert!(read(&(raw.to_string() + &blanks[20..])).is_ok());
