@@ -36,6 +36,7 @@ mod saved;
 mod targets;
 
 pub use crate::detector::labels::TargetState;
+pub use chosen::able;
 pub use targets::{Id, MAX_TARGETS, Targets};
 
 use crate::detector::StateOfTarget;
@@ -116,14 +117,12 @@ pub enum MonitorError {
     #[error(transparent)]
     Method(#[from] MethodError),
     /// The method cannot judge frame by frame, or needs inputs that a stream lacks.
-    #[error("method `{method}` {reason}; methods that can monitor: {}", known.join(", "))]
+    #[error("method `{method}` {reason}; methods that can monitor: {}", able().join(", "))]
     Unfit {
         /// Name of the method.
         method: String,
         /// Reason, as words that follow the name.
         reason: &'static str,
-        /// Names of the methods that can monitor.
-        known: Vec<&'static str>,
     },
     /// A signal cannot start.
     #[error(transparent)]
@@ -156,54 +155,17 @@ pub enum MonitorError {
     /// The state is damaged or truncated.
     #[error("the state is damaged")]
     Damaged,
-    /// The state was saved with another method.
-    #[error("the state is one of method `{saved}`, not of `{given}`")]
-    OtherMethod {
-        /// Method of the saved state.
+    /// The state was saved with other options.
+    #[error("the state is one {saved}, not {given}")]
+    OtherOptions {
+        /// What the state was saved with, in words.
         saved: String,
-        /// Method of the options.
+        /// What the options ask for.
         given: String,
-    },
-    /// The saved state was made with another budget.
-    #[error("the state is one with {}, not with {}", budget(*saved), budget(*given))]
-    OtherBudget {
-        /// Budget of the saved state.
-        saved: Option<f64>,
-        /// Budget that the options ask for.
-        given: Option<f64>,
-    },
-    /// The saved state was made for other inputs.
-    #[error("the state is one for {}, not for {}", in_words(*saved), in_words(*given))]
-    OtherInputs {
-        /// Inputs of the saved state.
-        saved: Option<Inputs>,
-        /// Inputs that the options give.
-        given: Option<Inputs>,
-    },
-    /// The saved state was made with another pixel base.
-    #[error("the state is one of boxes that count pixels from {saved}, not from {given}")]
-    OtherBase {
-        /// Number of the top left pixel in the saved state.
-        saved: u8,
-        /// Number of the top left pixel in the options.
-        given: u8,
     },
     /// The method has changed since the state was saved.
     #[error("the state is one of another version of method `{0}`")]
     OtherVersion(String),
-}
-
-fn budget(budget: Option<f64>) -> String {
-    budget.map_or_else(|| "the usual budget".to_string(), |budget| format!("a budget of {budget}"))
-}
-
-fn in_words(inputs: Option<Inputs>) -> String {
-    let Some(Inputs { frames, companions, confidence }) = inputs else {
-        return "no inputs in particular".to_string();
-    };
-    let named = [(frames, "frames"), (confidence, "confidence"), (companions, "companions")];
-    let named = named.into_iter().filter_map(|(is_named, word)| is_named.then_some(word));
-    std::iter::once("boxes").chain(named).collect::<Vec<_>>().join(", ")
 }
 
 /// A monitor of one track.

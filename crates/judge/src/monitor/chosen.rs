@@ -24,36 +24,28 @@ pub(super) struct Chosen {
 impl Chosen {
     /// Named method before its first frame, with a budget of false alarms if one is given.
     pub fn start(name: &str, budget: Option<f64>) -> Result<Self, MonitorError> {
-        let unfit = |reason| MonitorError::Unfit { method: name.to_string(), reason, known: able() };
+        let unfit = |reason| MonitorError::Unfit { method: name.to_string(), reason };
         let method = Method::named(name, budget).map_err(|e| match e {
             MethodError::Trained(_) => unfit("is trained for each experiment"),
             e => e.into(),
         })?;
-        Self::of_method(method).map_err(|refusal| match refusal {
-            Refusal::Unfit(reason) => unfit(reason),
-            Refusal::Error(error) => error,
-        })
+        if method.detector.detector.learner().is_some() {
+            return Err(unfit("is trained for each experiment"));
+        }
+        if method.reads().any(|reads| matches!(reads, Reads::Posterior | Reads::Response)) {
+            return Err(unfit("needs more of a tracker than boxes and a confidence"));
+        }
+        let stream = method.detector.detector.stream().ok_or_else(|| unfit("judges whole tracks"))?;
+        let context =
+            RunContext { sequence: &Unannotated(0), start_frame: 0, run: 0, seed: 0, data_roots: &[] };
+        let reader = Reader::start(&method.signals, &context)?;
+        let digest = digest(&method.signals, &method.detector);
+        Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
     }
 
     /// Recommended method for the inputs; with a budget, one that has a budget.
     pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
         Self::start(method::recommended(inputs, budget), budget)
-    }
-
-    /// Method before its first frame, or the reason why it cannot monitor.
-    fn of_method(method: Method) -> Result<Self, Refusal> {
-        if method.detector.detector.learner().is_some() {
-            return Err(Refusal::Unfit("is trained for each experiment"));
-        }
-        if method.reads().any(|reads| matches!(reads, Reads::Posterior | Reads::Response)) {
-            return Err(Refusal::Unfit("needs more of a tracker than boxes and a confidence"));
-        }
-        let stream = method.detector.detector.stream().ok_or(Refusal::Unfit("judges whole tracks"))?;
-        let context =
-            RunContext { sequence: &Unannotated(0), start_frame: 0, run: 0, seed: 0, data_roots: &[] };
-        let reader = Reader::start(&method.signals, &context).map_err(|e| Refusal::Error(e.into()))?;
-        let digest = digest(&method.signals, &method.detector);
-        Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
     }
 
     pub fn detector(&self) -> &dyn Detector {
@@ -95,16 +87,9 @@ impl Chosen {
     }
 }
 
-/// Reason why a method cannot monitor.
-enum Refusal {
-    Unfit(&'static str),
-    Error(MonitorError),
-}
-
 /// Names of the methods that can monitor.
-pub(super) fn able() -> Vec<&'static str> {
-    let can = |name: &&str| Method::named(name, None).is_ok_and(|method| Chosen::of_method(method).is_ok());
-    method::names().into_iter().filter(can).collect()
+pub fn able() -> Vec<&'static str> {
+    method::names().into_iter().filter(|name| Chosen::start(name, None).is_ok()).collect()
 }
 
 fn digest(signals: &[SignalChoice], detector: &FixedDetector) -> String {

@@ -100,11 +100,11 @@ impl Monitor {
         let refused = if of_several { MonitorError::SeveralTargets } else { MonitorError::NoState };
         let memory: Memory = unsealed(saved, NAME, FORMAT)?.ok_or(refused)?;
         memory.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
+        let other = |saved, given| Err(MonitorError::OtherOptions { saved, given });
         if let (Some(given), Some(saved)) = (&options.method, &memory.method)
             && *given != saved.name
         {
-            let (saved, given) = (saved.name.clone(), given.clone());
-            return Err(MonitorError::OtherMethod { saved, given });
+            return other(format!("of method `{}`", saved.name), format!("of `{given}`"));
         }
         let mut monitor = Self::new(&Options {
             method: options.method.clone(),
@@ -117,13 +117,14 @@ impl Monitor {
         monitor.is_free &= memory.is_free;
         if let Some(saved) = memory.method {
             if monitor.budget != memory.budget {
-                return Err(MonitorError::OtherBudget { saved: memory.budget, given: monitor.budget });
+                return other(with_budget(memory.budget), with_budget(monitor.budget));
             }
             if monitor.inputs != memory.inputs {
-                return Err(MonitorError::OtherInputs { saved: memory.inputs, given: monitor.inputs });
+                return other(for_inputs(memory.inputs), for_inputs(monitor.inputs));
             }
             if monitor.base != memory.base {
-                return Err(MonitorError::OtherBase { saved: memory.base, given: monitor.base });
+                let saved = format!("of boxes that count pixels from {}", memory.base);
+                return other(saved, format!("from {}", monitor.base));
             }
             let mut chosen = Chosen::start(&saved.name, memory.budget)?;
             if chosen.digest != saved.digest {
@@ -136,4 +137,17 @@ impl Monitor {
         }
         Ok(monitor)
     }
+}
+
+fn with_budget(budget: Option<f64>) -> String {
+    budget.map_or_else(|| "with the usual budget".to_string(), |budget| format!("with a budget of {budget}"))
+}
+
+fn for_inputs(inputs: Option<Inputs>) -> String {
+    let Some(Inputs { frames, companions, confidence }) = inputs else {
+        return "for no inputs in particular".to_string();
+    };
+    let named = [(frames, ", frames"), (confidence, ", confidence"), (companions, ", companions")];
+    let named = named.into_iter().filter_map(|(is_named, word)| is_named.then_some(word));
+    std::iter::once("for boxes").chain(named).collect()
 }
