@@ -6,7 +6,6 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trackfail::detector::{Detector, Input, arma_forecast};
 use trackfail::num::arma::{Presample, fit};
-use trackfail::plugin::Plugin;
 
 const WINDOW: [f64; 20] = [
     0.52, 0.47, 0.55, 0.61, 0.58, 0.66, 0.60, 0.49, 0.44, 0.40, 0.43, 0.38, 0.45, 0.51, 0.47, 0.54, 0.57,
@@ -21,12 +20,11 @@ fn arma(c: &mut Criterion) {
         });
     }
     let signal: Vec<f64> = (0..500_u32).map(|t| 0.04 + f64::from(t * 7919 % 101) / 5e4).collect();
-    if let Ok(detector) = arma_forecast::ArmaForecast::new(arma_forecast::Params::default()) {
-        group.bench_with_input(BenchmarkId::new("detector", signal.len()), &signal, |b, signal| {
-            let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
-            b.iter(|| detector.detect(black_box(&input)));
-        });
-    }
+    let detector = arma_forecast::Params::default();
+    group.bench_with_input(BenchmarkId::new("detector", signal.len()), &signal, |b, signal| {
+        let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
+        b.iter(|| detector.detect(black_box(&input)));
+    });
     group.finish();
 }
 

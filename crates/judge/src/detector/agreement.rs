@@ -25,10 +25,10 @@
 use super::stream::{self, Causal, Step};
 use super::{Detector, threshold_within};
 use crate::num::fixed;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Agreement>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "agreement",
     1,
     "lost where a watchdog is sure of another place, with an alarm while that is news",
@@ -64,35 +64,27 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct Agreement {
-    params: Params,
-    threshold: f64,
-}
-
-impl Plugin for Agreement {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("budget", 1e-6, 1000.0),
         Range::of("threshold").above(0.0).at_most(1.0),
         Range::within("window", 0.0, 10_000.0),
     ];
+}
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        let threshold =
-            params.threshold.or_else(|| threshold_within(&THRESHOLDS, params.budget)).unwrap_or(1.0);
-        Ok(Self { params, threshold })
+impl Params {
+    fn limit(&self) -> f64 {
+        self.threshold.or_else(|| threshold_within(&THRESHOLDS, self.budget)).unwrap_or(1.0)
     }
 }
 
-impl Detector for Agreement {
+impl Detector for Params {
     fn signals(&self) -> usize {
         2
     }
 
     fn threshold(&self) -> Option<f64> {
-        Some(self.threshold)
+        Some(self.limit())
     }
 
     fn gives_probability(&self) -> bool {
@@ -111,7 +103,7 @@ pub struct Memory {
     alarm: bool,
 }
 
-impl Causal for Agreement {
+impl Causal for Params {
     type Memory = Memory;
 
     fn step(&self, memory: &mut Memory, values: &[f64]) -> Step {
@@ -119,8 +111,8 @@ impl Causal for Agreement {
         let apart = (1.0 - overlap) * score;
         let lost = apart / (apart + EVEN * (1.0 - apart));
         memory.apart = if overlap > 0.0 { 0 } else { memory.apart.saturating_add(1) };
-        let raising = if memory.apart <= self.params.window { lost } else { OLD * lost };
-        memory.alarm = raising >= self.threshold || (memory.alarm && lost >= self.threshold);
+        let raising = if memory.apart <= self.window { lost } else { OLD * lost };
+        memory.alarm = raising >= self.limit() || (memory.alarm && lost >= self.limit());
         Step { alarm_score: Some(raising), ..Step::new(lost, memory.alarm) }
     }
 
@@ -173,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_larger_budget_has_no_higher_threshold() {
-        let of = |budget: f64| Agreement::new(Params { budget, ..Params::default() }).unwrap().threshold;
+        let of = |budget: f64| Params { budget, ..Params::default() }.limit();
         assert!(THRESHOLDS.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 >= pair[1].1));
         let (found, places) = ([0.5, 3.0, THRESHOLDS[2].0, 1000.0].map(of), [0, 1, 2, 5]);
         assert_eq!(found, places.map(|k: usize| THRESHOLDS[k].1));

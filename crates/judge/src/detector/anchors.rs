@@ -109,16 +109,14 @@ struct Periodic {
     phase: usize,
 }
 
-impl Plugin for Periodic {
-    type Params = Self;
-
+impl PlainParams for Periodic {
     const RANGES: &'static [Range] = &[Range::of("period").at_least(2.0)];
 
-    fn make(params: Self) -> Result<Self, ParamError> {
-        if params.phase >= params.period {
-            return Err(ParamError::out_of_range("phase", "less than the period", params.phase));
+    fn check(&self) -> Result<(), ParamError> {
+        if self.phase >= self.period {
+            return Err(ParamError::out_of_range("phase", "less than the period", self.phase));
         }
-        Ok(params)
+        Ok(())
     }
 }
 

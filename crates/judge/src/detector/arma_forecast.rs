@@ -21,11 +21,11 @@ use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
 use super::stream::{self, Causal, Step};
 use crate::num::arma::{self, Presample};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
 /// ARMA forecasts in the list of detectors.
-pub const ENTRY: Entry<dyn Detector> = Entry::of::<ArmaForecast>(
+pub const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "arma-forecast",
     1,
     "forecasts the signal with an ARMA model; alarm when the forecast is off by the threshold",
@@ -70,15 +70,6 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Checks that the window is long enough for the order.
-    pub(super) fn check(&self) -> Result<(), ParamError> {
-        let least = arma::least_window(self.order);
-        if self.window < least {
-            return Err(ParamError::out_of_range("window", &format!("from {least} to 100000"), self.window));
-        }
-        Ok(())
-    }
-
     /// Returns the forecast of the next frame (NaN if there is none yet), then adds its actual value `y`.
     pub(super) fn push(&self, memory: &mut Forecaster, y: f64) -> f64 {
         let Self { window, horizon, scheme, .. } = *self;
@@ -91,13 +82,7 @@ impl Params {
     }
 }
 
-/// The ARMA forecast detector.
-#[derive(Debug, Clone)]
-pub struct ArmaForecast(Params);
-
-impl Plugin for ArmaForecast {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("order", 0.0, arma::MAX_ORDER as f64),
         forecasting::WINDOW,
@@ -105,26 +90,30 @@ impl Plugin for ArmaForecast {
         forecasting::THRESHOLD,
     ];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        params.check()?;
-        Ok(Self(params))
+    /// The window must be long enough for the order.
+    fn check(&self) -> Result<(), ParamError> {
+        let least = arma::least_window(self.order);
+        if self.window < least {
+            return Err(ParamError::out_of_range("window", &format!("from {least} to 100000"), self.window));
+        }
+        Ok(())
     }
 }
 
-impl Detector for ArmaForecast {
+impl Detector for Params {
     fn threshold(&self) -> Option<f64> {
-        Some(self.0.threshold)
+        Some(self.threshold)
     }
 
     stream::judges_frame_by_frame!();
 }
 
-impl Causal for ArmaForecast {
+impl Causal for Params {
     type Memory = Forecaster;
 
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
-        let forecast = self.0.push(memory, values[0]);
-        forecasting::judge(values[0], forecast, self.0.threshold)
+        let forecast = self.push(memory, values[0]);
+        forecasting::judge(values[0], forecast, self.threshold)
     }
 }
 
@@ -135,7 +124,7 @@ mod tests {
     use crate::detector::testing::alone;
 
     fn detect(params: Params, signal: &[f64]) -> DetectorOutput {
-        ArmaForecast::new(params).unwrap().detect(&alone(signal))
+        params.detect(&alone(signal))
     }
 
     // A step of 0.02 at frame 30, itself the first frame of a block: the model of the level before it cannot

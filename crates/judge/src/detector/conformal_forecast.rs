@@ -29,11 +29,11 @@ use super::stream::{self, Causal, Step};
 use super::{Detector, DetectorOutput, Input, Stream, changes};
 use crate::num::accumulation::empirical_quantile;
 use crate::num::arma::{self, Presample};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ConformalForecast>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "conformal-forecast",
     1,
     "forecasts the signal with an ARMA model; alarm when the error is large for this track, at a given rate",
@@ -73,12 +73,7 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct ConformalForecast(Params);
-
-impl Plugin for ConformalForecast {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("rate", 0.0001, 0.5),
         Range::within("gamma", 0.0001, 1.0),
@@ -88,27 +83,25 @@ impl Plugin for ConformalForecast {
         forecasting::HORIZON,
     ];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        let detector = Self(params);
-        detector.forecast().check()?;
-        Ok(detector)
+    fn check(&self) -> Result<(), ParamError> {
+        self.forecast().check()
     }
 }
 
-impl ConformalForecast {
+impl Params {
     /// The forecast, whose own threshold is not read.
     fn forecast(&self) -> arma_forecast::Params {
-        let Params { order, window, horizon, scheme, start, .. } = self.0;
+        let Params { order, window, horizon, scheme, start, .. } = *self;
         arma_forecast::Params { order, window, horizon, scheme, start, ..arma_forecast::Params::default() }
     }
 
     fn threshold(&self) -> AdaptiveThreshold {
-        let Params { rate, gamma, warm_up, .. } = self.0;
+        let Params { rate, gamma, warm_up, .. } = *self;
         AdaptiveThreshold { rate, gamma, warm_up, level: rate, most: MOST, ..AdaptiveThreshold::default() }
     }
 }
 
-impl Detector for ConformalForecast {
+impl Detector for Params {
     fn stream(&self) -> Option<Box<dyn Stream>> {
         stream::follow(self)
     }
@@ -123,7 +116,7 @@ impl Detector for ConformalForecast {
     }
 }
 
-impl Causal for ConformalForecast {
+impl Causal for Params {
     type Memory = (Forecaster, AdaptiveThreshold);
 
     fn begin(&self) -> Self::Memory {
@@ -191,7 +184,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn threshold(rate: f64, gamma: f64, warm_up: usize) -> AdaptiveThreshold {
-        ConformalForecast::new(Params { rate, gamma, warm_up, ..Params::default() }).unwrap().threshold()
+        Params { rate, gamma, warm_up, ..Params::default() }.threshold()
     }
 
     fn alarms(mut threshold: AdaptiveThreshold, scores: &[f64]) -> Vec<bool> {
@@ -222,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_state_that_no_track_leads_to_is_refused() {
-        let detector = ConformalForecast::new(Params::default()).unwrap();
+        let detector = Params::default();
         let takes = |change: fn(&mut AdaptiveThreshold)| {
             let mut threshold = detector.threshold();
             for score in [3.0, 1.0, 2.0] {

@@ -21,10 +21,10 @@ use super::Detector;
 use super::relative_drop::{GoodFrames, LEAST, WINDOW, check_least};
 use super::stream::{self, Causal, Step};
 use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<JointDrop>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "joint-drop",
     1,
     "alarm while any of several signals is below its share of its mean over the frames called good",
@@ -49,27 +49,20 @@ fn least() -> usize {
     1
 }
 
-#[derive(Debug, Clone)]
-pub struct JointDrop(Params);
-
-impl Plugin for JointDrop {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("below").above(0.0).below(1.0), WINDOW, LEAST];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
-        let Params { below, window, least } = &params;
-        if !(1..=16).contains(&below.len()) {
-            return Err(ParamError::out_of_range("below", "1 to 16 shares", below.len()));
+    fn check(&self) -> Result<(), ParamError> {
+        if !(1..=16).contains(&self.below.len()) {
+            return Err(ParamError::out_of_range("below", "1 to 16 shares", self.below.len()));
         }
-        check_least(*least, *window)?;
-        Ok(Self(params))
+        check_least(self.least, self.window)
     }
 }
 
-impl Detector for JointDrop {
+impl Detector for Params {
     fn signals(&self) -> usize {
-        self.0.below.len()
+        self.below.len()
     }
 
     fn score_direction(&self) -> Direction {
@@ -83,21 +76,21 @@ impl Detector for JointDrop {
     stream::judges_frame_by_frame!();
 }
 
-impl Causal for JointDrop {
+impl Causal for Params {
     /// Good frames of each signal.
     type Memory = Vec<GoodFrames>;
 
     fn begin(&self) -> Vec<GoodFrames> {
-        self.0.below.iter().map(|_| GoodFrames::new(self.0.window)).collect()
+        self.below.iter().map(|_| GoodFrames::new(self.window)).collect()
     }
 
     fn step(&self, good: &mut Vec<GoodFrames>, values: &[f64]) -> Step {
         let of = |((y, good), below): ((&f64, &GoodFrames), &f64)| {
             let mean = good.mean();
-            let speaks = good.count() >= self.0.least && mean > 0.0;
+            let speaks = good.count() >= self.least && mean > 0.0;
             if speaks { (y / mean / below).clamp(-f64::MAX, f64::MAX) } else { 1.0 / below }
         };
-        let score = values.iter().zip(&*good).zip(&self.0.below).map(of).fold(f64::MAX, f64::min);
+        let score = values.iter().zip(&*good).zip(&self.below).map(of).fold(f64::MAX, f64::min);
         let alarm = score < 1.0;
         if !alarm {
             good.iter_mut().zip(values).for_each(|(good, y)| good.add(*y));
@@ -111,6 +104,7 @@ mod tests {
     use super::*;
     use crate::detector::{DetectorOutput, Input};
     use crate::detector::{relative_drop, testing::alone};
+    use crate::plugin::Plugin;
     use proptest::prelude::*;
 
     fn detect(below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
@@ -118,7 +112,7 @@ mod tests {
     }
 
     fn detect_within(window: Option<usize>, below: &[f64], signals: &[&[f64]]) -> DetectorOutput {
-        let detector = JointDrop::new(Params { below: below.to_vec(), window, least: 1 }).unwrap();
+        let detector = Params { below: below.to_vec(), window, least: 1 };
         detector.detect(&Input { more: &signals[1..], ..alone(signals[0]) })
     }
 

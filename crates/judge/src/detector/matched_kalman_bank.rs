@@ -37,10 +37,10 @@
 //! Samples beyond 1e100 are cut to it, so that squares stay finite.
 
 use super::{Detector, DetectorOutput, Input, consistency};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<MatchedKalmanBank>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "matched-kalman-bank",
     1,
     "Kalman filters matched to hypotheses of jumps; a change where the most probable one has a new jump",
@@ -101,12 +101,7 @@ impl Default for Params {
 /// Largest magnitude of a sample. Larger ones are clipped.
 const MAX_MAGNITUDE: f64 = 1e100;
 
-#[derive(Debug, Clone)]
-pub struct MatchedKalmanBank(Params);
-
-impl Plugin for MatchedKalmanBank {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("jump_probability", 1e-9, 0.5),
         Range::within("life", 0.0, 998.0),
@@ -121,31 +116,30 @@ impl Plugin for MatchedKalmanBank {
         Range::within("start_level", -MAX_MAGNITUDE, MAX_MAGNITUDE),
     ];
 
-    fn make(params: Params) -> Result<Self, ParamError> {
+    fn check(&self) -> Result<(), ParamError> {
         // Fewer, and the filters that may be cut would be too few to leave the most probable one alone.
-        let fewest = params.life + 2;
-        if params.models < fewest {
+        let fewest = self.life + 2;
+        if self.models < fewest {
             let rule = format!("from {fewest} (`life` + 2) to 1000");
-            return Err(ParamError::out_of_range("models", &rule, params.models));
+            return Err(ParamError::out_of_range("models", &rule, self.models));
         }
-        Ok(Self(params))
+        Ok(())
     }
 }
 
-impl MatchedKalmanBank {
+impl Params {
     /// State of the bank after these samples, of which there is at least one.
     fn run(&self, samples: &[f64]) -> Bank<'_> {
-        let noise = self.0.noise_variance.unwrap_or_else(|| variance(samples).max(self.0.least_noise));
-        let level = self.0.start_level.unwrap_or_else(|| samples.first().copied().unwrap_or_default());
-        let filter =
-            Filter { level, variance: self.0.start_variance, log_weight: 0.0, error: 0.0, jump: None };
-        let mut bank = Bank { params: &self.0, filters: vec![filter], best: filter, noise, next: 0 };
+        let noise = self.noise_variance.unwrap_or_else(|| variance(samples).max(self.least_noise));
+        let level = self.start_level.unwrap_or_else(|| samples.first().copied().unwrap_or_default());
+        let filter = Filter { level, variance: self.start_variance, log_weight: 0.0, error: 0.0, jump: None };
+        let mut bank = Bank { params: self, filters: vec![filter], best: filter, noise, next: 0 };
         samples.iter().for_each(|y| bank.step(*y));
         bank
     }
 
     fn follow(&self, signal: &[f64]) -> DetectorOutput {
-        let Params { noise_variance, start_window, merge, .. } = self.0;
+        let Params { noise_variance, start_window, merge, .. } = *self;
         let samples: Vec<f64> = signal.iter().map(|y| y.clamp(-MAX_MAGNITUDE, MAX_MAGNITUDE)).collect();
         let starting = if noise_variance.is_some() { 1 } else { start_window };
         let mut bank = self.run(&[]);
@@ -270,7 +264,7 @@ impl Bank<'_> {
     }
 }
 
-impl Detector for MatchedKalmanBank {
+impl Detector for Params {
     fn frames_to_recover(&self) -> usize {
         1
     }

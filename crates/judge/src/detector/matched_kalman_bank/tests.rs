@@ -37,7 +37,7 @@ fn agrees_with_dense_normal_densities() {
 fn a_start_is_no_change_and_a_tie_the_oldest() {
     let output = detect("{ noise_variance = 1.0, start_level = 0.0 }", &[100.0; 3]);
     assert_eq!((output.changes.unwrap()[0], output.alarm[0]), (0, false));
-    let detector = MatchedKalmanBank::new(Params::default()).unwrap();
+    let detector = Params::default();
     let mut bank = detector.run(&[1.0, 2.0]);
     bank.filters = vec![bank.filters[0]; 2];
     assert_eq!(bank.most_probable(), 0);
