@@ -27,11 +27,10 @@ mod logistic;
 mod model;
 
 pub use inputs::{FusedInput, INPUTS};
-pub use model::{FusedModel, FusedStream, Use};
+pub use model::{FusedModel, FusedStream};
 
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner, Stream};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
-use learn::Learning;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
@@ -170,9 +169,7 @@ impl Fused {
 
     /// Stream before the first frame of a track; `None` without a model.
     fn start(&self) -> Option<FusedStream> {
-        let model = self.model.clone()?;
-        let Params { budget, confirm, window, .. } = self.params;
-        Some(FusedStream::new(model, self.inputs.clone(), Use { budget, confirm, window }))
+        Some(FusedStream::new(self.clone(), self.model.clone()?))
     }
 }
 
@@ -204,9 +201,7 @@ impl Learner for Fused {
     }
 
     fn learn(&self, examples: &[Example<'_>]) -> Result<Value, LearnError> {
-        let Params { lambda, stride, window, .. } = self.params;
-        let model = learn::learn(examples, &self.inputs, &Learning { lambda, stride, window })?;
-        serde_json::to_value(model).map_err(LearnError::Write)
+        serde_json::to_value(learn::learn(self, examples)?).map_err(LearnError::Write)
     }
 
     fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError> {

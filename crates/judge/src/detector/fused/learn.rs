@@ -20,9 +20,9 @@
 //! ignored, unless all have fewer.
 
 use super::features::InputHistory;
-use super::inputs::FusedInput;
 use super::logistic::{self, Fit, Rows};
 use super::model::{FusedModel, News, Weight, probability, score};
+use super::{Fused, Params};
 use crate::detector::{Example, LearnError};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,17 +37,6 @@ const ONSET: usize = 16;
 const LEAST_SLOPE: f64 = 1e-3;
 /// Least number of good frames for a source of videos to set a threshold.
 const GOOD_FRAMES: f64 = 5000.0;
-
-/// Settings of the learning.
-#[derive(Debug, Clone, Copy)]
-pub struct Learning {
-    /// Weight of the penalty on squared weights, relative to that of the rows.
-    pub lambda: f64,
-    /// Distance in frames between rows, except at the beginning of a loss.
-    pub stride: usize,
-    /// Number of frames during which a disagreement is news, for the thresholds.
-    pub window: u32,
-}
 
 /// A training example: one frame of a track.
 struct Row {
@@ -75,7 +64,8 @@ impl TrackRows<'_> {
     }
 }
 
-fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &Learning) -> TrackRows<'e> {
+fn rows_of<'e>(fused: &Fused, example: &'e Example<'_>) -> TrackRows<'e> {
+    let Fused { inputs, params: Params { stride, window, .. }, .. } = fused;
     let signals: Vec<&[f64]> = std::iter::once(example.signal).chain(example.more.iter().copied()).collect();
     let mut histories = vec![InputHistory::default(); inputs.len()];
     let mut news = News::default();
@@ -84,7 +74,7 @@ fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &L
     let mut since = 0;
     for (t, error) in example.error.iter().enumerate() {
         let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
-        let factor = news.push(inputs, &values, how.window);
+        let factor = news.push(inputs, &values, *window);
         let lost = *error >= 1.0;
         since = match error.is_finite() {
             true if lost => since + 1,
@@ -93,10 +83,10 @@ fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &L
         };
         let is_onset = lost && since <= ONSET;
         let read = inputs.iter().zip(&mut histories).zip(&values);
-        if error.is_finite() && (is_onset || t % how.stride == 0) {
+        if error.is_finite() && (is_onset || t % stride == 0) {
             let features =
                 read.flat_map(|((input, history), value)| history.features(input, *value)).collect();
-            let frames = if is_onset { 1.0 } else { how.stride as f64 };
+            let frames = if is_onset { 1.0 } else { *stride as f64 };
             let worth = match lost {
                 true if is_onset => 3.0,
                 true => 0.1,
@@ -115,19 +105,16 @@ fn rows_of<'e>(example: &'e Example<'_>, inputs: &[&'static FusedInput], how: &L
 ///
 /// # Errors
 /// When there are no lost frames, no good ones, or fewer than two videos.
-pub fn learn(
-    examples: &[Example<'_>],
-    inputs: &[&'static FusedInput],
-    how: &Learning,
-) -> Result<FusedModel, LearnError> {
-    let tracks: Vec<TrackRows<'_>> = examples.iter().map(|e| rows_of(e, inputs, how)).collect();
+pub fn learn(fused: &Fused, examples: &[Example<'_>]) -> Result<FusedModel, LearnError> {
+    let Fused { inputs, params: Params { lambda, .. }, .. } = fused;
+    let tracks: Vec<TrackRows<'_>> = examples.iter().map(|example| rows_of(fused, example)).collect();
     let videos: BTreeSet<&str> = tracks.iter().map(|t| t.video).collect();
     let fold = |video: &str| videos.iter().position(|v| *v == video).unwrap_or_default() % INNER_FOLDS;
     let columns: usize = inputs.iter().map(|input| input.features).sum();
-    let (features, bias) = fit(&tracks, |_| true, columns, how)?;
+    let (features, bias) = fit(&tracks, |_| true, columns, *lambda)?;
     let mut unseen: Vec<Vec<f64>> = vec![Vec::new(); tracks.len()];
     for left_out in 0..INNER_FOLDS.min(videos.len()) {
-        let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, columns, how)?;
+        let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, columns, *lambda)?;
         for (scores, track) in unseen.iter_mut().zip(&tracks).filter(|(_, t)| fold(t.video) == left_out) {
             *scores = track.rows.iter().map(|row| score(bias, &weights, &row.features)).collect();
         }
@@ -143,7 +130,7 @@ fn fit(
     tracks: &[TrackRows<'_>],
     takes: impl Fn(&TrackRows<'_>) -> bool,
     columns: usize,
-    how: &Learning,
+    lambda: f64,
 ) -> Result<(Vec<Weight>, f64), LearnError> {
     let taken: Vec<&TrackRows<'_>> = tracks.iter().filter(|track| takes(track)).collect();
     let mut frames = BTreeMap::<&str, f64>::new();
@@ -162,7 +149,7 @@ fn fit(
     rows.weight.iter_mut().for_each(|weight| *weight *= scale);
     let features = standardize(&mut rows);
     let Fit { weights, bias } =
-        logistic::fit(&rows, how.lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
+        logistic::fit(&rows, lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
     Ok((features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect(), bias))
 }
 
@@ -233,6 +220,7 @@ fn thresholds(tracks: &[TrackRows<'_>], scores: &[Vec<f64>], calibration: (f64, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::testing;
 
     /// A track in which each frame represents itself.
     fn track(lost: &[bool]) -> TrackRows<'static> {
@@ -260,10 +248,9 @@ mod tests {
         let mut error = vec![0.2; 41];
         error[12..33].fill(1.0);
         (error[10], error[20], error[40]) = (0.95, f64::NAN, 0.9);
-        let inputs = [super::super::inputs::find("share").unwrap()];
-        let how = Learning { lambda: 0.1, stride: 10, window: 20 };
+        let fused = testing::plugin("{ inputs = [\"share\"], train = \"train\", stride = 10 }");
         let example = Example::new(&[0.5; 41], &error);
-        let track = rows_of(&example, &inputs, &how);
+        let track = rows_of(&fused, &example);
         let rows: Vec<_> = track.rows.iter().map(|row| (row.lost, row.frames, row.weight)).collect();
         let good = [(false, 10.0, 10.0), (false, 10.0, 3.0)];
         assert_eq!(
@@ -284,8 +271,7 @@ mod tests {
             rows.iter_mut().zip(&values[frames]).for_each(|(row, value)| row.features = vec![*value]);
             TrackRows { video, source: "", rows: std::mem::take(rows) }
         };
-        let how = Learning { lambda: 0.5, stride: 1, window: 20 };
-        let (found, bias) = fit(&[of("a", 0..2), of("b", 2..6)], |_| true, 1, &how).unwrap();
+        let (found, bias) = fit(&[of("a", 0..2), of("b", 2..6)], |_| true, 1, 0.5).unwrap();
         let shares = [[1.5_f64.sqrt(); 2].as_slice(), &[0.75_f64.sqrt(); 4]].concat();
         let center = values.iter().sum::<f64>() / 6.0;
         let scale = (values.iter().map(|v| (v - center).powi(2)).sum::<f64>() / 6.0).sqrt();

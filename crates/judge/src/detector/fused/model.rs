@@ -11,6 +11,7 @@
 use super::features::InputHistory;
 use super::inputs::FusedInput;
 use super::logistic::sigmoid;
+use super::{Fused, Params};
 use crate::detector::labels::LossState;
 use crate::detector::{Judgement, Reason, Stream, threshold_within};
 use crate::num::fixed;
@@ -131,23 +132,11 @@ struct Memory {
     state: LossState,
 }
 
-/// Settings with which a model is used.
-#[derive(Debug, Clone, Copy)]
-pub struct Use {
-    /// Most false alarms per 1000 good frames.
-    pub budget: f64,
-    /// Number of frames in a row below the threshold that confirm a recovery.
-    pub confirm: usize,
-    /// Number of frames during which a disagreement is news.
-    pub window: u32,
-}
-
 /// A track that is judged by a model, frame by frame.
 pub struct FusedStream {
+    fused: Fused,
     model: Arc<FusedModel>,
-    inputs: Vec<&'static FusedInput>,
     threshold: f64,
-    how: Use,
     memory: Memory,
 }
 
@@ -165,24 +154,25 @@ pub struct FusedStep {
 
 impl FusedStream {
     /// Stream before the first frame of a track.
-    pub fn new(model: Arc<FusedModel>, inputs: Vec<&'static FusedInput>, how: Use) -> Self {
-        let histories = vec![InputHistory::default(); inputs.len()];
+    pub fn new(fused: Fused, model: Arc<FusedModel>) -> Self {
+        let histories = vec![InputHistory::default(); fused.inputs.len()];
         let memory = Memory { histories, news: News::default(), state: LossState::default() };
-        Self { threshold: model.threshold(how.budget), model, inputs, how, memory }
+        Self { threshold: model.threshold(fused.params.budget), fused, model, memory }
     }
 
     /// Stream in a saved state; `None` if the bytes are from another detector.
     pub fn resumed(self, saved: &[u8]) -> Option<Self> {
         let memory: Memory = saved::from_bytes(saved)?;
-        (memory.histories.len() == self.inputs.len()).then_some(Self { memory, ..self })
+        (memory.histories.len() == self.fused.inputs.len()).then_some(Self { memory, ..self })
     }
 
     /// Judges the next frame, given the values of the signals.
     pub fn step(&mut self, values: &[f64]) -> FusedStep {
+        let Fused { inputs, params: Params { confirm, window, .. }, .. } = &self.fused;
         let mut values = values.to_vec();
-        values.resize(self.inputs.len(), f64::NAN);
+        values.resize(inputs.len(), f64::NAN);
         let (mut weights, mut parts) = (&self.model.features[..], Vec::with_capacity(values.len()));
-        for ((input, history), value) in self.inputs.iter().zip(&mut self.memory.histories).zip(&values) {
+        for ((input, history), value) in inputs.iter().zip(&mut self.memory.histories).zip(&values) {
             let features: Vec<f64> = history.features(input, *value).collect();
             let (mine, others) = weights.split_at(features.len());
             parts.push(part(mine, &features));
@@ -190,23 +180,23 @@ impl FusedStream {
         }
         let score = self.model.bias + parts.iter().sum::<f64>();
         let probability = probability(self.model.calibration, score);
-        let compared = probability * self.memory.news.push(&self.inputs, &values, self.how.window);
+        let compared = probability * self.memory.news.push(inputs, &values, *window);
         // Raised by news, held by the state.
-        let is_on = self.memory.state.is_lost(self.how.confirm);
+        let is_on = self.memory.state.is_lost(*confirm);
         let alarm = compared >= self.threshold || (is_on && probability >= self.threshold);
-        FusedStep { parts, probability, compared, alarm: self.memory.state.push(alarm, self.how.confirm) }
+        FusedStep { parts, probability, compared, alarm: self.memory.state.push(alarm, *confirm) }
     }
 }
 
 impl Stream for FusedStream {
     fn push(&mut self, values: &[f64]) -> Judgement {
-        let histories = self.inputs.iter().zip(&self.memory.histories);
+        let histories = self.fused.inputs.iter().zip(&self.memory.histories);
         let usual: Vec<Option<f64>> = histories.map(|(input, history)| history.usual(input)).collect();
         let FusedStep { parts, probability, compared, alarm: lost } = self.step(values);
         let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {
-            let (words, value) = (self.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
+            let (words, value) = (self.fused.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
             let shown = fixed(value, 3);
             let text = match usual[k].map(|usual| fixed(usual, 3)) {
                 _ if !value.is_finite() => format!("{words}: missing"),

@@ -222,8 +222,9 @@ fn stream_of(names: &[&str], weights: &[f64], slope: f64) -> FusedStream {
         calibration: (slope, 0.0),
         thresholds: vec![(1.0, 0.5)],
     };
-    let inputs = names.iter().map(|name| input(name)).collect();
-    FusedStream::new(Arc::new(model), inputs, Use { budget: 1.0, confirm: 1, window: 0 })
+    let params =
+        format!("{{ inputs = {names:?}, train = \"train\", budget = 1.0, confirm = 1, window = 0 }}");
+    FusedStream::new(testing::plugin(&params), Arc::new(model))
 }
 
 // By hand: a score of 0 is a probability of .5, which reaches the threshold and needs no reason. An alarm lasts at .5 when
