@@ -38,7 +38,7 @@
 //! neither means nor windows and cause no event, as a filter that starts on the annotation needs some 20
 //! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
 
-use super::track_quality::machine::{Event, Events};
+use super::track_quality::machine::Events;
 use super::track_quality::{self, Rules};
 use super::{Detector, DetectorOutput, Input};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -199,11 +199,7 @@ impl Arte {
         let frame = |t: usize| {
             let [(long_rise, long_fall), (short_rise, short_fall)] = self.changes(&smoothed, t);
             let score = long_rise.max(short_rise);
-            let events = Events::default()
-                .with(Event::LargeIncrease, score > tau_1)
-                .with(Event::LargeDecrease, long_fall.min(short_fall) < tau_2)
-                .with(Event::SmallDecrease, short_fall < tau_3);
-            (score, events)
+            (score, [score > tau_1, long_fall.min(short_fall) < tau_2, short_fall < tau_3])
         };
         (0..u.len()).map(frame).unzip()
     }
@@ -223,9 +219,7 @@ impl Detector for Arte {
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let (score, events) = self.events(input.signal);
-        let (alarm, quality) = self.rules.follow(input, &events);
-        DetectorOutput { score, alarm, quality: Some(quality), ..DetectorOutput::default() }
+        self.rules.follow(input, self.events(input.signal))
     }
 }
 

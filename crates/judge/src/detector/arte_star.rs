@@ -26,7 +26,7 @@
 //! LOCKING-IN, no large increase ever happens in these two conditions.
 
 use super::accumulated_validation::{self as avu, AccumulatedValidation};
-use super::track_quality::machine::{Event, Events};
+use super::track_quality::machine::Events;
 use super::track_quality::{self, Rules};
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
 use crate::plugin::{Entry, ParamError, Plugin, Range};
@@ -144,10 +144,7 @@ impl ArteStar {
         let small = |t: usize| self.beta_2.is_some_and(|beta_2| input.signal[t] > beta_2);
         let frame = |t: usize| {
             let (was_large, was_small) = t.checked_sub(1).map_or((false, false), |t| (large(t), small(t)));
-            Events::default()
-                .with(Event::LargeIncrease, !was_large && large(t))
-                .with(Event::LargeDecrease, was_large && !large(t))
-                .with(Event::SmallDecrease, was_small && !small(t))
+            [!was_large && large(t), was_large && !large(t), was_small && !small(t)]
         };
         let events = (0..score.len()).map(frame).collect();
         (score, events)
@@ -204,9 +201,7 @@ impl Detector for ArteStar {
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let (score, events) = self.events(input);
-        let (alarm, quality) = self.rules.follow(input, &events);
-        DetectorOutput { score, alarm, quality: Some(quality), ..DetectorOutput::default() }
+        self.rules.follow(input, self.events(input))
     }
 }
 

@@ -8,7 +8,7 @@ pub mod recovery;
 #[cfg(test)]
 pub(super) mod testing;
 
-use super::Input;
+use super::{DetectorOutput, Input};
 use crate::plugin::Range;
 use machine::{Events, Machine};
 use serde::{Deserialize, Serialize};
@@ -113,12 +113,16 @@ pub(super) struct Rules {
 
 impl Rules {
     /// Labels each frame of an unsuccessful track and records the steps. `events` has one entry per frame.
-    pub(super) fn follow(&self, input: &Input<'_>, events: &[Events]) -> (Vec<bool>, Quality) {
+    pub(super) fn follow(
+        &self,
+        input: &Input<'_>,
+        (score, events): (Vec<f64>, Vec<Events>),
+    ) -> DetectorOutput {
         let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
         let mut quality = Quality::default();
         let mut alarm = Vec::with_capacity(events.len());
-        for (t, events) in events.iter().enumerate() {
-            let row = machine.step(t, *events, |reference| {
+        for (t, events) in events.into_iter().enumerate() {
+            let row = machine.step(t, events, |reference| {
                 let check = self.check(input.reverse, t, reference);
                 quality.checks.push(check);
                 check.accepted
@@ -127,6 +131,6 @@ impl Rules {
             quality.condition.push(machine.condition);
             alarm.push(!machine.successful);
         }
-        (alarm, quality)
+        DetectorOutput { score, alarm, quality: Some(quality), ..DetectorOutput::default() }
     }
 }

@@ -151,8 +151,6 @@ fn the_start_and_the_floor_are_no_reference() {
 // By hand, tau_1, tau_2, tau_3 = 2, -2, -1: 1 to 3 is +2, 3 to 1 is -2, 2 to 1 is -1.
 #[test]
 fn a_change_at_the_threshold_is_no_event() {
-    use Event::{LargeDecrease, LargeIncrease, SmallDecrease};
-    let all = [LargeIncrease, LargeDecrease, SmallDecrease];
     for (from, to, expected) in [
         (1.0, 3.0, [false, false, false]),
         (1.0, 3.5, [true, false, false]),
@@ -161,8 +159,8 @@ fn a_change_at_the_threshold_is_no_event() {
         (2.0, 1.0, [false, false, false]),
         (2.5, 1.0, [false, false, true]),
     ] {
-        let events = built(&format!("{{ {PLAIN} }}")).events(&[from, to]).1[1];
-        assert_eq!(all.map(|event| events.contains(event)), expected, "{from} {to}");
+        let events = built(&format!("{{ {PLAIN} }}")).events(&[from, to]).1;
+        assert_eq!(events[1], expected, "{from} {to}");
     }
 }
 

@@ -43,7 +43,7 @@ pub enum Event {
     LargeDecrease,
     /// The uncertainty has fallen slightly: the hypotheses become more accurate.
     SmallDecrease,
-    /// LOCKING-IN has reached its time limit. The machine itself sets this event.
+    /// LOCKING-IN has reached its time limit.
     WaitingOver,
 }
 
@@ -59,22 +59,8 @@ impl Event {
     }
 }
 
-/// Set of the events in one frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Events(u8);
-
-impl Events {
-    /// Adds an event if `holds` is true.
-    #[must_use]
-    pub fn with(self, event: Event, holds: bool) -> Self {
-        Self(self.0 | u8::from(holds) << event as u8)
-    }
-
-    /// True if the event happened.
-    pub fn contains(self, event: Event) -> bool {
-        self.0 >> event as u8 & 1 == 1
-    }
-}
+/// Whether each of the first three events happens in a frame, in their order; the machine itself knows the last one.
+pub type Events = [bool; 3];
 
 /// Action that a transition takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -161,8 +147,8 @@ impl Machine {
     pub fn step(&mut self, t: usize, events: Events, check: impl FnOnce(usize) -> bool) -> Option<usize> {
         let waited =
             self.condition == LockingIn && t.saturating_sub(self.locking_in_since) >= self.locking_in_limit;
-        let events = events.with(Event::WaitingOver, waited);
-        let place = TRANSITIONS.iter().position(|r| r.from == self.condition && events.contains(r.on))?;
+        let happens = |event: Event| events.get(event as usize).copied().unwrap_or(waited);
+        let place = TRANSITIONS.iter().position(|r| r.from == self.condition && happens(r.on))?;
         let row = TRANSITIONS[place];
         match row.then {
             Action::Lose if self.successful => {
