@@ -2,11 +2,12 @@
 //! given inputs.
 
 use crate::detector::{DETECTORS, Detector};
-use crate::plugin::{self, Configured, Entry, ParamError, RawParams};
+use crate::plugin::{self, Configured, Entry, RawParams};
 use crate::score::Restarts;
 use crate::signal::{Reads, SIGNALS, Signal};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::fmt::Display;
 use std::sync::LazyLock;
 
 /// Named methods as JSON: `name`, `about`, `signal` (one or a list) and `detector`, with parameters as in an
@@ -70,40 +71,14 @@ pub struct Method {
 /// Reason why a method cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MethodError {
-    /// No method has this name.
-    #[error("{0}")]
-    Unknown(String),
     /// The threshold of the method is trained in an experiment.
     #[error(
         "method `{0}` has a threshold that is trained on annotated sequences; it runs in an experiment (`trackfail run`)"
     )]
     Trained(String),
-    /// The method has no budget.
-    #[error("method `{method}` takes no budget of false alarms; methods that take one: {}", known.join(", "))]
-    NoBudget {
-        /// Name of the method.
-        method: String,
-        /// Names of the methods that have a budget.
-        known: Vec<&'static str>,
-    },
-    /// A parameter is refused.
-    #[error("{part}: {source}")]
-    Params {
-        /// The signal or the detector that refused it.
-        part: String,
-        /// Reason of the refusal.
-        source: ParamError,
-    },
-    /// The number of signals does not match the detector.
-    #[error("detector `{kind}` reads {reads} signals, not {given}")]
-    Signals {
-        /// Kind of the detector.
-        kind: &'static str,
-        /// Number of signals that the detector reads.
-        reads: usize,
-        /// Number of signals given.
-        given: usize,
-    },
+    /// There is no such method or plugin, or a budget, a parameter or the number of signals does not fit.
+    #[error("{0}")]
+    Refused(String),
 }
 
 #[derive(Deserialize)]
@@ -144,8 +119,8 @@ impl Method {
     /// # Errors
     /// An unknown name, a method that is trained in an experiment, and a budget for a method without one.
     pub fn named(name: &str, budget: Option<f64>) -> Result<Self, MethodError> {
-        let named =
-            find(name).ok_or_else(|| MethodError::Unknown(plugin::unknown("method", name, names())))?;
+        let unknown = || MethodError::Refused(plugin::unknown("method", name, names()));
+        let named = find(name).ok_or_else(unknown)?;
         let mut detector = named.detector.clone();
         let is_trained = |value: &Value| value.get("train").is_some();
         if detector.as_object().is_some_and(|params| params.values().any(is_trained)) {
@@ -153,8 +128,11 @@ impl Method {
         }
         if let Some(budget) = budget {
             if !takes_budget(name) {
-                let known = names().into_iter().filter(|name| takes_budget(name)).collect();
-                return Err(MethodError::NoBudget { method: name.to_string(), known });
+                let known: Vec<&str> = names().into_iter().filter(|name| takes_budget(name)).collect();
+                return Err(MethodError::Refused(format!(
+                    "method `{name}` takes no budget of false alarms; methods that take one: {}",
+                    known.join(", ")
+                )));
             }
             detector[BUDGET] = budget.into();
         }
@@ -174,9 +152,10 @@ impl Method {
         let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
         let (entry, detector) = build(DETECTORS, "detector", detector)?;
         let reads = if detector.needs_signal() { detector.signals() } else { 0 };
-        let given = signals.iter().map(|choice| choice.signal.width()).sum();
+        let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
         if given != reads {
-            return Err(MethodError::Signals { kind: entry.kind, reads, given });
+            let message = format!("detector `{}` reads {reads} signals, not {given}", entry.kind);
+            return Err(MethodError::Refused(message));
         }
         Ok(Self { name: name.to_string(), signals, detector: FixedDetector::new(entry, detector) })
     }
@@ -186,9 +165,9 @@ impl Method {
     /// # Errors
     /// A method that does not learn, and a model of another method.
     pub fn with_model(mut self, model: &Value) -> Result<Self, MethodError> {
-        let refuse = |message: String| refused(self.detector.kind, message);
-        let learner = self.detector.detector.learner().ok_or_else(|| refuse("it does not learn".into()))?;
-        let detector = learner.with_model(model).map_err(|e| refuse(e.to_string()))?;
+        let kind = self.detector.kind;
+        let learner = self.detector.detector.learner().ok_or_else(|| refused(kind, "it does not learn"))?;
+        let detector = learner.with_model(model).map_err(|e| refused(kind, e))?;
         self.detector.detector.plugin = detector;
         Ok(self)
     }
@@ -206,9 +185,9 @@ impl Method {
     }
 }
 
-/// Error about a signal or a detector for which no single parameter is to blame.
-fn refused(part: &str, message: String) -> MethodError {
-    MethodError::Params { part: part.to_string(), source: ParamError { message, key: None, span: None } }
+/// Error about a signal or a detector.
+fn refused(part: &str, message: impl Display) -> MethodError {
+    MethodError::Refused(format!("{part}: {message}"))
 }
 
 /// Builds a plugin from its kind and its parameters.
@@ -219,15 +198,14 @@ fn build<T: ?Sized>(
 ) -> Result<(&'static Entry<T>, Configured<T>), MethodError> {
     let mut params = match value {
         Value::Object(params) => params.clone(),
-        _ => return Err(refused(what, "must be an object with a `kind`".into())),
+        _ => return Err(refused(what, "must be an object with a `kind`")),
     };
     let Some(Value::String(kind)) = params.remove("kind") else {
-        return Err(refused(what, "has no `kind`".into()));
+        return Err(refused(what, "has no `kind`"));
     };
     let entry = plugin::find(list, &kind)
         .ok_or_else(|| refused(what, plugin::unknown(what, &kind, list.iter().map(|e| e.kind))))?;
-    let built = (entry.build)(RawParams::Json(&params.into()))
-        .map_err(|source| MethodError::Params { part: kind, source })?;
+    let built = (entry.build)(RawParams::Json(&params.into())).map_err(|e| refused(&kind, e))?;
     Ok((entry, built))
 }
 
