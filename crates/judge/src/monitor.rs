@@ -170,16 +170,24 @@ pub enum MonitorError {
 
 /// A monitor of one track.
 pub struct Monitor {
-    budget: Option<f64>,
-    inputs: Option<Inputs>,
-    base: u8,
+    state: State,
+    chosen: Option<Chosen>,
+}
+
+/// What is kept of a monitor beside its method, in the order of the saved format.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct State {
     /// Index of the next frame.
     index: u64,
     /// Width and height of the frames; `None` before the first frame.
     size: Option<(usize, usize)>,
+    /// Last region; it is known here between saving and restoring, else to the reader of the signals.
+    last: Option<Region>,
     raising: Raising,
     target: StateOfTarget,
-    chosen: Option<Chosen>,
+    base: u8,
+    budget: Option<f64>,
+    inputs: Option<Inputs>,
     /// True if neither a method nor inputs were given, so that the method may still change.
     is_free: bool,
 }
@@ -202,17 +210,8 @@ impl Monitor {
                 None
             }
         };
-        Ok(Self {
-            is_free: chosen.is_none(),
-            budget,
-            inputs,
-            base: base.unwrap_or(0),
-            index: 0,
-            size: None,
-            raising: Raising::default(),
-            target: StateOfTarget::default(),
-            chosen,
-        })
+        let (base, is_free) = (base.unwrap_or(0), chosen.is_none());
+        Ok(Self { state: State { base, budget, inputs, is_free, ..State::default() }, chosen })
     }
 
     /// Judges the next frame.
@@ -221,7 +220,7 @@ impl Monitor {
     /// A frame of another size, or a region without area or beyond any image. The frame is counted, but has
     /// no other effect.
     pub fn update(&mut self, update: &Update<'_>) -> Result<Answer, MonitorError> {
-        let index = self.index;
+        let index = self.state.index;
         self.skip();
         let region = match update.region.map(checked) {
             Some(Err(RegionError::NotFinite)) | None => None,
@@ -232,8 +231,8 @@ impl Monitor {
         }
         if update.restart {
             let name = self.chosen.take().map(|chosen| chosen.name);
-            self.chosen = name.map(|name| Chosen::start(&name, self.budget)).transpose()?;
-            (self.raising, self.target) = Default::default();
+            self.chosen = name.map(|name| Chosen::start(&name, self.state.budget)).transpose()?;
+            (self.state.raising, self.state.target) = Default::default();
         }
         let choice = if region.is_some() { self.choose(update)? } else { None };
         let companions: Vec<&Region> = update.companions.iter().collect();
@@ -246,13 +245,14 @@ impl Monitor {
         let has_box = region.is_some();
         let judged = self.chosen.as_mut().and_then(|chosen| {
             let (now, note) = chosen.push(&seen)?;
-            Some((self.raising.push(chosen.detector(), has_box, now.alarm, now.compared), now, note))
+            let raised = self.state.raising.push(chosen.detector(), has_box, now.alarm, now.compared);
+            Some((raised, now, note))
         });
         let Some((raised, judgement, note)) = judged else {
             let state = TargetState::Absent;
             return Ok(Answer { index, probability: None, state, reasons: Vec::new(), note: None });
         };
-        let state = self.target.push(has_box, judgement.lost, raised, judgement.probability);
+        let state = self.state.target.push(has_box, judgement.lost, raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let told = if probability.is_some_and(|p| p < TOLD) { 0 } else { MAX_REASONS };
         let reasons = judgement.reasons.into_iter().take(told).map(|reason| reason.text).collect();
@@ -262,13 +262,14 @@ impl Monitor {
     /// Chooses a method if none was given, for the inputs of the first frame with a region, and another one
     /// when frames arrive. The text is a note if the choice may surprise the user.
     fn choose(&mut self, update: &Update<'_>) -> Result<Option<String>, MonitorError> {
-        let stays = |chosen: &Chosen| !self.is_free || update.frame.is_none() || chosen.reader.reads_frames();
+        let is_free = self.state.is_free;
+        let stays = |chosen: &Chosen| !is_free || update.frame.is_none() || chosen.reader.reads_frames();
         if self.chosen.as_ref().is_some_and(stays) {
             return Ok(None);
         }
         let (frames, companions) = (update.frame.is_some(), !update.companions.is_empty());
         let inputs = Inputs { frames, companions, confidence: update.confidence.is_some() };
-        let chosen = Chosen::recommended(inputs, self.budget)?;
+        let chosen = Chosen::recommended(inputs, self.state.budget)?;
         let name = chosen.name.clone();
         Ok(match (self.chosen.replace(chosen), update.frame) {
             (Some(_), _) => Some(format!("frames have come: {name} from here on")),
@@ -279,23 +280,24 @@ impl Monitor {
 
     /// Counts a frame whose data cannot be used.
     pub fn skip(&mut self) {
-        self.index = self.index.saturating_add(1);
+        self.state.index = self.state.index.saturating_add(1);
     }
 
     /// Index of the next frame, from 0.
     pub fn index(&self) -> u64 {
-        self.index
+        self.state.index
     }
 
     /// Number of the top left pixel in the boxes from which the regions are made.
     pub fn base(&self) -> u8 {
-        self.base
+        self.state.base
     }
 
     /// Options of a monitor that goes on as this one began.
     pub(super) fn options(&self) -> Options {
-        let method = if self.is_free { None } else { self.method().map(str::to_owned) };
-        Options { method, budget: self.budget, inputs: self.inputs, base: Some(self.base) }
+        let State { is_free, budget, inputs, base, .. } = self.state;
+        let method = if is_free { None } else { self.method().map(str::to_owned) };
+        Options { method, budget, inputs, base: Some(base) }
     }
 
     /// Name of the method; `None` until it is chosen.
@@ -305,7 +307,7 @@ impl Monitor {
 
     /// True if frames are used: by the method, or because they may change the choice of the method.
     pub fn reads_frames(&self) -> bool {
-        self.is_free || self.chosen.as_ref().is_none_or(|chosen| chosen.reader.reads_frames())
+        self.state.is_free || self.chosen.as_ref().is_none_or(|chosen| chosen.reader.reads_frames())
     }
 
     /// Checks width and height of a frame, in pixels; [`Monitor::update`] does so for frames that it is given.
@@ -313,7 +315,7 @@ impl Monitor {
     /// # Errors
     /// Another size than that of the first frame.
     pub fn check_size(&mut self, got: (usize, usize)) -> Result<(), MonitorError> {
-        let expected = *self.size.get_or_insert(got);
+        let expected = *self.state.size.get_or_insert(got);
         if got == expected { Ok(()) } else { Err(MonitorError::FrameSize { expected, got }) }
     }
 }

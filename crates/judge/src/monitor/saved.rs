@@ -9,11 +9,8 @@
 //! - 4: adds what tells an alarm that is raised from one that is held.
 
 use super::chosen::Chosen;
-use super::{Monitor, MonitorError, Options, checked};
-use crate::detector::StateOfTarget;
-use crate::judged::Raising;
+use super::{Monitor, MonitorError, Options, State, checked};
 use crate::method::Inputs;
-use crate::region::Region;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -22,20 +19,6 @@ const NAME: &[u8] = b"trackfail-monitor ";
 const FORMAT: &[u8] = b"4";
 /// Length of a digest in bytes.
 const DIGEST: usize = 32;
-
-#[derive(Serialize, Deserialize)]
-struct Memory {
-    index: u64,
-    size: Option<(usize, usize)>,
-    last: Option<Region>,
-    raising: Raising,
-    target: StateOfTarget,
-    base: u8,
-    budget: Option<f64>,
-    inputs: Option<Inputs>,
-    is_free: bool,
-    method: Option<MethodMemory>,
-}
 
 #[derive(Serialize, Deserialize)]
 struct MethodMemory {
@@ -84,10 +67,8 @@ impl Monitor {
                 stream: chosen.stream.save(),
             }),
         };
-        let Self { index, size, raising, target, base, budget, inputs, is_free, .. } = *self;
         let last = self.chosen.as_ref().and_then(|chosen| chosen.reader.last().cloned());
-        let memory = Memory { index, size, last, raising, target, base, budget, inputs, is_free, method };
-        sealed(NAME, FORMAT, &memory)
+        sealed(NAME, FORMAT, &(State { last, ..self.state.clone() }, method))
     }
 
     /// Restores a monitor from a [saved](Monitor::save) state; it then gives the same answers.
@@ -98,43 +79,43 @@ impl Monitor {
     pub fn resume(options: &Options, saved: &[u8]) -> Result<Self, MonitorError> {
         let of_several = saved.starts_with(super::targets::NAME);
         let refused = if of_several { MonitorError::SeveralTargets } else { MonitorError::NoState };
-        let memory: Memory = unsealed(saved, NAME, FORMAT)?.ok_or(refused)?;
-        memory.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
+        let memory: (State, Option<MethodMemory>) = unsealed(saved, NAME, FORMAT)?.ok_or(refused)?;
+        let (mut state, method) = memory;
+        state.last.as_ref().map(checked).transpose().map_err(|_| MonitorError::Damaged)?;
         let other = |saved, given| Err(MonitorError::OtherOptions { saved, given });
-        if let (Some(given), Some(saved)) = (&options.method, &memory.method)
+        if let (Some(given), Some(saved)) = (&options.method, &method)
             && *given != saved.name
         {
             return other(format!("of method `{}`", saved.name), format!("of `{given}`"));
         }
         let mut monitor = Self::new(&Options {
             method: options.method.clone(),
-            budget: options.budget.or(memory.budget),
-            inputs: options.inputs.or(memory.inputs),
-            base: options.base.or(Some(memory.base)),
+            budget: options.budget.or(state.budget),
+            inputs: options.inputs.or(state.inputs),
+            base: options.base.or(Some(state.base)),
         })?;
-        (monitor.index, monitor.size) = (memory.index, memory.size);
-        (monitor.raising, monitor.target) = (memory.raising, memory.target);
-        monitor.is_free &= memory.is_free;
-        if let Some(saved) = memory.method {
-            if monitor.budget != memory.budget {
-                return other(with_budget(memory.budget), with_budget(monitor.budget));
+        let State { budget, inputs, base, is_free, .. } = monitor.state;
+        if let Some(saved) = method {
+            if budget != state.budget {
+                return other(with_budget(state.budget), with_budget(budget));
             }
-            if monitor.inputs != memory.inputs {
-                return other(for_inputs(memory.inputs), for_inputs(monitor.inputs));
+            if inputs != state.inputs {
+                return other(for_inputs(state.inputs), for_inputs(inputs));
             }
-            if monitor.base != memory.base {
-                let saved = format!("of boxes that count pixels from {}", memory.base);
-                return other(saved, format!("from {}", monitor.base));
+            if base != state.base {
+                let saved = format!("of boxes that count pixels from {}", state.base);
+                return other(saved, format!("from {base}"));
             }
-            let mut chosen = Chosen::start(&saved.name, memory.budget)?;
+            let mut chosen = Chosen::start(&saved.name, budget)?;
             if chosen.digest != saved.digest {
                 return Err(MonitorError::OtherVersion(saved.name));
             }
-            if !chosen.restore(&saved.signals, &saved.stream, memory.last) {
+            if !chosen.restore(&saved.signals, &saved.stream, state.last.take()) {
                 return Err(MonitorError::Damaged);
             }
             monitor.chosen = Some(chosen);
         }
+        monitor.state = State { budget, inputs, base, is_free: is_free && state.is_free, ..state };
         Ok(monitor)
     }
 }
