@@ -36,7 +36,6 @@ type Known = (Option<Arc<Frame>>, Option<Region>, Option<f64>, Vec<Region>);
 #[pymethods]
 impl Monitor {
     #[new]
-    #[pyo3(signature = (inputs, method, budget, base, colors))]
     fn new(
         inputs: Option<Vec<String>>,
         method: Option<String>,
@@ -50,7 +49,6 @@ impl Monitor {
     }
 
     #[staticmethod]
-    #[pyo3(signature = (state, colors))]
     fn load(state: &[u8], colors: Option<&str>) -> PyResult<Self> {
         Self::of(Judging::resume(&Options::default(), state).map_err(refused)?, colors)
     }
@@ -61,7 +59,6 @@ impl Monitor {
     }
 
     /// Judges the next frame. A frame that is refused counts.
-    #[pyo3(signature = (frame, numbers, confidence, companions, restart))]
     fn update(
         &self,
         py: Python<'_>,

@@ -23,7 +23,6 @@ type Numbers = Vec<(String, Option<f64>)>;
 
 /// The tracking error of each frame, NaN where there is no truth.
 #[pyfunction]
-#[pyo3(signature = (boxes, truth, base))]
 pub fn errors<'py>(
     py: Python<'py>,
     boxes: &Bound<'py, PyAny>,
@@ -56,7 +55,6 @@ type Scored = ((u64, u64, u64, u64), Vec<usize>, Vec<usize>, Vec<(usize, usize)>
 /// The score of labels on one track by a protocol; without changes those between the labels count. Pieces, of which each
 /// has its first frame and the one after its last, are those that restarts of the tracker begin.
 #[pyfunction]
-#[pyo3(signature = (labels, error, changes, pieces, protocol))]
 pub fn score(
     labels: Vec<bool>,
     error: Vec<f64>,
@@ -83,7 +81,6 @@ pub fn score(
 /// Measures frame by frame, pooled over tracks; those of alarms only with labels, intervals only with a seed. `compared` has
 /// what is compared with a threshold, if that is not the scores; `sequence` the index of each track's sequence.
 #[pyfunction]
-#[pyo3(signature = (error, scores, compared, labels, sequence, high_is_good, is_probability, seed))]
 #[allow(clippy::too_many_arguments)]
 pub fn frame_measures(
     py: Python<'_>,
@@ -136,7 +133,6 @@ pub fn frame_measures(
 
 /// Share of the losses that are found within a budget of false alarms per 1000 good frames.
 #[pyfunction]
-#[pyo3(signature = (error, scores, budget, high_is_good))]
 pub fn found_at(
     py: Python<'_>,
     error: Vec<Vec<f64>>,

@@ -33,7 +33,6 @@ type Judged<'py> = (
 
 /// Judges tracks of one video by a method.
 #[pyfunction]
-#[pyo3(signature = (tracks, frame_of, colors, confidence, companions, method, budget, base))]
 #[allow(clippy::too_many_arguments)]
 pub fn judge<'py>(
     py: Python<'py>,
@@ -152,7 +151,6 @@ pub fn methods() -> Vec<&'static str> {
 
 /// Name of the method that is recommended for inputs beside boxes.
 #[pyfunction]
-#[pyo3(signature = (frames, companions, confidence, budget))]
 pub fn recommended(frames: bool, companions: bool, confidence: bool, budget: Option<f64>) -> &'static str {
     method::recommended(Inputs { frames, companions, confidence }, budget)
 }
