@@ -131,16 +131,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Runs the verb until it is finished or the user interrupts.
 fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
-    let wanted = methods::Wanted::of(args)?;
+    let named = methods::named(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
             let frames = frames(args, stop)?;
             let frames = frames.ok_or_else(|| Failure::usage("--init needs the frames; give --frames"))?;
-            let (track, methods) = follow::track(args, init, &frames.sequence, wanted, stop)?;
+            let (track, methods) = follow::track(args, init, &frames.sequence, named, stop)?;
             (Some(frames), None, vec![track], methods)
         }
         None => {
-            let methods = methods::on_boxes(args, wanted)?;
+            let methods = methods::on_boxes(args, named)?;
             let frames = frames(args, stop)?;
             let (whole, tracks) = inputs::tracks(args, frames.as_ref())?;
             let judged = judge_all(tracks, &methods, &whole, stop)?;

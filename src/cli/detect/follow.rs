@@ -1,7 +1,6 @@
 //! `--init`: a built-in tracker follows the target, and the program judges this track.
 
-use super::methods::Wanted;
-use super::{Args, inputs};
+use super::{Args, inputs, methods};
 use crate::cli::Failure;
 use crate::cli::live::live_tracker;
 use crate::dataset::frame_cache::FrameCache;
@@ -42,7 +41,7 @@ pub fn track(
     args: &Args,
     init: &str,
     sequence: &Sequence,
-    wanted: Wanted,
+    named: Vec<Method>,
     stop: &Stop,
 ) -> Result<(UserTrack, Vec<Method>), Failure> {
     let base = inputs::base(args).unwrap_or(Base::One);
@@ -77,7 +76,7 @@ pub fn track(
     };
     let frame = run.frame(0).map_err(|e| Failure::data(e.to_string()))?;
     let started = run.start(&frame).map_err(|e| broke(&e))?;
-    let methods = ready(args, wanted, &started.1, model.as_ref())?;
+    let methods = ready(args, named, &started.1, model.as_ref())?;
     let choices = methods.iter().flat_map(|method| &method.signals);
     let signals = choices.map(|choice| SignalReader::start(choice, &run.context()));
     let signals = signals.map(|signal| signal.map(|signal| (signal, Vec::new())));
@@ -214,7 +213,7 @@ fn model(args: &Args, is_default_tracker: bool) -> Result<Option<serde_json::Val
 /// Methods that can judge the track of a tracker whose first state is `state`.
 fn ready(
     args: &Args,
-    wanted: Wanted,
+    named: Vec<Method>,
     state: &TrackerState,
     model: Option<&serde_json::Value>,
 ) -> Result<Vec<Method>, Failure> {
@@ -235,5 +234,5 @@ fn ready(
         Some(model) => method.with_model(model).map_err(Failure::data),
         None => Ok(method),
     };
-    wanted.ready(args, inputs, need, String::new)?.into_iter().map(taught).collect()
+    methods::ready(args, named, inputs, need, String::new)?.into_iter().map(taught).collect()
 }

@@ -5,59 +5,40 @@ use crate::cli::Failure;
 use crate::method::{self, Inputs, Method, MethodError};
 use crate::signal::Reads;
 
-/// Methods that the user requests.
-pub enum Wanted {
-    /// Methods named by the user.
-    Named(Vec<Method>),
-    /// The method that the benchmark recommends for the inputs.
-    Recommended,
-    /// All methods that the inputs allow.
-    All,
+/// Methods that the user names, checked.
+pub fn named(args: &Args) -> Result<Vec<Method>, Failure> {
+    let mut methods: Vec<Method> = Vec::new();
+    let of_tier = args.tier.map(|tier| tier.method());
+    for name in args.method.iter().map(String::as_str).chain(of_tier) {
+        if methods.iter().any(|earlier| earlier.name == name) {
+            return Err(Failure::usage(format!("method `{name}` is given twice")));
+        }
+        methods.push(of_name(args, name)?);
+    }
+    Ok(methods)
 }
 
-impl Wanted {
-    /// Checks the methods that the user requests.
-    pub fn of(args: &Args) -> Result<Self, Failure> {
-        let mut methods: Vec<Method> = Vec::new();
-        let of_tier = args.tier.map(|tier| tier.method());
-        for name in args.method.iter().map(String::as_str).chain(of_tier) {
-            if methods.iter().any(|earlier| earlier.name == name) {
-                return Err(Failure::usage(format!("method `{name}` is given twice")));
-            }
-            methods.push(named(args, name)?);
-        }
-        Ok(match (args.all, methods.is_empty()) {
-            (true, _) => Self::All,
-            (_, true) => Self::Recommended,
-            _ => Self::Named(methods),
-        })
+/// Methods that can run with the inputs: those that are named; with `--all`, those without unmet needs; else the
+/// recommended one. `need` returns a further need that a method has. A method that must run and has one is refused, and
+/// `hint` ends the message.
+pub fn ready(
+    args: &Args,
+    named: Vec<Method>,
+    inputs: Inputs,
+    need: impl Fn(&Method) -> Option<&'static str>,
+    hint: impl Fn() -> String,
+) -> Result<Vec<Method>, Failure> {
+    let recommended = method::recommended(inputs, args.budget);
+    if args.all {
+        let mut methods = all(args.budget, recommended)?;
+        methods.retain(|method| need(method).is_none());
+        return Ok(methods);
     }
-
-    /// Methods that can run with the inputs, the recommended one first. `need` returns a further need that a
-    /// method has. With `All`, methods with unmet needs are left out. A method that must run is refused
-    /// instead, and `hint` ends the message.
-    pub fn ready(
-        self,
-        args: &Args,
-        inputs: Inputs,
-        need: impl Fn(&Method) -> Option<&'static str>,
-        hint: impl Fn() -> String,
-    ) -> Result<Vec<Method>, Failure> {
-        let recommended = method::recommended(inputs, args.budget);
-        let must_run = match self {
-            Self::Named(methods) => methods,
-            Self::Recommended => vec![named(args, recommended)?],
-            Self::All => {
-                let mut methods = all(args.budget, recommended)?;
-                methods.retain(|method| need(method).is_none());
-                return Ok(methods);
-            }
-        };
-        let refused = must_run.iter().find_map(|method| Some((method, need(method)?)));
-        match refused {
-            Some((method, need)) => Err(Failure::usage(format!("method `{}` {need}{}", method.name, hint()))),
-            None => Ok(must_run),
-        }
+    let must_run = if named.is_empty() { vec![of_name(args, recommended)?] } else { named };
+    let refused = must_run.iter().find_map(|method| Some((method, need(method)?)));
+    match refused {
+        Some((method, need)) => Err(Failure::usage(format!("method `{}` {need}{}", method.name, hint()))),
+        None => Ok(must_run),
     }
 }
 
@@ -75,12 +56,12 @@ fn all(budget: Option<f64>, first: &'static str) -> Result<Vec<Method>, Failure>
     Ok(methods)
 }
 
-fn named(args: &Args, name: &str) -> Result<Method, Failure> {
+fn of_name(args: &Args, name: &str) -> Result<Method, Failure> {
     Method::named(name, args.budget).map_err(Failure::usage)
 }
 
 /// Methods that can judge boxes with the given inputs.
-pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<Method>, Failure> {
+pub fn on_boxes(args: &Args, named: Vec<Method>) -> Result<Vec<Method>, Failure> {
     let inputs = Inputs {
         frames: !args.frames.is_empty(),
         companions: !args.companion.is_empty(),
@@ -101,5 +82,5 @@ pub fn on_boxes(args: &Args, wanted: Wanted) -> Result<Vec<Method>, Failure> {
         let names: Vec<String> = all.filter(|method| need(method).is_none()).map(|m| m.name).collect();
         format!(". Methods that need only what is given: {}", names.join(", "))
     };
-    wanted.ready(args, inputs, need, hint)
+    ready(args, named, inputs, need, hint)
 }
