@@ -45,7 +45,7 @@ pub const FEATURES: [&str; 9] =
 
 /// History of an input, of bounded size.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "SavedHistory")]
+#[serde(try_from = "((f64, usize), VecDeque<f64>)")]
 pub struct InputHistory {
     /// Sum and number of the first values.
     early: (f64, usize),
@@ -56,18 +56,11 @@ pub struct InputHistory {
     sorted: Vec<f64>,
 }
 
-/// An [`InputHistory`] as it is saved, not yet checked.
-#[derive(Deserialize)]
-struct SavedHistory {
-    early: (f64, usize),
-    past: VecDeque<f64>,
-}
-
-impl TryFrom<SavedHistory> for InputHistory {
+impl TryFrom<((f64, usize), VecDeque<f64>)> for InputHistory {
     type Error = &'static str;
 
-    fn try_from(saved: SavedHistory) -> Result<Self, Self::Error> {
-        let SavedHistory { early, past } = saved;
+    /// The history as it is saved, checked.
+    fn try_from((early, past): ((f64, usize), VecDeque<f64>)) -> Result<Self, Self::Error> {
         let is_finite = early.0.is_finite() && past.iter().all(|value| value.is_finite());
         if !is_finite || early.1 > LONG || past.len() > PAST {
             return Err("not the history of an input");
