@@ -71,13 +71,7 @@ impl Monitor {
         let mut open = self.lock()?;
         let Some(watched) = open.as_mut() else { return Err(closed()) };
         let given = watched.known(self.colors, frame, numbers, confidence, companions);
-        let (frame, region, confidence, companions) = match given {
-            Ok(known) => known,
-            Err(error) => {
-                watched.judging.skip();
-                return Err(error);
-            }
-        };
+        let (frame, region, confidence, companions) = given.inspect_err(|_| watched.judging.skip())?;
         let frame = if restart { frame.or_else(|| watched.last.clone()) } else { frame };
         let update = Update {
             frame: frame.as_deref(),

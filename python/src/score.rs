@@ -78,6 +78,12 @@ pub fn score(
     Ok((counts, judged.events, judged.detections, judged.matches, numbers))
 }
 
+/// Tracks of one sequence, without alarms.
+fn tracks<'a>(error: &'a [Vec<f64>], scores: &'a [Vec<f64>]) -> Vec<ScoredTrack<'a>> {
+    let all = error.iter().zip(scores);
+    all.map(|(error, score)| ScoredTrack { sequence: 0, error, score, alarm: &[] }).collect()
+}
+
 /// Measures frame by frame, pooled over tracks; those of alarms only with labels, intervals only with a seed. `compared` has
 /// what is compared with a threshold, if that is not the scores; `sequence` the index of each track's sequence.
 #[pyfunction]
@@ -96,20 +102,9 @@ pub fn frame_measures(
     let direction = if high_is_good { Direction::HigherIsBetter } else { Direction::LowerIsBetter };
     let method = Method { direction, is_probability };
     let measures = threads::work(py, || {
-        let alarm =
-            |k: usize| labels.as_ref().and_then(|labels| labels.get(k)).map_or(&[][..], Vec::as_slice);
-        let tracks: Vec<ScoredTrack<'_>> = error
-            .iter()
-            .zip(&scores)
-            .zip(&sequence)
-            .enumerate()
-            .map(|(k, ((error, score), sequence))| ScoredTrack {
-                sequence: *sequence,
-                error,
-                score,
-                alarm: alarm(k),
-            })
-            .collect();
+        let mut tracks = tracks(&error, &scores);
+        tracks.iter_mut().zip(&sequence).for_each(|(track, sequence)| track.sequence = *sequence);
+        tracks.iter_mut().zip(labels.iter().flatten()).for_each(|(track, alarm)| track.alarm = alarm);
         let compared: Option<Vec<&[f64]>> =
             compared.as_ref().map(|of| of.iter().map(Vec::as_slice).collect());
         let (measures, _) = of_scores(&tracks, compared.as_deref(), method, seed);
@@ -144,11 +139,7 @@ pub fn found_at(
     let turned: Vec<Vec<f64>> =
         scores.into_iter().map(|scores| scores.into_iter().map(|score| sign * score).collect()).collect();
     threads::work(py, || {
-        let tracks: Vec<ScoredTrack<'_>> = error
-            .iter()
-            .zip(&turned)
-            .map(|(error, score)| ScoredTrack { sequence: 0, error, score, alarm: &[] })
-            .collect();
+        let tracks = tracks(&error, &turned);
         Losses::new(&tracks, &Sorted::new(&tracks).sweep(Rule::NoOverlap)).found(budget)
     })
 }
