@@ -44,7 +44,7 @@ mod tests;
 pub use example::Example;
 pub use labels::{EVEN, RECOVERY_FRAMES, StateOfTarget, changes, lost, run_starts};
 pub use learning::{LearnError, Learner};
-pub use stream::{Judgement, Reason, Stream};
+pub use stream::{Judgement, Stream};
 pub use track_quality::{Check, Condition, Quality};
 
 use crate::direction::Direction;

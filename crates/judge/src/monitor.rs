@@ -255,7 +255,7 @@ impl Monitor {
         let state = self.state.target.push(has_box, judgement.lost, raised, judgement.probability);
         let probability = Some(judgement.probability).filter(|p| !p.is_nan());
         let told = if probability.is_some_and(|p| p < TOLD) { 0 } else { MAX_REASONS };
-        let reasons = judgement.reasons.into_iter().take(told).map(|reason| reason.text).collect();
+        let reasons = judgement.reasons.into_iter().take(told).collect();
         Ok(Answer { index, probability, state, reasons, note: note.or(choice) })
     }
 

@@ -120,7 +120,7 @@ mod tests {
     fn a_reason_shows_the_difference() {
         let of = |text: &str, value: f64| {
             let mut stream = ENTRY.build_from_text(text).unwrap().stream().unwrap();
-            stream.push(&[value]).reasons.remove(0).text
+            stream.push(&[value]).reasons.remove(0)
         };
         assert_eq!(of("{ above = 0.004 }", 0.0043), "value 0.0043 is above 0.004");
         assert_eq!(of("{ below = 0.039 }", 0.0387), "value 0.0387 is below 0.039");

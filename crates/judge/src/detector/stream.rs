@@ -23,16 +23,7 @@ pub struct Judgement {
     /// Value that is compared with the threshold; NaN in a frame that could not be judged.
     pub compared: f64,
     /// Features that speak for a loss, the strongest first.
-    pub reasons: Vec<Reason>,
-}
-
-/// A feature that speaks for a loss.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Reason {
-    /// Description like `colors of the first frame: 0.21, usually 0.93`.
-    pub text: String,
-    /// Contribution to the log odds of a loss, above 0.
-    pub weight: f64,
+    pub reasons: Vec<String>,
 }
 
 /// A track that is judged live. `push` is called once per frame, in order, from the first frame on. The
@@ -186,7 +177,7 @@ impl<D: Causal> Stream for Following<D> {
         }
         let lost = state.is_lost(recovery);
         let alarm = step.filter(|step| step.alarm);
-        let reason = |step: Step| Reason { text: self.reason(values, step.score), weight: 1.0 };
+        let reason = |step: Step| self.reason(values, step.score);
         let probable = step.filter(|_| self.detector.gives_probability());
         Judgement {
             probability: probable.map_or(f64::NAN, |step| step.score),

@@ -13,7 +13,7 @@ use super::inputs::FusedInput;
 use super::logistic::sigmoid;
 use super::{Fused, Params};
 use crate::detector::labels::LossState;
-use crate::detector::{Judgement, Reason, Stream, threshold_within};
+use crate::detector::{Judgement, Stream, threshold_within};
 use crate::num::fixed;
 use crate::saved;
 use serde::{Deserialize, Serialize};
@@ -143,7 +143,7 @@ pub struct FusedStream {
 /// Probability and state for a frame, without reasons.
 pub struct FusedStep {
     /// Contribution of each input to the score.
-    parts: Vec<f64>,
+    pub parts: Vec<f64>,
     /// Probability of a loss.
     pub probability: f64,
     /// Value that is compared with the threshold.
@@ -198,14 +198,13 @@ impl Stream for FusedStream {
         let reason = |k: usize| {
             let (words, value) = (self.fused.inputs[k].words, values.get(k).copied().unwrap_or(f64::NAN));
             let shown = fixed(value, 3);
-            let text = match usual[k].map(|usual| fixed(usual, 3)) {
-                _ if !value.is_finite() => format!("{words}: missing"),
+            match usual[k].map(|usual| fixed(usual, 3)) {
+                _ if !value.is_finite() => Some(format!("{words}: missing")),
                 // What is as always explains nothing: it speaks for a loss by the frames before.
-                Some(usual) if usual == shown => return None,
-                Some(usual) => format!("{words}: {shown}, usually {usual}"),
-                None => format!("{words}: {shown}"),
-            };
-            Some(Reason { text, weight: self.model.calibration.0 * parts[k] })
+                Some(usual) if usual == shown => None,
+                Some(usual) => Some(format!("{words}: {shown}, usually {usual}")),
+                None => Some(format!("{words}: {shown}")),
+            }
         };
         let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
         Judgement { probability, lost, alarm: lost, compared, reasons }
