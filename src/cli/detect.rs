@@ -8,7 +8,6 @@ mod print;
 
 use super::{Exit, Failure, output, run};
 use crate::dataset::Sequence;
-use crate::dataset::user_frames::UserFrames;
 use crate::engine::Stop;
 use crate::judge::judge::{FrameOf, JudgeError, Track, judge};
 use crate::judge::judged::JudgedMethod;
@@ -134,14 +133,14 @@ fn run_until(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let named = methods::named(args)?;
     let (frames, whole, tracks, methods) = match &args.init {
         Some(init) => {
-            let frames = frames(args, stop)?;
+            let frames = inputs::frames(args, stop)?;
             let frames = frames.ok_or_else(|| Failure::usage("--init needs the frames; give --frames"))?;
             let (track, methods) = follow::track(args, init, &frames.sequence, named, stop)?;
             (Some(frames), None, vec![track], methods)
         }
         None => {
             let methods = methods::on_boxes(args, named)?;
-            let frames = frames(args, stop)?;
+            let frames = inputs::frames(args, stop)?;
             let (whole, tracks) = inputs::tracks(args, frames.as_ref())?;
             let judged = judge_all(tracks, &methods, &whole, stop)?;
             (frames, Some(whole), judged, methods)
@@ -179,15 +178,6 @@ fn facts(args: &Args, methods: &[Method]) -> Vec<(String, String)> {
     }
     methods.iter().for_each(|method| add(&format!("method {}", method.name), method.words()));
     facts
-}
-
-/// Frames that the user gives; `None` without any. Checks that no output would replace them.
-fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
-    let frames = inputs::frames(args, stop)?;
-    if let Some(frames) = &frames {
-        files::check_frames(args, &frames.sequence)?;
-    }
-    Ok(frames)
 }
 
 /// Judges the targets by all methods in one pass over the frames.

@@ -1,6 +1,6 @@
 //! Inputs from the user: frames, boxes, confidence, companions.
 
-use super::{Args, Tracks};
+use super::{Args, Tracks, files};
 use crate::cli::{Failure, output};
 use crate::dataset::user_frames::{self, UserFrames};
 use crate::dataset::{Numbering, Sequence, text};
@@ -10,7 +10,7 @@ use crate::tracker::results::user_boxes::{self, Candidate, Options, UserBoxes, U
 use crate::tracker::results::{Base, confidence};
 use std::path::{Path, PathBuf};
 
-/// Frames that the user gives; `None` without any.
+/// Frames that the user gives; `None` without any. Checks that no output would replace them.
 pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
     if args.frames.is_empty() {
         return Ok(None);
@@ -20,6 +20,7 @@ pub fn frames(args: &Args, stop: &Stop) -> Result<Option<UserFrames>, Failure> {
         return Err(Failure::data(format!("{} has no frame", shown_frames(args))));
     }
     frames.note.iter().for_each(|note| output::note(note));
+    files::check_frames(args, &frames.sequence)?;
     Ok(Some(frames))
 }
 
