@@ -23,10 +23,10 @@
 //! to exceed together and count as one detection. The parameters of the forecast are those of the paper, as in
 //! `arma-forecast`.
 
+use super::Detector;
 use super::arma_forecast;
 use super::forecasting::{self, Forecaster, Scheme};
 use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream, changes};
 use crate::num::accumulation::empirical_quantile;
 use crate::num::arma::{self, Presample};
 use crate::plugin::{Entry, ParamError, PlainParams, Range};
@@ -102,18 +102,7 @@ impl Params {
 }
 
 impl Detector for Params {
-    fn stream(&self) -> Option<Box<dyn Stream>> {
-        stream::follow(self)
-    }
-
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let output = stream::whole(self, input);
-        DetectorOutput { changes: Some(changes(&output.alarm)), ..output }
-    }
+    stream::judges_frame_by_frame!();
 }
 
 impl Causal for Params {
@@ -180,6 +169,7 @@ impl AdaptiveThreshold {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::DetectorOutput;
     use crate::detector::testing::detect;
     use proptest::prelude::*;
 

@@ -3,7 +3,7 @@
 //! A `Causal` detector defines how one frame changes its memory. From that, `whole` judges a whole track, and
 //! `follow` judges a live one.
 
-use super::labels::LossState;
+use super::labels::{LossState, changes};
 use super::{Detector, DetectorOutput, Input};
 use crate::direction::Direction;
 use crate::num::{fixed, readable};
@@ -117,6 +117,10 @@ pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutpu
         if let Some(score) = alarm_score {
             output.alarm_score.get_or_insert_default().push(score);
         }
+    }
+    // Others find the changes by the threshold.
+    if detector.threshold().is_none() {
+        output.changes = Some(changes(&output.alarm));
     }
     output
 }
