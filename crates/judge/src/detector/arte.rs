@@ -15,7 +15,7 @@
 //! `u` is the spatial uncertainty of the tracker (`uncertainty` of the center, `components = [0, 1]`); a
 //! constant factor of it cancels. The changes have no unit; `t` is a 0-based frame, and windows are cut off
 //! at the track's start. The effect of the events is in [`super::track_quality::machine`], the recovery check
-//! in [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is the
+//! in [`super::track_quality`]; the alarm holds while the track is unsuccessful. The score is the
 //! larger of the two increases, high is suspicious, the threshold is `tau_1`. Frame t is labeled from frames
 //! up to t alone.
 //!

@@ -12,7 +12,7 @@
 //! is a 0-based frame, and a track counts as consistent before its first. `s`, `beta_1` and how it is learned
 //! are those of [`super::accumulated_validation`], Eq. 12 to 24; beta_1 can be given as `beta`. The
 //! effect of the events is in [`super::track_quality::machine`], the recovery check in
-//! [`super::track_quality::recovery`]; the alarm holds while the track is unsuccessful. The score is s_t,
+//! [`super::track_quality`]; the alarm holds while the track is unsuccessful. The score is s_t,
 //! high is suspicious, the threshold is beta_1. Frame t is labeled from frames up to t alone.
 //!
 //! Source: the text of section 6 says which labels replace which thresholds; its Table 2 was not legible.
