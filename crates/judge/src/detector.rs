@@ -174,11 +174,6 @@ pub trait Detector: Any + Send + Sync {
         None
     }
 
-    /// Stream in the state saved by [`Stream::save`]; `None` if the bytes are not from this detector.
-    fn resume(&self, _saved: &[u8]) -> Option<Box<dyn Stream>> {
-        None
-    }
-
     /// Labels all frames of a track.
     fn detect(&self, input: &Input<'_>) -> DetectorOutput;
 }

@@ -213,7 +213,7 @@ mod tests {
             }
             change(&mut threshold);
             let memory = ((Forecaster::default(), threshold), crate::detector::labels::LossState::default());
-            detector.resume(&crate::saved::to_bytes(&memory).unwrap()).is_some()
+            detector.stream().unwrap().restore(&crate::saved::to_bytes(&memory).unwrap())
         };
         assert!(takes(|_| {}) && takes(|t| t.level = -0.25));
         let bad: [fn(&mut AdaptiveThreshold); 5] = [

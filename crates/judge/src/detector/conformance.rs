@@ -299,7 +299,9 @@ proptest! {
             let (mut raising, mut target) = (Raising::default(), StateOfTarget::default());
             for t in 0..rows.len() {
                 if t == interrupted {
-                    stream = detector.resume(&stream.save()).unwrap();
+                    let saved = stream.save();
+                    stream = detector.stream().unwrap();
+                    prop_assert!(stream.restore(&saved), "{} {} {}", kind, text, t);
                 }
                 if t % 7 == 3 && kind != "fused" {
                     // A frame without a value changes nothing.

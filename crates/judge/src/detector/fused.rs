@@ -234,10 +234,6 @@ impl Detector for Fused {
         Some(Box::new(self.start()?))
     }
 
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        Some(Box::new(self.start()?.resumed(saved)?))
-    }
-
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut output = DetectorOutput::default();
         let Some(mut stream) = self.start() else {

@@ -102,10 +102,6 @@ impl Detector for StandardScore {
         (self.params.over == Over::FramesBefore).then(|| stream::follow(self)).flatten()
     }
 
-    fn resume(&self, saved: &[u8]) -> Option<Box<dyn Stream>> {
-        stream::go_on(self, saved)
-    }
-
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         if self.params.over == Over::FramesBefore {
             return stream::whole(self, input);

@@ -33,8 +33,11 @@ pub trait Stream: Send {
     /// is missing in this frame.
     fn push(&mut self, values: &[f64]) -> Judgement;
 
-    /// Saves the state for [`Detector::resume`].
+    /// Saves the state for [`Stream::restore`].
     fn save(&self) -> Vec<u8>;
+
+    /// Restores a state; `false`, and nothing has changed, if the bytes are not from a stream of this detector.
+    fn restore(&mut self, saved: &[u8]) -> bool;
 }
 
 /// A detector that judges frame by frame.
@@ -81,15 +84,11 @@ impl Step {
     }
 }
 
-/// Methods of a [`Detector`] that is [`Causal`]: live, after an interruption, and of a whole track.
+/// Methods of a [`Detector`] that is [`Causal`]: live, and of a whole track.
 macro_rules! judges_frame_by_frame {
     () => {
         fn stream(&self) -> Option<Box<dyn $crate::detector::Stream>> {
             $crate::detector::stream::follow(self)
-        }
-
-        fn resume(&self, saved: &[u8]) -> Option<Box<dyn $crate::detector::Stream>> {
-            $crate::detector::stream::go_on(self, saved)
         }
 
         fn detect(&self, input: &$crate::detector::Input<'_>) -> $crate::detector::DetectorOutput {
@@ -129,15 +128,6 @@ pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutpu
 pub(super) fn follow<D: Causal>(detector: &D) -> Option<Box<dyn Stream>> {
     let memory = (detector.begin(), LossState::default());
     Some(Box::new(Following { detector: detector.clone(), memory }))
-}
-
-/// Stream in the state saved by [`Stream::save`]; `None` if the bytes are from another detector.
-pub(super) fn go_on<D: Causal>(detector: &D, saved: &[u8]) -> Option<Box<dyn Stream>> {
-    let memory: (D::Memory, LossState) = saved::from_bytes(saved)?;
-    detector.is_memory(&memory.0).then(|| {
-        let following = Following { detector: detector.clone(), memory };
-        Box::new(following) as Box<dyn Stream>
-    })
 }
 
 /// A detector on a live track. Frames without a value leave its state unchanged.
@@ -194,5 +184,11 @@ impl<D: Causal> Stream for Following<D> {
 
     fn save(&self) -> Vec<u8> {
         saved::to_bytes(&self.memory).unwrap_or_default()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let memory = saved::from_bytes::<(D::Memory, LossState)>(saved);
+        let mine = memory.filter(|(memory, _)| self.detector.is_memory(memory));
+        mine.map(|memory| self.memory = memory).is_some()
     }
 }

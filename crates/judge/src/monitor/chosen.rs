@@ -81,9 +81,7 @@ impl Chosen {
 
     /// Restores saved states of the same method. Returns `false` if they do not match.
     pub fn restore(&mut self, signals: &[Vec<u8>], stream: &[u8], last: Option<Region>) -> bool {
-        let Some(stream) = self.detector.detector.resume(stream) else { return false };
-        self.stream = stream;
-        self.reader.restore(signals, last)
+        self.stream.restore(stream) && self.reader.restore(signals, last)
     }
 }
 

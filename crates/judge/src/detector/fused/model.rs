@@ -160,12 +160,6 @@ impl FusedStream {
         Self { threshold: model.threshold(fused.params.budget), fused, model, memory }
     }
 
-    /// Stream in a saved state; `None` if the bytes are from another detector.
-    pub fn resumed(self, saved: &[u8]) -> Option<Self> {
-        let memory: Memory = saved::from_bytes(saved)?;
-        (memory.histories.len() == self.fused.inputs.len()).then_some(Self { memory, ..self })
-    }
-
     /// Judges the next frame, given the values of the signals.
     pub fn step(&mut self, values: &[f64]) -> FusedStep {
         let Fused { inputs, params: Params { confirm, window, .. }, .. } = &self.fused;
@@ -212,5 +206,11 @@ impl Stream for FusedStream {
 
     fn save(&self) -> Vec<u8> {
         saved::to_bytes(&self.memory).unwrap_or_default()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> bool {
+        let memory = saved::from_bytes::<Memory>(saved);
+        let mine = memory.filter(|memory| memory.histories.len() == self.fused.inputs.len());
+        mine.map(|memory| self.memory = memory).is_some()
     }
 }

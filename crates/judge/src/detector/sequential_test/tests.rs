@@ -26,7 +26,7 @@ fn a_state_that_no_track_leads_to_is_refused() {
             SequentialTest::new(Params { below: Some(0.75), ..Params::default() }).unwrap().begin().0;
         change(&mut bets);
         let memory = ((bets, wealth), crate::detector::labels::LossState::default());
-        detector.resume(&crate::saved::to_bytes(&memory).unwrap()).is_some()
+        detector.stream().unwrap().restore(&crate::saved::to_bytes(&memory).unwrap())
     };
     assert!(takes(|_| {}, 0.0) && takes(|bets| bets.add(0.5, None), -2.0));
     let bad: [fn(&mut Bets); 5] = [
