@@ -23,7 +23,7 @@
 mod draws;
 
 use super::seed;
-pub use draws::{Drawn, Draws, percentiles};
+pub use draws::{Draws, percentiles};
 use rand::Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 

@@ -71,19 +71,6 @@ impl Draws {
     }
 }
 
-/// The most recent draws, cached because consecutive lists mostly have the same units.
-#[derive(Default)]
-pub struct Drawn(Option<(u64, Draws)>);
-
-impl Drawn {
-    /// Returns the draws of [`Draws::new`], from the cache if possible.
-    pub fn of(&mut self, units: usize, samples: usize, seed: u64) -> &Draws {
-        let is_same = |(s, draws): &(u64, Draws)| (*s, draws.units, draws.samples) == (seed, units, samples);
-        let known = self.0.take().filter(is_same);
-        &self.0.insert(known.unwrap_or_else(|| (seed, Draws::new(units, samples, seed)))).1
-    }
-}
-
 /// Percentile interval at `level` of the values of `samples` samples; NaN is a sample without a value. `None`
 /// if fewer than half have one.
 pub fn percentiles(mut values: Vec<f64>, samples: usize, level: f64) -> Option<(f64, f64)> {
