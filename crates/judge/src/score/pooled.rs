@@ -4,6 +4,7 @@ use super::chance::Chance;
 use super::counts::Counts;
 use super::frames::FrameMeasures;
 use crate::detector::track_quality::Effort;
+use crate::num::summary::median;
 
 /// Inputs of all metrics, pooled over a suite for one method and tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,10 +27,8 @@ pub struct Pooled {
 ///
 /// The delay of a detection is its frame minus the frame of the event that it matches, negative if the
 /// detection comes first.
-pub fn median_delay(mut delays: Vec<i64>) -> Option<f64> {
-    delays.sort_unstable();
-    let n = delays.len();
-    (n > 0).then(|| (delays[(n - 1) / 2] + delays[n / 2]) as f64 / 2.0)
+pub fn median_delay(delays: Vec<i64>) -> Option<f64> {
+    median(&mut delays.into_iter().map(|delay| delay as f64).collect::<Vec<_>>())
 }
 
 /// Mean and standard deviation of scores that are min-max normalized by sequence (Khalid et al. 2016,

@@ -12,9 +12,8 @@
 //! lost or a good frame has no value and is left out; there is no interval when that happens to more than half of them.
 
 use super::sweep::Sweep;
-use crate::num::paired::quantile;
-use crate::num::pooled::LEVEL;
 pub use crate::num::pooled::MIN_UNITS as MIN_SEQUENCES;
+use crate::num::pooled::{LEVEL, percentiles};
 use crate::num::seed;
 use rand::RngExt;
 
@@ -154,12 +153,9 @@ fn pairs(sweep: &Sweep) -> Vec<f64> {
 }
 
 /// Interval at [`LEVEL`] of values; NaN stands for a missing value.
-pub fn interval(mut values: Vec<f64>) -> Option<(f64, f64)> {
+pub fn interval(values: Vec<f64>) -> Option<(f64, f64)> {
     let samples = values.len();
-    values.retain(|v| v.is_finite());
-    values.sort_by(f64::total_cmp);
-    let at = |q| quantile(&values, q);
-    (samples > 0 && 2 * values.len() >= samples).then(|| (at((1.0 - LEVEL) / 2.0), at((1.0 + LEVEL) / 2.0)))
+    percentiles(values, samples, LEVEL)
 }
 
 #[cfg(test)]
@@ -183,21 +179,14 @@ mod tests {
         fn samples_have_the_measures_of_their_frames(sequences in prop::collection::vec(frames(), 3..6), seed in 0..9_u64) {
             let swept = sweep_of(&sequences);
             let samples = Samples::new(sequences.len(), seed);
-            let drawn: Vec<Sweep> = samples.each().map(|w| sweep_of(&repeated(&sequences, &w))).take(FEW_SAMPLES).collect();
-            let precision: Vec<f64> =
-                samples.blocks[..FEW_SAMPLES / LANES].iter().flat_map(|b| weighted_precision(&swept, b)).collect();
-            let u = pairs(&swept);
-            let n = sequences.len();
-            for ((sample, w), precision) in drawn.iter().zip(samples.each()).zip(precision) {
-                let pair = |(a, b): (usize, usize)| w[a] as f64 * w[b] as f64 * u[a * n + b];
-                let wins: f64 = (0..n * n).map(|k| pair((k / n, k % n))).sum();
-                let (lost, good) = sample.totals();
-                if let Some(auroc) = auroc(sample) {
-                    prop_assert!((wins / (lost * good) as f64 - auroc).abs() < 1e-12);
-                }
-                match average_precision(sample) {
-                    Some(expected) => prop_assert!((precision - expected).abs() < 1e-12),
-                    None => prop_assert!(precision.is_nan()),
+            let drawn = samples.each().map(|w| sweep_of(&repeated(&sequences, &w)));
+            let precision = samples.blocks[..FEW_SAMPLES / LANES].iter().flat_map(|b| weighted_precision(&swept, b));
+            for ((sample, area), precision) in drawn.zip(samples.auroc(&swept)).zip(precision) {
+                for (found, expected) in [(area, auroc(&sample)), (precision, average_precision(&sample))] {
+                    match expected {
+                        Some(expected) => prop_assert!((found - expected).abs() < 1e-12),
+                        None => prop_assert!(found.is_nan()),
+                    }
                 }
             }
         }
@@ -210,12 +199,9 @@ mod tests {
         let sequences: Vec<Vec<(f64, bool)>> = (0..12).map(sequence).collect();
         let swept = sweep_of(&sequences);
         let samples = Samples::new(12, 5);
-        let all: Vec<f64> =
-            samples.each().map(|w| auroc(&sweep_of(&repeated(&sequences, &w))).unwrap()).collect();
-        assert_eq!(all.len(), SAMPLES);
-        let bounds = interval(samples.auroc(&swept)).unwrap();
-        let expected = interval(all).unwrap();
-        trackfail_testing::assert_near(<[f64; 2]>::from(bounds), <[f64; 2]>::from(expected), 1e-12, "");
+        let areas = samples.auroc(&swept);
+        assert_eq!(areas.len(), SAMPLES);
+        let bounds = interval(areas).unwrap();
         let precision = samples.average_precision(&swept).unwrap();
         let few = samples.each().take(FEW_SAMPLES);
         let few = few.map(|w| average_precision(&sweep_of(&repeated(&sequences, &w))).unwrap());
