@@ -17,6 +17,7 @@
 //! on over it; in `khalid2016/2` it begins a new track, see [`super::restarts`]. Without restarts both give the same.
 
 use super::chance::Chance;
+use super::frames::truth::Rule;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
@@ -48,13 +49,7 @@ pub const START_UP: usize = 10;
 
 /// First frames of the runs with error 1 that follow a frame with error below 1.
 pub fn events(error: &[f64]) -> Vec<usize> {
-    let mut on_target = false;
-    let is_event = |t: &usize| {
-        let before = on_target;
-        on_target = if error[*t].is_nan() { before } else { error[*t] < 1.0 };
-        before && !on_target
-    };
-    (0..error.len()).filter(is_event).collect()
+    Rule::NoOverlap.losses(error).into_iter().map(|loss| loss.start).collect()
 }
 
 fn score(error: &[f64], alarm: &[bool], _: &[i32]) -> TrackScore {

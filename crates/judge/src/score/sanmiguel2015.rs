@@ -18,9 +18,11 @@
 //! one where changes of both signs are within 10 frames, though never less than half.
 
 use super::chance::Chance;
+use super::frames::truth::Rule;
 use super::matching;
 use super::protocol::{Protocol, TrackScore};
 use super::restarts::Restarts;
+use crate::detector::changes;
 
 /// Protocol `sanmiguel2015/1`, which matches only changes of the same sign.
 pub const SIGNED: Protocol = Protocol {
@@ -49,13 +51,11 @@ pub const TOLERANCE: usize = 5;
 ///
 /// `error` has one tracking error per frame in `[0, 1]`, NaN without annotation.
 pub fn events(error: &[f64]) -> Vec<i32> {
-    let mut lost = false;
-    let change = |(t, &e): (usize, &f64)| {
-        let before = lost;
-        lost = if e.is_nan() { lost } else { e >= 1.0 };
-        if t == 0 { 0 } else { i32::from(lost) - i32::from(before) }
-    };
-    error.iter().enumerate().map(change).collect()
+    let mut events = changes(&Rule::NoOverlap.lost(error));
+    if let Some(first) = events.first_mut() {
+        *first = 0;
+    }
+    events
 }
 
 /// Frames in which the change has this sign; sign 0 stands for both.
