@@ -4,7 +4,7 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use trackfail::num::accumulation::{Accumulated, Grid};
+use trackfail::num::accumulation::Accumulated;
 use trackfail::num::gamma_mixture::{Binned, Component, FitOptions, Mixture, fit, fit_all, select};
 
 /// Number `i` of SplitMix64 from state 0, in (0, 1).
@@ -65,7 +65,7 @@ fn gamma_mixture(c: &mut Criterion) {
         for length in [5, 20, 60] {
             group.bench_with_input(BenchmarkId::new("beta", length), &length, |b, &length| {
                 b.iter(|| {
-                    Accumulated::of_mixture(black_box(&mixture), length, &Grid::default())
+                    Accumulated::of_mixture(black_box(&mixture), length)
                         .and_then(|sum| sum.upper_quantile(0.005))
                 });
             });

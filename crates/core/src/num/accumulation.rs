@@ -33,7 +33,6 @@ mod window;
 pub use window::{clt_quantile, empirical_quantile, sums};
 
 use super::gamma_mixture::Mixture;
-use serde::{Deserialize, Serialize};
 
 /// Maximum number of cells of one value.
 pub const MAX_CELLS: usize = 1 << 18;
@@ -44,21 +43,11 @@ pub const MAX_SUM_CELLS: usize = 1 << 21;
 /// Maximum number of values in a window.
 pub const MAX_LENGTH: usize = 100_000;
 
-/// Grid of a convolution.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Grid {
-    /// `h`, width of a cell, above 0, in the unit of the values.
-    pub step: f64,
-    /// Probability that may be lost at each of the steps listed above, in `[1e-13, 1e-2]`.
-    pub tail: f64,
-}
+/// `h`, width of a cell, in the unit of the values.
+pub const STEP: f64 = 0.005;
 
-impl Default for Grid {
-    fn default() -> Self {
-        Self { step: 0.005, tail: 1e-10 }
-    }
-}
+/// `tail`, probability that may be lost at each of the steps listed above.
+const TAIL: f64 = 1e-10;
 
 /// Reason why the distribution of a sum cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -66,20 +55,12 @@ pub enum AccumulationError {
     /// A window that is empty or too long.
     #[error("a window has 1 to {MAX_LENGTH} values, not {0}")]
     Length(usize),
-    /// A step that is not above 0, or a tail out of range.
-    #[error("a grid needs a step above 0 and a tail in [1e-13, 1e-2], not {step} and {tail}")]
-    Grid {
-        /// Step that was given.
-        step: f64,
-        /// Tail probability that was given.
-        tail: f64,
-    },
     /// A distribution function that decreases or leaves `[0, 1]`, or samples that are negative or not finite.
     #[error("values must be 0 or more and finite, and their distribution function must rise from 0 to 1")]
     Distribution,
     /// The sum needs more than [`MAX_SUM_CELLS`] cells, or a sample lies beyond [`MAX_CELLS`].
-    #[error("the values or their sums reach over too many cells of {0}; take a larger step")]
-    TooWide(f64),
+    #[error("the values or their sums reach over too many cells of {STEP}; take a larger step")]
+    TooWide,
     /// A probability outside (0, 1), or a quantile in the tail that was cut off.
     #[error("the distribution has no quantile for the tail probability {0}")]
     Quantile(f64),
@@ -88,7 +69,6 @@ pub enum AccumulationError {
 /// Distribution of a sum of `L` independent values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Accumulated {
-    step: f64,
     length: usize,
     masses: Vec<f64>,
     /// Cumulated masses: entry `j` is `M_0 + ... + M_j`.
@@ -101,10 +81,10 @@ impl Accumulated {
     ///
     /// # Errors
     /// Parameters out of range, and sums that need too many cells.
-    pub fn of_mixture(mixture: &Mixture, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
-        check(length, grid)?;
-        let cells = cells(|v| mixture.survival(v), length, grid);
-        Self::of_masses(power::mixture_masses(mixture, grid.step, cells), length, grid)
+    pub fn of_mixture(mixture: &Mixture, length: usize) -> Result<Self, AccumulationError> {
+        check(length)?;
+        let cells = cells(|v| mixture.survival(v), length);
+        Self::of_masses(power::mixture_masses(mixture, cells), length)
     }
 
     /// Distribution of the sum of `length` independent values distributed like `samples`. In the paper's
@@ -113,25 +93,25 @@ impl Accumulated {
     /// # Errors
     /// The errors of [`Accumulated::of_mixture`]; also an empty list, and samples that are negative, not finite,
     /// or beyond the cells.
-    pub fn from_samples(samples: &[f64], length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
-        check(length, grid)?;
+    pub fn from_samples(samples: &[f64], length: usize) -> Result<Self, AccumulationError> {
+        check(length)?;
         if samples.is_empty() || !samples.iter().all(|x| x.is_finite() && *x >= 0.0) {
             return Err(AccumulationError::Distribution);
         }
-        let largest = samples.iter().fold(0.0_f64, |m, x| m.max(*x)) / grid.step;
+        let largest = samples.iter().fold(0.0_f64, |m, x| m.max(*x)) / STEP;
         if largest >= MAX_CELLS as f64 {
-            return Err(AccumulationError::TooWide(grid.step));
+            return Err(AccumulationError::TooWide);
         }
         let mut counts = vec![0_u64; largest as usize + 1];
         for x in samples {
-            counts[(x / grid.step) as usize] += 1;
+            counts[(x / STEP) as usize] += 1;
         }
         let masses = counts.iter().map(|&n| n as f64 / samples.len() as f64).collect();
-        Self::of_masses(masses, length, grid)
+        Self::of_masses(masses, length)
     }
 
     /// Distribution of the sum of values whose cells have these masses.
-    fn of_masses(one: Vec<f64>, length: usize, grid: &Grid) -> Result<Self, AccumulationError> {
+    fn of_masses(one: Vec<f64>, length: usize) -> Result<Self, AccumulationError> {
         let kept: f64 = one.iter().sum();
         // A distribution function may be off by rounding, its weights by what `Mixture` takes; NaN fails the
         // comparisons.
@@ -140,10 +120,10 @@ impl Accumulated {
             return Err(AccumulationError::Distribution);
         }
         let one: Vec<f64> = one.into_iter().map(|m| m.max(0.0)).collect();
-        let mut masses = if length == 1 { one } else { power::power(&one, length, grid)? };
+        let mut masses = if length == 1 { one } else { power::power(&one, length)? };
         let total: f64 = masses.iter().sum();
         let mut above = 0.0;
-        while masses.len() > 1 && above + masses[masses.len() - 1] <= grid.tail * total {
+        while masses.len() > 1 && above + masses[masses.len() - 1] <= TAIL * total {
             above += masses.pop().unwrap_or(0.0);
         }
         let running = |sum: &mut f64, m: &f64| {
@@ -151,7 +131,7 @@ impl Accumulated {
             Some(sum.min(1.0))
         };
         let cumulative = masses.iter().scan(0.0, running).collect();
-        Ok(Self { step: grid.step, length, masses, cumulative })
+        Ok(Self { length, masses, cumulative })
     }
 
     /// Grid points `v_j` with their masses `M_j`. Divided by the step, the masses are the density `p_2`.
@@ -167,7 +147,7 @@ impl Accumulated {
         }
         let last = self.masses.len() - 1;
         // In cells from the lower end of the first mass.
-        let at = v / self.step - (self.length as f64 - 1.0) / 2.0;
+        let at = v / STEP - (self.length as f64 - 1.0) / 2.0;
         if at <= 0.0 {
             return 0.0;
         }
@@ -197,25 +177,17 @@ impl Accumulated {
     }
 
     fn point(&self, j: f64) -> f64 {
-        (j + self.length as f64 / 2.0) * self.step
+        (j + self.length as f64 / 2.0) * STEP
     }
 }
 
-fn check(length: usize, grid: &Grid) -> Result<(), AccumulationError> {
-    if length == 0 || length > MAX_LENGTH {
-        return Err(AccumulationError::Length(length));
-    }
-    let &Grid { step, tail } = grid;
-    if step > 0.0 && step.is_finite() && (1e-13..=1e-2).contains(&tail) {
-        Ok(())
-    } else {
-        Err(AccumulationError::Grid { step, tail })
-    }
+fn check(length: usize) -> Result<(), AccumulationError> {
+    if (1..=MAX_LENGTH).contains(&length) { Ok(()) } else { Err(AccumulationError::Length(length)) }
 }
 
 /// Number of cells for one value: doubled until `L` tails are small enough, then reduced by bisection.
-fn cells(survival: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> usize {
-    let enough = |cells: usize| length as f64 * survival(cells as f64 * grid.step) <= grid.tail;
+fn cells(survival: impl Fn(f64) -> f64, length: usize) -> usize {
+    let enough = |cells: usize| length as f64 * survival(cells as f64 * STEP) <= TAIL;
     let mut high = 1;
     while high < MAX_CELLS && !enough(high) {
         high *= 2;

@@ -23,7 +23,7 @@
 
 use super::consistency::{self, ConsistencyModel, Fitting};
 use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
-use crate::num::accumulation::{self, Accumulated, AccumulationError, Grid};
+use crate::num::accumulation::{self, Accumulated, AccumulationError};
 use crate::num::gamma_mixture::select::Criterion;
 use crate::plugin::{Entry, ParamError, Plugin, Range};
 use serde::{Deserialize, Serialize};
@@ -149,16 +149,15 @@ impl AccumulatedValidation {
     /// Threshold beta that follows from a model.
     fn cut(&self, model: &Learned) -> Result<f64, LearnError> {
         let Params { length, alpha, approximation, .. } = self.params;
-        let grid = Grid::default();
         let m = &model.consistency;
         let convolved =
             |sum: Result<Accumulated, AccumulationError>| Ok(sum.and_then(|sum| sum.upper_quantile(alpha))?);
         match approximation {
-            Approximation::Convolution => convolved(Accumulated::of_mixture(&m.mixture, length, &grid)),
+            Approximation::Convolution => convolved(Accumulated::of_mixture(&m.mixture, length)),
             Approximation::Sampled => {
                 let mut rng = crate::num::seed::rng(2015);
                 let drawn: Vec<f64> = (0..DRAWN).map(|_| m.mixture.sample(&mut rng)).collect();
-                convolved(Accumulated::from_samples(&drawn, length, &grid))
+                convolved(Accumulated::from_samples(&drawn, length))
             }
             Approximation::Normal => Ok(accumulation::clt_quantile(m.mean, m.variance, length, alpha)),
             Approximation::Empirical => {

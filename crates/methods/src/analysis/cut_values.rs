@@ -131,8 +131,8 @@ impl Analysis for Params {
         let model = consistency::fit(tracks, &Fitting::by_bic(self.tau, self.max_components))?.model;
         let sum = |length: usize| -> Result<Sum, AccumulationError> {
             let empirical = ascending(tracks.iter().flat_map(|t| consistent_sums(t, self.tau, length)));
-            let convolved = Accumulated::of_mixture(&model.mixture, length, &accumulation::Grid::default());
-            Ok(Sum { length, empirical, convolved: convolved?, mean: model.mean, variance: model.variance })
+            let convolved = Accumulated::of_mixture(&model.mixture, length)?;
+            Ok(Sum { length, empirical, convolved, mean: model.mean, variance: model.variance })
         };
         let lengths: BTreeSet<usize> = self.lengths.iter().chain(&self.shown_lengths).copied().collect();
         let sums = lengths.into_par_iter().map(sum).collect::<Result<Vec<Sum>, AccumulationError>>()?;

@@ -267,12 +267,10 @@ impl Params {
         values: &mut Values,
     ) -> Result<(), AnalysisError> {
         let Params { tau, taus, lengths, alpha, .. } = self;
-        let grid = accumulation::Grid::default();
         let one = |a: &[f64], b: &[f64], length: usize| {
-            let sum = |samples: &[f64]| Accumulated::from_samples(samples, length, &grid);
-            let (a, b) = (sum(a)?, sum(b)?);
+            let [a, b] = [Accumulated::from_samples(a, length)?, Accumulated::from_samples(b, length)?];
             // Both have their masses on the same grid.
-            let points = a.masses().chain(b.masses()).map(|(v, _)| v + grid.step / 2.0);
+            let points = a.masses().chain(b.masses()).map(|(v, _)| v + accumulation::STEP / 2.0);
             let distance = kolmogorov::two_distributions(|v| a.cdf(v), |v| b.cdf(v), points);
             let (x, y) = (a.upper_quantile(*alpha)?, b.upper_quantile(*alpha)?);
             Ok([distance, (x - y).abs() / x.min(y)])

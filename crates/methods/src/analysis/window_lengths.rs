@@ -176,8 +176,7 @@ impl Params {
         [trained, tested]: [&[Example<'_>]; 2],
     ) -> Result<OfLength, AccumulationError> {
         let Params { tau, alpha, .. } = *self;
-        let sum = Accumulated::of_mixture(mixture, length, &accumulation::Grid::default())?;
-        let cut = sum.upper_quantile(alpha)?;
+        let cut = Accumulated::of_mixture(mixture, length)?.upper_quantile(alpha)?;
         let windows = |tracks: &[Example<'_>]| -> Vec<f64> {
             tracks.iter().flat_map(|t| consistent_sums(t, tau, length)).collect()
         };

@@ -1,6 +1,6 @@
 //! Masses of a single value, and their power under convolution.
 
-use super::{AccumulationError, Grid, MAX_SUM_CELLS};
+use super::{AccumulationError, MAX_SUM_CELLS, STEP, TAIL};
 use crate::num::fourier::{Complex64, LineFourier};
 use crate::num::gamma_mixture::{Component, Mixture};
 use crate::num::special::{gamma_cdf, gamma_survival, ln_gamma};
@@ -23,27 +23,27 @@ const NOTHING: f64 = 1e-18;
 
 /// Masses of the first `cells` cells. Beyond the first ones, densities are integrated by a rule of four
 /// points, whose logarithms all components share. This is several times faster than distribution functions.
-pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<f64> {
+pub(super) fn mixture_masses(mixture: &Mixture, cells: usize) -> Vec<f64> {
     let mut masses = vec![0.0; cells];
     let near = NEAR.min(cells);
     let (wide, narrow): (Vec<Component>, Vec<Component>) =
-        mixture.components.iter().partition(|c| c.variance().sqrt() >= WIDE * step);
+        mixture.components.iter().partition(|c| c.variance().sqrt() >= WIDE * STEP);
     for c in &narrow {
-        differences(c, step, &mut masses);
+        differences(c, &mut masses);
     }
     for c in &wide {
-        differences(c, step, &mut masses[..near]);
+        differences(c, &mut masses[..near]);
     }
     // Constant, power and rate of each density, and the cell at which it is cut off.
     let density = |c: &Component| {
-        let constant = (c.weight * step).ln() - c.shape * c.scale.ln() - ln_gamma(c.shape);
-        ([constant, c.shape - 1.0, 1.0 / c.scale], reach(c, step, cells))
+        let constant = (c.weight * STEP).ln() - c.shape * c.scale.ln() - ln_gamma(c.shape);
+        ([constant, c.shape - 1.0, 1.0 / c.scale], reach(c, cells))
     };
     let wide: Vec<([f64; 3], usize)> = wide.iter().map(density).collect();
     let end = wide.iter().map(|w| w.1).max().unwrap_or(0);
     for (k, mass) in masses.iter_mut().enumerate().take(end).skip(near) {
         for (node, weight) in NODES.iter().zip(WEIGHTS) {
-            let v = (k as f64 + node) * step;
+            let v = (k as f64 + node) * STEP;
             let ln = v.ln();
             for ([constant, power, rate], end) in &wide {
                 if k < *end {
@@ -57,11 +57,11 @@ pub(super) fn mixture_masses(mixture: &Mixture, step: f64, cells: usize) -> Vec<
 
 /// Adds the masses of a component: differences of its distribution function below the mean, and of its
 /// survival function above.
-fn differences(c: &Component, step: f64, masses: &mut [f64]) {
+fn differences(c: &Component, masses: &mut [f64]) {
     let middle = c.mean();
     let (mut cdf, mut survival) = (0.0, 1.0);
     for (k, mass) in masses.iter_mut().enumerate() {
-        let v = (k + 1) as f64 * step;
+        let v = (k + 1) as f64 * STEP;
         let before = (cdf, survival);
         cdf = gamma_cdf(v, c.shape, c.scale);
         survival = gamma_survival(v, c.shape, c.scale);
@@ -73,20 +73,20 @@ fn differences(c: &Component, step: f64, masses: &mut [f64]) {
 }
 
 /// Cell above which the mass of a component is negligible.
-fn reach(c: &Component, step: f64, cells: usize) -> usize {
+fn reach(c: &Component, cells: usize) -> usize {
     let mut end = 1;
-    while end < cells && gamma_survival(end as f64 * step, c.shape, c.scale) > NOTHING {
+    while end < cells && gamma_survival(end as f64 * STEP, c.shape, c.scale) > NOTHING {
         end *= 2;
     }
     end.min(cells)
 }
 
 /// Masses of the sum of `length` values.
-pub(super) fn power(one: &[f64], length: usize, grid: &Grid) -> Result<Vec<f64>, AccumulationError> {
+pub(super) fn power(one: &[f64], length: usize) -> Result<Vec<f64>, AccumulationError> {
     let full = (one.len() - 1).saturating_mul(length) + 1;
-    let cells = full.min(needed(one, length, grid.tail));
+    let cells = full.min(needed(one, length));
     if cells > MAX_SUM_CELLS {
-        return Err(AccumulationError::TooWide(grid.step));
+        return Err(AccumulationError::TooWide);
     }
     let size = transform_size(cells.max(one.len()));
     let exponent = u32::try_from(length).map_err(|_| AccumulationError::Length(length))?;
@@ -117,9 +117,9 @@ fn transform_size(cells: usize) -> usize {
     best
 }
 
-/// Number of cells `n` with `P(S > n) <= tail`, by Chernoff's bound: `ln P(S >= n) <= L ln E e^(t X) - t n`
+/// Number of cells `n` with `P(S > n) <= TAIL`, by Chernoff's bound: `ln P(S >= n) <= L ln E e^(t X) - t n`
 /// for all `t > 0`. Any `t` gives a valid `n`, so the search for the best one need not be exact.
-fn needed(one: &[f64], length: usize, tail: f64) -> usize {
+fn needed(one: &[f64], length: usize) -> usize {
     let length = length as f64;
     let bound = |log_t: f64| {
         let t = log_t.exp();
@@ -127,7 +127,7 @@ fn needed(one: &[f64], length: usize, tail: f64) -> usize {
         let decay = (-t).exp();
         let sum = one.iter().fold(0.0, |sum, m| sum * decay + m);
         let log_moment = sum.ln() + t * (one.len() - 1) as f64;
-        (length * log_moment - tail.ln()) / t
+        (length * log_moment - TAIL.ln()) / t
     };
     // Golden section; the bound falls and then rises. From a scale longer than any sum to a single cell.
     let golden = 0.618_033_988_749_895;
@@ -176,7 +176,7 @@ mod tests {
                 }
                 want = next;
             }
-            let got = power(&one, length, &Grid::default()).unwrap();
+            let got = power(&one, length).unwrap();
             prop_assert!(got.len() <= want.len());
             for (j, want) in want.iter().enumerate() {
                 let got = got.get(j).copied().unwrap_or(0.0);

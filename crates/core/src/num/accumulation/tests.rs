@@ -5,15 +5,15 @@ use proptest::prelude::*;
 use trackfail_testing::assert_near;
 
 /// Sum of `length` independent values with the distribution function `cdf`, which is 0 below 0.
-fn of_cdf(cdf: impl Fn(f64) -> f64, length: usize, grid: &Grid) -> Result<Accumulated, AccumulationError> {
-    check(length, grid)?;
+fn of_cdf(cdf: impl Fn(f64) -> f64, length: usize) -> Result<Accumulated, AccumulationError> {
+    check(length)?;
     let mut below = 0.0;
     let mass = |k: usize| {
-        let next = cdf(k as f64 * grid.step);
+        let next = cdf(k as f64 * STEP);
         next - std::mem::replace(&mut below, next)
     };
-    let masses = (1..=cells(|v| 1.0 - cdf(v), length, grid)).map(mass).collect();
-    Accumulated::of_masses(masses, length, grid)
+    let masses = (1..=cells(|v| 1.0 - cdf(v), length)).map(mass).collect();
+    Accumulated::of_masses(masses, length)
 }
 
 /// Value at which the interpolated distribution function is `1 - alpha`.
@@ -28,9 +28,8 @@ fn interpolated(sum: &Accumulated, alpha: f64) -> f64 {
 fn a_sum_of_gamma_variables_has_the_quantiles_of_scipy() {
     for case in cases("avu", "sums") {
         let (shape, scale, length) = (number(&case["shape"]), number(&case["scale"]), count(&case["length"]));
-        let grid = Grid::default();
-        let by_cdf = of_cdf(|v| gamma_cdf(v, shape, scale), length, &grid).unwrap();
-        let by_density = Accumulated::of_mixture(&mixture(&[(1.0, shape, scale)]), length, &grid).unwrap();
+        let by_cdf = of_cdf(|v| gamma_cdf(v, shape, scale), length).unwrap();
+        let by_density = Accumulated::of_mixture(&mixture(&[(1.0, shape, scale)]), length).unwrap();
         for pair in case["quantiles"].as_array().unwrap().iter().map(numbers) {
             let (alpha, want) = (pair[0], pair[1]);
             for sum in [&by_cdf, &by_density] {
@@ -38,7 +37,7 @@ fn a_sum_of_gamma_variables_has_the_quantiles_of_scipy() {
                 let exact = interpolated(sum, alpha);
                 assert!((exact - want).abs() < 2e-3, "{shape} {length} {alpha}: {exact} is not {want}");
                 let beta = sum.upper_quantile(alpha).unwrap();
-                assert!((beta - exact).abs() <= 0.5 * grid.step + 1e-12);
+                assert!((beta - exact).abs() <= 0.5 * STEP + 1e-12);
                 assert!((sum.cdf(exact) - (1.0 - alpha)).abs() < 1e-12);
             }
         }
@@ -50,8 +49,8 @@ fn masses_by_density_are_those_by_distribution_function() {
     // Narrower than the rule is good for, with a pole, and very wide.
     for parts in [vec![(0.5, 2000.0, 0.0005), (0.5, 0.3, 0.2)], vec![(0.3, 8.0, 0.9), (0.7, 1.0, 3.0)]] {
         let m = mixture(&parts);
-        let a = Accumulated::of_mixture(&m, 1, &Grid::default()).unwrap();
-        let b = of_cdf(|v| m.cdf(v), 1, &Grid::default()).unwrap();
+        let a = Accumulated::of_mixture(&m, 1).unwrap();
+        let b = of_cdf(|v| m.cdf(v), 1).unwrap();
         assert!(a.masses().count() > 500);
         // Either may end a cell before the other.
         for ((v, a), (_, b)) in a.masses().zip(b.masses()) {
@@ -60,22 +59,20 @@ fn masses_by_density_are_those_by_distribution_function() {
     }
 }
 
-// By hand: values 0.2, 0.2, 0.9 in cells 0, 0, 1 of width 0.5; sums of two at 0.5, 1, 1.5 with 4/9, 4/9, 1/9.
+// By hand, in cells: values 0.4, 0.4, 1.8 in cells 0, 0, 1; sums of two at 1, 2, 3 with 4/9, 4/9, 1/9.
 #[test]
 fn the_papers_variant_takes_the_masses_of_samples() {
-    let grid = Grid { step: 0.5, tail: 1e-10 };
-    let two = Accumulated::from_samples(&[0.2, 0.2, 0.9], 2, &grid).unwrap();
-    let masses = two.masses().flat_map(|(v, mass)| [v, mass]);
-    assert_near(masses, [0.5, 4.0 / 9.0, 1.0, 4.0 / 9.0, 1.5, 1.0 / 9.0], 1e-15, "");
-    assert_eq!((two.upper_quantile(0.2), two.upper_quantile(0.05)), (Ok(1.0), Ok(1.5)));
+    let two = Accumulated::from_samples(&[0.4, 0.4, 1.8].map(|cells| cells * STEP), 2).unwrap();
+    let masses = two.masses().flat_map(|(v, mass)| [v / STEP, mass]);
+    assert_near(masses, [1.0, 4.0 / 9.0, 2.0, 4.0 / 9.0, 3.0, 1.0 / 9.0], 1e-15, "");
+    assert_eq!((two.upper_quantile(0.2), two.upper_quantile(0.05)), (Ok(2.0 * STEP), Ok(3.0 * STEP)));
 }
 
 // 1 / (1 + v)^2 of Pareto's tail: one value has no variance, and nearly every large sum is one large value.
 #[test]
 fn a_heavy_tail_ends_somewhere() {
     let cdf = |v: f64| 1.0 - (1.0 + v).powi(-2);
-    let grid = Grid { step: 0.05, ..Grid::default() };
-    let sum = of_cdf(cdf, 5, &grid).unwrap();
+    let sum = of_cdf(cdf, 5).unwrap();
     let beta = sum.upper_quantile(0.001).unwrap();
     // One value alone: 5 (1 + v)^-2 = 0.001 at v = 69.7; the other four add about their mean, 1 each.
     assert!((70.0..77.0).contains(&beta), "{beta}");
@@ -84,19 +81,15 @@ fn a_heavy_tail_ends_somewhere() {
 
 #[test]
 fn invalid_distributions_are_refused() {
-    let grid = Grid::default();
     let uniform = |v: f64| v.clamp(0.0, 1.0);
-    assert!([0, MAX_LENGTH + 1].iter().all(|n| of_cdf(uniform, *n, &grid).is_err()));
-    for (step, tail) in [(0.0, 1e-10), (f64::NAN, 1e-10), (0.1, 0.0), (0.1, 0.5)] {
-        assert!(of_cdf(uniform, 2, &Grid { step, tail }).is_err());
-    }
-    assert!(of_cdf(|_| f64::NAN, 2, &grid).is_err());
+    assert!([0, MAX_LENGTH + 1].iter().all(|n| of_cdf(uniform, *n).is_err()));
+    assert!(of_cdf(|_| f64::NAN, 2).is_err());
     let falling = |v: f64| if v > 0.5 { 1.0 } else { v.sin().abs() * (40.0 * v).cos() };
-    assert!(of_cdf(falling, 2, &grid).is_err());
+    assert!(of_cdf(falling, 2).is_err());
     for bad in [&[] as &[f64], &[1.0, -1.0], &[f64::INFINITY], &[1e9]] {
-        assert!(Accumulated::from_samples(bad, 2, &grid).is_err());
+        assert!(Accumulated::from_samples(bad, 2).is_err());
     }
-    let sum = of_cdf(uniform, 2, &grid).unwrap();
+    let sum = of_cdf(uniform, 2).unwrap();
     for alpha in [0.0, 1.0, -1.0, f64::NAN] {
         assert!(sum.upper_quantile(alpha).is_err());
     }
@@ -105,7 +98,7 @@ fn invalid_distributions_are_refused() {
 // Ten thousand values of which one needs 20 cells: full padding would be 200 000.
 #[test]
 fn a_long_window_is_as_long_as_its_sums() {
-    let sum = of_cdf(|v| (v / 0.1).clamp(0.0, 1.0), 10_000, &Grid::default()).unwrap();
+    let sum = of_cdf(|v| (v / 0.1).clamp(0.0, 1.0), 10_000).unwrap();
     assert!(sum.masses().count() < 110_000);
     let median = interpolated(&sum, 0.5);
     assert!((median - 500.0).abs() < 1e-6, "{median}");
@@ -120,9 +113,9 @@ proptest! {
     fn beta_grows_with_the_window_and_with_certainty(
         parts in prop::collection::vec((0.1..1.0_f64, -0.5..1.5_f64, -1.5..0.3_f64), 1..4), length in 1..40_usize
     ) {
-        let (m, grid) = (drawn_mixture(&parts), Grid::default());
-        let sum = Accumulated::of_mixture(&m, length, &grid).unwrap();
-        let longer = Accumulated::of_mixture(&m, length + 1, &grid).unwrap();
+        let m = drawn_mixture(&parts);
+        let sum = Accumulated::of_mixture(&m, length).unwrap();
+        let longer = Accumulated::of_mixture(&m, length + 1).unwrap();
         let mut before = 0.0;
         for alpha in [0.5, 0.1, 0.05, 0.01, 0.005, 0.001] {
             let beta = sum.upper_quantile(alpha).unwrap();
