@@ -51,8 +51,7 @@ struct Cell {
 pub struct Binned {
     cells: Vec<Cell>,
     count: u64,
-    floored: u64,
-    above: u64,
+    clipped: Clipped,
 }
 
 /// Nonempty cells in ascending order, as the fit uses them.
@@ -69,7 +68,7 @@ pub(super) struct Cells {
 }
 
 /// Numbers of samples outside the range of the cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clipped {
     /// Samples below [`FLOOR`], which count as [`FLOOR`].
     pub floored: u64,
@@ -79,7 +78,7 @@ pub struct Clipped {
 
 impl Default for Binned {
     fn default() -> Self {
-        Self { cells: vec![Cell::default(); CELLS], count: 0, floored: 0, above: 0 }
+        Self { cells: vec![Cell::default(); CELLS], count: 0, clipped: Clipped::default() }
     }
 }
 
@@ -103,8 +102,8 @@ impl Binned {
             return Err(SampleError(x));
         }
         self.count += 1;
-        self.floored += u64::from(x < FLOOR);
-        self.above += u64::from(x >= CEILING);
+        self.clipped.floored += u64::from(x < FLOOR);
+        self.clipped.above += u64::from(x >= CEILING);
         let x = x.max(FLOOR);
         let ln = x.ln();
         let i = index(ln);
@@ -122,7 +121,7 @@ impl Binned {
 
     /// Numbers of samples outside the range of the cells.
     pub fn clipped(&self) -> Clipped {
-        Clipped { floored: self.floored, above: self.above }
+        self.clipped
     }
 
     /// Nonempty cells, with each `group` neighbors merged. Sums stay exact until the division.

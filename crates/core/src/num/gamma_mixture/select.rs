@@ -26,8 +26,6 @@ pub const MAX_PENALTY_WEIGHT: usize = 600;
 pub struct Terms {
     /// Number of components, `K`.
     pub k: usize,
-    /// Number of parameters, `v_K`.
-    pub parameters: usize,
     /// Deviance, `-2 ln L_K`.
     pub deviance: f64,
     /// Penalty of AIC, `2 v_K`, to be multiplied by `d`.
@@ -65,7 +63,6 @@ fn of_likelihood(k: usize, log_likelihood: f64, n: u64) -> Terms {
     let v = parameters(k);
     Terms {
         k,
-        parameters: v,
         deviance: -2.0 * log_likelihood,
         aic_penalty: 2.0 * v as f64,
         bic_penalty: v as f64 * (n as f64).ln(),
