@@ -11,6 +11,7 @@
 //! threshold on the confidence.
 
 use super::confident::{ConfidentFrame, sequences};
+use super::consistent::ascending;
 use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
 use crate::score::oxuva::{Rates, place};
 use crate::score::{Counts, TrackerMetric};
@@ -96,8 +97,7 @@ impl Analysis for Params {
             sequences.into_iter().flat_map(|(_, runs)| runs).flatten().collect();
         let counts = count(&frames, self.threshold.unwrap_or(f64::NEG_INFINITY));
         let rates = Rates::of(&counts).ok_or(AnalysisError::NoAbsence)?;
-        let mut scores: Vec<f64> = frames.iter().map(confidence).collect();
-        scores.sort_by(f64::total_cmp);
+        let scores = ascending(frames.iter().map(confidence));
         let at = |k: usize| scores[k * (scores.len() - 1) / (POINTS - 1)];
         let thresholds = (0..POINTS).map(at).chain([f64::INFINITY]);
         let mut points: Vec<(f64, f64)> =
