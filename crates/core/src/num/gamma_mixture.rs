@@ -22,7 +22,7 @@ mod start;
 pub use binned::{Binned, Clipped, FLOOR, SampleError};
 pub use fit::{Fit, FitError, FitOptions, fit, fit_all};
 
-use super::special::{gamma_cdf, gamma_survival, ln_gamma};
+use super::special::{gamma_cdf, gamma_survival};
 use rand::{Rng, RngExt};
 use rand_distr::Distribution;
 use serde::{Deserialize, Serialize};
@@ -125,11 +125,6 @@ impl Mixture {
         Ok(Self { components })
     }
 
-    /// Density at `v`: 0 below 0; infinite at 0 when a shape is below 1.
-    pub fn pdf(&self, v: f64) -> f64 {
-        self.sum(|c| density(c, v))
-    }
-
     /// Probability of a value up to `v`.
     pub fn cdf(&self, v: f64) -> f64 {
         self.sum(|c| gamma_cdf(v, c.shape, c.scale)).min(1.0)
@@ -138,17 +133,6 @@ impl Mixture {
     /// Probability of a value above `v`, accurate where it is small.
     pub fn survival(&self, v: f64) -> f64 {
         self.sum(|c| gamma_survival(v, c.shape, c.scale)).min(1.0)
-    }
-
-    /// Mean, in the unit of the samples.
-    pub fn mean(&self) -> f64 {
-        self.sum(Component::mean)
-    }
-
-    /// Variance, in the squared unit of the samples.
-    pub fn variance(&self) -> f64 {
-        let mean = self.mean();
-        self.sum(|c| c.variance() + (c.mean() - mean) * (c.mean() - mean))
     }
 
     /// Draws a random value.
@@ -166,24 +150,6 @@ impl Mixture {
     fn sum(&self, term: impl Fn(&Component) -> f64) -> f64 {
         self.components.iter().map(|c| c.weight * term(c)).sum()
     }
-}
-
-fn density(c: &Component, v: f64) -> f64 {
-    if v < 0.0 {
-        return 0.0;
-    }
-    if v == 0.0 {
-        return match c.shape.total_cmp(&1.0) {
-            std::cmp::Ordering::Less => f64::INFINITY,
-            std::cmp::Ordering::Equal => 1.0 / c.scale,
-            std::cmp::Ordering::Greater => 0.0,
-        };
-    }
-    if v.is_infinite() {
-        return 0.0;
-    }
-    let z = v / c.scale;
-    ((c.shape - 1.0) * z.ln() - z - ln_gamma(c.shape)).exp() / c.scale
 }
 
 #[cfg(test)]
