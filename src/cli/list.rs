@@ -147,7 +147,7 @@ fn methods() -> Result<Vec<Vec<String>>, Failure> {
             continue;
         };
         let Some(variant) = method.variants.first() else { continue };
-        let signals: Vec<&str> = variant.signals().map(|s| s.kind).collect();
+        let signals: Vec<&str> = variant.signals.iter().map(|s| s.kind).collect();
         let detector = variant.detector.example().kind.to_string();
         rows.push(vec![method.name.clone(), variant.needs().join(", "), signals.join(", "), detector]);
     }

@@ -62,7 +62,7 @@ pub(super) fn demands<'a>(
 /// Distinct signals of an experiment, in order of first use.
 pub fn distinct_signals(experiment: &Experiment) -> Vec<SignalChoice> {
     let mut distinct: Vec<SignalChoice> = Vec::new();
-    let of_methods = variants(experiment).flat_map(|(_, variant)| variant.signals());
+    let of_methods = variants(experiment).flat_map(|(_, variant)| &variant.signals);
     for choice in of_methods.chain(experiment.analyses.iter().filter_map(|a| a.signal.as_ref())) {
         if signal_index(&distinct, choice).is_none() {
             distinct.push(choice.clone());

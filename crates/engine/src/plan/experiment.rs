@@ -100,7 +100,7 @@ impl<'a> ExperimentPlan<'a> {
     ) -> Result<Self, RunError> {
         let signals = distinct_signals(experiment);
         let set = |(_, v): (&Method, &Variant)| -> Vec<usize> {
-            v.signals().filter_map(|choice| signal_index(&signals, choice)).collect()
+            v.signals.iter().filter_map(|choice| signal_index(&signals, choice)).collect()
         };
         let variant_signals: Vec<Vec<usize>> = variants(experiment).map(set).collect();
         let demands = demands(experiment, &signals, &variant_signals);

@@ -38,30 +38,23 @@ pub struct Method {
 pub struct Variant {
     /// Values by grid axis, sorted by axis; empty without a grid.
     pub point: Vec<(String, f64)>,
-    /// First signal; `None` for detectors that need none.
-    pub signal: Option<SignalChoice>,
-    /// Further signals, for detectors that read several.
-    pub more_signals: Vec<SignalChoice>,
+    /// Signals; none for detectors that need none, several for those that read several.
+    pub signals: Vec<SignalChoice>,
     /// Detector, complete or to be trained.
     pub detector: DetectorChoice,
 }
 
 impl Variant {
-    /// All signals of the variant.
-    pub fn signals(&self) -> impl Iterator<Item = &SignalChoice> {
-        self.signal.iter().chain(&self.more_signals)
-    }
-
     /// Inputs of the signals, in words and without repetitions. Boxes are named only if there is no other
     /// input.
     pub fn needs(&self) -> Vec<&'static str> {
         let mut needs: Vec<&str> = Vec::new();
-        for reads in self.signals().map(|choice| choice.signal.reads()) {
+        for reads in self.signals.iter().map(|choice| choice.signal.reads()) {
             if reads != Reads::Boxes && !needs.contains(&reads.need()) {
                 needs.push(reads.need());
             }
         }
-        if needs.is_empty() && self.signal.is_some() {
+        if needs.is_empty() && !self.signals.is_empty() {
             needs.push(Reads::Boxes.need());
         }
         needs
@@ -72,26 +65,6 @@ impl Variant {
         let parts: Vec<_> =
             self.point.iter().map(|(axis, value)| format!("{axis}={}", readable(value))).collect();
         parts.join(";")
-    }
-
-    /// Makes signals and detectors treat restarts as their protocol does.
-    fn set_restarts(&mut self, restarts: Restarts) {
-        self.signal.iter_mut().chain(&mut self.more_signals).for_each(|choice| choice.restarts = restarts);
-        match &mut self.detector {
-            DetectorChoice::Given(fixed) | DetectorChoice::Learned(fixed) => fixed.restarts = restarts,
-            DetectorChoice::Trained(training) => {
-                training.example.restarts = restarts;
-                match &mut training.candidates {
-                    Candidates::Listed(list) => {
-                        list.iter_mut().for_each(|(_, fixed)| fixed.restarts = restarts);
-                    }
-                    Candidates::Quantiles { build, .. } => {
-                        let inner = build.clone();
-                        *build = Arc::new(move |value| Ok(FixedDetector { restarts, ..inner(value)? }));
-                    }
-                }
-            }
-        }
     }
 
     fn detectors(&self) -> usize {
@@ -231,7 +204,7 @@ pub(super) fn read(
     let detector = RawPlugin::read(at.key("detector"), programs, detector, "detector", DETECTORS);
     let (signals, detector) = (signals?, detector?);
     let training = training::trained(&detector).ok()?;
-    let parts = Parts { at, name, detector, signals, training };
+    let parts = Parts { at, name, detector, signals, training, restarts: protocol.restarts };
     let axes = match &wire.grid {
         None => Vec::new(),
         Some(grid) => parts.axes(grid)?,
@@ -239,14 +212,13 @@ pub(super) fn read(
     let mut variants = Vec::new();
     let mut detectors = 0;
     for point in combinations(&axes) {
-        let mut variant = parts.variant(&point)?;
+        let variant = parts.variant(&point)?;
         if protocol.restarts == Restarts::NewTrack && variant.detector.needs_reverse() {
             return at.refuse(format!(
                 "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
                 protocol.name
             ));
         }
-        variant.set_restarts(protocol.restarts);
         detectors += variant.detectors();
         if detectors > room {
             return at.refuse(format!("the experiment tries more than {MAX_DETECTORS} detectors"));
@@ -284,6 +256,8 @@ struct Parts<'a> {
     signals: Vec<RawPlugin<'a, dyn Signal>>,
     /// Name of the detector's trained parameter, and how it is trained.
     training: Option<(String, wire::Train)>,
+    /// Treatment of restarts by the method's protocol.
+    restarts: Restarts,
 }
 
 impl Parts<'_> {
@@ -328,22 +302,22 @@ impl Parts<'_> {
 
     /// Builds the variant at one point of the grid.
     fn variant(&self, point: &Point<'_>) -> Option<Variant> {
-        let Self { at, name, detector, signals, training } = self;
-        let grid = at.key("grid");
+        let Self { at, name, detector, signals, training, restarts } = self;
+        let (grid, restarts) = (at.key("grid"), *restarts);
         let set = |of_signal: bool| -> Vec<(String, Value)> {
             let mine = point.iter().filter(|(axis, _)| axis.of_signal == of_signal);
             mine.map(|(axis, value)| (axis.name.to_string(), Value::Number((*value).clone()))).collect()
         };
         let built = |(k, raw): (usize, &RawPlugin<'_, dyn Signal>)| {
             let signal = raw.build(&if k == 0 { set(true) } else { Vec::new() }, grid)?;
-            Some(SignalChoice::new(raw.entry, signal))
+            Some(SignalChoice { restarts, ..SignalChoice::new(raw.entry, signal) })
         };
         // All are built before one that is refused ends it.
         let signals: Vec<Option<SignalChoice>> = signals.iter().enumerate().map(built).collect();
         let detector = match training {
-            Some(training) => training::train_choice(detector, training, &set(false)),
+            Some(training) => training::train_choice(detector, training, &set(false), restarts),
             None => detector.build(&set(false), grid).map(|built| {
-                let fixed = FixedDetector::new(detector.entry, built);
+                let fixed = FixedDetector { restarts, ..FixedDetector::new(detector.entry, built) };
                 match fixed.detector.learner() {
                     Some(_) => DetectorChoice::Learned(fixed),
                     None => DetectorChoice::Given(fixed),
@@ -361,10 +335,8 @@ impl Parts<'_> {
             at.tell(format!("the detector of method `{name}` reads {reads} signals, and {given} are given"));
             return None;
         }
-        let mut signals = signals.into_iter();
-        let (signal, more_signals) = (signals.next(), signals.collect());
         let number = |(axis, value): &(&Axis<'_>, &Number)| Some((axis.name.to_string(), value.as_f64()?));
         let point = point.iter().filter_map(number).collect();
-        Some(Variant { point, signal, more_signals, detector })
+        Some(Variant { point, signals, detector })
     }
 }

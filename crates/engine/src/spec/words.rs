@@ -104,7 +104,7 @@ impl Words {
         };
         self.drawn.retain(|name| is_or_wrong(name, |method| !method.has_grid()));
         self.with_signal
-            .retain(|name| is_or_wrong(name, |method| method.variants.iter().any(|v| v.signal.is_some())));
+            .retain(|name| is_or_wrong(name, |method| method.variants.iter().any(|v| !v.signals.is_empty())));
         for (name, names) in &mut self.analyses {
             *names = analyses.iter().find(|analysis| analysis.name == *name).map(Analysis::names);
         }

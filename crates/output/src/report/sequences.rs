@@ -206,8 +206,8 @@ impl<'r> Collector<'r> {
 fn background_rules(results: &Results) -> BTreeMap<&str, distribution_field::Params> {
     let mut rules = BTreeMap::new();
     let methods = results.experiment.methods.iter();
-    for (method, signal) in methods.flat_map(|m| m.variants.iter().map(move |v| (m, &v.signal))) {
-        let fields = signal.as_ref().filter(|s| s.kind == distribution_field::ENTRY.kind);
+    for (method, signal) in methods.flat_map(|m| m.variants.iter().map(move |v| (m, v.signals.first()))) {
+        let fields = signal.filter(|s| s.kind == distribution_field::ENTRY.kind);
         let Some(signal) = fields else { continue };
         let Ok(params) = serde_json::from_value::<distribution_field::Params>(signal.signal.params()) else {
             continue;

@@ -441,7 +441,7 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
         let thresholds = thresholds.get(&(&*method.name, &*params)).filter(|_| !on_others);
         MethodRecord {
             name: method.name.clone(),
-            signal: variant.signal.as_ref().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
+            signal: variant.signals.first().map(|s| (s.kind.to_string(), s.version, s.signal.params())),
             detector: (fixed.kind.to_string(), fixed.version, fixed.detector.params()),
             trained: key.zip(suite.map(learned_on)),
             thresholds: thresholds.cloned().unwrap_or_default(),

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use trackfail_core::direction::Direction;
 use trackfail_core::plugin::ParamError;
 use trackfail_methods::detector::Detector;
-use trackfail_methods::score::Metric;
+use trackfail_methods::score::{Metric, Restarts};
 
 /// Most candidates of a trained parameter.
 const MAX_CANDIDATES: usize = 1_000;
@@ -19,11 +19,13 @@ pub fn can_be_maximised(metric: &Metric) -> bool {
     metric.direction() == Direction::HigherIsBetter && metric.is_of_counts()
 }
 
-/// Builds the choice among candidates of the parameter `key`; `set` has the values of other parameters.
+/// Builds the choice among candidates of the parameter `key`, which treat restarts as the protocol does; `set`
+/// has the values of other parameters.
 pub(super) fn train_choice(
     raw: &RawPlugin<'_, dyn Detector>,
     (key, train): &(String, wire::Train),
     set: &[(String, Value)],
+    restarts: Restarts,
 ) -> Option<DetectorChoice> {
     let refuse = |message: String| raw.at.key(key).key("grid").refuse(message);
     let (entry, params) = (raw.entry, raw.with(set));
@@ -31,7 +33,8 @@ pub(super) fn train_choice(
     let build: BuildWith = Arc::new(move |value| {
         let mut params = params.clone();
         params.insert(trained.clone(), value.into());
-        Ok(FixedDetector::new(entry, build(entry, params, programs.as_ref())?))
+        let built = build(entry, params, programs.as_ref())?;
+        Ok(FixedDetector { restarts, ..FixedDetector::new(entry, built) })
     });
     let grid = &train.grid;
     let listed = match (grid.from, grid.to, grid.step, &grid.values, grid.quantiles) {

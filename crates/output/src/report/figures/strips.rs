@@ -97,7 +97,7 @@ fn load_stills(
     let truth = truth.get(&track.sequence);
     // The region around the target that a distribution field is compared with.
     let signals =
-        results.experiment.methods.iter().flat_map(|m| &m.variants).filter_map(|v| v.signal.as_ref());
+        results.experiment.methods.iter().flat_map(|m| &m.variants).filter_map(|v| v.signals.first());
     let has_background = signals.into_iter().any(|s| s.kind == distribution_field::ENTRY.kind);
     let mut all = Vec::new();
     for t in request.frames {

@@ -174,7 +174,7 @@ fn record_of<'m>(manifest: &'m Manifest, method: &str, variant: &Variant) -> Opt
 fn plugins(variant: &Variant, record: Option<&MethodRecord>, own: &[Plugin]) -> Vec<Plugin> {
     let fixed = variant.detector.example();
     let mut all = vec![(fixed.kind.to_string(), fixed.version, fixed.detector.params())];
-    all.extend(variant.signals().map(|s| (s.kind.to_string(), s.version, s.signal.params())));
+    all.extend(variant.signals.iter().map(|s| (s.kind.to_string(), s.version, s.signal.params())));
     // The manifest has the first signal alone.
     let recorded = [record.map(|record| &record.detector), record.and_then(|record| record.signal.as_ref())];
     for (k, (plugin, recorded)) in all.iter_mut().zip(recorded).enumerate() {

@@ -186,6 +186,6 @@ impl Over<'_> {
 /// Symbol of the signal that a method reads.
 fn symbol(results: &Results, method: &str) -> &'static str {
     let method = results.experiment.methods.iter().find(|m| m.name == method);
-    let signal = method.and_then(|m| m.variants.first()).and_then(|v| v.signal.as_ref());
+    let signal = method.and_then(|m| m.variants.first()).and_then(|v| v.signals.first());
     signal.map_or("yₜ", |s| s.signal.facts().symbol)
 }
