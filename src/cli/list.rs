@@ -148,7 +148,7 @@ fn methods() -> Result<Vec<Vec<String>>, Failure> {
         };
         let Some(variant) = method.variants.first() else { continue };
         let signals: Vec<&str> = variant.signals.iter().map(|s| s.kind).collect();
-        let detector = variant.detector.example().kind.to_string();
+        let detector = variant.detector.example.kind.to_string();
         rows.push(vec![method.name.clone(), variant.needs().join(", "), signals.join(", "), detector]);
     }
     Ok(rows)

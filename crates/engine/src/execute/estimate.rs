@@ -6,7 +6,7 @@
 use super::units::units;
 use crate::observe::costs::Costs;
 use crate::plan::{CellState, ExperimentPlan, Shard, variants};
-use crate::spec::method::{DetectorChoice, Variant};
+use crate::spec::method::Variant;
 use crate::store::Store;
 
 /// Work that is left of a run or a shard.
@@ -57,7 +57,7 @@ impl<'p> Standing<'p> {
     /// Work left in the run, or in a shard. Shards leave out trained methods, which the final run computes.
     pub fn remaining(&self, shard: Option<Shard>) -> Remaining {
         let plan = self.plan;
-        let is_given = |(_, variant): (_, &Variant)| matches!(variant.detector, DetectorChoice::Given(_));
+        let is_given = |(_, variant): (_, &Variant)| variant.detector.role().is_none();
         let is_mine: Vec<bool> =
             variants(plan.experiment).map(|one| shard.is_none() || is_given(one)).collect();
         let mut left = Remaining { seconds: Some(0.0), ..Remaining::default() };

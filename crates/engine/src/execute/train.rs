@@ -106,7 +106,7 @@ enum StoredModel {
 /// Detectors of the variants that need no training.
 pub fn given(plan: &ExperimentPlan<'_>) -> ReadyDetectors {
     let ready = |(key, detector): (Key, &DetectorChoice)| {
-        let fixed = detector.example().clone();
+        let fixed = detector.example.clone();
         (key, Ok(Arc::new(ReadyDetector { fixed, key: DetectorKey::new(detector, None) })))
     };
     plan.given().map(ready).collect()
@@ -201,9 +201,7 @@ type Counted = BTreeMap<(usize, Place), Result<Vec<Counts>, StepError>>;
 fn counts_of_listed(context: &Context<'_>, tracks: &[Vec<Tracks>], pending: &[&TrainingNeed<'_>]) -> Counted {
     let mut asked = BTreeMap::new();
     for need in pending {
-        if let DetectorChoice::Trained(Training { candidates: Candidates::Listed(list), .. }) =
-            &need.variant.detector
-        {
+        if let Some(Training { candidates: Candidates::Listed(list), .. }) = &need.variant.detector.training {
             asked.extend(need.tracks.iter().map(|place| ((need.key.0, *place), (need.method, list))));
         }
     }
@@ -228,9 +226,9 @@ fn make(
     let (protocol, signals) = (need.method.protocol, plan.signals_of(v));
     let mine = need.tracks.iter().map(|place| track_at(tracks, place).clone());
     let mine: Vec<Arc<Track>> = mine.collect::<Result<_, CellError>>()?;
-    match &need.variant.detector {
-        DetectorChoice::Given(_) => Err(StepError::failed("nothing to learn")),
-        DetectorChoice::Trained(training) => {
+    let DetectorChoice { example, training } = &need.variant.detector;
+    match training {
+        Some(training) => {
             let chosen = || -> Result<Chosen, StepError> {
                 let candidates = choose::candidates(training, &mine, signals)?;
                 let count = |(place, track): (&Place, &Arc<Track>)| match counted.get(&(v, *place)) {
@@ -247,12 +245,12 @@ fn make(
             let within = |e: StepError| e.within(&format!("training `{}`", training.key));
             chosen().map(StoredModel::Chosen).map_err(within)
         }
-        DetectorChoice::Learned(fixed) => {
+        None => {
             let mut examples: Vec<Example<'_>> = Vec::new();
             for ((suite, s, _), track) in need.tracks.iter().zip(&mine) {
                 examples.push(track.example_of(signals, &plan.suites[*suite].sequences[*s].origin));
             }
-            choose::learn(fixed, &examples, limits).map(StoredModel::Learned)
+            choose::learn(example, &examples, limits).map(StoredModel::Learned)
         }
     }
 }
@@ -261,8 +259,9 @@ fn make(
 fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDetector, Content), CellError> {
     let failed = |reason: String| CellError::Failed(format!("method {}: {reason}", need.method.name));
     let key = DetectorKey::new(&need.variant.detector, Some(need.address));
-    match (&need.variant.detector, model) {
-        (DetectorChoice::Trained(training), StoredModel::Chosen(chosen)) => {
+    let DetectorChoice { example, training } = &need.variant.detector;
+    match (training, model) {
+        (Some(training), StoredModel::Chosen(chosen)) => {
             let damaged = || failed("a record of its training is damaged".to_string());
             let index = chosen.index as usize;
             let value = *chosen.values.get(index).ok_or_else(damaged)?;
@@ -279,11 +278,11 @@ fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDet
             };
             Ok((ReadyDetector { fixed, key }, content))
         }
-        (DetectorChoice::Learned(fixed), StoredModel::Learned(text)) => {
+        (None, StoredModel::Learned(text)) => {
             let model: Value = serde_json::from_str(text).map_err(|e| failed(e.to_string()))?;
-            let learner = fixed.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
+            let learner = example.detector.learner().ok_or_else(|| failed("does not learn".to_string()))?;
             let detector = learner.with_model(&model).map_err(|e| failed(e.to_string()))?;
-            let mut fixed = fixed.clone();
+            let mut fixed = example.clone();
             fixed.detector.plugin = detector;
             let content = Content::Learned { model, threshold: fixed.detector.threshold() };
             Ok((ReadyDetector { fixed, key }, content))

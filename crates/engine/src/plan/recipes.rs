@@ -149,8 +149,8 @@ pub const REVERSAL: u32 = 1;
 /// address.
 pub type Read = (&'static str, Address);
 
-/// Recipe of a trained parameter, before its training data are added.
-fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
+/// Recipe of a trained parameter, before its training data are added. `example` is one of the candidates.
+fn parameter(protocol: &Protocol, training: &Training, example: &FixedDetector) -> Recipe {
     let mut recipe = Recipe::new(Stage::Model)
         .with("training", TRAINING)
         .with("protocol", protocol.name)
@@ -158,7 +158,7 @@ fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
         .with("parameter", &training.key)
         .with("maximise", training.maximise.name())
         .with("candidates", training.candidates.count());
-    recipe = with_reverse(recipe, &training.example);
+    recipe = with_reverse(recipe, example);
     let plugin = |fixed: &FixedDetector| {
         let recipe = Recipe::new(Stage::Model);
         let recipe = recipe.with_plugin("", fixed.kind, fixed.version, &fixed.detector.params());
@@ -170,7 +170,7 @@ fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
                 recipe = recipe.with(format!("candidate {value}"), plugin(fixed));
             }
         }
-        Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(&training.example)),
+        Candidates::Quantiles { .. } => recipe = recipe.with("candidate quantile", plugin(example)),
     }
     recipe
 }
@@ -178,10 +178,10 @@ fn parameter(protocol: &Protocol, training: &Training) -> Recipe {
 /// Recipe of a variant's trained parameter or learned model on the training data `tracks`; `None` for a
 /// variant without either.
 pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<Recipe> {
-    let recipe = match &variant.detector {
-        DetectorChoice::Given(_) => return None,
-        DetectorChoice::Trained(training) => parameter(method.protocol, training),
-        DetectorChoice::Learned(fixed) => {
+    let fixed = &variant.detector.example;
+    let recipe = match &variant.detector.training {
+        Some(training) => parameter(method.protocol, training, fixed),
+        None => {
             let recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
             recipe.with_plugin("learner", fixed.kind, fixed.version, &fixed.detector.learner()?.params())
         }
@@ -210,9 +210,9 @@ pub struct DetectorKey {
 impl DetectorKey {
     /// Key of a variant's detector, with the address of its model if it has one.
     pub fn new(detector: &DetectorChoice, model: Option<Address>) -> Self {
-        let fixed = detector.example();
+        let fixed = &detector.example;
         let mut recipe = Recipe::new(Stage::Labels);
-        if matches!(detector, DetectorChoice::Trained(_)) {
+        if detector.training.is_some() {
             // The chosen parameter stands for the detector.
             recipe =
                 with_reverse(model.iter().fold(recipe, |recipe, model| recipe.with("model", model)), fixed);
@@ -264,14 +264,14 @@ mod tests {
         let read = ("track", Address([7; 32]));
         for (kind, counts) in [("random", true), ("level", false)] {
             let example = fixed(kind);
-            let trained = DetectorChoice::Trained(Training {
+            let training = Training {
                 key: "below".to_string(),
                 role: "train".to_string(),
                 maximise: Metric::F_SCORE,
                 candidates: Candidates::Listed(Vec::new()),
-                example: example.clone(),
-            });
-            let given = DetectorChoice::Given(example);
+            };
+            let trained = DetectorChoice { example: example.clone(), training: Some(training) };
+            let given = DetectorChoice { example, training: None };
             for key in [DetectorKey::new(&given, None), DetectorKey::new(&trained, Some(Address([9; 32])))] {
                 let [one, two] = [1, 2].map(|seed| key.labels(labels_on(read), seed).address());
                 assert_eq!(one != two, counts, "{kind}");

@@ -115,10 +115,7 @@ impl<'a> ExperimentPlan<'a> {
     ) -> Vec<(Key, Result<TrainingNeed<'a>, CellError>)> {
         let of_variant = |(v, (method, variant)): (usize, (&'a Method, &'a Variant))| {
             let mut needs = Vec::new();
-            if matches!(variant.detector, DetectorChoice::Given(_)) {
-                return needs;
-            }
-            let role = variant.detector.role().unwrap_or_default();
+            let Some(role) = variant.detector.role() else { return needs };
             let reads = self.suite(role).map(|suite| self.reads(v, suite)).unwrap_or_default();
             let signals = self.signals_of(v);
             let trackers = self.experiment.trackers.iter().enumerate();
@@ -128,10 +125,10 @@ impl<'a> ExperimentPlan<'a> {
                 tracks.retain(|place| is_there(place, signals) && reads.contains_key(place));
                 let mine: Vec<Read> = tracks.iter().map(|place| reads[place]).collect();
                 let recipe = recipes::of_model(method, variant, &mine).filter(|_| !mine.is_empty());
-                let recipe = recipe.map(|recipe| match &variant.detector {
+                let recipe = recipe.map(|recipe| match &variant.detector.training {
                     // Who learns may weigh examples by their video and source.
-                    DetectorChoice::Learned(_) => recipe.with("videos and sources", self.origins(&tracks)),
-                    _ => recipe,
+                    None => recipe.with("videos and sources", self.origins(&tracks)),
+                    Some(_) => recipe,
                 });
                 let missing = || CellError::Missing(format!("no track in role `{role}` to learn from"));
                 let key = (v, t, part);
@@ -150,7 +147,7 @@ impl<'a> ExperimentPlan<'a> {
     /// Detectors that need no training.
     pub fn given(&self) -> impl Iterator<Item = (Key, &'a DetectorChoice)> {
         let all = variants(self.experiment).map(|(_, variant)| &variant.detector).enumerate();
-        let given = all.filter(|(_, detector)| matches!(detector, DetectorChoice::Given(_)));
+        let given = all.filter(|(_, detector)| detector.role().is_none());
         let trackers = 0..self.experiment.trackers.len();
         given.flat_map(move |(v, detector)| trackers.clone().map(move |t| ((v, t, 0), detector)))
     }

@@ -86,7 +86,7 @@ mod tests {
             assert_eq!(experiment.name, *name);
             let kinds = |methods: &[String]| -> BTreeSet<String> {
                 let methods = experiment.methods.iter().filter(|m| methods.contains(&m.name));
-                methods.flat_map(|m| &m.variants).map(|v| v.detector.example().kind.to_string()).collect()
+                methods.flat_map(|m| &m.variants).map(|v| v.detector.example.kind.to_string()).collect()
             };
             let has = |table: &Table, metric: Metric| match &table.rows {
                 Side::Metrics(metrics) => metrics.contains(&metric),

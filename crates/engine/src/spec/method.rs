@@ -68,31 +68,23 @@ impl Variant {
     }
 
     fn detectors(&self) -> usize {
-        match &self.detector {
-            DetectorChoice::Given(_) | DetectorChoice::Learned(_) => 1,
-            DetectorChoice::Trained(training) => training.candidates.count(),
-        }
+        self.detector.training.as_ref().map_or(1, |training| training.candidates.count())
     }
 }
 
-/// A detector, complete or to be trained.
-pub enum DetectorChoice {
-    /// A detector with all parameters given.
-    Given(FixedDetector),
-    /// A detector with one parameter that is chosen on a suite.
-    Trained(Training),
-    /// A detector with all parameters given and a model that is learned on a suite.
-    Learned(FixedDetector),
+/// A detector, complete, with one parameter that is chosen on a suite, or with a model that is learned on a suite.
+pub struct DetectorChoice {
+    /// The detector; one of the candidates, for properties that all share, if a parameter is chosen.
+    pub example: FixedDetector,
+    /// Rule by which a parameter is chosen; `None` if all are given.
+    pub training: Option<Training>,
 }
 
 impl DetectorChoice {
     /// Role of the suite used for training; `None` if nothing is trained.
     pub fn role(&self) -> Option<&str> {
-        match self {
-            Self::Given(_) => None,
-            Self::Trained(training) => Some(&training.role),
-            Self::Learned(fixed) => fixed.detector.learner().map(|l| l.role()),
-        }
+        let learned = || self.example.detector.learner().map(|learner| learner.role());
+        self.training.as_ref().map(|training| training.role.as_str()).or_else(learned)
     }
 
     /// True if the detector is trained for each sequence and tracker on the others.
@@ -102,20 +94,12 @@ impl DetectorChoice {
 
     /// True if one model is learned from the tracks of all trackers.
     pub fn pools_trackers(&self) -> bool {
-        self.example().detector.learner().is_some_and(|learner| learner.pools_trackers())
-    }
-
-    /// The detector; one of the candidates if it is trained.
-    pub fn example(&self) -> &FixedDetector {
-        match self {
-            Self::Given(fixed) | Self::Learned(fixed) => fixed,
-            Self::Trained(training) => &training.example,
-        }
+        self.example.detector.learner().is_some_and(|learner| learner.pools_trackers())
     }
 
     /// True if the detector runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
-        self.example().detector.needs_reverse()
+        self.example.detector.needs_reverse()
     }
 }
 
@@ -129,8 +113,6 @@ pub struct Training {
     pub maximise: Metric,
     /// The values that are tried.
     pub candidates: Candidates,
-    /// One of the candidates, for properties that all share.
-    pub example: FixedDetector,
 }
 
 /// Builds the detector with a value of the trained parameter. The detector may refuse the value.
@@ -317,17 +299,14 @@ impl Parts<'_> {
         let detector = match training {
             Some(training) => training::train_choice(detector, training, &set(false), restarts),
             None => detector.build(&set(false), grid).map(|built| {
-                let fixed = FixedDetector { restarts, ..FixedDetector::new(detector.entry, built) };
-                match fixed.detector.learner() {
-                    Some(_) => DetectorChoice::Learned(fixed),
-                    None => DetectorChoice::Given(fixed),
-                }
+                let example = FixedDetector { restarts, ..FixedDetector::new(detector.entry, built) };
+                DetectorChoice { example, training: None }
             }),
         };
         let (signals, detector) = (signals.into_iter().collect::<Option<Vec<_>>>()?, detector?);
         let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
-        let needs_signal = detector.example().detector.needs_signal();
-        let reads = detector.example().detector.signals();
+        let needs_signal = detector.example.detector.needs_signal();
+        let reads = detector.example.detector.signals();
         if needs_signal && signals.is_empty() {
             return at.refuse(format!("method `{name}` needs a signal for its detector"));
         }

@@ -14,7 +14,7 @@ pub fn published(method: &Method) -> Option<Vec<(String, f64)>> {
     let name = method.like.as_deref().unwrap_or(&method.name);
     let known = builtin::published_method(name)?.ok()?;
     let known = known.variants.first()?;
-    let mut params = vec![known.detector.example().detector.params()];
+    let mut params = vec![known.detector.example.detector.params()];
     params.extend(known.signals.iter().map(|s| s.signal.params()));
     let value = |axis: &String| {
         let value = params.iter().find_map(|p| p.get(axis).and_then(Value::as_f64))?;

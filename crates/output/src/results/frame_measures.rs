@@ -56,7 +56,7 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let Some(variant) = mine.into_iter().find(|v| v.params() == params) else {
         return Method { direction: Direction::LowerIsBetter, is_probability: false };
     };
-    let detector = &variant.detector.example().detector;
+    let detector = &variant.detector.example.detector;
     Method { direction: detector.score_direction(), is_probability: detector.gives_probability() }
 }
 

@@ -15,7 +15,7 @@ use trackfail_dataset::Frames;
 use trackfail_engine::CellError;
 use trackfail_engine::execute::analyse::NotAnalysed;
 use trackfail_engine::execute::train::{Content, Model};
-use trackfail_engine::spec::method::{DetectorChoice, Method, Variant};
+use trackfail_engine::spec::method::{Method, Variant};
 use trackfail_engine::spec::{Experiment, Tracker};
 use trackfail_engine::store::StoreError;
 use trackfail_engine::{Cell, CellName, Outcome};
@@ -425,12 +425,9 @@ fn method_records(experiment: &Experiment, outcome: &Outcome<'_>) -> Vec<MethodR
     let variants = experiment.methods.iter().flat_map(|m| m.variants.iter().map(move |v| (m, v)));
     let record = |(method, variant): (&Method, &Variant)| {
         let params = variant.params();
-        let fixed = variant.detector.example();
-        let key = match &variant.detector {
-            DetectorChoice::Given(_) => None,
-            DetectorChoice::Trained(t) => Some(t.key.clone()),
-            DetectorChoice::Learned(_) => Some("model".to_string()),
-        };
+        let fixed = &variant.detector.example;
+        let model = || fixed.detector.learner().map(|_| "model".to_string());
+        let key = variant.detector.training.as_ref().map(|training| training.key.clone()).or_else(model);
         let suite = variant.detector.role().and_then(|role| experiment.suite_of(role));
         let on_others = variant.detector.trains_on_others();
         let learned_on = |suite: &String| match on_others {

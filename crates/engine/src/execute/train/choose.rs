@@ -108,7 +108,6 @@ mod tests {
             role: "train".into(),
             maximise: Metric::F_SCORE,
             candidates: Candidates::Listed([0.01, 0.2, 0.5, 0.9].map(candidate).to_vec()),
-            example: candidate(0.01).1,
         };
         // One loss, at frame 20; below .2 and .5 find it, .01 never alarms, .9 does from the start.
         let step =

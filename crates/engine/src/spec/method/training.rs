@@ -79,7 +79,7 @@ pub(super) fn train_choice(
     let (example, candidates) = candidates().map_err(|e| tell(raw.at, &e)).ok()?;
     let (key, role) = (key.clone(), train.train.clone());
     let maximise = Metric::from_name(&train.maximise)?;
-    Some(DetectorChoice::Trained(Training { key, role, maximise, candidates, example }))
+    Some(DetectorChoice { example, training: Some(Training { key, role, maximise, candidates }) })
 }
 
 /// Trained parameter of a detector, if it has one. Errors have already been reported.

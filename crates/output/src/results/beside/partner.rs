@@ -8,7 +8,7 @@ use crate::results::manifest::{self, Manifest, MethodRecord};
 use crate::results::{Results, ResultsError};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
-use trackfail_engine::spec::method::{Candidates, DetectorChoice, Method, Training, Variant};
+use trackfail_engine::spec::method::{Candidates, Method, Training, Variant};
 use trackfail_engine::spec::{Experiment, FoldsBy, OTHERS, TEST};
 
 /// Name of something that must be the same, its value in the experiment, and its value in the kept results.
@@ -172,7 +172,7 @@ fn record_of<'m>(manifest: &'m Manifest, method: &str, variant: &Variant) -> Opt
 
 /// The detector of a variant and then its signals, [as they were run](as_run), beside those of `own`.
 fn plugins(variant: &Variant, record: Option<&MethodRecord>, own: &[Plugin]) -> Vec<Plugin> {
-    let fixed = variant.detector.example();
+    let fixed = &variant.detector.example;
     let mut all = vec![(fixed.kind.to_string(), fixed.version, fixed.detector.params())];
     all.extend(variant.signals.iter().map(|s| (s.kind.to_string(), s.version, s.signal.params())));
     // The manifest has the first signal alone.
@@ -193,7 +193,7 @@ fn training(variant: &Variant, experiment: &Experiment) -> String {
         (OTHERS, FoldsBy::Source) => format!("others of {suite} by source"),
         _ => suite.to_string(),
     };
-    let DetectorChoice::Trained(Training { key, maximise, candidates, .. }) = &variant.detector else {
+    let Some(Training { key, maximise, candidates, .. }) = &variant.detector.training else {
         return format!("a model of {suite}");
     };
     let candidates = match candidates {

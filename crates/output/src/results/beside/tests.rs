@@ -277,7 +277,7 @@ fn another_method_of_the_name_is_refused() {
     }
     // Versions are those of the run, parameters those of the experiment file.
     let variant = &given.experiment.methods[0].variants[0];
-    let (signal, detector) = (variant.signals.first().unwrap(), variant.detector.example());
+    let (signal, detector) = (variant.signals.first().unwrap(), &variant.detector.example);
     let record = |version: u32| -> MethodRecord {
         let signal = json!([signal.kind, signal.version, { "gone": 1 }]);
         let detector = json!([detector.kind, version, { "gone": 1 }]);
