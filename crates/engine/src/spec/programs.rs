@@ -6,6 +6,8 @@ use super::check;
 use super::error::{At, Errors, Source, SpecError};
 use super::limits::read_at_most;
 use super::name::is_word;
+use super::schema::{remove, remove_null};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -26,29 +28,13 @@ const RESERVED: [&str; 3] = ["TRACKFAIL_SEED", "TRACKFAIL_RUN", "TRAX"];
 /// Schema of the file. All signals and detectors speak the same protocol. A signal has no seed, so that its
 /// answers cannot depend on one.
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
-    let words = |words: [&str; 2]| json!({ "oneOf": words.map(|word| json!({ "const": word })) });
-    let text = || json!({ "type": "string" });
-    let seconds = || json!({ "type": "number", "description": "seconds" });
-    let all = [
-        ("command", json!({ "type": "array", "items": text() })),
-        ("version", text()),
-        ("start_timeout", seconds()),
-        ("answer_timeout", seconds()),
-        ("environment", json!({ "type": "object", "additionalProperties": text() })),
-        ("digest", json!({ "type": "array", "items": text() })),
-        ("deterministic", json!({ "type": "boolean" })),
-        ("protocol", words(["trax", "lines"])),
-        ("regions", words(["rectangle", "polygon"])),
-        ("confidence", text()),
-    ];
+    let mut program = schemars::schema_for!(Wired).to_value();
+    remove(&mut program, &["description"]);
+    remove_null(&mut program);
+    let definitions = program["$defs"].take();
     let programs = |without: &[&str]| {
-        let properties = all.iter().filter(|(key, _)| !without.contains(key)).cloned();
-        let program = json!({
-            "type": "object",
-            "properties": BTreeMap::from_iter(properties),
-            "required": ["command", "version"],
-            "additionalProperties": false,
-        });
+        let mut program = program.clone();
+        remove(&mut program["properties"], without);
         json!({ "type": "object", "additionalProperties": program })
     };
     let roles = json!({
@@ -56,11 +42,12 @@ static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
         "signal": programs(&["protocol", "regions", "confidence", "deterministic"]),
         "detector": programs(&["protocol", "regions", "confidence"]),
     });
-    json!({ "type": "object", "properties": roles, "additionalProperties": false })
+    json!({ "type": "object", "properties": roles, "additionalProperties": false, "$defs": definitions })
 });
 
-/// A program as written in the file.
-#[derive(Deserialize)]
+/// A program as written in the file. A description of a key would stand in messages about it.
+#[derive(Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 struct Wired {
     command: Vec<String>,
     version: String,
@@ -68,7 +55,9 @@ struct Wired {
     protocol: Protocol,
     regions: Option<Regions>,
     confidence: Option<String>,
+    #[schemars(extend("description" = "seconds"))]
     start_timeout: Option<f64>,
+    #[schemars(extend("description" = "seconds"))]
     answer_timeout: Option<f64>,
     #[serde(default)]
     deterministic: bool,

@@ -98,7 +98,8 @@ fn take_definitions(schema: &mut Value) -> Definitions {
     definitions.and_then(|definitions| serde_json::from_value(definitions).ok()).unwrap_or_default()
 }
 
-fn remove(schema: &mut Value, keys: &[&str]) {
+/// Removes keys of an object.
+pub(super) fn remove(schema: &mut Value, keys: &[&str]) {
     if let Some(object) = schema.as_object_mut() {
         keys.iter().for_each(|key| drop(object.remove(*key)));
     }
@@ -180,7 +181,7 @@ fn rename_references(schema: &mut Value, plugin: &str) {
 }
 
 /// Removes null from a schema, since TOML has no null.
-fn remove_null(schema: &mut Value) {
+pub(super) fn remove_null(schema: &mut Value) {
     match schema {
         Value::Object(object) => {
             object.retain(|key, value| !(value.is_null() && key != "const"));

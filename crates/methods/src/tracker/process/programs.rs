@@ -3,6 +3,7 @@
 
 use crate::analysis::Analysis;
 use crate::tracker::TrackerError;
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -15,7 +16,7 @@ use trackfail_core::plugin::{self, Configured, ParamError, Plugin, Range};
 use trackfail_dataset::text::shorten_to;
 
 /// Protocol between this program and an external one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
     /// TraX, versions 1 to 4.
@@ -62,7 +63,7 @@ impl Protocol {
 }
 
 /// Form of the regions that a program reads in the lines protocol.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Regions {
     /// `x,y,w,h`.
@@ -156,7 +157,7 @@ impl Bind for dyn Analysis {
 }
 
 /// Parameters that name a program.
-pub trait Named: Clone + DeserializeOwned + Serialize + schemars::JsonSchema + Send + Sync + 'static {
+pub trait Named: Clone + DeserializeOwned + Serialize + JsonSchema + Send + Sync + 'static {
     /// Kind of plugin that the program stands for.
     const ROLE: Role;
 
