@@ -121,8 +121,8 @@ struct Group {
 struct Document<'d> {
     items: Vec<Item<'d>>,
     groups: Vec<Group>,
-    /// Names in `[without]`, each with the kind of its item.
-    without: Vec<(&'static str, Spanned<String>)>,
+    /// Lists of names in `[without]`, by kind of item.
+    without: Vec<Entry<'d>>,
 }
 
 /// True if a file extends no other and has no groups.
@@ -155,11 +155,6 @@ pub(super) fn complete(files: &[SourceFile]) -> Result<(String, Spanned<DeTable<
 
 fn word<'k>(key: &'k Spanned<DeString<'_>>) -> &'k str {
     key.get_ref()
-}
-
-/// The kind of items that a word names.
-fn kind_of(word: &str) -> Option<&'static str> {
-    KINDS.iter().map(|(kind, ..)| *kind).find(|kind| *kind == word)
 }
 
 /// Entries of a table in the order of the file.
@@ -203,10 +198,11 @@ impl Assembly<'_> {
         for (key, value) in entries(document.into_inner()) {
             let (heading, place) = (word(&key).to_string(), value.span());
             let group = GROUPS.iter().find(|group| group.key == heading);
-            let kind = group.map(|group| group.kind).or(kind_of(&heading));
+            let known = || KINDS.iter().map(|(kind, ..)| *kind).find(|kind| *kind == heading);
+            let kind = group.map(|group| group.kind).or_else(known);
             match (heading.as_str(), value.into_inner(), kind) {
                 (EXTENDS, ..) => {}
-                (WITHOUT, DeValue::Table(without), _) => cut.without = left_out(without),
+                (WITHOUT, DeValue::Table(without), _) => cut.without = entries(without),
                 (SUITES, DeValue::Table(table), _) => {
                     suites = Some(Item { kind: SUITES, place, entries: entries(table), ..Item::default() });
                 }
@@ -328,21 +324,24 @@ impl Assembly<'_> {
             }
         }
         let mut removed = BTreeSet::new();
-        for (kind, name) in &child.without {
-            let (span, name) = (name.span(), name.get_ref());
-            if base.items.is_empty() {
-                return Err(self.source.error(span, "[without] is for experiments that extend another"));
+        for (kind, names) in &child.without {
+            let kind = word(kind);
+            let names = names.get_ref().as_array().into_iter().flat_map(|names| names.iter());
+            for (span, name) in names.filter_map(|name| Some((name.span(), name.get_ref().as_str()?))) {
+                if base.items.is_empty() {
+                    return Err(self.source.error(span, "[without] is for experiments that extend another"));
+                }
+                let group = base.groups.iter().find(|g| g.kind.kind == kind && g.name.get_ref() == name);
+                let names = group.map_or_else(|| vec![name.to_string()], |group| group.members.clone());
+                let found = names.into_iter().filter_map(|name| known.get(&(kind, name))).flatten();
+                let found: Vec<usize> = found.copied().collect();
+                if found.is_empty() {
+                    let words = known.keys().filter(|(of, _)| *of == kind).map(|(_, name)| name.as_str());
+                    let message = unknown(&format!("{kind} of the base"), &shorten_to(name, MAX_WORD), words);
+                    return Err(self.source.error(span, message));
+                }
+                removed.extend(found);
             }
-            let group = base.groups.iter().find(|g| g.kind.kind == *kind && g.name.get_ref() == name);
-            let names = group.map_or(std::slice::from_ref(name), |group| group.members.as_slice());
-            let found = names.iter().filter_map(|name| known.get(&(*kind, name.clone()))).flatten();
-            let found: Vec<usize> = found.copied().collect();
-            if found.is_empty() {
-                let words = known.keys().filter(|(of, _)| of == kind).map(|(_, name)| name.as_str());
-                let message = unknown(&format!("{kind} of the base"), &shorten_to(name, MAX_WORD), words);
-                return Err(self.source.error(span, message));
-            }
-            removed.extend(found);
         }
         Ok(removed)
     }
@@ -402,19 +401,6 @@ impl Assembly<'_> {
     }
 }
 
-/// Names in `[without]`, each with the kind of its item.
-fn left_out(table: DeTable<'_>) -> Vec<(&'static str, Spanned<String>)> {
-    let mut all = Vec::new();
-    for (key, value) in entries(table) {
-        let (Some(kind), DeValue::Array(list)) = (kind_of(word(&key)), value.get_ref()) else { continue };
-        let name = |name: &Spanned<DeValue<'_>>| {
-            Some((kind, Spanned::new(name.span(), name.get_ref().as_str()?.to_string())))
-        };
-        all.extend(list.iter().filter_map(name));
-    }
-    all
-}
-
 /// Replaces entries that have the same key and appends the others.
 fn replace<'d>(known: &mut Vec<Entry<'d>>, with: Vec<Entry<'d>>) {
     let places: BTreeMap<String, usize> =
@@ -427,24 +413,20 @@ fn replace<'d>(known: &mut Vec<Entry<'d>>, with: Vec<Entry<'d>>) {
     }
 }
 
-/// Puts all items into one table.
+/// Puts all items into one table. The first has the keys before all headings.
 fn table_of(items: Vec<Item<'_>>) -> DeTable<'_> {
-    let (mut table, mut keys) = (DeTable::new(), Vec::new());
+    let mut items = items.into_iter();
+    let (mut table, keys) = (DeTable::new(), items.next().unwrap_or_default().entries);
     for Item { kind, place, entries, .. } in items {
-        if kind.is_empty() {
-            keys = entries;
-            continue;
-        }
         let item = Spanned::new(place.clone(), DeValue::Table(entries.into_iter().collect()));
-        if let Some(DeValue::Array(list)) = table.get_mut(kind).map(Spanned::get_mut) {
+        let key = Spanned::new(place.clone(), DeString::from(kind));
+        if kind == SUITES {
+            table.insert(key, item);
+        } else if let DeValue::Array(list) =
+            table.entry(key).or_insert(Spanned::new(place, DeValue::Array(DeArray::new()))).get_mut()
+        {
             list.push(item);
-            continue;
         }
-        let value = match kind {
-            SUITES => item,
-            _ => Spanned::new(place.clone(), DeValue::Array(DeArray::from_iter([item]))),
-        };
-        table.insert(Spanned::new(place, DeString::from(kind)), value);
     }
     table.extend(keys);
     table
