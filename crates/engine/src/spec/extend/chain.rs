@@ -4,7 +4,6 @@ use super::EXTENDS;
 use crate::spec::builtin;
 use crate::spec::error::{SourceFile, SpecError};
 use crate::spec::limits::read_text;
-use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use trackfail_core::plugin::unknown;
 use trackfail_dataset::text::shorten_to;
@@ -47,31 +46,26 @@ pub(in crate::spec) fn load(
 ) -> Result<Vec<SourceFile>, SpecError> {
     let mut files = Vec::new();
     let mut extended_by = Vec::new();
-    let mut last = SourceFile::new(name.to_string(), text, String::new(), None);
-    while let Some((target, span)) = extended(&last)? {
-        let wrong = |message: String| last.source().error(span.clone(), message);
-        let (name, text) = open(&mut folder, &target, &wrong)?;
-        let is_it = |file: &SourceFile| file.name == name;
-        if target.ends_with(".toml") && (is_it(&last) || files.iter().any(is_it)) {
+    let mut next = Some(SourceFile::new(name.to_string(), text, String::new(), None));
+    while let Some(file) = next.take() {
+        files.push(file);
+        let last = &files[files.len() - 1];
+        let (source, document) = (last.source(), last.source().syntax()?);
+        let Some(value) = document.get_ref().get(EXTENDS) else { break };
+        let Some(target) = value.get_ref().as_str() else { break };
+        let wrong = |message: String| source.error(value.span(), message);
+        let (name, text) = open(&mut folder, target, &wrong)?;
+        if target.ends_with(".toml") && files.iter().any(|file| file.name == name) {
             return Err(wrong(format!("`{target}` extends itself")));
         }
-        if files.len() + 1 == MAX_FILES {
+        if files.len() == MAX_FILES {
             return Err(wrong(format!("more than {MAX_FILES} files extend one another")));
         }
-        extended_by.insert(0, last.source().file_and_line(span.start));
+        extended_by.insert(0, source.file_and_line(value.span().start));
         let note = format!(" (extended by {})", extended_by.join(", "));
-        let base = SourceFile::new(name, &text, note, Some(&last));
-        files.push(std::mem::replace(&mut last, base));
+        next = Some(SourceFile::new(name, &text, note, Some(last)));
     }
-    files.push(last);
     Ok(files)
-}
-
-/// The value of `extends`, with its place.
-fn extended(file: &SourceFile) -> Result<Option<(String, Range<usize>)>, SpecError> {
-    let document = file.source().syntax()?;
-    let value = document.get_ref().get(EXTENDS);
-    Ok(value.and_then(|value| Some((value.get_ref().as_str()?.to_string(), value.span()))))
 }
 
 /// Reads name and text of a base. `wrong` makes the error for a name that is no valid base.
