@@ -19,13 +19,6 @@ pub struct SpecError {
     pub line: usize,
     /// Words for the mistake, and for what would be valid.
     pub message: String,
-    /// Lines printed below the message.
-    pub below: Box<BelowMessage>,
-}
-
-/// Lines below the message of an error.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct BelowMessage {
     /// Line of the file and a mark below the wrong place, as two lines; empty if no place is known.
     pub excerpt: String,
     /// All other errors of the experiment.
@@ -35,7 +28,7 @@ pub struct BelowMessage {
 impl SpecError {
     /// Error of a file as a whole.
     pub(super) fn of_file(file: String, message: String) -> Self {
-        Self { file, line: 1, message, below: Box::default() }
+        Self { file, line: 1, message, excerpt: String::new(), others: Vec::new() }
     }
 }
 
@@ -46,13 +39,12 @@ pub(super) const MAX_KEPT: usize = 1000;
 
 impl std::fmt::Display for SpecError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let others = &self.below.others;
+        let others = &self.others;
         if !others.is_empty() {
             writeln!(f, "{}: {} errors", self.file, 1 + others.len())?;
         }
         for (k, error) in std::iter::once(self).chain(others).take(MAX_ERRORS).enumerate() {
-            let Self { file, line, message, below } = error;
-            let excerpt = &below.excerpt;
+            let Self { file, line, message, excerpt, .. } = error;
             if k > 0 {
                 writeln!(f)?;
             }
@@ -100,7 +92,7 @@ impl Errors {
         let first = all.next();
         let mut first =
             first.unwrap_or_else(|| SpecError::of_file(String::new(), "cannot be read".to_string()));
-        first.below.others = all.collect();
+        first.others = all.collect();
         Err(first)
     }
 }
@@ -238,7 +230,8 @@ impl<'a> Source<'a> {
             file: at.file.to_string(),
             line,
             message: shorten_to(&message.into(), MAX_MESSAGE) + at.note,
-            below: Box::new(BelowMessage { excerpt, others: Vec::new() }),
+            excerpt,
+            others: Vec::new(),
         }
     }
 

@@ -11,7 +11,7 @@ fn refused(text: &str) -> SpecError {
 /// Line and message of each error.
 fn told(text: &str) -> Vec<(usize, String)> {
     let error = refused(text);
-    std::iter::once(&error).chain(&error.below.others).map(|e| (e.line, e.message.clone())).collect()
+    std::iter::once(&error).chain(&error.others).map(|e| (e.line, e.message.clone())).collect()
 }
 
 /// A valid experiment.
@@ -168,7 +168,7 @@ fn all_errors_of_a_table_a_figure_and_a_claim_are_told() {
 fn a_mark_stands_below_the_word() {
     let marked = |from: &str, to: &str| {
         let error = refused(&SPEC.replacen(from, to, 1));
-        let (line, mark) = error.below.excerpt.split_once('\n').unwrap();
+        let (line, mark) = error.excerpt.split_once('\n').unwrap();
         let at = mark.find('^').unwrap();
         line[at..at + mark.matches('^').count()].to_string()
     };
@@ -219,5 +219,5 @@ fn a_value_of_a_wrong_type_is_told_with_what_is_wanted() {
 fn a_file_in_which_all_is_wrong_is_refused_soon() {
     let keys: String = (0..5_000).map(|k| format!("key-{k} = 1\n")).collect();
     let error = refused(&(keys + SPEC));
-    assert_eq!(1 + error.below.others.len(), 1000);
+    assert_eq!(1 + error.others.len(), 1000);
 }
