@@ -210,31 +210,25 @@ impl<'c> Check<'c> {
         }
         let limit = |key: &str| schema.get(key).filter(|limit| limit.is_number());
         let is_negative = matches!(given, DeValue::Integer(number) if number.as_str().starts_with('-'));
-        let number = match schema.get("type").and_then(Value::as_str) {
-            Some("integer") => "a whole number",
-            Some("number") => "a number",
-            Some("boolean") => return "true or false".to_string(),
-            Some("object") => {
-                return match limit("maxProperties") {
-                    Some(most) => format!("a table of at most {most}"),
-                    None => "a table".to_string(),
-                };
-            }
-            Some("array") => {
-                return match (limit("minItems"), limit("maxItems")) {
-                    (Some(least), Some(most)) if least == most => format!("a list of {least}"),
-                    (_, Some(most)) => format!("a list of at most {most}"),
-                    (Some(_), None) => "a list that is not empty".to_string(),
-                    (None, None) => "a list".to_string(),
-                };
-            }
-            _ => return "text in quotes".to_string(),
-        };
-        match (limit("minimum"), limit("maximum")) {
-            (Some(low), Some(high)) => format!("{number} from {low} to {high}"),
+        let number = |what: &str| match (limit("minimum"), limit("maximum")) {
+            (Some(low), Some(high)) => format!("{what} from {low} to {high}"),
             // What counts something begins with 0 for the schema, and may begin later for its plugin.
-            (Some(low), None) if low.as_u64() != Some(0) || is_negative => format!("{number} from {low} on"),
-            _ => number.to_string(),
+            (Some(low), None) if low.as_u64() != Some(0) || is_negative => format!("{what} from {low} on"),
+            _ => what.to_string(),
+        };
+        match schema.get("type").and_then(Value::as_str) {
+            Some("integer") => number("a whole number"),
+            Some("number") => number("a number"),
+            Some("boolean") => "true or false".to_string(),
+            Some("object") => limit("maxProperties")
+                .map_or_else(|| "a table".to_string(), |most| format!("a table of at most {most}")),
+            Some("array") => match (limit("minItems"), limit("maxItems")) {
+                (Some(least), Some(most)) if least == most => format!("a list of {least}"),
+                (_, Some(most)) => format!("a list of at most {most}"),
+                (Some(_), None) => "a list that is not empty".to_string(),
+                (None, None) => "a list".to_string(),
+            },
+            _ => "text in quotes".to_string(),
         }
     }
 }

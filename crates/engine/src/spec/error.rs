@@ -73,11 +73,6 @@ impl Errors {
         }
     }
 
-    /// True if there are no errors so far.
-    pub fn is_empty(&self) -> bool {
-        self.0.borrow().is_empty()
-    }
-
     /// Returns the value if there are no errors. A missing value must have been reported.
     ///
     /// # Errors
@@ -130,7 +125,7 @@ impl<'a> At<'a> {
 
     /// True if the file has no errors so far.
     pub fn is_fine(self) -> bool {
-        self.errors.is_empty()
+        self.errors.0.borrow().is_empty()
     }
 
     /// Reports an error at this value.
@@ -206,12 +201,9 @@ impl<'a> Source<'a> {
         Self { file, text, note: "", start: 0, bases: &[] }
     }
 
-    /// Source for the first of several files, each of which extends the next.
+    /// Source for the first of several files, each of which extends the next. There is at least one.
     pub(super) fn first_of(files: &'a [SourceFile]) -> Self {
-        match files {
-            [first, bases @ ..] => Self { bases, ..first.source() },
-            [] => Self::new("", ""),
-        }
+        Self { bases: &files[1..], ..files[0].source() }
     }
 
     /// Source of the file that contains a position.

@@ -96,11 +96,6 @@ impl DetectorChoice {
     pub fn pools_trackers(&self) -> bool {
         self.example.detector.learner().is_some_and(|learner| learner.pools_trackers())
     }
-
-    /// True if the detector runs trackers backwards.
-    pub fn needs_reverse(&self) -> bool {
-        self.example.detector.needs_reverse()
-    }
 }
 
 /// Rule by which a parameter is chosen on a suite.
@@ -187,15 +182,12 @@ pub(super) fn read(
     let (signals, detector) = (signals?, detector?);
     let training = training::trained(&detector).ok()?;
     let parts = Parts { at, name, detector, signals, training, restarts: protocol.restarts };
-    let axes = match &wire.grid {
-        None => Vec::new(),
-        Some(grid) => parts.axes(grid)?,
-    };
+    let axes = parts.axes(wire.grid.as_ref())?;
     let mut variants = Vec::new();
     let mut detectors = 0;
     for point in combinations(&axes) {
         let variant = parts.variant(&point)?;
-        if protocol.restarts == Restarts::NewTrack && variant.detector.needs_reverse() {
+        if protocol.restarts == Restarts::NewTrack && variant.detector.example.detector.needs_reverse() {
             return at.refuse(format!(
                 "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
                 protocol.name
@@ -244,12 +236,12 @@ struct Parts<'a> {
 
 impl Parts<'_> {
     /// Checks the axes of the grid. They must be parameters of the detector or of the first signal.
-    fn axes<'g>(&self, grid: &'g BTreeMap<String, Vec<Number>>) -> Option<Vec<Axis<'g>>> {
+    fn axes<'g>(&self, grid: Option<&'g BTreeMap<String, Vec<Number>>>) -> Option<Vec<Axis<'g>>> {
         let of_detector = self.detector.keys();
         let of_signal = self.signals.first().map(RawPlugin::keys).unwrap_or_default();
         let mut axes = Vec::new();
         let mut size = 1usize;
-        for (name, values) in grid {
+        for (name, values) in grid.into_iter().flatten() {
             let at = self.at.key("grid").key(name);
             if self.training.as_ref().is_some_and(|(key, _)| key == name) {
                 return at.refuse(format!("`{name}` is trained; it cannot be an axis of the grid too"));

@@ -94,8 +94,8 @@ pub(super) fn unread_keys() -> Vec<Value> {
 }
 
 fn take_definitions(schema: &mut Value) -> Definitions {
-    let definitions = schema.as_object_mut().and_then(|object| object.remove("$defs"));
-    definitions.and_then(|definitions| serde_json::from_value(definitions).ok()).unwrap_or_default()
+    let definitions = schema.as_object_mut().and_then(|object| object.remove("$defs")).unwrap_or_default();
+    serde_json::from_value(definitions).unwrap_or_default()
 }
 
 /// Removes keys of an object.

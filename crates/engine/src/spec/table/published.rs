@@ -17,18 +17,15 @@ pub(in crate::spec) fn inherit_published(
     trackers: &[Tracker],
 ) -> Vec<Published> {
     let mut all = published;
-    for table in tables.iter().filter(|t| t.published.is_some()) {
-        let of_table = |p: &&Published| Some(&p.table) == table.published.as_ref();
-        let taken = all.iter().filter(of_table).map(|p| Published { table: table.name.clone(), ..p.clone() });
-        let taken: Vec<Published> = taken.collect();
-        all.extend(taken);
+    for table in tables {
+        let Some(like) = &table.published else { continue };
+        let taken: Vec<Published> = all.iter().filter(|p| p.table == *like).cloned().collect();
+        all.extend(taken.into_iter().map(|p| Published { table: table.name.clone(), ..p }));
     }
     for tracker in trackers {
         let Some(like) = &tracker.like else { continue };
-        let taken = all.iter().filter(|p| p.tracker == *like);
-        let taken = taken.map(|p| Published { tracker: tracker.label.clone(), ..p.clone() });
-        let taken: Vec<Published> = taken.collect();
-        all.extend(taken);
+        let taken: Vec<Published> = all.iter().filter(|p| p.tracker == *like).cloned().collect();
+        all.extend(taken.into_iter().map(|p| Published { tracker: tracker.label.clone(), ..p }));
     }
     for Published { values, .. } in &mut all {
         for method in methods {
