@@ -20,10 +20,6 @@ fn words<T>(list: &'static [T], word: fn(&'static T) -> &'static str) -> Vec<&'s
     list.iter().map(word).collect()
 }
 
-fn protocols() -> Vec<&'static str> {
-    words(PROTOCOLS, |protocol| protocol.name)
-}
-
 /// Metrics that training can maximize.
 fn best_metrics() -> Vec<&'static str> {
     Metric::names().filter(|n| Metric::from_name(n).as_ref().is_some_and(can_be_maximised)).collect()
@@ -63,7 +59,7 @@ pub struct Experiment {
     #[schemars(extend("pattern" = "^[a-z0-9_-]{1,64}(/[a-z0-9_-]{1,64})*$"))]
     pub beside: Option<String>,
     /// How labels are scored, e.g. `khalid2016/1`; may be left out where there is no method.
-    #[schemars(extend("enum" = protocols()))]
+    #[schemars(extend("enum" = words(PROTOCOLS, |protocol| protocol.name)))]
     pub protocol: Option<String>,
     /// Seed from which all other seeds are derived.
     #[serde(default)]
@@ -169,7 +165,7 @@ pub struct Method {
     #[schemars(extend("minItems" = 1))]
     pub trackers: Option<Vec<String>>,
     /// Protocol that scores the labels; by default that of the experiment.
-    #[schemars(extend("enum" = protocols()))]
+    #[schemars(extend("enum" = words(PROTOCOLS, |protocol| protocol.name)))]
     pub protocol: Option<String>,
 }
 
