@@ -99,7 +99,7 @@ pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError>
 }
 
 /// Line, from 1, of a byte position in a text.
-pub(crate) fn line_of(text: &[u8], place: usize) -> usize {
+pub fn line_of(text: &[u8], place: usize) -> usize {
     1 + text.iter().take(place).filter(|&&byte| byte == b'\n').count()
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use trackfail_core::plugin::unknown;
-use trackfail_dataset::text::shorten_to;
+use trackfail_dataset::text::{line_of, shorten_to};
 
 /// First error of an experiment file, with all others.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -229,8 +229,7 @@ impl<'a> Source<'a> {
 
     /// Line of a position in this file, from 1.
     fn line(&self, place: usize) -> usize {
-        let before = self.text.as_bytes().get(self.start..place).unwrap_or_default();
-        1 + before.iter().filter(|b| **b == b'\n').count()
+        line_of(&self.text.as_bytes()[self.start..], place.saturating_sub(self.start))
     }
 
     /// `FILE:LINE` of a position in this file.

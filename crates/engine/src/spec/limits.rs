@@ -36,8 +36,7 @@ pub(super) fn read_at_most(path: &Path, most: usize, what: &str) -> Result<Strin
         _ => whole(format!("{what} has at most {most} bytes")),
     })?;
     String::from_utf8(bytes).map_err(|e| {
-        let good = e.as_bytes().iter().take(e.utf8_error().valid_up_to());
-        let line = 1 + good.filter(|b| **b == b'\n').count();
+        let line = text::line_of(e.as_bytes(), e.utf8_error().valid_up_to());
         SpecError { line, ..whole("bytes that are not UTF-8 text".into()) }
     })
 }
