@@ -222,23 +222,16 @@ pub(super) fn read(at: At<'_>, wire: &wire::Claim, words: &Words) -> Option<Clai
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spec::table::GridAxis;
     use proptest::prelude::*;
+    use toml::de::DeTable;
     use trackfail_methods::analysis::Names;
 
     fn words() -> Words {
-        let own = |w: &[&str]| w.iter().map(|s| s.to_string()).collect();
-        Words {
-            methods: own(&["DTEF", "RAW", "ARTE*"]),
-            trackers: own(&["ncc", "Struck"]),
-            axes: own(&["length", "width"]),
-            grids: vec![GridAxis { method: "ARTE*".into(), axis: "length".into(), values: vec![5.0, 1.0] }],
-            analyses: vec![(
-                "model".into(),
-                Some(Names { numbers: own(&["components"]), ..Names::default() }),
-            )],
-            ..Words::default()
-        }
+        let text = "tracker = [{ name = 'ncc' }, { name = 'Struck' }]
+            method = [{ name = 'DTEF' }, { name = 'RAW', grid.width = [1] }, { name = 'ARTE*', grid.length = [5, 1] }]";
+        let numbers = vec!["components".to_string()];
+        let analyses = vec![("model".to_string(), Some(Names { numbers, ..Names::default() }))];
+        Words { analyses, ..Words::of(DeTable::parse(text).unwrap().get_ref()) }
     }
 
     #[track_caller]
