@@ -15,13 +15,12 @@ mod gather;
 mod listing;
 mod load;
 mod user;
-mod verify;
 
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
+pub use listing::{Checked, Finding};
 pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
 pub use user::{USER_LOCK, check_name, with_sections};
-pub use verify::{Checked, Finding};
 
 use crate::lock::{Entry, PinnedSuite, below};
 use crate::{DatasetError, Sequence, synthetic};

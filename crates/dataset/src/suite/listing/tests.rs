@@ -45,7 +45,7 @@ fn the_first_difference_is_named() {
     let entry = entry(
         r#"{ name = "x", folder = "a/b", target = 1, range = [2, 3], official = [1, 9], digest = "" }"#,
     );
-    let first = || compare(&entry, format("otb"), root.path(), &files, |_| true);
+    let first = || first_difference(&entry, format("otb"), root.path(), &files, |_| true);
     let write = |name: &str, text: &str| drop(put(root.path(), format!("a/b/{name}"), text));
     assert_eq!(first(), None);
     // Neither another target's truth nor frames outside the range have to do with it.
@@ -68,14 +68,14 @@ fn videos_and_labels_are_files_too() {
     let (root, text) = seen(format("cvml"), &["gt.xml", "clip.mpg", "readme.txt"]);
     let files = listed(&text, "a/b");
     let clip = entry(r#"{ name = "x", folder = "a/b" }"#);
-    assert_eq!(compare(&clip, format("cvml"), root.path(), &files, |_| true), None);
+    assert_eq!(first_difference(&clip, format("cvml"), root.path(), &files, |_| true), None);
     put(root.path(), "a/b/clip.mpg", "clip.mpG");
-    let found = compare(&clip, format("cvml"), root.path(), &files, |_| true).unwrap();
+    let found = first_difference(&clip, format("cvml"), root.path(), &files, |_| true).unwrap();
     assert!(found.starts_with("clip.mpg is another file"), "{found}");
 
     let (root, text) = seen(format("vot"), &["00000000.jpg", "00000001.jpg", "groundtruth.txt", "a.label"]);
     let files = listed(&text, "a/b");
-    let labels = |wanted| compare(&clip, format("vot"), root.path(), &files, wanted);
+    let labels = |wanted| first_difference(&clip, format("vot"), root.path(), &files, wanted);
     put(root.path(), "a/b/00000000.jpg", "x");
     assert_eq!(labels(|_| true), None, "frame 0 is no part of a VOT sequence");
     put(root.path(), "a/b/b.label", "1");
