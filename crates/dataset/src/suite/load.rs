@@ -1,7 +1,7 @@
 //! Loads the sequence of an entry from a data root.
 
 use crate::files::{image_folder, numbered_images};
-use crate::lock::{Entry, PinnedSuite, attribute_words};
+use crate::lock::{Entry, PinnedSuite};
 use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
 
@@ -108,11 +108,10 @@ impl PinnedSuite {
             return Err(self.missing(entry, &hint));
         }
         let mut sequence = (format.load)(root, entry)?;
-        let words = attribute_words(&entry.attributes, entry.target_type);
         // Trackers may choose by the type of the target; a file that no digest covers does not change a pinned one.
         let is_taken = |word: &String| entry.target_type.is_none() || !word.starts_with("target-");
         let own = std::mem::take(&mut sequence.attributes).into_iter().filter(is_taken);
-        sequence.attributes = sorted(own.chain(words));
+        sequence.attributes = sorted(own.chain(entry.attribute_words()));
         let frames = sequence.len();
         if let Some(pinned) = entry.frames.filter(|pinned| *pinned != frames) {
             let message = format!("{frames} frames, pinned are {pinned}; fetch it again");
