@@ -171,17 +171,14 @@ pub(crate) fn number(path: &Path) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::content_digest;
     use crate::user_frames::without_frames;
-    use crate::{Render, content_digest};
     use std::sync::Arc;
     use trackfail_core::region::{Rect, Region};
     use trackfail_testing::{assert_says, folder, put};
 
-    struct Ramp;
-    impl Render for Ramp {
-        fn render(&self, t: usize) -> Frame {
-            Frame::from_fn(12, 7, |x, y| [x as u8, y as u8, t as u8])
-        }
+    fn ramp(t: usize) -> Frame {
+        Frame::from_fn(12, 7, |x, y| [x as u8, y as u8, t as u8])
     }
 
     fn write_png(path: &Path, frame: &Frame) {
@@ -206,12 +203,12 @@ mod tests {
     }
 
     fn on_disk(folder: &Path) -> Sequence {
-        (0..3).for_each(|t| write_png(&folder.join(format!("{:04}.png", t + 1)), &Ramp.render(t)));
+        (0..3).for_each(|t| write_png(&folder.join(format!("{:04}.png", t + 1)), &ramp(t)));
         named(folder)
     }
 
     fn rendered() -> Sequence {
-        sequence(Frames::Rendered(Arc::new(Ramp), 3))
+        sequence(Frames::Rendered(Arc::new(ramp), 3))
     }
 
     #[test]
@@ -256,7 +253,7 @@ mod tests {
     fn faults_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let files = on_disk(folder.path());
-        assert_eq!(files.frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(files.frame(2).unwrap(), ramp(2));
         assert_eq!(files.size().unwrap(), (12, 7));
         assert!(matches!(files.frame(3), Err(DatasetError::NoFrame { index: 3, .. })));
         write_png(&folder.path().join("0002.png"), &Frame::new(7, 12, vec![0; 252]));
@@ -273,10 +270,10 @@ mod tests {
     fn the_first_file_is_read_once_for_its_size() {
         let folder = tempfile::tempdir().unwrap();
         let files = on_disk(folder.path());
-        assert_eq!(files.frame(1).unwrap(), Ramp.render(1));
+        assert_eq!(files.frame(1).unwrap(), ramp(1));
         // Later frames and the size no longer need it; the frame itself does.
         std::fs::remove_file(folder.path().join("0001.png")).unwrap();
-        assert_eq!(files.frame(2).unwrap(), Ramp.render(2));
+        assert_eq!(files.frame(2).unwrap(), ramp(2));
         assert_eq!(files.size().unwrap(), (12, 7));
         assert!(matches!(files.frame(0), Err(DatasetError::Io { .. })));
         // A first frame of another size than the one remembered is as wrong as a later one.
@@ -306,7 +303,7 @@ mod tests {
         on_disk(folder.path());
         std::os::unix::fs::symlink(folder.path().join("0003.png"), linked.path().join("0003.png")).unwrap();
         let paths: Vec<_> = numbered_images(linked.path()).unwrap().into_values().collect();
-        assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), Ramp.render(2));
+        assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), ramp(2));
     }
 
     #[test]

@@ -61,22 +61,19 @@ impl FrameCache {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Frames;
     use crate::user_frames::without_frames;
-    use crate::{Frames, Render};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Renderer of 4 x 2 pixels (24 bytes) that counts its calls.
-    struct Counted(Arc<AtomicUsize>);
-    impl Render for Counted {
-        fn render(&self, t: usize) -> Frame {
-            self.0.fetch_add(1, Ordering::Relaxed);
-            Frame::from_fn(4, 2, |_, _| [t as u8; 3])
-        }
-    }
-
+    /// A sequence of 4 x 2 pixels (24 bytes), and the number of its frames that were rendered.
     fn counted() -> (Arc<Sequence>, Arc<AtomicUsize>) {
         let count = Arc::new(AtomicUsize::new(0));
-        let frames = Frames::Rendered(Arc::new(Counted(count.clone())), 9);
+        let rendered = count.clone();
+        let render = move |t: usize| {
+            rendered.fetch_add(1, Ordering::Relaxed);
+            Frame::from_fn(4, 2, |_, _| [t as u8; 3])
+        };
+        let frames = Frames::Rendered(Arc::new(render), 9);
         (Arc::new(Sequence { frames, ..without_frames("counted", 9) }), count)
     }
 

@@ -45,6 +45,12 @@ pub trait Render: Send + Sync {
     }
 }
 
+impl<F: Fn(usize) -> Frame + Send + Sync> Render for F {
+    fn render(&self, t: usize) -> Frame {
+        self(t)
+    }
+}
+
 /// Source of the pixels of a sequence.
 #[derive(Clone)]
 pub enum Frames {

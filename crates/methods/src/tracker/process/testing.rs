@@ -3,14 +3,14 @@
 use super::{Bind, Program, Programs, Protocol, Regions, Role};
 use crate::detector::{self, Detector, DetectorOutput, Input};
 use crate::signal::{self, Observation, Signal};
-use crate::tracker::testing::{Ramp, context, rendered};
+use crate::tracker::testing::{context, ramp, rendered};
 use crate::tracker::{self, Response, RunContext, StartResult, Status, TrackerConfig, TrackerState};
 use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
 use trackfail_core::plugin::{Configured, Entry};
 use trackfail_core::region::{Rect, Region};
-use trackfail_dataset::{Numbering, Render, Sequence};
+use trackfail_dataset::{Numbering, Sequence};
 
 /// Frames of the sequence, and the number of its first.
 pub const FRAMES: usize = 4;
@@ -118,7 +118,7 @@ impl Script {
         let (mut tracker, first) = self.start(&sequence(), 0, &rect()).map_err(|e| e.to_string())?;
         let mut states = vec![first];
         for t in 1..frames {
-            let frame = Ramp.render(t);
+            let frame = ramp(t);
             states.push(tracker.update(&frame).map_err(|fault| {
                 trackfail_testing::assert_says(tracker.update(&frame).unwrap_err(), "it has ended");
                 fault.to_string()

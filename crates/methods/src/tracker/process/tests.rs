@@ -3,11 +3,11 @@
 
 use super::testing::{FRAMES, Kind, Script, rect, sequence};
 use super::*;
-use crate::tracker::testing::{Ramp, context};
+use crate::tracker::testing::{context, ramp};
 use std::path::Path;
 use trackfail_core::image::{decode, encode_png};
 use trackfail_core::region::Rect;
-use trackfail_dataset::{Frames, Render, Sequence};
+use trackfail_dataset::{Frames, Sequence};
 use trackfail_testing::assert_says;
 
 mod faults;
@@ -40,7 +40,7 @@ fn a_program_gets_frames_and_its_answers_are_the_track() {
     assert_eq!(lines[0][2], "2,3.5,4,5");
     for (t, line) in lines.iter().take(FRAMES).enumerate() {
         let seen = std::fs::read(script.folder.path().join(format!("seen{t}.png"))).unwrap();
-        assert_eq!(decode(&seen).unwrap(), Ramp.render(t));
+        assert_eq!(decode(&seen).unwrap(), ramp(t));
         assert!(!Path::new(line[1]).parent().unwrap().exists(), "the folder is gone");
     }
 }
@@ -48,7 +48,7 @@ fn a_program_gets_frames_and_its_answers_are_the_track() {
 #[test]
 fn two_written_frames_are_kept() {
     let mut images = Images::new().unwrap();
-    let paths: Vec<_> = (0..5).map(|t| images.path(None, &Ramp.render(t)).unwrap()).collect();
+    let paths: Vec<_> = (0..5).map(|t| images.path(None, &ramp(t)).unwrap()).collect();
     assert_eq!(paths.iter().map(|p| p.exists()).collect::<Vec<_>>(), [false, false, false, true, true]);
 }
 
@@ -56,7 +56,7 @@ fn two_written_frames_are_kept() {
 fn frames_in_files_are_sent_as_their_paths() {
     let dir = tempfile::tempdir().unwrap();
     let path = |t: usize| dir.path().join(if t == 2 { "a\tb.png".into() } else { format!("{t}.png") });
-    (0..FRAMES).for_each(|t| std::fs::write(path(t), encode_png(&Ramp.render(t)).unwrap()).unwrap());
+    (0..FRAMES).for_each(|t| std::fs::write(path(t), encode_png(&ramp(t)).unwrap()).unwrap());
     let frames = Frames::Files((0..FRAMES).map(path).collect::<Vec<_>>().into());
     let sequence = Sequence { frames, ..sequence() };
     let script = Script::new(Kind::Lines, "answer");
@@ -68,7 +68,7 @@ fn frames_in_files_are_sent_as_their_paths() {
     // A path with a tab cannot be sent.
     assert_says(sent[1], "trackfail-frames-");
     let seen = std::fs::read(script.folder.path().join("seen1.png")).unwrap();
-    assert_eq!(decode(&seen).unwrap(), Ramp.render(2));
+    assert_eq!(decode(&seen).unwrap(), ramp(2));
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn polygons_are_sent_to_programs_that_read_them() {
         let (mut tracker, first) = script.start(&sequence(), 0, &turned()).unwrap();
         assert_eq!(first, TrackerState::initialized(turned()));
         let triangle = Region::Polygon(vec![(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]);
-        assert_eq!(tracker.update(&Ramp.render(1)).unwrap(), TrackerState::tracked(triangle));
+        assert_eq!(tracker.update(&ramp(1)).unwrap(), TrackerState::tracked(triangle));
         assert_eq!(script.read("log").lines().next().unwrap().split('\t').nth(2), Some(expected.as_str()));
     }
 }

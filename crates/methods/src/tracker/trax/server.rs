@@ -10,7 +10,8 @@ use std::io::{BufRead, Write};
 use std::path::{Path, PathBuf};
 use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::{shorten_to, visible};
-use trackfail_dataset::{DatasetError, Frames, Numbering, Sequence};
+use trackfail_dataset::user_frames::without_frames;
+use trackfail_dataset::{DatasetError, Frames, Sequence};
 
 /// Version that the server announces.
 const VERSION: u32 = 3;
@@ -161,13 +162,6 @@ fn as_message(state: TrackerState) -> Message {
 
 /// A sequence of one image.
 fn sequence(image: &Path, region: Option<Region>) -> Sequence {
-    Sequence {
-        name: "trax".into(),
-        numbering: Numbering { first: 1, official: (1, 1) },
-        truth: vec![region],
-        attributes: vec![],
-        frame_attributes: vec![],
-        digest: Default::default(),
-        frames: Frames::Files(vec![image.to_path_buf()].into()),
-    }
+    let frames = Frames::Files(vec![image.to_path_buf()].into());
+    Sequence { truth: vec![region], frames, ..without_frames("trax", 1) }
 }

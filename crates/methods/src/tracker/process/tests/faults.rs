@@ -55,7 +55,7 @@ fn a_line_too_much_is_told_at_the_next_frame() {
         let (mut tracker, _) = script.start(&sequence(), 0, &rect()).unwrap();
         // Time for the second one.
         std::thread::sleep(Duration::from_millis(300));
-        let fault = tracker.update(&Ramp.render(1)).unwrap_err();
+        let fault = tracker.update(&ramp(1)).unwrap_err();
         assert_says(fault, "frame 12 of Ramp: it answered without being asked");
     }
 }
@@ -84,7 +84,7 @@ fn programs_are_those_of_the_file_and_of_the_role() {
     let (text, unbound) = ("{ program = \"mine\" }", "the program mine is not known here");
     let sequence = sequence();
     let context = context(&sequence, 0);
-    let tracker = ENTRY.build_from_text(text).unwrap().start(&context, &Ramp.render(0), &rect());
+    let tracker = ENTRY.build_from_text(text).unwrap().start(&context, &ramp(0), &rect());
     assert!(matches!(tracker, Err(TrackerError::Missing(told)) if told == unbound));
     let signal = crate::signal::process::ENTRY.build_from_text(text).unwrap().start(&context);
     assert!(matches!(signal, Err(TrackerError::Missing(told)) if told == unbound));
