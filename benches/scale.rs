@@ -13,7 +13,8 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 use trackfail::dataset::suite::{Catalog, Loaded};
-use trackfail::dataset::{Frames, Numbering, Render, Sequence};
+use trackfail::dataset::user_frames::without_frames;
+use trackfail::dataset::{Frames, Sequence};
 use trackfail::engine::store::Store;
 use trackfail::engine::{ExperimentPlan, Options, Stop, run};
 use trackfail::image::Frame;
@@ -76,13 +77,6 @@ kind = "chart"
 shows = "ope.success"
 "#;
 
-struct Gray;
-impl Render for Gray {
-    fn render(&self, _: usize) -> Frame {
-        Frame::from_fn(1, 1, |_, _| [0; 3])
-    }
-}
-
 /// Whole numbers below `below` without an order to be seen, the same every time.
 fn noise(seed: usize) -> impl FnMut(u64) -> f64 {
     let mut state = seed as u64 * 0x9e37_79b9_7f4a_7c15 + 1;
@@ -102,13 +96,11 @@ fn sequence(s: usize) -> Sequence {
         Some(Region::Rect(Rect::new(x, y, 60.0 + number(9), 50.0 + number(9))))
     };
     Sequence {
-        name: format!("q{s:03}"),
-        numbering: Numbering { first: 1, official: (1, FRAMES as u32) },
         truth: (0..FRAMES).map(|_| next()).collect(),
         attributes: ["OCC", "SV", "FM"][..s % 4].iter().map(ToString::to_string).collect(),
-        frame_attributes: Vec::new(),
         digest: format!("{s:064x}").into(),
-        frames: Frames::Rendered(Arc::new(Gray), FRAMES),
+        frames: Frames::Rendered(Arc::new(|_: usize| Frame::from_fn(1, 1, |_, _| [0; 3])), FRAMES),
+        ..without_frames(&format!("q{s:03}"), FRAMES)
     }
 }
 

@@ -5,38 +5,36 @@ use trackfail_core::plugin;
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
 use trackfail_dataset::user_frames::without_frames;
-use trackfail_dataset::{Frames, Render, Sequence};
+use trackfail_dataset::{Frames, Sequence};
 use trackfail_methods::tracker::TRACKERS;
 
 const FRAMES: usize = 60;
 
-/// Target of 24 x 24 pixels on gray that moves to the right by one pixel per frame. Nested colored squares
-/// make its size visible, stripes across them make shifts visible.
-struct Square;
 fn place(t: usize) -> Rect {
     Rect::new(20.0 + t as f64, 30.0, 24.0, 24.0)
 }
-impl Render for Square {
-    fn render(&self, t: usize) -> Frame {
-        let r = place(t);
-        Frame::from_fn(140, 90, |x, y| {
-            let (x, y) = (x as f64, y as f64);
-            let (u, v) = (x + 0.5 - r.x - 12.0, y + 0.5 - r.y - 12.0);
-            let stripe = if ((u + v) / 4.0).floor() % 2.0 == 0.0 { 0 } else { 24 };
-            match f64::max(u.abs(), v.abs()) {
-                d if d < 5.0 => [30, 180 + stripe, 60],
-                d if d < 9.0 => [40, 40, 190 + stripe],
-                d if d < 12.0 => [200 + stripe, 30, 40],
-                _ => [120, 125, 118],
-            }
-        })
-    }
+
+/// Target of 24 x 24 pixels on gray that moves to the right by one pixel per frame. Nested colored squares
+/// make its size visible, stripes across them make shifts visible.
+fn square(t: usize) -> Frame {
+    let r = place(t);
+    Frame::from_fn(140, 90, |x, y| {
+        let (x, y) = (x as f64, y as f64);
+        let (u, v) = (x + 0.5 - r.x - 12.0, y + 0.5 - r.y - 12.0);
+        let stripe = if ((u + v) / 4.0).floor() % 2.0 == 0.0 { 0 } else { 24 };
+        match f64::max(u.abs(), v.abs()) {
+            d if d < 5.0 => [30, 180 + stripe, 60],
+            d if d < 9.0 => [40, 40, 190 + stripe],
+            d if d < 12.0 => [200 + stripe, 30, 40],
+            _ => [120, 125, 118],
+        }
+    })
 }
 
 fn sequence() -> Arc<Sequence> {
     Arc::new(Sequence {
         truth: (0..FRAMES).map(|t| Some(Region::Rect(place(t)))).collect(),
-        frames: Frames::Rendered(Arc::new(Square), FRAMES),
+        frames: Frames::Rendered(Arc::new(square), FRAMES),
         ..without_frames("square", FRAMES)
     })
 }

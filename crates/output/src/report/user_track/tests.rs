@@ -8,20 +8,16 @@ use std::sync::Arc;
 use trackfail_core::image::Frame;
 use trackfail_core::plugin;
 use trackfail_core::region::Rect;
-use trackfail_dataset::{Frames, Render, user_frames};
+use trackfail_dataset::{Frames, user_frames};
 use trackfail_methods::detector::{DETECTORS, Input};
 
 /// Frames of 160 x 120 pixels with some texture.
-struct Texture;
-
-impl Render for Texture {
-    fn render(&self, t: usize) -> Frame {
-        Frame::from_fn(160, 120, |x, y| [(x * 7 + t) as u8, (y * 5) as u8, (x * y / 16) as u8])
-    }
+fn texture(t: usize) -> Frame {
+    Frame::from_fn(160, 120, |x, y| [(x * 7 + t) as u8, (y * 5) as u8, (x * y / 16) as u8])
 }
 
 fn video(frames: usize) -> Sequence {
-    let rendered = Frames::Rendered(Arc::new(Texture), frames);
+    let rendered = Frames::Rendered(Arc::new(texture), frames);
     Sequence { frames: rendered, ..user_frames::without_frames("a <video>", frames) }
 }
 
