@@ -16,13 +16,12 @@
 
 mod columns;
 mod evidence;
-mod header;
 mod notes;
 
 use super::rows::{self, Row, drop_empty_end};
 use super::{Base, NoBox, region};
-pub use columns::{Columns, ColumnsError, Role};
-use header::Header;
+use columns::Header;
+pub use columns::{Columns, Role};
 use std::path::{Path, PathBuf};
 use trackfail_core::num::readable;
 use trackfail_core::region::{Rect, Region, RegionError};
@@ -146,7 +145,7 @@ impl BoxFormat {
     ///
     /// # Errors
     /// When a word is not a column, or the columns do not make a box.
-    pub fn read(text: &str) -> Result<Self, ColumnsError> {
+    pub fn read(text: &str) -> Result<Self, String> {
         match text {
             "xywh" => Ok(Self::xywh()),
             "xyxy" => Ok(Self::in_pixels(&[Role::Left, Role::Top, Role::Right, Role::Bottom], 0)),
@@ -201,14 +200,14 @@ pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<UserBoxes, 
     if bytes.starts_with(b"\x01\0") {
         return Err(DatasetError::content(path, super::BINARY).into());
     }
-    let with_commas = header::with_commas(bytes);
+    let with_commas = columns::with_commas(bytes);
     let mut lines = rows::lines(path, with_commas.as_deref().unwrap_or(bytes))?;
     let header = rows::take_header(path, &mut lines)?.filter(|_| options.format.is_none());
     let header = header.map(|line| Header::read(path, line)).transpose()?;
     let said = header.as_ref().map(|header| &header.format);
     let given = options.format.as_ref().or(said).or(options.usual.as_ref());
     let columns = given.and_then(BoxFormat::columns);
-    let mut rows = rows::numbers(path, lines, |line| header::values(line, columns))?;
+    let mut rows = rows::numbers(path, lines, |line| columns::values(line, columns))?;
     drop_empty_end(&mut rows, |n| options.absent && Some(n) == options.frames);
     let mut formats = match (&header, given) {
         (Some(header), _) => evidence::of_header(header, &rows, options.size),

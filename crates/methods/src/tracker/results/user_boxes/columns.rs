@@ -1,6 +1,10 @@
-//! Columns of a file of boxes, and the words for them in a header or an option.
+//! Columns of a file of boxes, the words for them in a header or an option, and the numbers in them.
 
+use super::BoxFormat;
+use super::rows::{self, Line, cells};
+use std::path::Path;
 use trackfail_core::plugin;
+use trackfail_dataset::{DatasetError, text};
 
 /// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,26 +58,6 @@ const WORDS: [(Role, &[&str]); 13] = [
     (Other, &["other"]),
 ];
 
-/// Reason why words do not describe the columns of a box.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ColumnsError {
-    /// The word is not a column.
-    #[error("{0}")]
-    Unknown(String),
-    /// These columns do not make a box.
-    #[error(
-        "`{0}` names no whole box, which is x,y,w,h or x1,y1,x2,y2 or cx,cy,w,h in any order; the columns beside it may be \
-         frame, id, confidence, class and other"
-    )]
-    Incomplete(String),
-    /// Two columns have the same role.
-    #[error("`{0}` names two columns for one thing; call the one that does not count `other`")]
-    Twice(String),
-    /// Corners of a polygon stand beside other columns.
-    #[error("`{0}` has more than two corners; a polygon is x1,y1,x2,y2,x3,y3,... with no column beside it")]
-    Corners(String),
-}
-
 /// Columns that include all parts of a box.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
@@ -95,27 +79,35 @@ impl Columns {
     /// text, for messages. `None` for the corners of a polygon.
     ///
     /// # Errors
-    /// See [`ColumnsError`].
-    pub(super) fn of_words(words: &[&str], text: &str) -> Result<Option<Self>, ColumnsError> {
+    /// Columns that do not make a box, two columns of one role, and corners of a polygon beside other columns.
+    fn of_words(words: &[&str], text: &str) -> Result<Option<Self>, String> {
         let words: Vec<String> = words.iter().map(|word| plain(word)).collect();
         let corner = |k: usize| format!("{}{}", if k.is_multiple_of(2) { 'x' } else { 'y' }, k / 2 + 1);
         let is_polygon = words.len() >= 6 && words.len().is_multiple_of(2);
         if is_polygon && words.iter().enumerate().all(|(k, word)| *word == corner(k)) {
             return Ok(None);
         }
-        let text = || trackfail_dataset::text::shorten(text);
-        if words.iter().any(|word| word == "x3" || word == "y3") {
-            return Err(ColumnsError::Corners(text()));
+        let refused = |why: &str| Err(format!("`{}` {why}", text::shorten(text)));
+        if words.iter().any(|word| is_third_corner(word)) {
+            return refused(
+                "has more than two corners; a polygon is x1,y1,x2,y2,x3,y3,... with no column beside it",
+            );
         }
         let roles: Vec<Role> = words.iter().map(|word| role(word).unwrap_or(Other)).collect();
         let has_two = |role: &Role| roles.iter().filter(|other| *other == role).count() > 1;
         if roles.iter().any(|role| is_read(*role) && has_two(role)) {
-            return Err(ColumnsError::Twice(text()));
+            return refused("names two columns for one thing; call the one that does not count `other`");
         }
         let columns = Self::new(roles, 0, None);
         let is_whole = columns.side(Left, Right, CenterX, Width).is_some()
             && columns.side(Top, Bottom, CenterY, Height).is_some();
-        if is_whole { Ok(Some(columns)) } else { Err(ColumnsError::Incomplete(text())) }
+        if is_whole {
+            return Ok(Some(columns));
+        }
+        refused(
+            "names no whole box, which is x,y,w,h or x1,y1,x2,y2 or cx,cy,w,h in any order; the columns beside it may be \
+             frame, id, confidence, class and other",
+        )
     }
 
     /// Index of the column of a role.
@@ -210,27 +202,87 @@ fn role(word: &str) -> Option<Role> {
 }
 
 /// True if a header has bare words `x` and `y`, which may mean a corner or the center.
-pub(super) fn is_bare(words: &[&str]) -> bool {
+fn is_bare(words: &[&str]) -> bool {
     ["x", "y"].iter().all(|bare| words.iter().any(|word| plain(word) == *bare))
+}
+
+/// True for a coordinate of a third corner, which only polygons have.
+fn is_third_corner(word: &str) -> bool {
+    word == "x3" || word == "y3"
 }
 
 /// The columns that a user's words name; see [`Columns::of_words`].
 ///
 /// # Errors
 /// The same, and when a word is not a column.
-pub(super) fn of_user(text: &str) -> Result<Option<Columns>, ColumnsError> {
+pub(super) fn of_user(text: &str) -> Result<Option<Columns>, String> {
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
-    let columns = Columns::of_words(&words, text);
-    if let Ok(None) | Err(ColumnsError::Corners(_)) = columns {
-        return columns;
-    }
-    match words.iter().find(|word| role(&plain(word)).is_none()) {
+    let is_unknown = |word: &&&str| role(&plain(word)).is_none();
+    // Corners are no columns, and have their own errors.
+    let has_corners = words.iter().any(|word| is_third_corner(&plain(word)));
+    match words.iter().find(is_unknown).filter(|_| !has_corners) {
         Some(word) => {
             let formats = super::NAMED.into_iter().filter(|_| words.len() == 1);
             let known = formats.chain(WORDS.iter().map(|(_, words)| words[0]));
-            let word = trackfail_dataset::text::shorten(word);
-            Err(ColumnsError::Unknown(plugin::unknown("format or column", &word, known)))
+            Err(plugin::unknown("format or column", &text::shorten(word), known))
         }
-        None => columns,
+        None => Columns::of_words(&words, text),
     }
+}
+
+/// A header line after reading.
+pub(super) struct Header {
+    /// Format that the header names.
+    pub format: BoxFormat,
+    /// True if the header calls the place of the box `x` and `y`.
+    pub is_bare: bool,
+}
+
+impl Header {
+    /// Reads a line as a header.
+    pub fn read(path: &Path, (number, line): Line<'_>) -> Result<Self, DatasetError> {
+        let words = cells(rows::without_sign(line));
+        let columns = Columns::of_words(&words, line);
+        let columns = columns.map_err(|e| DatasetError::line(path, number, e))?;
+        let format = columns.map_or(BoxFormat::Vot, BoxFormat::Columns);
+        Ok(Self { format, is_bare: is_bare(&words) })
+    }
+}
+
+/// The numbers of a line. If the columns are known, columns that are not read may hold words, and those of
+/// the box may all be empty.
+pub(super) fn values(line: &str, columns: Option<&Columns>) -> Result<Vec<f64>, String> {
+    let (fault, columns) = match (text::numbers(line), columns) {
+        (Err(fault), Some(columns)) if columns.fits(cells(line).len()) => (fault, columns),
+        (found, _) => return found,
+    };
+    let value = |(k, cell): (usize, &str)| match text::number(cell) {
+        Err(_) if cell.is_empty() || !columns.reads(k) => Ok(f64::NAN),
+        value => value,
+    };
+    let values: Vec<f64> = cells(line).into_iter().enumerate().map(value).collect::<Result<_, _>>()?;
+    let of_box = columns.of_box(&values);
+    let empty = of_box.iter().filter(|v| v.is_nan()).count();
+    if empty > 0 && empty < of_box.len() { Err(fault) } else { Ok(values) }
+}
+
+/// A table with names of columns between tabs, with commas in their place: two tabs have an empty column between
+/// them, as two commas have. `None` for another text.
+pub(super) fn with_commas(bytes: &[u8]) -> Option<Vec<u8>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let header = text.trim_start_matches('\u{feff}').lines().next()?.trim_end();
+    let is_name = |word: &str| word.is_empty() || word.parse::<f64>().is_err();
+    let tabs = header.matches('\t').count();
+    let has_names = header.contains(char::is_alphabetic) && header.split('\t').map(str::trim).all(is_name);
+    if tabs == 0 || !has_names || text.contains([',', ';']) {
+        return None;
+    }
+    let line = |line: &str| {
+        // More tabs than the header has are no columns.
+        let line = line.trim_end_matches([' ', '\r']);
+        let more = line.matches('\t').count().saturating_sub(tabs);
+        let at_end = line.len() - line.trim_end_matches('\t').len();
+        line[..line.len() - more.min(at_end)].replace('\t', ",")
+    };
+    Some(text.lines().map(line).collect::<Vec<_>>().join("\n").into_bytes())
 }

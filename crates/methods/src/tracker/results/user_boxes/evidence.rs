@@ -8,8 +8,7 @@
 //! row to row. Rows of four numbers and rows of MOTChallenge are usually left, top, width, height; they are
 //! read so unless the numbers speak against it.
 
-use super::columns::{Columns, Role};
-use super::header::Header;
+use super::columns::{Columns, Header, Role};
 use super::{BoxFormat, Options, Row};
 use Role::{
     Bottom, CenterX, CenterY, Class, Confidence, Frame, Height, Left, Other, Right, Target, Top, Width,
