@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
-use trackfail_core::region::{Region, RegionError};
+use trackfail_core::region::Region;
 use trackfail_dataset::text::shorten_to;
 
 /// Longest message, in bytes.
@@ -111,30 +111,17 @@ pub enum TraxError {
     /// A message is longer than [`MAX_MESSAGE_BYTES`].
     #[error("a message of more than {MAX_MESSAGE_BYTES} bytes; none is that long")]
     TooLong,
-    /// A message is not allowed here by the protocol.
-    #[error("received `{received}`; expected {expected}")]
-    Unexpected {
-        /// The message, shortened.
-        received: String,
-        /// Message that was expected.
-        expected: String,
-    },
-    /// Numbers are not a region.
-    #[error("received the region `{received}`: {source}")]
-    Region {
-        /// The region, shortened.
-        received: String,
-        /// Reason why the numbers are no region.
-        source: RegionError,
-    },
+    /// A message is not allowed here by the protocol, or its numbers are not a region.
+    #[error("received {0}")]
+    Unexpected(String),
     /// The protocol cannot express the message.
     #[error("cannot be said in TraX: {0}")]
     Unwritable(String),
 }
 
 impl TraxError {
-    fn unexpected(received: &str, expected: impl Into<String>) -> Self {
-        Self::Unexpected { received: shorten_to(received, 80), expected: expected.into() }
+    fn unexpected(received: &str, expected: &str) -> Self {
+        Self::Unexpected(format!("`{}`; expected {expected}", shorten_to(received, 80)))
     }
 }
 
@@ -270,7 +257,7 @@ fn hello(properties: &mut Properties) -> Result<Hello, TraxError> {
     let version = properties.remove("trax.version").unwrap_or_else(|| "1".into());
     let number = version.parse().ok().filter(|v| (1..=LATEST_VERSION).contains(v)).ok_or_else(|| {
         let expected = format!("a version from 1 to {LATEST_VERSION}");
-        TraxError::unexpected(&format!("trax.version={version}"), expected)
+        TraxError::unexpected(&format!("trax.version={version}"), &expected)
     })?;
     let mut list = |name: &str, default: &str| {
         let text = properties.remove(name).unwrap_or_else(|| default.into());
@@ -298,10 +285,8 @@ fn answer(text: &str) -> Result<Answer, TraxError> {
     }
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
     let numbers = numbers.map_err(|_| TraxError::unexpected(text, "numbers separated by commas"))?;
-    match Region::from_numbers(&numbers) {
-        Ok(region) => Ok(Answer::Region(region)),
-        Err(source) => Err(TraxError::Region { received: shorten_to(text, 80), source }),
-    }
+    let fault = |e| TraxError::Unexpected(format!("the region `{}`: {e}", shorten_to(text, 80)));
+    Region::from_numbers(&numbers).map(Answer::Region).map_err(fault)
 }
 
 /// A message as a line, with the line end.

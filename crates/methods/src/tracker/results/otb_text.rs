@@ -26,10 +26,7 @@ pub enum Base {
 
 impl From<Base> for u8 {
     fn from(base: Base) -> Self {
-        match base {
-            Base::Zero => 0,
-            Base::One => 1,
-        }
+        base as Self
     }
 }
 

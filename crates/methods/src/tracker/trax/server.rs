@@ -7,7 +7,7 @@
 use super::{Answer, Hello, Message, Properties, TraxError, numbers, read, write};
 use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerState};
 use std::io::{BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use trackfail_core::region::{Rect, Region};
 use trackfail_dataset::text::{shorten_to, visible};
 use trackfail_dataset::user_frames::without_frames;
@@ -26,17 +26,8 @@ pub enum SessionError {
     #[error(transparent)]
     Image(#[from] DatasetError),
     /// The target is outside of the image in which it is given.
-    #[error("the region {region} lies outside of the image of {width}x{height} pixels {}", image.display())]
-    Outside {
-        /// The region as text, as the client gives it.
-        region: String,
-        /// Path of the image.
-        image: PathBuf,
-        /// Width of the image in pixels.
-        width: usize,
-        /// Height of the image in pixels.
-        height: usize,
-    },
+    #[error("the region {0}")]
+    Outside(String),
     /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
@@ -114,8 +105,8 @@ impl Server<'_> {
         let frame = sequence.frame(0)?;
         let size @ (width, height) = (frame.width(), frame.height());
         if region.clipped(&Region::Rect(Rect::new(0.0, 0.0, width as f64, height as f64))).is_none() {
-            let (region, image) = (numbers(region), image.to_path_buf());
-            return Err(SessionError::Outside { region, image, width, height });
+            let image = format!("the image of {width}x{height} pixels {}", image.display());
+            return Err(SessionError::Outside(format!("{} lies outside of {image}", numbers(region))));
         }
         let context =
             RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: self.seed, data_roots: &[] };
