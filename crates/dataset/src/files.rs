@@ -106,47 +106,48 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
 }
 
 /// The JPEG and PNG files of a folder by frame number, as [`numbered`] reads it from their names.
-///
-/// # Errors
-/// A folder without images, and the errors of [`numbered`].
-pub(crate) fn numbered_images(folder: &Path) -> Result<BTreeMap<u32, PathBuf>, DatasetError> {
-    let is_hidden = |path: &Path| path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
-    let mut paths = entries(folder)?;
-    paths.retain(|path| !is_hidden(path) && is_image(path));
-    if paths.is_empty() {
-        return Err(DatasetError::content(folder, "no .jpg or .png file in this folder"));
+#[derive(Debug)]
+pub(crate) struct NumberedImages {
+    pub folder: PathBuf,
+    pub files: BTreeMap<u32, PathBuf>,
+}
+
+impl NumberedImages {
+    /// Finds the images of a folder.
+    ///
+    /// # Errors
+    /// A folder without images, and the errors of [`numbered`].
+    pub fn of(folder: PathBuf) -> Result<Self, DatasetError> {
+        let is_hidden =
+            |path: &Path| path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
+        let mut paths = entries(&folder)?;
+        paths.retain(|path| !is_hidden(path) && is_image(path));
+        if paths.is_empty() {
+            return Err(DatasetError::content(&folder, "no .jpg or .png file in this folder"));
+        }
+        Ok(Self { folder, files: numbered(paths)? })
     }
-    numbered(paths)
-}
 
-/// Image files of frames `first..=last`, in order.
-///
-/// # Errors
-/// The first number that has no file.
-pub(crate) fn take_range(
-    folder: &Path,
-    images: &BTreeMap<u32, PathBuf>,
-    (first, last): (u32, u32),
-) -> Result<Vec<PathBuf>, DatasetError> {
-    let missing = |n: u32| {
-        // Numbers may be counted from the first file, but names are the user's.
-        let between = match (images.range(..n).next_back(), images.range(n..).next()) {
-            (Some((_, a)), Some((_, b))) => format!(", between {} and {}", file_name(a), file_name(b)),
-            _ => String::new(),
+    /// Image files of frames `first..=last`, in order.
+    ///
+    /// # Errors
+    /// The first number that has no file.
+    pub fn range(&self, (first, last): (u32, u32)) -> Result<ImageFiles, DatasetError> {
+        let missing = |n: u32| {
+            // Numbers may be counted from the first file, but names are the user's.
+            let between = match (self.files.range(..n).next_back(), self.files.range(n..).next()) {
+                (Some((_, a)), Some((_, b))) => format!(", between {} and {}", file_name(a), file_name(b)),
+                _ => String::new(),
+            };
+            let message = format!(
+                "frame {n} is missing{between}; frames {first} to {last} are needed: add it, or number the files \
+                 without a gap"
+            );
+            DatasetError::content(&self.folder, message)
         };
-        let message = format!(
-            "frame {n} is missing{between}; frames {first} to {last} are needed: add it, or number the files \
-             without a gap"
-        );
-        DatasetError::content(folder, message)
-    };
-    (first..=last).map(|n| images.get(&n).cloned().ok_or_else(|| missing(n))).collect()
-}
-
-/// First of the folders `names` that exists in `folder`; `folder` itself if none does.
-pub(crate) fn image_folder(folder: &Path, names: &[&str]) -> PathBuf {
-    let inside = names.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
-    inside.unwrap_or_else(|| folder.to_path_buf())
+        let files = (first..=last).map(|n| self.files.get(&n).cloned().ok_or_else(|| missing(n)));
+        Ok(files.collect::<Result<Vec<_>, _>>()?.into())
+    }
 }
 
 /// Last part of a path, also for `.` and `..`.
@@ -302,23 +303,23 @@ mod tests {
         let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         on_disk(folder.path());
         std::os::unix::fs::symlink(folder.path().join("0003.png"), linked.path().join("0003.png")).unwrap();
-        let paths: Vec<_> = numbered_images(linked.path()).unwrap().into_values().collect();
+        let paths: Vec<_> = NumberedImages::of(linked.path().into()).unwrap().files.into_values().collect();
         assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), ramp(2));
     }
 
     #[test]
     fn numbers_come_from_names() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(matches!(numbered_images(folder.path()), Err(DatasetError::Content { .. })));
+        let images = || NumberedImages::of(folder.path().into());
+        assert!(matches!(images(), Err(DatasetError::Content { .. })));
         for name in ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"] {
             put(folder.path(), name, "");
         }
-        let images = numbered_images(folder.path()).unwrap();
-        assert_eq!(images.keys().copied().collect::<Vec<_>>(), [9, 10]);
-        assert!(take_range(folder.path(), &images, (9, 11)).is_err());
+        assert_eq!(images().unwrap().files.into_keys().collect::<Vec<_>>(), [9, 10]);
+        assert!(images().unwrap().range((9, 11)).is_err());
         for (more, words) in [("b09.jpg", "img_9.jpeg"), ("title.jpg", "title.jpg: no number")] {
             let path = put(folder.path(), more, "");
-            assert_says(numbered_images(folder.path()).unwrap_err(), words);
+            assert_says(images().unwrap_err(), words);
             std::fs::remove_file(path).unwrap();
         }
     }

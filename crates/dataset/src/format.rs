@@ -11,10 +11,11 @@ pub mod otb_boxes;
 mod shared;
 pub mod vot;
 
+use crate::files::NumberedImages;
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
 
 const GROUND_TRUTH: &str = "groundtruth.txt";
@@ -76,6 +77,22 @@ impl FormatEntry {
             Ok(if folder.join(GROUND_TRUTH).is_file() { vec![None] } else { Vec::new() })
         }),
     };
+}
+
+impl FormatEntry {
+    /// The folder with the images of a sequence's folder, which may be the same.
+    pub(crate) fn image_folder(&self, folder: &Path) -> PathBuf {
+        let inside = self.image_folders.iter().map(|name| folder.join(name)).find(|path| path.is_dir());
+        inside.unwrap_or_else(|| folder.to_path_buf())
+    }
+
+    /// The images of a sequence's folder.
+    ///
+    /// # Errors
+    /// As [`NumberedImages::of`].
+    pub(crate) fn images(&self, folder: &Path) -> Result<NumberedImages, DatasetError> {
+        NumberedImages::of(self.image_folder(folder))
+    }
 }
 
 impl PartialEq for FormatEntry {

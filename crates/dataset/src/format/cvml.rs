@@ -21,7 +21,7 @@ pub use parse::{Annotation, parse};
 
 use super::FormatEntry;
 use super::shared::name_of;
-use crate::files::{entries, image_folder, is_image, numbered_images, take_range};
+use crate::files::{entries, is_image};
 use crate::lock::Entry;
 use crate::video::{self, Video};
 use crate::{DatasetError, Frames, Numbering, Sequence, text};
@@ -77,14 +77,13 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
         let video = only(&folder, &names, "video", is_video_name)?;
         Frames::Video(Arc::new(Video::new(video, video::cache(root), (first, last))))
     } else {
-        let images = image_folder(&folder, FORMAT.image_folders);
-        let numbered = numbered_images(&images)?;
-        if numbered.contains_key(&0) {
+        let images = FORMAT.images(&folder)?;
+        if images.files.contains_key(&0) {
             let message =
                 "the first image is 0, but frame N of the annotation is image N + 1: number them from 1";
-            return Err(DatasetError::content(&images, message));
+            return Err(DatasetError::content(&images.folder, message));
         }
-        Frames::Files(take_range(&images, &numbered, (first, last))?.into())
+        Frames::Files(images.range((first, last))?)
     };
     let numbering = Numbering { first, official: entry.official.unwrap_or(presence) };
     Ok(Sequence::new(name_of(&folder, entry), numbering, annotation.regions(target, (first, last)), frames))
@@ -104,7 +103,7 @@ fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, Dataset
 
 /// True if the folder has a video and no folder of images.
 fn is_video(folder: &Path, names: &[String]) -> bool {
-    image_folder(folder, FORMAT.image_folders) == folder && names.iter().any(|name| is_video_name(name))
+    FORMAT.image_folder(folder) == folder && names.iter().any(|name| is_video_name(name))
 }
 
 /// Name of the part, annotation or frames, that a folder lacks. The two are downloaded apart.
@@ -113,7 +112,7 @@ fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
     if !names.iter().any(|name| is_xml(name)) {
         return Ok(Some(ANNOTATION));
     }
-    let has_frames = image_folder(folder, FORMAT.image_folders) != folder
+    let has_frames = FORMAT.image_folder(folder) != folder
         || names.iter().any(|name| is_video_name(name) || is_image(Path::new(name)));
     Ok((!has_frames).then_some("images or video"))
 }

@@ -25,7 +25,6 @@
 
 use super::shared::{boxes, flags, labels, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
-use crate::files::numbered_images;
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
@@ -73,7 +72,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     ];
     let attributes = attributes.into_iter().filter_map(|(name, flags)| Some((name.to_owned(), flags?)));
     let meta = meta(&folder.join("meta_info.ini"))?;
-    sequence(&folder, &numbered_images(&folder)?, name_of(&folder, entry), truth, attributes.collect(), meta)
+    sequence(FORMAT.images(&folder)?, name_of(&folder, entry), truth, attributes.collect(), meta)
 }
 
 /// Attributes of the target in `meta_info.ini`; empty without the file.

@@ -21,7 +21,6 @@
 
 use super::shared::{boxes, flags, name_of, one_based, read_rows, regions, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
-use crate::files::{image_folder, numbered_images};
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence};
 use std::path::Path;
@@ -57,9 +56,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     }
     let is_absent = |t: usize| attributes.iter().any(|(_, flags)| flags[t]);
     let truth = regions(&path, rows, is_absent, with_area)?;
-    let images = image_folder(&folder, FORMAT.image_folders);
-    let files = numbered_images(&images)?;
-    sequence(&images, &files, name_of(&folder, entry), truth, attributes, Vec::new())
+    sequence(FORMAT.images(&folder)?, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
 /// Converts a box that counts pixels from 1; `None` if the box has no area.

@@ -18,7 +18,7 @@
 
 use super::FormatEntry;
 use super::shared::{attribute, boxes, name_of, one_based};
-use crate::files::{entries, image_folder, numbered_images, take_range};
+use crate::files::entries;
 use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
 use std::path::Path;
@@ -105,14 +105,14 @@ pub(crate) fn load_frames(
     name: String,
     range: Option<(u32, u32)>,
 ) -> Result<Sequence, DatasetError> {
-    let folder = image_folder(folder, FORMAT.image_folders);
-    let images = numbered_images(&folder)?;
-    let official = images.keys().next().copied().zip(images.keys().next_back().copied()).unwrap_or((1, 0));
-    let range = not_empty(&folder, range.unwrap_or(official))?;
-    let frames = take_range(&folder, &images, range)?;
-    let truth = vec![None; frames.len()];
+    let images = FORMAT.images(folder)?;
+    let ends = images.files.first_key_value().zip(images.files.last_key_value());
+    let official = ends.map_or((1, 0), |((first, _), (last, _))| (*first, *last));
+    let range = not_empty(&images.folder, range.unwrap_or(official))?;
+    let files = images.range(range)?;
+    let truth = vec![None; files.len()];
     let numbering = Numbering { first: range.0, official };
-    Ok(Sequence::new(name, numbering, truth, Frames::Files(frames.into())))
+    Ok(Sequence::new(name, numbering, truth, Frames::Files(files)))
 }
 
 /// Checks that a range of frames is not empty.

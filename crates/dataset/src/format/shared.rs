@@ -4,10 +4,9 @@
 //! file lacks that label.
 
 use super::GROUND_TRUTH;
-use crate::files::{folder_name, take_range};
+use crate::files::{NumberedImages, folder_name};
 use crate::lock::Entry;
 use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
 
@@ -128,15 +127,14 @@ pub(super) fn one_based(row: [f64; 4]) -> Result<Option<Region>, String> {
 /// # Errors
 /// Missing frames, a number of images other than that of `truth`, and a word that may not be an attribute.
 pub(super) fn sequence(
-    folder: &Path,
-    images: &BTreeMap<u32, PathBuf>,
+    images: NumberedImages,
     name: String,
     truth: Vec<Option<Region>>,
     mut frame_attributes: Vec<(String, Vec<bool>)>,
     attributes: Vec<String>,
 ) -> Result<Sequence, DatasetError> {
-    let content = |message: String| DatasetError::content(folder, message);
-    let (found, lines) = (images.len(), truth.len());
+    let content = |message: String| DatasetError::content(&images.folder, message);
+    let (found, lines) = (images.files.len(), truth.len());
     if found != lines {
         let hint = match lines {
             1 => "; one line is all that is published of a test set, whose sequences cannot be used here",
@@ -145,14 +143,13 @@ pub(super) fn sequence(
         return Err(content(format!("{found} images, but {lines} lines in {GROUND_TRUTH}{hint}")));
     }
     let last = lines as u32;
-    let frames = take_range(folder, images, (1, last))?;
+    let frames = Frames::Files(images.range((1, last))?);
     frame_attributes.sort();
     let ever =
         frame_attributes.iter().filter(|(_, flags)| flags.contains(&true)).map(|(name, _)| name.clone());
     let attributes = sorted(ever.chain(attributes));
     attributes.iter().try_for_each(|word| attribute(word).map(drop)).map_err(content)?;
     let numbering = Numbering { first: 1, official: (1, last) };
-    let frames = Frames::Files(frames.into());
     Ok(Sequence { attributes, frame_attributes, ..Sequence::new(name, numbering, truth, frames) })
 }
 

@@ -16,7 +16,7 @@
 
 use super::shared::{flags, name_of, sequence};
 use super::{FormatEntry, GROUND_TRUTH};
-use crate::files::{entries, image_folder, numbered_images};
+use crate::files::entries;
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence, text};
 use std::path::Path;
@@ -62,10 +62,9 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
         }
         attributes.extend(flags(&path, truth.len())?.map(|flags| (label.to_owned(), flags)));
     }
-    let folder_of_images = image_folder(&folder, FORMAT.image_folders);
-    let mut images = numbered_images(&folder_of_images)?;
-    images.remove(&0);
-    sequence(&folder_of_images, &images, name_of(&folder, entry), truth, attributes, Vec::new())
+    let mut images = FORMAT.images(&folder)?;
+    images.files.remove(&0);
+    sequence(images, name_of(&folder, entry), truth, attributes, Vec::new())
 }
 
 /// Regions of a ground-truth file, one per line; `path` is for messages.

@@ -18,7 +18,7 @@
 use super::load::Missing;
 use crate::DatasetError;
 use crate::digest::file_digest;
-use crate::files::{image_folder, is_image, number};
+use crate::files::{is_image, number};
 use crate::format::FormatEntry;
 use crate::lock::{Entry, PinnedSuite, below, pinned_suite};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ fn present(folder: &Path, format: &FormatEntry) -> Vec<String> {
     };
     let mut text: Vec<String> = names(folder).into_iter().filter(|n| (format.reads)(n)).collect();
     text.sort();
-    let images = image_folder(folder, format.image_folders);
+    let images = format.image_folder(folder);
     let mut frames: Vec<String> = names(&images).into_iter().filter(|n| is_image(Path::new(n))).collect();
     frames.sort_by_cached_key(|name| (number(Path::new(name)), name.clone()));
     let inside = images.strip_prefix(folder).unwrap_or(Path::new(""));

@@ -1,6 +1,5 @@
 //! Loads the sequence of an entry from a data root.
 
-use crate::files::{image_folder, numbered_images};
 use crate::lock::{Entry, PinnedSuite};
 use crate::{DatasetError, Sequence, sorted};
 use std::path::{Path, PathBuf};
@@ -151,7 +150,7 @@ impl PinnedSuite {
         if !(format.takes_ranges)(folder)? {
             return Ok(None);
         }
-        let images = numbered_images(&image_folder(folder, format.image_folders))?;
+        let images = format.images(folder)?.files;
         let absent = (first..=last).find(|n| !images.contains_key(n));
         Ok(absent.filter(|&n| images.range(n..=last).next().is_none()).map(|n| (n, last)))
     }
