@@ -291,8 +291,7 @@ impl Reader<'_> {
             }
             (BoxFormat::Vot, [0.0 | 1.0 | 2.0]) => return Ok(None),
             (BoxFormat::Vot, row) => row.to_vec(),
-            (BoxFormat::Yolo, &[x, y, w, h]) => self.in_pixels(line, [x - w / 2.0, y - h / 2.0, w, h])?,
-            (BoxFormat::Yolo, &[_, x, y, w, h, ..]) if row.len() <= 7 => {
+            (BoxFormat::Yolo, &[x, y, w, h] | &[_, x, y, w, h, ..]) if row.len() <= 7 => {
                 self.in_pixels(line, [x - w / 2.0, y - h / 2.0, w, h])?
             }
             (BoxFormat::Columns(columns), row) if columns.fits(row.len()) => match columns.shares {

@@ -85,7 +85,7 @@ pub(super) fn of_header(header: &Header, rows: &[Row], size: Option<(usize, usiz
     let found = [columns.clone(), columns.centered()].map(|columns| {
         let rows = rows.iter().filter(|(_, row)| columns.fits(row.len()));
         let boxes = rows.map(|(_, row)| columns.rect(row)).collect();
-        Found { format: BoxFormat::Columns(columns), columns: None, shape: 0, is_custom: false, boxes }
+        Found { format: BoxFormat::Columns(columns), shape: 0, is_custom: false, boxes }
     });
     in_frame(found.into(), Some((1.0, 1.0))).into_iter().map(|found| found.format).collect()
 }
@@ -99,8 +99,6 @@ fn are_shares(numbers: &[f64]) -> bool {
 /// A format that fits the rows, and its boxes.
 struct Found {
     format: BoxFormat,
-    /// Columns; `None` for polygons alone.
-    columns: Option<Columns>,
     /// Index into [`SHAPES`] of the columns before the box; the length of [`SHAPES`] for polygons.
     shape: usize,
     /// True if left, top, width, height is the usual format for these columns.
@@ -110,10 +108,9 @@ struct Found {
 }
 
 impl Found {
-    fn new(format: BoxFormat, columns: Columns, shape: usize, is_custom: bool, rows: &[&[f64]]) -> Self {
+    fn new(format: BoxFormat, columns: &Columns, shape: usize, is_custom: bool, rows: &[&[f64]]) -> Self {
         let rect = |row: &&[f64]| if columns.of_box(row).is_empty() { [0.0; 4] } else { columns.rect(row) };
-        let boxes = rows.iter().map(rect).collect();
-        Self { format, columns: Some(columns), shape, is_custom, boxes }
+        Self { format, shape, is_custom, boxes: rows.iter().map(rect).collect() }
     }
 
     /// True if no size is negative, and at least one is above `least`.
@@ -124,7 +121,7 @@ impl Found {
 
     /// Widths and heights of each target, row by row; rows without area are left out.
     fn sizes(&self, rows: &[&[f64]]) -> Vec<Vec<f64>> {
-        let target = self.columns.as_ref().and_then(|columns| columns.position(Target));
+        let target = self.format.columns().and_then(|columns| columns.position(Target));
         let mut sizes: BTreeMap<u64, [Vec<f64>; 2]> = BTreeMap::new();
         for (row, [.., w, h]) in rows.iter().zip(&self.boxes).filter(|(_, [.., w, h])| *w > 0.0 && *h > 0.0) {
             let target = target.and_then(|k| row.get(k)).map_or(0, |id| id.to_bits());
@@ -204,7 +201,7 @@ impl Table<'_> {
                 let columns = Columns::new(self.roles(before, sides), 0, Some(true));
                 let is_yolo = sides == CENTERS && (self.count == 4 || *before == [Class]);
                 let format = if is_yolo { BoxFormat::Yolo } else { BoxFormat::Columns(columns.clone()) };
-                let one = Found::new(format, columns, shape, true, &self.rows);
+                let one = Found::new(format, &columns, shape, true, &self.rows);
                 found.extend(Some(one).filter(|one| one.has_area(0.0)));
             }
         }
@@ -227,7 +224,7 @@ impl Table<'_> {
                     false => BoxFormat::Columns(columns.clone()),
                 };
                 let is_custom = self.count == 4 || (is_mot && self.count >= 7);
-                let one = Found::new(format, columns, shape, is_custom, &self.rows);
+                let one = Found::new(format, &columns, shape, is_custom, &self.rows);
                 found.extend(Some(one).filter(|one| one.has_area(1.0)));
             }
         }
@@ -253,8 +250,7 @@ impl Table<'_> {
             Err(_) => None,
         };
         let boxes: Vec<[f64; 4]> = self.rows.iter().map(bounds).collect::<Option<_>>()?;
-        let found =
-            Found { format: BoxFormat::Vot, columns: None, shape: SHAPES.len(), is_custom: false, boxes };
+        let found = Found { format: BoxFormat::Vot, shape: SHAPES.len(), is_custom: false, boxes };
         Some(found).filter(|found| found.has_area(0.0))
     }
 
