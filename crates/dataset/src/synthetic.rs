@@ -42,7 +42,6 @@ mod figures;
 mod ground;
 mod motion;
 mod noise;
-mod places;
 mod scene;
 pub mod scenes;
 mod sensor;
