@@ -7,7 +7,7 @@
 //! count as a failure. Every other status ends the download. Nothing is written beyond the size that is
 //! expected. Redirects are followed to http and https, from an https address to https alone.
 
-use super::error::FetchError;
+use super::FetchError;
 use super::part::{Note, Part};
 use crate::archive::Archive;
 use crate::digest::file_digest;

@@ -3,7 +3,7 @@
 //! A part belongs to one state of the file at one address; the note beside it has the address and the server's
 //! mark of that state (ETag, else Last-Modified), so that the rest of another state is never added to it.
 
-use super::error::FetchError;
+use super::FetchError;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;

@@ -1,7 +1,7 @@
 //! The working folder `.trackfail` of a data root, and the moves of unpacked folders from there to their
 //! final place.
 
-use super::error::FetchError;
+use super::FetchError;
 use crate::leftover;
 use crate::lock::below;
 use rayon::prelude::*;

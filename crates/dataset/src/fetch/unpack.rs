@@ -4,8 +4,7 @@
 //! not, nothing is written. No member may write more than its announced size. A name that could lead out of
 //! the folder is refused. The modes, times and owners in the archive are ignored.
 
-use super::download;
-use super::error::FetchError;
+use super::{FetchError, download};
 use crate::archive::Archive;
 use crate::lock::below;
 use crate::text;
