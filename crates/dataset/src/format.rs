@@ -27,6 +27,7 @@ type Truth = Vec<Option<Region>>;
 type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
 
 /// A format of sequences on disk, with the functions that recognize and read its folders.
+#[derive(Debug)]
 pub struct FormatEntry {
     /// Name of the format in suite files and in `trackfail data add --format`.
     pub word: &'static str,
@@ -98,12 +99,6 @@ impl FormatEntry {
 impl PartialEq for FormatEntry {
     fn eq(&self, other: &Self) -> bool {
         self.word == other.word
-    }
-}
-
-impl std::fmt::Debug for FormatEntry {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "FormatEntry({})", self.word)
     }
 }
 

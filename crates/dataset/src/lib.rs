@@ -52,7 +52,7 @@ impl<F: Fn(usize) -> Frame + Send + Sync> Render for F {
 }
 
 /// Source of the pixels of a sequence.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub enum Frames {
     /// Image files in order.
     Files(ImageFiles),
@@ -63,6 +63,7 @@ pub enum Frames {
     /// A renderer and the number of frames.
     Rendered(Arc<dyn Render>, usize),
     /// No pixels: only the ground truth is known.
+    #[default]
     Absent,
 }
 
@@ -78,8 +79,8 @@ impl std::fmt::Debug for Frames {
     }
 }
 
-/// The frames of one target with its ground truth.
-#[derive(Clone, Debug)]
+/// The frames of one target with its ground truth. The default one has neither.
+#[derive(Clone, Debug, Default)]
 pub struct Sequence {
     /// Name, unique in the suite: `Jogging-1`.
     pub name: String,
@@ -98,17 +99,6 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Creates a sequence without attributes and with an unknown digest.
-    pub(crate) fn new(
-        name: String,
-        numbering: Numbering,
-        truth: Vec<Option<Region>>,
-        frames: Frames,
-    ) -> Self {
-        let (attributes, frame_attributes, digest) = (Vec::new(), Vec::new(), Digest::default());
-        Self { name, numbering, truth, attributes, frame_attributes, digest, frames }
-    }
-
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.truth.len()

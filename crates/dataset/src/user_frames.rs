@@ -59,7 +59,7 @@ pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFram
 /// Sequence of `frames` frames, numbered from 1, without any pixels.
 pub fn without_frames(name: &str, frames: usize) -> Sequence {
     let numbering = Numbering { first: 1, official: (1, frames as u32) };
-    Sequence::new(name.to_string(), numbering, vec![None; frames], Frames::Absent)
+    Sequence { name: name.to_string(), numbering, truth: vec![None; frames], ..Sequence::default() }
 }
 
 /// True if a name has wildcard characters.
@@ -133,7 +133,8 @@ fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
 fn sequence(name: &Path, first: u32, count: usize, frames: Frames) -> Sequence {
     let name = name.file_stem().map_or_else(|| folder_name(name), |stem| stem.to_string_lossy().into_owned());
     let last = first.saturating_add(count as u32).saturating_sub(1);
-    Sequence::new(name, Numbering { first, official: (first, last) }, vec![None; count], frames)
+    let numbering = Numbering { first, official: (first, last) };
+    Sequence { numbering, frames, ..without_frames(&name, count) }
 }
 
 #[cfg(test)]

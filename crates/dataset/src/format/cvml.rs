@@ -86,7 +86,8 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
         Frames::Files(images.range((first, last))?)
     };
     let numbering = Numbering { first, official: entry.official.unwrap_or(presence) };
-    Ok(Sequence::new(name_of(&folder, entry), numbering, annotation.regions(target, (first, last)), frames))
+    let (name, truth) = (name_of(&folder, entry), annotation.regions(target, (first, last)));
+    Ok(Sequence { name, numbering, truth, frames, ..Sequence::default() })
 }
 
 const NOBODY: &str = "no object is annotated";

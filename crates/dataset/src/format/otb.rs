@@ -112,7 +112,7 @@ pub(crate) fn load_frames(
     let files = images.range(range)?;
     let truth = vec![None; files.len()];
     let numbering = Numbering { first: range.0, official };
-    Ok(Sequence::new(name, numbering, truth, Frames::Files(files)))
+    Ok(Sequence { name, numbering, truth, frames: Frames::Files(files), ..Sequence::default() })
 }
 
 /// Checks that a range of frames is not empty.

@@ -9,7 +9,7 @@
 use super::shared::name_of;
 use super::{FormatEntry, otb};
 use crate::lock::Entry;
-use crate::{DatasetError, Frames, Numbering, Sequence, text};
+use crate::{DatasetError, Numbering, Sequence, text};
 use std::path::Path;
 
 /// OTB without frames in the list of formats.
@@ -35,7 +35,8 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
     let range = otb::not_empty(&file, entry.range.unwrap_or(official))?;
     let truth = otb::cut(rows, &file, official, range)?;
     let name = name_of(&file.with_extension(""), entry);
-    Ok(Sequence::new(name, Numbering { first: range.0, official }, truth, Frames::Absent))
+    let numbering = Numbering { first: range.0, official };
+    Ok(Sequence { name, numbering, truth, ..Sequence::default() })
 }
 
 #[cfg(test)]

@@ -150,7 +150,7 @@ pub(super) fn sequence(
     let attributes = sorted(ever.chain(attributes));
     attributes.iter().try_for_each(|word| attribute(word).map(drop)).map_err(content)?;
     let numbering = Numbering { first: 1, official: (1, last) };
-    Ok(Sequence { attributes, frame_attributes, ..Sequence::new(name, numbering, truth, frames) })
+    Ok(Sequence { name, numbering, truth, attributes, frame_attributes, frames, ..Sequence::default() })
 }
 
 #[cfg(test)]

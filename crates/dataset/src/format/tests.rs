@@ -101,8 +101,8 @@ pub(super) fn read(word: &str, dir: &TempDir) -> Result<Sequence, DatasetError> 
 #[test]
 fn words_are_unique_and_help_texts_are_there() {
     for format in FORMATS {
-        assert_eq!(FORMATS.iter().filter(|f| f.word == format.word).count(), 1, "{format:?}");
-        assert!(!format.summary.is_empty() && (format.reads)(format.truth_file), "{format:?}");
+        assert_eq!(FORMATS.iter().filter(|f| f.word == format.word).count(), 1, "{}", format.word);
+        assert!(!format.summary.is_empty() && (format.reads)(format.truth_file), "{}", format.word);
         assert_eq!(find(format.word), Some(format));
     }
     assert_eq!(find("xml"), None);
@@ -112,7 +112,7 @@ fn words_are_unique_and_help_texts_are_there() {
 #[test]
 fn empty_files_are_no_ground_truth() {
     for format in FORMATS {
-        assert!((format.parse_truth)(Path::new("a"), b"").is_err(), "{format:?}");
+        assert!((format.parse_truth)(Path::new("a"), b"").is_err(), "{}", format.word);
     }
 }
 
@@ -209,7 +209,7 @@ proptest! {
         let has_areas = |truth: &[Option<Region>]| truth.iter().flatten().all(|r| r.area() > 0.0);
         for format in FORMATS {
             if let Ok(truth) = (format.parse_truth)(Path::new("a.txt"), &bytes) {
-                prop_assert!(has_areas(&truth), "{format:?}");
+                prop_assert!(has_areas(&truth), "{}", format.word);
             }
         }
         // Each text file in its turn.
