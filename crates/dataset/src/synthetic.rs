@@ -48,8 +48,6 @@ mod sensor;
 mod sprite;
 
 #[cfg(test)]
-mod surveillance_tests;
-#[cfg(test)]
 mod tests;
 
 use super::Sequence;
