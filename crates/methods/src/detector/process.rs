@@ -21,7 +21,7 @@
 
 use super::{Detector, DetectorOutput, Input};
 use crate::tracker::process::{
-    Bind, Handed, JsonPeer, Named, Process, Program, ProgramFault, Programs, Role, Track, bind, refused,
+    Bind, Handed, JsonPeer, Named, Process, Program, Programs, Role, Track, bind, refused,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -75,7 +75,7 @@ impl Named for Params {
 
 impl Params {
     /// The labels of all frames, or the frame and the reason of a fault.
-    fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, ProgramFault)> {
+    fn run(&self, program: &Program, input: &Input<'_>) -> Result<DetectorOutput, (usize, String)> {
         let frames = input.signal.len();
         let track = Track { frames, size: None, params: &self.params };
         let seed = [("TRACKFAIL_SEED", input.seed.to_string())];

@@ -51,7 +51,7 @@
 
 use crate::signal::{Direction, Facts, Observation, Reads, Session, Signal};
 use crate::tracker::process::{
-    Bind, Handed, Images, JsonPeer, Named, Place, Process, ProgramFault, Programs, Role, Track, bind,
+    Bind, Handed, Images, JsonPeer, Named, Place, Process, Programs, Role, Track, bind,
 };
 use crate::tracker::{Moments, Response, RunContext, Status, TrackerError, TrackerState};
 use schemars::JsonSchema;
@@ -213,7 +213,7 @@ impl Asking {
         t: usize,
         frame: &Frame,
         state: &'a TrackerState,
-    ) -> Result<FrameLine<'a>, ProgramFault> {
+    ) -> Result<FrameLine<'a>, String> {
         let image = match self.reads {
             Need::Pixels => Some(self.images.path(self.files.get(t).map(PathBuf::as_path), frame)?),
             _ => None,
@@ -234,8 +234,8 @@ impl Asking {
         })
     }
 
-    fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, ProgramFault> {
-        let mut peer = self.peer.take().ok_or_else(|| ProgramFault("it has ended".into()))?;
+    fn ask(&mut self, t: usize, frame: &Frame, state: &TrackerState) -> Result<f64, String> {
+        let mut peer = self.peer.take().ok_or_else(|| "it has ended".to_string())?;
         let line = self.line(t, frame, state)?;
         let answer: Answer = peer.ask(t, &line, ANSWER, |answer: &Answer| answer.index)?;
         if t + 1 == self.frames {

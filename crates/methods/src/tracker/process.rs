@@ -81,7 +81,6 @@ pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use child::ProgramFault;
 pub use programs::{Bind, Program, Programs, Protocol, Regions, Role};
 
 pub(crate) use images::Images;
@@ -189,10 +188,10 @@ impl Place {
     }
 
     /// Error for a fault in the frame with this index.
-    pub(crate) fn error(&self, index: usize, source: ProgramFault) -> TrackerError {
+    pub(crate) fn error(&self, index: usize, fault: String) -> TrackerError {
         let (program, sequence) = (self.program.clone(), self.sequence.clone());
         let frame = u64::from(self.first) + index as u64;
-        TrackerError::Program { program, frame, sequence, source: Box::new(source) }
+        TrackerError::Program { program, frame, sequence, source: fault.into() }
     }
 }
 

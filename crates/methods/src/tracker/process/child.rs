@@ -25,19 +25,14 @@ const TICK: Duration = Duration::from_millis(5);
 const PAUSE: Duration = Duration::from_millis(50);
 const UNASKED: &str = "it answered without being asked; one answer a frame was expected";
 
-/// Reason why a program gave no answer (not started, ended, silent, or not the expected answer), with the
-/// last lines of its stderr.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct ProgramFault(pub String);
-
-/// A child process whose answers are of type `T`.
+/// A child process whose answers are of type `T`. A fault is the reason why it gave no answer (not started, ended,
+/// silent, or not the expected answer), with the last lines of its stderr.
 pub struct Child<T: Send + 'static> {
     process: Guarded,
     /// First word of the command.
     name: String,
     lines: Option<SyncSender<String>>,
-    answers: Receiver<Result<T, ProgramFault>>,
+    answers: Receiver<Result<T, String>>,
     /// Time limit of the next answer.
     within: Duration,
     /// Time limit of all later answers.
@@ -56,11 +51,11 @@ impl<T: Send + 'static> Child<T> {
         folder: Option<&Path>,
         (first, later): (Duration, Duration),
         quit: Option<&'static str>,
-        mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, ProgramFault>> + Send + 'static,
-    ) -> Result<Self, ProgramFault> {
+        mut read: impl FnMut(&mut BufReader<ChildStdout>) -> Option<Result<T, String>> + Send + 'static,
+    ) -> Result<Self, String> {
         let name = command.get_program().to_string_lossy().into_owned();
         let mut process = Guarded::start(command, [Stdio::piped(), Stdio::piped()], folder)
-            .map_err(|e| ProgramFault(format!("cannot start `{name}`: {e}")))?;
+            .map_err(|e| format!("cannot start `{name}`: {e}"))?;
         let (lines, queue) = sync_channel::<String>(MAX_QUEUED);
         let (answer, answers) = sync_channel(MAX_QUEUED);
         if let Some(mut stdin) = process.stdin() {
@@ -89,17 +84,13 @@ impl<T: Send + 'static> Child<T> {
 
     /// Sends a line and does not wait for the answer. `told` describes a message that says by itself why it came
     /// unasked.
-    pub fn send(
-        &mut self,
-        line: String,
-        told: impl FnOnce(&T) -> Option<String>,
-    ) -> Result<(), ProgramFault> {
+    pub fn send(&mut self, line: String, told: impl FnOnce(&T) -> Option<String>) -> Result<(), String> {
         if self.lines.is_none() {
-            return Err(ProgramFault("it has ended".into()));
+            return Err("it has ended".into());
         }
         match self.answers.try_recv() {
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
-            Ok(Err(e)) => return Err(self.fault(e.to_string())),
+            Ok(Err(fault)) => return Err(self.fault(fault)),
             Ok(Ok(early)) => return Err(self.fault(told(&early).unwrap_or(UNASKED.into()))),
         }
         match self.lines.as_ref().map(|lines| lines.try_send(line)) {
@@ -110,7 +101,7 @@ impl<T: Send + 'static> Child<T> {
 
     /// Waits for the next answer; `expected` describes it for messages. An [interruption](guarded::interrupt)
     /// ends the wait.
-    pub fn receive(&mut self, expected: &str) -> Result<T, ProgramFault> {
+    pub fn receive(&mut self, expected: &str) -> Result<T, String> {
         let (start, within) = (Instant::now(), std::mem::replace(&mut self.within, self.later));
         let received = loop {
             let left = within.saturating_sub(start.elapsed());
@@ -137,22 +128,22 @@ impl<T: Send + 'static> Child<T> {
     }
 
     /// Kills the process. Returns the error: `message` and the last lines of its stderr.
-    pub fn fault(&mut self, message: String) -> ProgramFault {
+    pub fn fault(&mut self, message: String) -> String {
         self.kill();
         let text = self.process.stderr();
         let lines: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
         let last = &lines[lines.len().saturating_sub(MAX_LINES)..];
         if last.is_empty() {
-            return ProgramFault(message);
+            return message;
         }
         let last: Vec<_> = last.iter().map(|l| shorten_to(&visible(l.trim_end()), MAX_LINE_CHARS)).collect();
-        ProgramFault(format!("{message}; its stderr ends with: {}", last.join(" | ")))
+        format!("{message}; its stderr ends with: {}", last.join(" | "))
     }
 
     /// Asks the process to end after its last answer, and waits up to [`GRACE`]. A further answer (for which
     /// `is_answer` is true) is a fault: it may be the answer to the last frame, with all earlier ones
     /// shifted. An exit status other than 0 is a fault, too.
-    pub fn finish(&mut self, is_answer: fn(&T) -> bool) -> Result<(), ProgramFault> {
+    pub fn finish(&mut self, is_answer: fn(&T) -> bool) -> Result<(), String> {
         self.ask_to_end();
         match self.ended(is_answer)? {
             Some(status) if !status.success() => {
@@ -172,20 +163,20 @@ impl<T: Send + 'static> Child<T> {
 
     /// The exit status, or `None` if the process still runs after [`GRACE`]. A further answer (for which
     /// `is_answer` is true) is a fault.
-    fn ended(&mut self, is_answer: fn(&T) -> bool) -> Result<Option<ExitStatus>, ProgramFault> {
+    fn ended(&mut self, is_answer: fn(&T) -> bool) -> Result<Option<ExitStatus>, String> {
         let mut end = Instant::now() + GRACE;
         let mut ended = None;
         while Instant::now() < end {
             match self.answers.recv_timeout(TICK) {
                 Ok(Ok(last)) if is_answer(&last) => return Err(self.fault(UNASKED.into())),
-                Ok(Err(e)) => return Err(self.fault(e.to_string())),
+                Ok(Err(fault)) => return Err(self.fault(fault)),
                 Ok(Ok(_)) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) if ended.is_some() => break,
                 Err(RecvTimeoutError::Disconnected) => std::thread::sleep(TICK),
             }
             if ended.is_none() {
                 let status = self.process.try_wait();
-                ended = status.map_err(|e| ProgramFault(format!("cannot start `{}`: {e}", self.name)))?;
+                ended = status.map_err(|e| format!("cannot start `{}`: {e}", self.name))?;
                 // Something that it has started may hold its stdout open.
                 end = if ended.is_some() { end.min(Instant::now() + STREAM_GRACE) } else { end };
             }
@@ -207,7 +198,7 @@ impl Child<String> {
         line: String,
         expected: &str,
         read: impl FnOnce(&str) -> Result<A, String>,
-    ) -> Result<A, ProgramFault> {
+    ) -> Result<A, String> {
         self.send(line, |_| None)?;
         let answer = self.receive(expected)?;
         read(&answer).map_err(|why| self.fault(format!("{} ({why}); expected {expected}", received(&answer))))

@@ -1,6 +1,5 @@
 //! Image files of frames, for programs that read images by path.
 
-use super::child::ProgramFault;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use trackfail_core::image::{Frame, encode_png};
@@ -18,8 +17,8 @@ pub struct Images {
 
 impl Images {
     /// Creates the folder, which is empty.
-    pub fn new() -> Result<Self, ProgramFault> {
-        let fault = |e: std::io::Error| ProgramFault(format!("no temporary folder for its images: {e}"));
+    pub fn new() -> Result<Self, String> {
+        let fault = |e: std::io::Error| format!("no temporary folder for its images: {e}");
         let folder = TemporaryFolder::new("trackfail-frames-").map_err(fault)?;
         Ok(Self { folder, written: VecDeque::new(), count: 0 })
     }
@@ -31,7 +30,7 @@ impl Images {
 
     /// Path of an image file of the frame: the frame's own file if its path has no control characters, else a
     /// new PNG file.
-    pub fn path(&mut self, file: Option<&Path>, frame: &Frame) -> Result<PathBuf, ProgramFault> {
+    pub fn path(&mut self, file: Option<&Path>, frame: &Frame) -> Result<PathBuf, String> {
         let file = file.and_then(|file| std::path::absolute(file).ok());
         if let Some(file) = file.filter(|f| f.to_str().is_some_and(|t| !t.contains(char::is_control))) {
             return Ok(file);
@@ -41,7 +40,7 @@ impl Images {
             let _ = self.written.pop_front().map(std::fs::remove_file);
         }
         let path = self.folder.path().join(format!("{:08}.png", self.count));
-        let fault = |e: &dyn std::fmt::Display| ProgramFault(format!("{}: {e}", path.display()));
+        let fault = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
         let bytes = encode_png(frame).map_err(|e| fault(&e))?;
         std::fs::write(&path, bytes).map_err(|e| fault(&e))?;
         self.count += 1;

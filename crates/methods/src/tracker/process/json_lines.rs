@@ -1,7 +1,7 @@
 //! The client's side of the protocol of signals and detectors. Messages are lines of JSON, and the first one
 //! is not answered.
 
-use super::child::{Child, ProgramFault};
+use super::child::Child;
 use super::peer::{command, read_line};
 use super::programs::Program;
 use serde::Serialize;
@@ -51,7 +51,7 @@ impl JsonPeer {
         variables: &[(&str, String)],
         folder: Option<&Path>,
         track: &Track<'_>,
-    ) -> Result<Self, ProgramFault> {
+    ) -> Result<Self, String> {
         let mut command = command(program)?;
         command.envs(variables.iter().map(|(name, value)| (name, value)));
         let limits = (program.start_timeout + program.answer_timeout, program.answer_timeout);
@@ -70,7 +70,7 @@ impl JsonPeer {
         message: &impl Serialize,
         expected: &str,
         given: fn(&A) -> Option<usize>,
-    ) -> Result<A, ProgramFault> {
+    ) -> Result<A, String> {
         self.child.ask(line(message)?, expected, |answer| {
             let answer: A = serde_json::from_str(answer).map_err(|e| e.to_string())?;
             match given(&answer).filter(|given| *given != index) {
@@ -84,12 +84,12 @@ impl JsonPeer {
     ///
     /// # Errors
     /// When the program answers once more, or ends with an exit status other than 0.
-    pub fn finish(mut self) -> Result<(), ProgramFault> {
+    pub fn finish(mut self) -> Result<(), String> {
         self.child.finish(|_| true)
     }
 }
 
-fn line(message: &impl Serialize) -> Result<String, ProgramFault> {
-    let text = serde_json::to_string(message).map_err(|e| ProgramFault(e.to_string()))?;
+fn line(message: &impl Serialize) -> Result<String, String> {
+    let text = serde_json::to_string(message).map_err(|e| e.to_string())?;
     Ok(text + "\n")
 }

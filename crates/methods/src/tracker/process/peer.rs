@@ -1,8 +1,8 @@
 //! The client's side of the two protocols of trackers, TraX and lines.
 
-use super::child::{Child, ProgramFault};
+use super::child::Child;
 use super::programs::{Program, Protocol, Regions};
-use crate::tracker::trax::{self, Answer, Hello, Message, Properties, TraxError};
+use crate::tracker::trax::{self, Answer, Hello, Message, Properties};
 use std::io::{BufRead, Read};
 use std::path::Path;
 use std::process::Command;
@@ -21,22 +21,22 @@ pub struct FrameAnswer {
 /// A running program. It cannot be used after an error.
 pub trait Peer: Send {
     /// Starts tracking on an image.
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault>;
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String>;
 
     /// Tracks the target in the next image.
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault>;
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String>;
 
     /// Asks the program to quit after its last answer.
     ///
     /// # Errors
     /// When the program answers once more, or ends with an exit status other than 0.
-    fn finish(&mut self) -> Result<(), ProgramFault>;
+    fn finish(&mut self) -> Result<(), String>;
 }
 
 /// Command that starts a program in its folder and with its environment.
-pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
+pub(super) fn command(program: &Program) -> Result<Command, String> {
     let Some((name, arguments)) = program.command.split_first() else {
-        return Err(ProgramFault("no command".into()));
+        return Err("no command".into());
     };
     // A bare name is looked up on the PATH, all others are relative to the folder.
     let is_bare = Path::new(name).components().count() == 1 && !name.contains('/');
@@ -49,7 +49,7 @@ pub(super) fn command(program: &Program) -> Result<Command, ProgramFault> {
 }
 
 /// Starts a program; `folder` is deleted when our own process dies.
-pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, ProgramFault> {
+pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Box<dyn Peer>, String> {
     let mut command = command(program)?;
     command.env("TRACKFAIL_SEED", seed.to_string()).env("TRACKFAIL_RUN", run.to_string());
     match program.protocol {
@@ -58,7 +58,7 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
             let child = Child::start(command, Some(folder), limits, Some("quit\n"), read_line)?;
             Ok(Box::new(Lines { child, regions: program.regions, asked: 0 }))
         }
-        Protocol::Json => Err(ProgramFault("it is no tracker, but a signal or a detector".into())),
+        Protocol::Json => Err("it is no tracker, but a signal or a detector".into()),
         Protocol::Trax => {
             command.env("TRAX", "1");
             Trax::start(command, folder, program).map(|trax| Box::new(trax) as Box<dyn Peer>)
@@ -78,24 +78,22 @@ fn as_sent(region: &Region, regions: Regions) -> Region {
 const MAX_LINE_BYTES: u64 = 16 << 10;
 
 /// The next line without its end; `None` at the end of the stream.
-pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, ProgramFault>> {
+pub(super) fn read_line(stream: &mut impl BufRead) -> Option<Result<String, String>> {
     let mut bytes = Vec::new();
     match stream.take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes) {
-        Err(e) => return Some(Err(ProgramFault(format!("its stdout broke: {e}")))),
+        Err(e) => return Some(Err(format!("its stdout broke: {e}"))),
         Ok(0) => return None,
         Ok(n) if n as u64 == MAX_LINE_BYTES => {
-            let message = format!("received a line of {MAX_LINE_BYTES} bytes and more");
-            return Some(Err(ProgramFault(message)));
+            return Some(Err(format!("received a line of {MAX_LINE_BYTES} bytes and more")));
         }
         // The rest of it is lost, and part of a number may be a number, too.
         Ok(_) if !bytes.ends_with(b"\n") => {
             let text = received(&String::from_utf8_lossy(&bytes));
-            return Some(Err(ProgramFault(format!("{text} without a line end"))));
+            return Some(Err(format!("{text} without a line end")));
         }
         Ok(_) => {}
     }
-    let not_text =
-        |e: std::string::FromUtf8Error| ProgramFault(received(&String::from_utf8_lossy(e.as_bytes())));
+    let not_text = |e: std::string::FromUtf8Error| received(&String::from_utf8_lossy(e.as_bytes()));
     Some(String::from_utf8(bytes).map(|line| line.trim_end().to_string()).map_err(not_text))
 }
 
@@ -114,7 +112,7 @@ struct Lines {
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence and `#N`, the message's number, behind";
 
 impl Lines {
-    fn ask(&mut self, line: String) -> Result<FrameAnswer, ProgramFault> {
+    fn ask(&mut self, line: String) -> Result<FrameAnswer, String> {
         let number = self.asked;
         self.asked += 1;
         self.child.ask(line, LINE, |answer| parse_answer(answer, number))
@@ -159,16 +157,16 @@ fn confidence(word: &str) -> Result<f64, String> {
 }
 
 impl Peer for Lines {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String> {
         let region = trax::numbers(&as_sent(region, self.regions));
         self.ask(format!("init\t{}\t{region}\n", image.display()))
     }
 
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault> {
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String> {
         self.ask(format!("frame\t{}\n", image.display()))
     }
 
-    fn finish(&mut self) -> Result<(), ProgramFault> {
+    fn finish(&mut self) -> Result<(), String> {
         self.child.finish(|_| true)
     }
 }
@@ -182,9 +180,8 @@ struct Trax {
 }
 
 impl Trax {
-    fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, ProgramFault> {
-        let fault = |e: TraxError| ProgramFault(e.to_string());
-        let read = move |stream: &mut _| trax::read(stream).map_err(fault).transpose();
+    fn start(command: Command, folder: &Path, program: &Program) -> Result<Self, String> {
+        let read = |stream: &mut _| trax::read(stream).map_err(|e| e.to_string()).transpose();
         let limits = (program.start_timeout, program.answer_timeout);
         let mut child = Child::start(command, Some(folder), limits, Some("@@TRAX:quit\n"), read)?;
         let expected = "`hello` of a TraX tracker, version 1 to 4";
@@ -212,12 +209,12 @@ impl Trax {
         Ok(Self { child, hello, confidence, last: None })
     }
 
-    fn send(&mut self, message: &Message) -> Result<(), ProgramFault> {
+    fn send(&mut self, message: &Message) -> Result<(), String> {
         let line = trax::write(message).map_err(|e| self.child.fault(e.to_string()))?;
         self.child.send(line, |early| matches!(early, Message::Quit { .. }).then(|| in_words(early)))
     }
 
-    fn receive(&mut self) -> Result<FrameAnswer, ProgramFault> {
+    fn receive(&mut self) -> Result<FrameAnswer, String> {
         let expected = "`state` with a rectangle or polygon";
         let (answer, properties) = match self.child.receive(expected)? {
             Message::TrackerState { answer, properties } => (answer, properties),
@@ -263,7 +260,7 @@ fn in_words(message: &Message) -> String {
 }
 
 impl Peer for Trax {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, ProgramFault> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String> {
         let reads = |word: &str| self.hello.regions.iter().any(|w| w == word);
         let polygon = matches!(region, Region::Polygon(_)) && reads("polygon") || !reads("rectangle");
         let sent = as_sent(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
@@ -280,12 +277,12 @@ impl Peer for Trax {
         self.receive()
     }
 
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, ProgramFault> {
+    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String> {
         self.send(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
         self.receive()
     }
 
-    fn finish(&mut self) -> Result<(), ProgramFault> {
+    fn finish(&mut self) -> Result<(), String> {
         // Some confirm the end by the same message.
         self.child.finish(|message| !matches!(message, Message::Quit { .. }))
     }
