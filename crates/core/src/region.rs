@@ -115,6 +115,14 @@ impl Region {
         }
     }
 
+    /// Numbers of which [`Region::from_numbers`] makes the region: `x,y,w,h`, or the corners.
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Rect(r) => vec![r.x, r.y, r.w, r.h],
+            Self::Polygon(corners) => corners.iter().flat_map(|c| [c.0, c.1]).collect(),
+        }
+    }
+
     /// Region that stands for "no region": all its numbers are NaN.
     pub fn nowhere() -> Self {
         Self::Rect(Rect::new(f64::NAN, f64::NAN, f64::NAN, f64::NAN))

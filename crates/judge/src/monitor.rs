@@ -323,13 +323,9 @@ impl Monitor {
 /// Checks that the region is valid.
 fn checked(region: &Region) -> Result<Region, RegionError> {
     match region {
-        Region::Rect(r) => Region::from_numbers(&[r.x, r.y, r.w, r.h]),
         // Two corners would be read as a box.
         Region::Polygon(corners) if corners.len() < 3 => Err(RegionError::Count(2 * corners.len())),
-        Region::Polygon(corners) => {
-            let numbers: Vec<f64> = corners.iter().flat_map(|(x, y)| [*x, *y]).collect();
-            Region::from_numbers(&numbers)
-        }
+        region => Region::from_numbers(&region.numbers()),
     }
 }
 

@@ -91,11 +91,7 @@ fn suites_are_well_formed() {
 fn coordinates_survive_counting_from_one() {
     for (_, q) in all() {
         for region in q.truth.iter().flatten() {
-            let numbers = match region {
-                Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
-                Region::Polygon(p) => p.iter().flat_map(|c| [c.0, c.1]).collect(),
-            };
-            for v in numbers {
+            for v in region.numbers() {
                 assert_eq!((v * 64.0).fract(), 0.0);
                 let text = format!("{}", v + 1.0);
                 assert_eq!((text.parse::<f64>().unwrap() - 1.0).to_bits(), (v + 0.0).to_bits(), "{text}");

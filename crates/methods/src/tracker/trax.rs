@@ -339,11 +339,7 @@ pub fn write(message: &Message) -> Result<String, TraxError> {
 
 /// The numbers of a region, between commas.
 pub(super) fn numbers(region: &Region) -> String {
-    let values: Vec<f64> = match region {
-        Region::Rect(r) => vec![r.x, r.y, r.w, r.h],
-        Region::Polygon(corners) => corners.iter().flat_map(|c| [c.0, c.1]).collect(),
-    };
-    values.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
+    region.numbers().iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
 fn image_argument(path: &Path) -> Result<String, TraxError> {
