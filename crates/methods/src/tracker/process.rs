@@ -160,9 +160,8 @@ impl TrackerConfig for Process<Params> {
         if index == last {
             peer.finish().map_err(|fault| place.error(index, fault))?;
         }
-        let confident = program.confidence.is_some();
-        let confidence = answer.confidence.filter(|_| confident);
-        let tracker = Tracking { place, files, next: index + 1, last, confident, peer, images };
+        let tracker = Tracking { place, files, next: index + 1, last, peer, images };
+        let confidence = answer.confidence;
         Ok((Box::new(tracker), TrackerState { confidence, ..TrackerState::initialized(region.clone()) }))
     }
 }
@@ -203,8 +202,6 @@ struct Tracking {
     next: usize,
     /// Index of the last frame.
     last: usize,
-    /// True if the confidence of the program is used.
-    confident: bool,
     /// Declared before the images, since fields are dropped in order and the program must end before its
     /// images are deleted.
     peer: Box<dyn Peer>,
@@ -216,15 +213,13 @@ impl Tracker for Tracking {
         let index = self.next;
         self.next += 1;
         let file = self.files.get(index).map(PathBuf::as_path);
-        let answer = self.images.path(file, frame).and_then(|image| {
-            let answer = self.peer.frame(&image)?;
+        let state = self.images.path(file, frame).and_then(|image| {
+            let state = self.peer.frame(&image)?;
             if index == self.last {
                 self.peer.finish()?;
             }
-            Ok(answer)
+            Ok(state)
         });
-        let answer = answer.map_err(|fault| self.place.error(index, fault))?;
-        let confidence = answer.confidence.filter(|_| self.confident);
-        Ok(TrackerState { confidence, ..TrackerState::tracked(answer.region) })
+        state.map_err(|fault| self.place.error(index, fault))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::child::Child;
 use super::programs::{Program, Protocol, Regions};
+use crate::tracker::TrackerState;
 use crate::tracker::trax::{self, Answer, Hello, Message, Properties};
 use std::io::{BufRead, Read};
 use std::path::Path;
@@ -9,22 +10,13 @@ use std::process::Command;
 use trackfail_core::region::Region;
 use trackfail_dataset::text::{shorten_to, visible};
 
-/// A program's answer to a frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrameAnswer {
-    /// Region of the target.
-    pub region: Region,
-    /// Confidence; `None` if the program gives none.
-    pub confidence: Option<f64>,
-}
-
-/// A running program. It cannot be used after an error.
+/// A running program. It cannot be used after an error. A state has a confidence only if `plugins.toml` says so.
 pub trait Peer: Send {
     /// Starts tracking on an image.
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String>;
+    fn init(&mut self, image: &Path, region: &Region) -> Result<TrackerState, String>;
 
     /// Tracks the target in the next image.
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String>;
+    fn frame(&mut self, image: &Path) -> Result<TrackerState, String>;
 
     /// Asks the program to quit after its last answer.
     ///
@@ -56,7 +48,8 @@ pub fn start(program: &Program, seed: u64, run: u32, folder: &Path) -> Result<Bo
         Protocol::Lines => {
             let limits = (program.start_timeout + program.answer_timeout, program.answer_timeout);
             let child = Child::start(command, Some(folder), limits, Some("quit\n"), read_line)?;
-            Ok(Box::new(Lines { child, regions: program.regions, asked: 0 }))
+            let (regions, gives_confidence) = (program.regions, program.confidence.is_some());
+            Ok(Box::new(Lines { child, regions, gives_confidence, asked: 0 }))
         }
         Protocol::Json => Err("it is no tracker, but a signal or a detector".into()),
         Protocol::Trax => {
@@ -104,6 +97,7 @@ pub(super) fn received(text: &str) -> String {
 struct Lines {
     child: Child<String>,
     regions: Regions,
+    gives_confidence: bool,
     /// Number of messages that have been answered.
     asked: u64,
 }
@@ -112,15 +106,17 @@ struct Lines {
 const LINE: &str = "`x,y,w,h` or corners `x1,y1,x2,y2,x3,y3,...`, and nothing but a confidence and `#N`, the message's number, behind";
 
 impl Lines {
-    fn ask(&mut self, line: String) -> Result<FrameAnswer, String> {
+    fn ask(&mut self, line: String) -> Result<TrackerState, String> {
         let number = self.asked;
         self.asked += 1;
-        self.child.ask(line, LINE, |answer| parse_answer(answer, number))
+        let mut state = self.child.ask(line, LINE, |answer| parse_answer(answer, number))?;
+        state.confidence = state.confidence.filter(|_| self.gives_confidence);
+        Ok(state)
     }
 }
 
 /// Region and confidence in the answer to message number `message`; the error says why it is not an answer.
-fn parse_answer(line: &str, message: u64) -> Result<FrameAnswer, String> {
+fn parse_answer(line: &str, message: u64) -> Result<TrackerState, String> {
     let mut words: Vec<&str> = line.split_whitespace().collect();
     if let Some(word) = words.pop_if(|word| word.starts_with('#')) {
         check_number(word.trim_start_matches('#'), message)?;
@@ -133,7 +129,7 @@ fn parse_answer(line: &str, message: u64) -> Result<FrameAnswer, String> {
     };
     let numbers = region.split(',').map(number).collect::<Result<Vec<f64>, _>>()?;
     let region = Region::from_numbers(&numbers).map_err(|e| e.to_string())?;
-    Ok(FrameAnswer { region, confidence })
+    Ok(TrackerState { confidence, ..TrackerState::tracked(region) })
 }
 
 /// Checks that `word` is the number of this message.
@@ -157,12 +153,12 @@ fn confidence(word: &str) -> Result<f64, String> {
 }
 
 impl Peer for Lines {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<TrackerState, String> {
         let region = trax::numbers(&as_sent(region, self.regions));
         self.ask(format!("init\t{}\t{region}\n", image.display()))
     }
 
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String> {
+    fn frame(&mut self, image: &Path) -> Result<TrackerState, String> {
         self.ask(format!("frame\t{}\n", image.display()))
     }
 
@@ -214,7 +210,7 @@ impl Trax {
         self.child.send(line, |early| matches!(early, Message::Quit { .. }).then(|| in_words(early)))
     }
 
-    fn receive(&mut self) -> Result<FrameAnswer, String> {
+    fn receive(&mut self) -> Result<TrackerState, String> {
         let expected = "`state` with a rectangle or polygon";
         let (answer, properties) = match self.child.receive(expected)? {
             Message::TrackerState { answer, properties } => (answer, properties),
@@ -234,7 +230,7 @@ impl Trax {
             confidence(word.trim()).map_err(|why| format!("its property {}: {why}", listed(name)))
         });
         let confidence = confidence.transpose().map_err(|why| self.child.fault(why))?;
-        Ok(FrameAnswer { region, confidence })
+        Ok(TrackerState { confidence, ..TrackerState::tracked(region) })
     }
 }
 
@@ -260,7 +256,7 @@ fn in_words(message: &Message) -> String {
 }
 
 impl Peer for Trax {
-    fn init(&mut self, image: &Path, region: &Region) -> Result<FrameAnswer, String> {
+    fn init(&mut self, image: &Path, region: &Region) -> Result<TrackerState, String> {
         let reads = |word: &str| self.hello.regions.iter().any(|w| w == word);
         let polygon = matches!(region, Region::Polygon(_)) && reads("polygon") || !reads("rectangle");
         let sent = as_sent(region, if polygon { Regions::Polygon } else { Regions::Rectangle });
@@ -277,7 +273,7 @@ impl Peer for Trax {
         self.receive()
     }
 
-    fn frame(&mut self, image: &Path) -> Result<FrameAnswer, String> {
+    fn frame(&mut self, image: &Path) -> Result<TrackerState, String> {
         self.send(&Message::Frame { image: image.to_path_buf(), properties: Properties::new() })?;
         self.receive()
     }
