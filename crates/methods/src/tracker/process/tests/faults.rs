@@ -80,6 +80,8 @@ fn programs_are_those_of_the_file_and_of_the_role() {
     assert_eq!(error.message, "plugins.toml: unknown program `mime`; did you mean `mine`?");
     assert_eq!(error.key, Some("program"));
     assert_says(refused(Role::Signal, "mine").message, "plugins.toml names no signal");
+    let nowhere = Programs::default().find(Role::Tracker, "mine").unwrap_err();
+    assert_says(nowhere.message, "there is no plugins.toml here");
     // Nothing is run that has not been bound to a program.
     let (text, unbound) = ("{ program = \"mine\" }", "the program mine is not known here");
     let sequence = sequence();
