@@ -67,10 +67,7 @@ impl Sequence {
             0 => *files.size.get_or_init(|| got),
             _ => files.size()?.unwrap_or(got),
         };
-        if got != expected {
-            return Err(DatasetError::FrameSize { path: path.clone(), expected, got });
-        }
-        Ok(frame)
+        of_size(frame, expected, path)
     }
 
     /// Width and height of all frames in pixels, taken from the first one.
@@ -95,6 +92,17 @@ fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
 
 fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
     DatasetError::Image { path: path.into(), source }
+}
+
+/// The frame of a file, if it has the size that is expected.
+///
+/// # Errors
+/// [`DatasetError::FrameSize`].
+pub fn of_size(frame: Frame, expected: (usize, usize), path: &Path) -> Result<Frame, DatasetError> {
+    match (frame.width(), frame.height()) {
+        got if got == expected => Ok(frame),
+        got => Err(DatasetError::FrameSize { path: path.into(), expected, got }),
+    }
 }
 
 /// Paths of all entries of a folder, in any order.

@@ -6,6 +6,7 @@
 
 use super::{Outcome, VideoLimits, command, in_time, not_started, refusal, run_on};
 use crate::DatasetError;
+use crate::files::of_size;
 use crate::guarded::{self, Guarded};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -140,12 +141,8 @@ impl VideoStream {
 
     fn of_one_size(&self, picture: Picture) -> Result<Frame, DatasetError> {
         let frame = picture.map_err(|source| DatasetError::Image { path: self.path.clone(), source })?;
-        let got = (frame.width(), frame.height());
-        let expected = *self.size.get_or_init(|| got);
-        if got != expected {
-            return Err(DatasetError::FrameSize { path: self.path.clone(), expected, got });
-        }
-        Ok(frame)
+        let expected = *self.size.get_or_init(|| (frame.width(), frame.height()));
+        of_size(frame, expected, &self.path)
     }
 }
 

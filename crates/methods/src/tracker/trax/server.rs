@@ -9,6 +9,7 @@ use crate::tracker::{RunContext, Tracker, TrackerConfig, TrackerError, TrackerSt
 use std::io::{BufRead, Write};
 use std::path::Path;
 use trackfail_core::region::{Rect, Region};
+use trackfail_dataset::files::of_size;
 use trackfail_dataset::text::{shorten_to, visible};
 use trackfail_dataset::user_frames::without_frames;
 use trackfail_dataset::{DatasetError, Frames, Sequence};
@@ -124,11 +125,7 @@ struct Session {
 
 impl Session {
     fn update(&mut self, image: &Path) -> Result<TrackerState, SessionError> {
-        let frame = sequence(image, None).frame(0)?;
-        let (expected, got) = (self.size, (frame.width(), frame.height()));
-        if got != expected {
-            return Err(DatasetError::FrameSize { path: image.to_path_buf(), expected, got }.into());
-        }
+        let frame = of_size(sequence(image, None).frame(0)?, self.size, image)?;
         Ok(self.tracker.update(&frame)?)
     }
 }
