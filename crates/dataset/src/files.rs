@@ -4,7 +4,7 @@
 //! [`image::MAX_FILE_BYTES`] bytes, so that reading never waits for a device or a pipe.
 
 use super::{DatasetError, Frames, Sequence, text};
-use crate::frame_order::{file_name, numbered};
+use crate::frame_order::file_name;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
     list().map_err(|e| DatasetError::io(folder, e))
 }
 
-/// The JPEG and PNG files of a folder by frame number, as [`numbered`] reads it from their names.
+/// The JPEG and PNG files of a folder by frame number, see [`FormatEntry::images`](crate::format::FormatEntry::images).
 #[derive(Debug)]
 pub(crate) struct NumberedImages {
     pub folder: PathBuf,
@@ -121,21 +121,6 @@ pub(crate) struct NumberedImages {
 }
 
 impl NumberedImages {
-    /// Finds the images of a folder.
-    ///
-    /// # Errors
-    /// A folder without images, and the errors of [`numbered`].
-    pub fn of(folder: PathBuf) -> Result<Self, DatasetError> {
-        let is_hidden =
-            |path: &Path| path.file_name().unwrap_or_default().as_encoded_bytes().starts_with(b".");
-        let mut paths = entries(&folder)?;
-        paths.retain(|path| !is_hidden(path) && is_image(path));
-        if paths.is_empty() {
-            return Err(DatasetError::content(&folder, "no .jpg or .png file in this folder"));
-        }
-        Ok(Self { folder, files: numbered(paths)? })
-    }
-
     /// Image files of frames `first..=last`, in order.
     ///
     /// # Errors
@@ -181,6 +166,7 @@ pub(crate) fn number(path: &Path) -> Option<u32> {
 mod tests {
     use super::*;
     use crate::content_digest;
+    use crate::format::otb;
     use crate::user_frames::without_frames;
     use std::sync::Arc;
     use trackfail_core::region::{Rect, Region};
@@ -311,14 +297,14 @@ mod tests {
         let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         on_disk(folder.path());
         std::os::unix::fs::symlink(folder.path().join("0003.png"), linked.path().join("0003.png")).unwrap();
-        let paths: Vec<_> = NumberedImages::of(linked.path().into()).unwrap().files.into_values().collect();
+        let paths: Vec<_> = otb::FORMAT.images(linked.path()).unwrap().files.into_values().collect();
         assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), ramp(2));
     }
 
     #[test]
     fn numbers_come_from_names() {
         let folder = tempfile::tempdir().unwrap();
-        let images = || NumberedImages::of(folder.path().into());
+        let images = || otb::FORMAT.images(folder.path());
         assert!(matches!(images(), Err(DatasetError::Content { .. })));
         for name in ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"] {
             put(folder.path(), name, "");

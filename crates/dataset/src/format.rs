@@ -11,7 +11,8 @@ pub mod otb_boxes;
 mod shared;
 pub mod vot;
 
-use crate::files::NumberedImages;
+use crate::files::{NumberedImages, entries, is_image};
+use crate::frame_order::{file_name, numbered};
 use crate::lock::Entry;
 use crate::{DatasetError, Sequence};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -87,12 +88,18 @@ impl FormatEntry {
         inside.unwrap_or_else(|| folder.to_path_buf())
     }
 
-    /// The images of a sequence's folder.
+    /// The JPEG and PNG files of a sequence by frame number, as [`numbered`] reads it from their names.
     ///
     /// # Errors
-    /// As [`NumberedImages::of`].
+    /// A folder without images, and the errors of [`numbered`].
     pub(crate) fn images(&self, folder: &Path) -> Result<NumberedImages, DatasetError> {
-        NumberedImages::of(self.image_folder(folder))
+        let folder = self.image_folder(folder);
+        let mut paths = entries(&folder)?;
+        paths.retain(|path| !file_name(path).starts_with('.') && is_image(path));
+        if paths.is_empty() {
+            return Err(DatasetError::content(&folder, "no .jpg or .png file in this folder"));
+        }
+        Ok(NumberedImages { folder, files: numbered(paths)? })
     }
 }
 
