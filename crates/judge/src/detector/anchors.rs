@@ -113,10 +113,7 @@ impl PlainParams for Periodic {
     const RANGES: &'static [Range] = &[Range::of("period").at_least(2.0)];
 
     fn check(&self) -> Result<(), ParamError> {
-        if self.phase >= self.period {
-            return Err(ParamError::out_of_range("phase", "less than the period", self.phase));
-        }
-        Ok(())
+        ParamError::unless(self.phase < self.period, "phase", "less than the period", self.phase)
     }
 }
 

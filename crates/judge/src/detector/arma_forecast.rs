@@ -93,10 +93,8 @@ impl PlainParams for Params {
     /// The window must be long enough for the order.
     fn check(&self) -> Result<(), ParamError> {
         let least = arma::least_window(self.order);
-        if self.window < least {
-            return Err(ParamError::out_of_range("window", &format!("from {least} to 100000"), self.window));
-        }
-        Ok(())
+        let rule = format!("from {least} to 100000");
+        ParamError::unless(self.window >= least, "window", &rule, self.window)
     }
 }
 

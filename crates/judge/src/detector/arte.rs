@@ -145,9 +145,7 @@ impl Plugin for Arte {
     ];
 
     fn make(p: Params) -> Result<Self, ParamError> {
-        if p.short > p.long {
-            return Err(ParamError::out_of_range("short", "1 to `long` frames", p.short));
-        }
+        ParamError::unless(p.short <= p.long, "short", "1 to `long` frames", p.short)?;
         let Params { accept_below, reverse_limit, reference_lag, .. } = p;
         let locking_in_limit = p.locking_in_limit.unwrap_or(p.long);
         Ok(Self { rules: Rules { accept_below, reverse_limit, locking_in_limit, reference_lag }, params: p })

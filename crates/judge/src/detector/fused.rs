@@ -125,9 +125,8 @@ impl Plugin for Fused {
     ];
 
     fn make(params: Params) -> Result<Self, ParamError> {
-        if !(1..=64).contains(&params.inputs.len()) {
-            return Err(ParamError::out_of_range("inputs", "from 1 to 64 names", params.inputs.len()));
-        }
+        let count = params.inputs.len();
+        ParamError::unless((1..=64).contains(&count), "inputs", "from 1 to 64 names", count)?;
         let find = |name: &String| {
             let message = || crate::plugin::unknown("input", name, INPUTS.iter().map(|input| input.name));
             let refuse = || ParamError { message: message(), key: Some("inputs"), span: None };

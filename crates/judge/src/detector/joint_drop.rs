@@ -53,9 +53,8 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("below").above(0.0).below(1.0), WINDOW, LEAST];
 
     fn check(&self) -> Result<(), ParamError> {
-        if !(1..=16).contains(&self.below.len()) {
-            return Err(ParamError::out_of_range("below", "1 to 16 shares", self.below.len()));
-        }
+        let signals = self.below.len();
+        ParamError::unless((1..=16).contains(&signals), "below", "1 to 16 shares", signals)?;
         check_least(self.least, self.window)
     }
 }

@@ -119,11 +119,8 @@ impl PlainParams for Params {
     fn check(&self) -> Result<(), ParamError> {
         // Fewer, and the filters that may be cut would be too few to leave the most probable one alone.
         let fewest = self.life + 2;
-        if self.models < fewest {
-            let rule = format!("from {fewest} (`life` + 2) to 1000");
-            return Err(ParamError::out_of_range("models", &rule, self.models));
-        }
-        Ok(())
+        let rule = format!("from {fewest} (`life` + 2) to 1000");
+        ParamError::unless(self.models >= fewest, "models", &rule, self.models)
     }
 }
 

@@ -97,9 +97,7 @@ impl Plugin for RelativeDrop {
             (true, Rule::Excess) => (level.value < 0.0, "below 0"),
             (false, Rule::Excess) => (level.value > 0.0, "above 0"),
         };
-        if !ordinary {
-            return Err(ParamError::out_of_range(level.key(), words, level.value));
-        }
+        ParamError::unless(ordinary, level.key(), words, level.value)?;
         check_least(least, window)?;
         Ok(Self { params, level })
     }
@@ -154,10 +152,8 @@ pub(super) const LEAST: Range = Range::within("least", 1.0, 10_000.0);
 
 /// Refuses a first decision that needs more good frames than the window holds.
 pub(super) fn check_least(least: usize, window: Option<usize>) -> Result<(), ParamError> {
-    match window {
-        Some(window) if least > window => Err(ParamError::out_of_range("least", "at most `window`", least)),
-        _ => Ok(()),
-    }
+    let is_fine = window.is_none_or(|window| least <= window);
+    ParamError::unless(is_fine, "least", "at most `window`", least)
 }
 
 /// Values of a signal in the good frames so far.

@@ -117,14 +117,11 @@ impl Plugin for SequentialTest {
     fn make(params: Params) -> Result<Self, ParamError> {
         let mean = Level::new(level::Params { below: params.below, above: params.above })?;
         let Params { low, high, .. } = params;
-        if !((high - low).is_finite() && high > low) {
-            return Err(ParamError::out_of_range("high", "finite and above `low`", high));
-        }
+        let is_above = (high - low).is_finite() && high > low;
+        ParamError::unless(is_above, "high", "finite and above `low`", high)?;
         let test = Self { params, mean };
         let eps = test.quality(mean.value);
-        if !(eps > 0.0 && eps < 1.0) {
-            return Err(ParamError::out_of_range(mean.key(), "between `low` and `high`", mean.value));
-        }
+        ParamError::unless(eps > 0.0 && eps < 1.0, mean.key(), "between `low` and `high`", mean.value)?;
         Ok(test)
     }
 }

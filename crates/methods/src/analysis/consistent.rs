@@ -22,10 +22,8 @@ pub fn check_ascending<T: PartialOrd + std::fmt::Debug>(
     key: &'static str,
     list: &[T],
 ) -> Result<(), ParamError> {
-    if (1..=64).contains(&list.len()) && list.windows(2).all(|w| w[0] < w[1]) {
-        return Ok(());
-    }
-    Err(ParamError::out_of_range(key, "ascending numbers, at most 64", format!("{list:?}")))
+    let is_fine = (1..=64).contains(&list.len()) && list.windows(2).all(|w| w[0] < w[1]);
+    ParamError::unless(is_fine, key, "ascending numbers, at most 64", format!("{list:?}"))
 }
 
 /// Values in ascending order.

@@ -55,10 +55,7 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("threshold")];
 
     fn check(&self) -> Result<(), ParamError> {
-        if self.rules != RULES {
-            return Err(unknown_rules(&self.rules, [RULES]));
-        }
-        Ok(())
+        if self.rules == RULES { Ok(()) } else { Err(unknown_rules(&self.rules, [RULES])) }
     }
 }
 

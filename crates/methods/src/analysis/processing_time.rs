@@ -76,11 +76,8 @@ impl PlainParams for Params {
 
     fn check(&self) -> Result<(), ParamError> {
         let repeated = self.methods.iter().enumerate().any(|(k, m)| self.methods[..k].contains(m));
-        if self.methods.is_empty() || self.methods.len() > 20 || repeated {
-            let rule = "1 to 20 different methods";
-            return Err(ParamError::out_of_range("methods", rule, format!("{:?}", self.methods)));
-        }
-        Ok(())
+        let is_fine = (1..=20).contains(&self.methods.len()) && !repeated;
+        ParamError::unless(is_fine, "methods", "1 to 20 different methods", format!("{:?}", self.methods))
     }
 }
 

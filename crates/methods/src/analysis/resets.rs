@@ -67,10 +67,7 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("low").at_least(1.0), Range::of("sensitivity").above(0.0)];
 
     fn check(&self) -> Result<(), ParamError> {
-        if self.low > self.high {
-            return Err(ParamError::out_of_range("low", "1 to `high`", self.low));
-        }
-        Ok(())
+        ParamError::unless(self.low <= self.high, "low", "1 to `high`", self.low)
     }
 }
 
