@@ -9,11 +9,11 @@
 //! `z` are suspicious. Frames before `window` score 0, and `s` is at least 1e-12. Source: none, it is an example.
 
 use super::{Detector, DetectorOutput, Input};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
+use crate::plugin::{Entry, PlainParams, Range};
 use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Detector> =
-    Entry::of::<Deviation>("deviation", 1, "alarm where the signal leaves the mean of its last frames")
+    Entry::of::<Params>("deviation", 1, "alarm where the signal leaves the mean of its last frames")
         .example("{ window = 20, k = 4.0 }");
 
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -25,26 +25,17 @@ pub struct Params {
     pub k: f64,
 }
 
-pub struct Deviation(Params);
-
-impl Plugin for Deviation {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[Range::of("window").at_least(2.0), Range::of("k").above(0.0)];
-
-    /// The parameters are in their ranges.
-    fn make(params: Params) -> Result<Self, ParamError> {
-        Ok(Self(params))
-    }
 }
 
-impl Detector for Deviation {
+impl Detector for Params {
     fn threshold(&self) -> Option<f64> {
-        Some(self.0.k)
+        Some(self.k)
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let Params { window, k } = self.0;
+        let Params { window, k } = *self;
         let z = |t: usize| {
             let Some(past) = t.checked_sub(window).map(|from| &input.signal[from..t]) else { return 0.0 };
             let mean = past.iter().sum::<f64>() / window as f64;

@@ -222,11 +222,6 @@ impl<P: PlainParams> Plugin for P {
     }
 }
 
-/// Parameters of a plugin without parameters.
-#[derive(Debug, Clone, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct NoParams {}
-
 /// Trait object of a list, such as `dyn Detector`, to which a plugin of type `P` can be converted.
 pub trait Role<P> {
     /// Converts the plugin to the trait object.

@@ -23,7 +23,7 @@
 
 use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
 use crate::num::seed;
-use crate::plugin::{Entry, NoParams, ParamError, PlainParams, Plugin, Range};
+use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -83,15 +83,11 @@ impl<A: Alarms> Detector for A {
     }
 }
 
-struct Constant<const ALARM: bool>;
+#[derive(Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Constant<const ALARM: bool> {}
 
-impl<const ALARM: bool> Plugin for Constant<ALARM> {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl<const ALARM: bool> PlainParams for Constant<ALARM> {}
 
 impl<const ALARM: bool> Alarms for Constant<ALARM> {
     fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
@@ -154,15 +150,11 @@ impl Alarms for Random {
     }
 }
 
-struct Oracle;
+#[derive(Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Oracle {}
 
-impl Plugin for Oracle {
-    type Params = NoParams;
-
-    fn make(_: NoParams) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-}
+impl PlainParams for Oracle {}
 
 impl Alarms for Oracle {
     fn alarms(&self, input: &Input<'_>) -> Vec<bool> {

@@ -51,15 +51,13 @@ impl Default for Params {
     }
 }
 
-impl Plugin for Params {
-    type Params = Self;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] =
         &[Range::of("drift").above(0.0).at_most(1.0), Range::of("jitter").at_least(0.0)];
 
-    fn make(p: Self) -> Result<Self, ParamError> {
+    fn check(&self) -> Result<(), ParamError> {
         let mut first = 1;
-        for loss in &p.losses {
+        for loss in &self.losses {
             if loss.frame < first || loss.length == 0 {
                 let got = format!("frame = {}, length = {}", loss.frame, loss.length);
                 let rule = format!(
@@ -70,7 +68,7 @@ impl Plugin for Params {
             }
             first = loss.frame.saturating_add(loss.length).saturating_add(1);
         }
-        Ok(p)
+        Ok(())
     }
 }
 
