@@ -8,9 +8,7 @@
 //! `y`, `m` and `s` are in the signal's unit, `z` and `k` have none; `t` is a 0-based frame. High values of
 //! `z` are suspicious. Frames before `window` score 0, and `s` is at least 1e-12. Source: none, it is an example.
 
-use super::{Detector, DetectorOutput, Input};
-use crate::plugin::{Entry, PlainParams, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Detector> =
     Entry::of::<Params>("deviation", 1, "alarm where the signal leaves the mean of its last frames")

@@ -53,6 +53,16 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
+/// What the file of a detector uses.
+mod prelude {
+    pub(super) use super::stream::{self, Causal, Step, judges_frame_by_frame};
+    pub(super) use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
+    pub(super) use super::{Example, LearnError, Learner};
+    pub(super) use crate::direction::Direction;
+    pub(super) use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
+    pub(super) use serde::{Deserialize, Serialize};
+}
+
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.
 pub trait Reverse {
     /// Tracking error, in `[0, 1]`, between two regions of frame `to`: that of the track, and that of the

@@ -22,11 +22,9 @@
 //! tracks over windows whose frames are all consistent: the two that the paper compares it with.
 
 use super::consistency::{self, ConsistencyModel, Fitting};
-use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
+use super::prelude::*;
 use crate::num::accumulation::{self, Accumulated, AccumulationError};
 use crate::num::gamma_mixture::select::Criterion;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::Arc;
 

@@ -22,11 +22,9 @@
 //! regression on the sources together gives (slope .96, offset -3.02); a window of 20 frames, against 40 and 80 on inner
 //! folds of videos.
 
-use super::stream::{self, Causal, Step};
-use super::{Detector, threshold_within};
+use super::prelude::*;
+use super::threshold_within;
 use crate::num::fixed;
-use crate::plugin::{Entry, PlainParams, Range};
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "agreement",
@@ -91,7 +89,7 @@ impl Detector for Params {
         true
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 /// State of the detector between frames.
@@ -133,7 +131,6 @@ fn inputs(values: &[f64]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::detector::testing;
-    use crate::detector::{DetectorOutput, Input};
 
     fn output(text: &str, overlap: &[f64], score: &[f64]) -> DetectorOutput {
         testing::built(&ENTRY, text).detect(&Input { more: &[score], ..testing::alone(overlap) })

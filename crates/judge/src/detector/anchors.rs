@@ -21,11 +21,9 @@
 //! truth do not touch. The paper's Eq. 11 says `O[t] = 1`; the margin allows for rounding. A frame without ground truth
 //! (NaN, or beyond the end of `O`) keeps the label of the frame before it, and a track begins without alarm.
 
-use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES};
+use super::prelude::*;
 use crate::num::seed;
-use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
 use rand::RngExt;
-use serde::{Deserialize, Serialize};
 
 /// Least error that counts as 1.
 const FAILURE: f64 = 1.0 - 1e-12;

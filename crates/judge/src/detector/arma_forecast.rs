@@ -17,12 +17,9 @@
 //! length"), and the responses before the window (`start`; default `backcast`, as its software does). If
 //! a window cannot be fitted because its values overflow, its last value is the forecast.
 
-use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
-use super::stream::{self, Causal, Step};
+use super::prelude::*;
 use crate::num::arma::{self, Presample};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use serde::{Deserialize, Serialize};
 
 /// ARMA forecasts in the list of detectors.
 pub const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
@@ -103,7 +100,7 @@ impl Detector for Params {
         Some(self.threshold)
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for Params {
@@ -118,7 +115,6 @@ impl Causal for Params {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DetectorOutput;
     use crate::detector::testing::alone;
 
     fn detect(params: Params, signal: &[f64]) -> DetectorOutput {

@@ -38,12 +38,10 @@
 //! neither means nor windows and cause no event, as a filter that starts on the annotation needs some 20
 //! frames until its spread is that of a filter at work; the default takes the formulas as they stand.
 
+use super::prelude::*;
 use super::track_quality::machine::Events;
 use super::track_quality::{self, Rules};
-use super::{Detector, DetectorOutput, Input};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
 use crate::signal::uncertainty;
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Arte>(
     "arte",

@@ -26,11 +26,9 @@
 //! LOCKING-IN, no large increase ever happens in these two conditions.
 
 use super::accumulated_validation::{self as avu, AccumulatedValidation};
+use super::prelude::*;
 use super::track_quality::machine::Events;
 use super::track_quality::{self, Rules};
-use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
 

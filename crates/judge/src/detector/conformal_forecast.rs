@@ -23,14 +23,11 @@
 //! to exceed together and count as one detection. The parameters of the forecast are those of the paper, as in
 //! `arma-forecast`.
 
-use super::Detector;
 use super::arma_forecast;
 use super::forecasting::{self, Forecaster, Scheme};
-use super::stream::{self, Causal, Step};
+use super::prelude::*;
 use crate::num::accumulation::empirical_quantile;
 use crate::num::arma::{self, Presample};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
@@ -102,7 +99,7 @@ impl Params {
 }
 
 impl Detector for Params {
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for Params {
@@ -169,7 +166,6 @@ impl AdaptiveThreshold {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DetectorOutput;
     use crate::detector::testing::detect;
     use proptest::prelude::*;
 

@@ -17,11 +17,8 @@
 //! The floor keeps a start that is constant but for rounding from turning rounding into an alarm: without it,
 //! `sigma` is 0 or nearly so.
 
-use super::Detector;
 use super::level::{self, Level};
-use super::stream::{self, Causal, Step};
-use crate::plugin::{ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 
 /// Parameters; exactly one of `below` and `above` is given.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -90,7 +87,7 @@ impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
         1
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
@@ -177,7 +174,6 @@ impl RunningMean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DetectorOutput;
     use crate::detector::testing::alone;
     use proptest::prelude::*;
     use trackfail_testing::assert_near;

@@ -17,9 +17,8 @@
 //! a loss lasts, so that an alarm stays until the signal is back at `mu`: a shift of d sigma comes back to there by
 //! chance with probability Phi(-d) a frame, and a target that is found does within a few frames.
 
-use super::Detector;
 use super::control_chart::ControlChart;
-use crate::plugin::Entry;
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<false>>(
     "cusum",

@@ -29,9 +29,7 @@ mod model;
 pub use inputs::{FusedInput, INPUTS};
 pub use model::{FusedModel, FusedStream};
 
-use super::{Detector, DetectorOutput, Example, Input, LearnError, Learner, Stream};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 use serde_json::Value;
 use std::sync::Arc;
 

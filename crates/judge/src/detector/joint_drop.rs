@@ -17,12 +17,8 @@
 //! Choices where the source is silent: without `window` all good frames are in the means; the frames of all signals are
 //! good together; a signal whose mean is not above 0 does not speak.
 
-use super::Detector;
+use super::prelude::*;
 use super::relative_drop::{GoodFrames, LEAST, WINDOW, check_least};
-use super::stream::{self, Causal, Step};
-use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use serde::{Deserialize, Serialize};
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "joint-drop",
@@ -72,7 +68,7 @@ impl Detector for Params {
         Some(1.0)
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for Params {
@@ -101,9 +97,7 @@ impl Causal for Params {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::{DetectorOutput, Input};
     use crate::detector::{relative_drop, testing::alone};
-    use crate::plugin::Plugin;
     use proptest::prelude::*;
 
     fn detect(below: &[f64], signals: &[&[f64]]) -> DetectorOutput {

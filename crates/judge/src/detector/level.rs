@@ -10,11 +10,7 @@
 //! The paper says "above" and "below" and leaves equality open; `above` includes it as Eq. 9 of the same
 //! paper does, and `below` does not, so that the two labels of one level are each other's opposite.
 
-use super::Detector;
-use super::stream::{self, Causal, Step};
-use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 
 /// The level detector in the list.
 pub const ENTRY: Entry<dyn Detector> =
@@ -89,7 +85,7 @@ impl Detector for Level {
         true
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for Level {

@@ -36,9 +36,8 @@
 //! Frames at the start in which the signal is exactly 0 are left out: c_t has no reference there yet.
 //! Samples beyond 1e100 are cut to it, so that squares stay finite.
 
-use super::{Detector, DetectorOutput, Input, consistency};
-use crate::plugin::{Entry, ParamError, PlainParams, Range};
-use serde::{Deserialize, Serialize};
+use super::consistency;
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "matched-kalman-bank",

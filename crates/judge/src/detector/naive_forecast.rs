@@ -13,11 +13,8 @@
 //! that this detector and `arma-forecast` start in the same frame; the paper does not say where its own
 //! starts. `scheme` is chosen as there: one origin serves `horizon` frames.
 
-use super::Detector;
 use super::forecasting::{self, Forecaster, Plan, Scheme};
-use super::stream::{self, Causal, Step};
-use crate::plugin::{Entry, PlainParams, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "naive-forecast",
@@ -55,7 +52,7 @@ impl Detector for Params {
         Some(self.threshold)
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for Params {

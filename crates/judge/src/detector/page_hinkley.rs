@@ -19,9 +19,8 @@
 //! at `mu`, for the reason given at `cusum`; frames that follow an alarm frame are not in the mean, since the lost
 //! target's values are not normal.
 
-use super::Detector;
 use super::control_chart::ControlChart;
-use crate::plugin::Entry;
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<ControlChart<true>>(
     "page-hinkley",

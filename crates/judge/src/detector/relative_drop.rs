@@ -19,13 +19,9 @@
 //! for signals above 0; frames in which `m` is not above 0 score as a frame of the mean does (1 and 0), without an
 //! alarm. A signal of 0 or less below a positive mean has the largest finite `excess`.
 
-use super::Detector;
 use super::control_chart::RunningMean;
 use super::level::{self, Level};
-use super::stream::{self, Causal, Step};
-use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 use std::collections::VecDeque;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<RelativeDrop>(
@@ -124,7 +120,7 @@ impl Detector for RelativeDrop {
         self.level.direction()
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for RelativeDrop {
@@ -211,7 +207,6 @@ impl GoodFrames {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::DetectorOutput;
     use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {

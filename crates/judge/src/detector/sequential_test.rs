@@ -26,10 +26,7 @@
 //! of bad ones proportional to n until there is a bet at all. A `window` is faster, with the same guarantee.
 
 use super::level::{self, Level};
-use super::stream::{self, Causal, Step};
-use super::{Detector, RECOVERY_FRAMES};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 use std::collections::VecDeque;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<SequentialTest>(
@@ -149,7 +146,7 @@ impl Detector for SequentialTest {
         if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES }
     }
 
-    stream::judges_frame_by_frame!();
+    judges_frame_by_frame!();
 }
 
 impl Causal for SequentialTest {

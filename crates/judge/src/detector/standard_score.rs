@@ -14,12 +14,8 @@
 //!
 //! Source: none; the detector serves to compare readings with published numbers.
 
-use super::stream::{self, Causal, Step};
-use super::{Detector, DetectorOutput, Input, Stream};
+use super::prelude::*;
 use crate::detector::level::{self, Level};
-use crate::direction::Direction;
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<StandardScore>(

@@ -24,9 +24,8 @@
 //! one directly follows the other. The end of an alarm is not a change; the reference window has merely
 //! caught up.
 
-use super::{Detector, DetectorOutput, Input, consistency};
-use crate::plugin::{Entry, ParamError, Plugin, Range};
-use serde::{Deserialize, Serialize};
+use super::consistency;
+use super::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<TwoModelChiSquare>(

@@ -3,7 +3,6 @@ use super::logistic::{self, Rows};
 use super::model::{News, Weight};
 use super::*;
 use crate::detector::testing::{self, alone};
-use crate::direction::Direction;
 use proptest::prelude::*;
 use trackfail_testing::{assert_near, assert_says};
 

@@ -1,5 +1,4 @@
 use super::*;
-use crate::detector::DetectorOutput;
 use crate::detector::testing;
 use crate::num::seed;
 use proptest::prelude::*;
