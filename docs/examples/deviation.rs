@@ -28,8 +28,8 @@ impl PlainParams for Params {
 }
 
 impl Detector for Params {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.k)
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.k), ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

@@ -32,7 +32,7 @@ fn consistency(model: &Value) {
             json!({ "kind": "accumulated-validation", "train": "t", "approximation": approximation });
         let method = unready(&[json!({ "kind": "uncertainty-change" })], &detector);
         let Ok(method) = method.with_model(model) else { continue };
-        let threshold = method.detector.detector.threshold().expect("a model gives one");
+        let threshold = method.detector.detector.facts().threshold.expect("a model gives one");
         assert!(threshold.is_finite(), "{approximation}: {threshold}");
     }
 }

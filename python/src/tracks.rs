@@ -100,7 +100,7 @@ fn chosen(name: Option<&str>, inputs: Inputs, budget: Option<f64>) -> PyResult<M
         Method::named(name.unwrap_or(method::recommended(inputs, budget)), budget).map_err(refused)?;
     let missing = method.reads().find(|reads| !inputs.has(*reads));
     let detector = &method.detector.detector;
-    let is_able = detector.learner().is_none() && !detector.needs_reverse();
+    let is_able = detector.learner().is_none() && !detector.facts().needs_reverse;
     let need = match missing {
         None if is_able => return Ok(method),
         Some(Reads::Pixels) => "needs frames",

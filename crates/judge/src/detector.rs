@@ -56,7 +56,7 @@ use std::sync::Arc;
 /// What the file of a detector uses.
 mod prelude {
     pub(super) use super::stream::{self, Causal, Step, judges_frame_by_frame};
-    pub(super) use super::{Detector, DetectorOutput, Input, RECOVERY_FRAMES, Stream};
+    pub(super) use super::{Detector, DetectorOutput, Facts, Input, RECOVERY_FRAMES, Stream};
     pub(super) use super::{Example, LearnError, Learner};
     pub(super) use crate::direction::Direction;
     pub(super) use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
@@ -78,14 +78,14 @@ pub trait Reverse {
 pub struct Input<'a> {
     /// One finite value for each frame, from the track's first frame on.
     pub signal: &'a [f64],
-    /// Further signals, as many as the detector [reads](Detector::signals) beyond the first.
+    /// Further signals, as many as the detector [reads](Facts::signals) beyond the first.
     pub more: &'a [&'a [f64]],
     /// Tracking error O_t of each frame in `[0, 1]`, NaN where there is no ground truth. Only the `oracle`
     /// anchor may read it.
     pub error: &'a [f64],
     /// Seed made from names. Only the `random` anchor uses it.
     pub seed: u64,
-    /// Runs the tracker backwards, for detectors that [need](Detector::needs_reverse) it.
+    /// Runs the tracker backwards, for detectors that [need](Facts::needs_reverse) it.
     pub reverse: Option<&'a dyn Reverse>,
 }
 
@@ -125,58 +125,58 @@ impl DetectorOutput {
     }
 }
 
+/// Properties of a detector that are independent of the track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facts {
+    /// True if the detector reads a signal; false for anchors.
+    pub needs_signal: bool,
+    /// Number of signals that the detector reads, if it reads any.
+    pub signals: usize,
+    /// True if the labels depend on the seed. Otherwise another seed recomputes nothing.
+    pub uses_seed: bool,
+    /// True if the detector runs the tracker backwards. Without [`Input::reverse`] its checks are rejected.
+    pub needs_reverse: bool,
+    /// Threshold on the score, as figures draw it; `None` if there is no fixed one.
+    pub threshold: Option<f64>,
+    /// Direction in which scores are better. Anchors may have either direction: their score is 0 or 1, the
+    /// alarm itself.
+    pub direction: Direction,
+    /// True if the score is the signal itself.
+    pub scores_signal: bool,
+    /// True if the score is the probability of a loss.
+    pub gives_probability: bool,
+    /// Frames without an alarm in a row after which a lost target counts as found again, see [`lost`]. It is
+    /// 1 for detectors whose alarm lasts until they find that the track is good again.
+    pub frames_to_recover: usize,
+}
+
+impl Default for Facts {
+    /// Facts of a detector of one signal whose low scores mean a good track.
+    fn default() -> Self {
+        Self {
+            needs_signal: true,
+            signals: 1,
+            uses_seed: false,
+            needs_reverse: false,
+            threshold: None,
+            direction: Direction::LowerIsBetter,
+            scores_signal: false,
+            gives_probability: false,
+            frames_to_recover: RECOVERY_FRAMES,
+        }
+    }
+}
+
 /// A detector with checked parameters.
 pub trait Detector: Any + Send + Sync {
-    /// True if the detector reads a signal; false for anchors.
-    fn needs_signal(&self) -> bool {
-        true
-    }
-
-    /// Number of signals that the detector reads, if it reads any.
-    fn signals(&self) -> usize {
-        1
-    }
-
-    /// True if the labels depend on the seed. Otherwise another seed recomputes nothing.
-    fn uses_seed(&self) -> bool {
-        false
-    }
-
-    /// True if the detector runs the tracker backwards. Without [`Input::reverse`] its checks are rejected.
-    fn needs_reverse(&self) -> bool {
-        false
+    /// Properties of the detector.
+    fn facts(&self) -> Facts {
+        Facts::default()
     }
 
     /// Learner of the model, for detectors that need a model before they can detect.
     fn learner(&self) -> Option<&dyn Learner> {
         None
-    }
-
-    /// Threshold on the score, as figures draw it; `None` if there is no fixed one.
-    fn threshold(&self) -> Option<f64> {
-        None
-    }
-
-    /// Direction in which scores are better: by default low scores mean a good track. Anchors may return
-    /// either direction: their score is 0 or 1, the alarm itself.
-    fn score_direction(&self) -> Direction {
-        Direction::LowerIsBetter
-    }
-
-    /// True if the score is the signal itself.
-    fn scores_signal(&self) -> bool {
-        false
-    }
-
-    /// True if the score is the probability of a loss.
-    fn gives_probability(&self) -> bool {
-        false
-    }
-
-    /// Frames without an alarm in a row after which a lost target counts as found again, see [`lost`]. It is
-    /// 1 for detectors whose alarm lasts until they find that the track is good again.
-    fn frames_to_recover(&self) -> usize {
-        RECOVERY_FRAMES
     }
 
     /// Stream before the first frame of a live track; `None` for detectors that need the whole track.

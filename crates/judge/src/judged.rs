@@ -41,11 +41,12 @@ impl JudgedMethod {
     ) -> Self {
         let frames = output.alarm.len();
         let has_box = |t: usize| present.get(start + t) == Some(&true);
-        let lost = lost(&output.alarm, detector.frames_to_recover());
+        let facts = detector.facts();
+        let lost = lost(&output.alarm, facts.frames_to_recover);
         let (mut raising, mut state) = (Raising::default(), StateOfTarget::default());
         let of_frame = |t: usize| {
             let raised = raising.push(detector, has_box(t), output.alarm[t], output.compared()[t]);
-            let probability = if detector.gives_probability() { output.score[t] } else { f64::NAN };
+            let probability = if facts.gives_probability { output.score[t] } else { f64::NAN };
             state.push(has_box(t), lost[t], raised, probability)
         };
         let during: Vec<TargetState> = (0..frames).map(of_frame).collect();
@@ -61,9 +62,9 @@ impl JudgedMethod {
         let over = |scores: &[f64]| -> Vec<Option<f64>> { at().map(|at| scores.get(at?).copied()).collect() };
         Self {
             name: name.to_string(),
-            threshold: detector.threshold(),
-            direction: detector.score_direction(),
-            is_probability: detector.gives_probability(),
+            threshold: facts.threshold,
+            direction: facts.direction,
+            is_probability: facts.gives_probability,
             score: over(&output.score),
             alarm_score: output.alarm_score.as_deref().map(over),
             label: at().map(|at| at.and_then(|at| label.get(at)) == Some(&true)).collect(),
@@ -117,13 +118,14 @@ impl Raising {
     /// True if the next frame raises an alarm. `has_box` is true if the tracker has a box there, `compared` is the
     /// value that is compared with the threshold; NaN in a frame that could not be judged, which changes nothing.
     pub fn push(&mut self, detector: &dyn Detector, has_box: bool, alarm: bool, compared: f64) -> bool {
-        let is_lasting = detector.frames_to_recover() == 1 || detector.gives_probability();
+        let facts = detector.facts();
+        let is_lasting = facts.frames_to_recover == 1 || facts.gives_probability;
         if !is_lasting || compared.is_nan() {
             return alarm;
         }
-        let has_memory = !(detector.scores_signal() || detector.gives_probability());
-        let bad = |value: f64| badness(detector.score_direction(), value);
-        let beyond = match (has_memory, self.absent, detector.threshold()) {
+        let has_memory = !(facts.scores_signal || facts.gives_probability);
+        let bad = |value: f64| badness(facts.direction, value);
+        let beyond = match (has_memory, self.absent, facts.threshold) {
             (true, Some(absent), _) => bad(compared) > bad(absent),
             (false, _, Some(threshold)) => bad(compared) >= bad(threshold),
             _ => false,
@@ -139,25 +141,15 @@ impl Raising {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::detector::Facts;
 
     /// A detector whose alarm begins when the signal is below 0.3 and lasts until another rule ends it.
     struct Holding;
 
     impl Detector for Holding {
-        fn threshold(&self) -> Option<f64> {
-            Some(0.3)
-        }
-
-        fn score_direction(&self) -> Direction {
-            Direction::HigherIsBetter
-        }
-
-        fn scores_signal(&self) -> bool {
-            true
-        }
-
-        fn frames_to_recover(&self) -> usize {
-            1
+        fn facts(&self) -> Facts {
+            let (threshold, direction) = (Some(0.3), Direction::HigherIsBetter);
+            Facts { threshold, direction, scores_signal: true, frames_to_recover: 1, ..Facts::default() }
         }
 
         fn detect(&self, _: &crate::detector::Input<'_>) -> DetectorOutput {

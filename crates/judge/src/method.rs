@@ -151,7 +151,8 @@ impl Method {
         };
         let signals: Vec<SignalChoice> = signals.iter().map(signal).collect::<Result<_, MethodError>>()?;
         let (entry, detector) = build(DETECTORS, "detector", detector)?;
-        let reads = if detector.needs_signal() { detector.signals() } else { 0 };
+        let facts = detector.facts();
+        let reads = if facts.needs_signal { facts.signals } else { 0 };
         let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
         if given != reads {
             let message = format!("detector `{}` reads {reads} signals, not {given}", entry.kind);

@@ -83,7 +83,7 @@ pub fn track(
     let mut signals: Vec<SignalValues> =
         signals.collect::<Result<_, TrackerError>>().map_err(|e| broke(&e))?;
     // Frames are needed again only by runs back in time.
-    let goes_back = methods.iter().any(|method| method.detector.detector.needs_reverse());
+    let goes_back = methods.iter().any(|method| method.detector.detector.facts().needs_reverse);
     let decode = |t: usize| match goes_back {
         true => run.frame(t).map_err(|e| Failure::data(e.to_string())),
         false => sequence.frame(t).map(Arc::new).map_err(Failure::data),

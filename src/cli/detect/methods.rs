@@ -73,7 +73,7 @@ pub fn on_boxes(args: &Args, named: Vec<Method>) -> Result<Vec<Method>, Failure>
             Some(Reads::Pixels) => Some("needs frames; give --frames"),
             Some(Reads::Companions) => Some("needs other trackers' boxes; give --companion"),
             Some(Reads::Confidence) => Some("needs the tracker's confidence; give --confidence"),
-            None if detector.learner().is_none() && !detector.needs_reverse() => None,
+            None if detector.learner().is_none() && !detector.facts().needs_reverse => None,
             _ => Some("needs more of a tracker than boxes; give --init instead of --boxes"),
         }
     };

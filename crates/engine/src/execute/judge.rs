@@ -101,7 +101,7 @@ pub fn cells(
             params,
             job: j,
             signal: signals.first().copied(),
-            threshold: detector.as_ref().ok().and_then(|ready| ready.fixed.detector.threshold()),
+            threshold: detector.as_ref().ok().and_then(|ready| ready.fixed.detector.facts().threshold),
             result,
         });
     }

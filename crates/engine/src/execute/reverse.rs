@@ -206,7 +206,7 @@ pub fn detect(
     input: Input<'_>,
     reversal: Option<&Reversal>,
 ) -> Result<DetectorOutput, StepError> {
-    let reversal = reversal.filter(|_| detector.needs_reverse());
+    let reversal = reversal.filter(|_| detector.facts().needs_reverse);
     let handle = reversal.map(|reversal| Handle { reversal, failure: RefCell::default() });
     let reverse = handle.as_ref().map(|handle| handle as &dyn Reverse);
     let mut output = detector.detect(&Input { reverse, ..input });

@@ -116,7 +116,7 @@ struct TimedSignal {
 /// cached data of others, so that each is timed as if it ran alone.
 fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> {
     let frames = run.sequence.len();
-    let goes_back = methods.iter().any(|method| method.detector.needs_reverse());
+    let goes_back = methods.iter().any(|method| method.detector.facts().needs_reverse);
     let (mut signals, mut reads_pixels) = (Vec::new(), run.config.facts().reads_pixels);
     for choice in methods.iter().flat_map(|method| &method.signals) {
         reads_pixels |= choice.signal.reads() == Reads::Pixels;

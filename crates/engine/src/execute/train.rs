@@ -284,7 +284,7 @@ fn instantiate(need: &TrainingNeed<'_>, model: &StoredModel) -> Result<(ReadyDet
             let detector = learner.with_model(&model).map_err(|e| failed(e.to_string()))?;
             let mut fixed = example.clone();
             fixed.detector.plugin = detector;
-            let content = Content::Learned { model, threshold: fixed.detector.threshold() };
+            let content = Content::Learned { model, threshold: fixed.detector.facts().threshold };
             Ok((ReadyDetector { fixed, key }, content))
         }
         _ => Err(failed("a record of its training is of another kind".to_string())),

@@ -164,7 +164,7 @@ impl<'a> ExperimentPlan<'a> {
 
     /// True if a method of the experiment runs trackers backwards.
     pub fn needs_reverse(&self) -> bool {
-        variants(self.experiment).any(|(_, v)| v.detector.example.detector.needs_reverse())
+        variants(self.experiment).any(|(_, v)| v.detector.example.detector.facts().needs_reverse)
     }
 
     /// True if a signal of the experiment reads the regions of other trackers.

@@ -197,7 +197,7 @@ pub fn of_model(method: &Method, variant: &Variant, tracks: &[Read]) -> Option<R
 
 /// Adds the version of reverse runs, if the detector uses them.
 fn with_reverse(recipe: Recipe, fixed: &FixedDetector) -> Recipe {
-    if fixed.detector.needs_reverse() { recipe.with("tracks backwards", REVERSAL) } else { recipe }
+    if fixed.detector.facts().needs_reverse { recipe.with("tracks backwards", REVERSAL) } else { recipe }
 }
 
 /// Ingredients that a detector adds to the recipes of its labels, equal for all of its cells.
@@ -221,7 +221,7 @@ impl DetectorKey {
             recipe = with_pieces(with_reverse(recipe, fixed), fixed.restarts);
             recipe = model.iter().fold(recipe, |recipe, model| recipe.with("model", model));
         }
-        Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.uses_seed() }
+        Self { ingredients: recipe.ingredients, uses_seed: fixed.detector.facts().uses_seed }
     }
 
     /// Recipe of labels; `on` is its beginning, which depends on the input. The seed is included for detectors

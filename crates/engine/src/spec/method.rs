@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use trackfail_core::num::readable;
 use trackfail_core::plugin::ParamError;
-use trackfail_methods::detector::{DETECTORS, Detector};
+use trackfail_methods::detector::{DETECTORS, Detector, Facts};
 use trackfail_methods::score::Metric;
 use trackfail_methods::score::{Protocol, Restarts};
 use trackfail_methods::signal::{Reads, SIGNALS, Signal};
@@ -187,7 +187,8 @@ pub(super) fn read(
     let mut detectors = 0;
     for point in combinations(&axes) {
         let variant = parts.variant(&point)?;
-        if protocol.restarts == Restarts::NewTrack && variant.detector.example.detector.needs_reverse() {
+        let goes_back = variant.detector.example.detector.facts().needs_reverse;
+        if protocol.restarts == Restarts::NewTrack && goes_back {
             return at.refuse(format!(
                 "method `{name}` runs trackers backwards, which is not possible under {}: a restart begins a new track there",
                 protocol.name
@@ -297,8 +298,7 @@ impl Parts<'_> {
         };
         let (signals, detector) = (signals.into_iter().collect::<Option<Vec<_>>>()?, detector?);
         let given: usize = signals.iter().map(|choice| choice.signal.width()).sum();
-        let needs_signal = detector.example.detector.needs_signal();
-        let reads = detector.example.detector.signals();
+        let Facts { needs_signal, signals: reads, .. } = detector.example.detector.facts();
         if needs_signal && signals.is_empty() {
             return at.refuse(format!("method `{name}` needs a signal for its detector"));
         }

@@ -228,16 +228,12 @@ impl Learner for AccumulatedValidation {
 }
 
 impl Detector for AccumulatedValidation {
+    fn facts(&self) -> Facts {
+        Facts { threshold: self.beta, frames_to_recover: 1, ..Facts::default() }
+    }
+
     fn learner(&self) -> Option<&dyn Learner> {
         self.params.beta.is_none().then_some(self as &dyn Learner)
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        self.beta
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
@@ -269,7 +265,7 @@ mod tests {
         let output = detector.detect(&alone(&[1.0, 2.0, 3.0, 4.0]));
         assert_eq!(output.score, [1.0, 3.0, 5.0, 7.0]);
         assert_eq!(output.alarm, [false, false, false, true]);
-        assert_eq!(detector.threshold(), Some(5.0));
+        assert_eq!(detector.facts().threshold, Some(5.0));
     }
 
     /// Exponential c_t with mean 0.2 in consistent frames and mean 2 in the others.
@@ -299,13 +295,13 @@ mod tests {
             for approximation in ["convolution", "sampled", "empirical"] {
                 let params =
                     format!("length = {length}, alpha = {alpha}, approximation = \"{approximation}\"");
-                let got = learned(&params).1.threshold().unwrap();
+                let got = learned(&params).1.facts().threshold.unwrap();
                 // 18,000 samples, and a tenth as many independent windows of 20.
                 assert!((got / beta - 1.0).abs() < 0.06, "{approximation} {length}: {got}, not {beta}");
             }
         }
         // 20 * 0.2 + 2.5758293 * 0.2 * sqrt(20) = 6.3039
-        let got = learned("length = 20, approximation = \"normal\"").1.threshold().unwrap();
+        let got = learned("length = 20, approximation = \"normal\"").1.facts().threshold.unwrap();
         assert!((got / 6.3039 - 1.0).abs() < 0.02, "{got}");
     }
 

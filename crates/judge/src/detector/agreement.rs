@@ -77,16 +77,8 @@ impl Params {
 }
 
 impl Detector for Params {
-    fn signals(&self) -> usize {
-        2
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        Some(self.limit())
-    }
-
-    fn gives_probability(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts { signals: 2, threshold: Some(self.limit()), gives_probability: true, ..Facts::default() }
     }
 
     judges_frame_by_frame!();

@@ -62,16 +62,9 @@ pub trait Alarms: Plugin + Send + Sync + 'static {
 }
 
 impl<A: Alarms> Detector for A {
-    fn needs_signal(&self) -> bool {
-        false
-    }
-
-    fn uses_seed(&self) -> bool {
-        A::USES_SEED
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        A::FRAMES_TO_RECOVER
+    fn facts(&self) -> Facts {
+        let (uses_seed, frames_to_recover) = (A::USES_SEED, A::FRAMES_TO_RECOVER);
+        Facts { needs_signal: false, uses_seed, frames_to_recover, ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

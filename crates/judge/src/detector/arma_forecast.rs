@@ -96,8 +96,8 @@ impl PlainParams for Params {
 }
 
 impl Detector for Params {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.threshold)
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.threshold), ..Facts::default() }
     }
 
     judges_frame_by_frame!();

@@ -202,16 +202,9 @@ impl Arte {
 }
 
 impl Detector for Arte {
-    fn needs_reverse(&self) -> bool {
-        true
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        Some(self.params.tau_1)
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
+    fn facts(&self) -> Facts {
+        let threshold = Some(self.params.tau_1);
+        Facts { needs_reverse: true, threshold, frames_to_recover: 1, ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

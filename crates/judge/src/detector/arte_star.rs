@@ -171,10 +171,10 @@ impl Learner for ArteStar {
     fn with_model(&self, model: &Value) -> Result<Arc<dyn Detector>, LearnError> {
         let validation = self.validation.ready(model)?;
         let whole = match self.params.beta_2 {
-            Second::Half => validation.threshold(),
+            Second::Half => validation.facts().threshold,
             Second::HalfOfOne => {
                 let one = AccumulatedValidation::new(validation_params(&self.params, 1))?;
-                one.ready(model)?.threshold()
+                one.ready(model)?.facts().threshold
             }
         };
         Ok(Arc::new(Self { validation, beta_2: whole.map(|beta| beta / 2.0), ..self.clone() }))
@@ -182,20 +182,12 @@ impl Learner for ArteStar {
 }
 
 impl Detector for ArteStar {
-    fn needs_reverse(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        Facts { needs_reverse: true, ..self.validation.facts() }
     }
 
     fn learner(&self) -> Option<&dyn Learner> {
         self.params.beta.is_none().then_some(self as &dyn Learner)
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        self.validation.threshold()
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

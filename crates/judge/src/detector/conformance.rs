@@ -156,19 +156,19 @@ fn detectors_read_what_they_say() {
     let series = series();
     let usual = input(&series, 1);
     for (kind, text, detector) in all_detectors() {
-        let output = detector.detect(&usual);
+        let (output, facts) = (detector.detect(&usual), detector.facts());
         let is_same = |other: Input<'_>| digest(&detector.detect(&other)) == digest(&output);
         let uses_seed = !is_same(Input { seed: 2, ..usual });
-        assert_eq!(detector.uses_seed(), uses_seed, "{kind} {text}: `uses_seed` is not true");
-        if detector.needs_signal() {
+        assert_eq!(facts.uses_seed, uses_seed, "{kind} {text}: `uses_seed` is not true");
+        if facts.needs_signal {
             assert!(!uses_seed && is_same(Input { error: &[], ..usual }), "{kind} {text}: not an anchor");
             // A detector without a threshold must find its changes itself.
-            assert!(detector.threshold().is_some() || output.changes.is_some(), "{kind} {text}");
+            assert!(facts.threshold.is_some() || output.changes.is_some(), "{kind} {text}");
         } else {
             assert!(is_same(Input { signal: &[-3.5; 120], ..usual }), "{kind} {text}: an anchor");
             let is_alarm = |(score, alarm): (&f64, &bool)| *score == f64::from(u8::from(*alarm));
             assert!(output.score.iter().zip(&output.alarm).all(is_alarm), "{kind} {text}");
-            assert_eq!(detector.threshold(), None, "{kind} {text}");
+            assert_eq!(facts.threshold, None, "{kind} {text}");
         }
     }
 }
@@ -179,7 +179,8 @@ fn alarms_have_scores_on_the_bad_side() {
     let series = series();
     let mut seen = 0;
     for (kind, text, detector) in all_detectors() {
-        let more = vec![series.0.as_slice(); detector.signals().saturating_sub(1)];
+        let facts = detector.facts();
+        let more = vec![series.0.as_slice(); facts.signals.saturating_sub(1)];
         let output = detector.detect(&Input { more: &more, ..input(&series, 3) });
         let mean = |alarm: bool| {
             let mine = output.score.iter().zip(&output.alarm).filter(|(_, a)| **a == alarm).map(|(s, _)| *s);
@@ -191,12 +192,12 @@ fn alarms_have_scores_on_the_bad_side() {
             continue;
         }
         seen += 1;
-        match detector.score_direction() {
+        match facts.direction {
             Direction::HigherIsBetter => assert!(alarms < others, "{kind} {text}: {alarms} {others}"),
             Direction::LowerIsBetter => assert!(alarms > others, "{kind} {text}: {alarms} {others}"),
             Direction::Neither => panic!("{kind} {text}: a score without direction"),
         }
-        assert!(!detector.scores_signal() || output.score == series.0, "{kind} {text}");
+        assert!(!facts.scores_signal || output.score == series.0, "{kind} {text}");
     }
     assert!(seen > 20, "{seen}");
 }
@@ -215,20 +216,21 @@ fn outputs_are_pinned() {
 #[test]
 fn traits_are_pinned() {
     let pin = |(kind, text, detector): (&str, &str, Configured<dyn Detector>)| {
+        let facts = detector.facts();
         let flags = [
-            ("signal", detector.needs_signal()),
-            ("seed", detector.uses_seed()),
-            ("reverse", detector.needs_reverse()),
+            ("signal", facts.needs_signal),
+            ("seed", facts.uses_seed),
+            ("reverse", facts.needs_reverse),
             ("learner", detector.learner().is_some()),
             ("pooled", detector.learner().is_some_and(|learner| learner.pools_trackers())),
-            ("own-score", !detector.scores_signal()),
-            ("probability", detector.gives_probability()),
+            ("own-score", !facts.scores_signal),
+            ("probability", facts.gives_probability),
         ];
         let flags: Vec<&str> =
             flags.into_iter().filter(|(_, is_set)| *is_set).map(|(name, _)| name).collect();
         // At nine digits.
-        let threshold = detector.threshold().map_or("none".into(), |threshold| format!("{threshold:.8e}"));
-        let (signals, params) = (detector.signals(), detector.params());
+        let threshold = facts.threshold.map_or("none".into(), |threshold| format!("{threshold:.8e}"));
+        let (signals, params) = (facts.signals, detector.params());
         format!("{kind} {text} signals {signals}, threshold {threshold}: {} {params}", flags.join(" "))
     };
     trackfail_testing::check_pins("traits detector", all_detectors().into_iter().map(pin));
@@ -253,7 +255,7 @@ fn frames_to_recover_and_streams_are_those_of_the_kind() {
         assert_eq!(detector.stream().is_some(), *is_live, "{kind} {text}");
         let is_restarted = text.contains("\"restart\"");
         let frames = if *is_lasting && !is_restarted { 1 } else { 10 };
-        assert_eq!(detector.frames_to_recover(), frames, "{kind} {text}");
+        assert_eq!(detector.facts().frames_to_recover, frames, "{kind} {text}");
     }
 }
 
@@ -284,16 +286,17 @@ proptest! {
     ) {
         for (kind, text, detector) in all_detectors() {
             let Some(mut stream) = detector.stream() else { continue };
+            let facts = detector.facts();
             let columns: Vec<Vec<f64>> =
-                (0..detector.signals()).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
+                (0..facts.signals).map(|k| rows.iter().map(|row| row[k % 3]).collect()).collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
             let output = detector.detect(&Input { more: &columns[1..], ..alone(columns[0]) });
             let (compared, DetectorOutput { score, alarm, .. }) = (output.compared(), &output);
-            let is_beyond = |score: f64| match (detector.threshold(), detector.score_direction()) {
+            let is_beyond = |score: f64| match (facts.threshold, facts.direction) {
                 (Some(level), Direction::HigherIsBetter) => score <= level,
                 (level, _) => level.is_none_or(|level| score >= level),
             };
-            let want = lost(alarm, detector.frames_to_recover());
+            let want = lost(alarm, facts.frames_to_recover);
             let present: Vec<bool> = rows.iter().map(|row| row[1] > 0.0).collect();
             let judged = JudgedMethod::new("M", &*detector, &output, 0, &present);
             let (mut raising, mut target) = (Raising::default(), StateOfTarget::default());

@@ -79,12 +79,8 @@ impl<const RUNNING: bool> Plugin for ControlChart<RUNNING> {
 }
 
 impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.limit.value)
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.limit.value), frames_to_recover: 1, ..Facts::default() }
     }
 
     judges_frame_by_frame!();

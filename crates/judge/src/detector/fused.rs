@@ -207,24 +207,14 @@ impl Learner for Fused {
 }
 
 impl Detector for Fused {
-    fn signals(&self) -> usize {
-        self.inputs.len()
+    fn facts(&self) -> Facts {
+        let (signals, budget) = (self.inputs.len(), self.params.budget);
+        let threshold = self.model.as_ref().map(|model| model.threshold(budget));
+        Facts { signals, threshold, gives_probability: true, frames_to_recover: 1, ..Facts::default() }
     }
 
     fn learner(&self) -> Option<&dyn Learner> {
         self.model.is_none().then_some(self as &dyn Learner)
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        self.model.as_ref().map(|model| model.threshold(self.params.budget))
-    }
-
-    fn gives_probability(&self) -> bool {
-        true
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {

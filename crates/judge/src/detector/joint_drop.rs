@@ -56,16 +56,9 @@ impl PlainParams for Params {
 }
 
 impl Detector for Params {
-    fn signals(&self) -> usize {
-        self.below.len()
-    }
-
-    fn score_direction(&self) -> Direction {
-        Direction::HigherIsBetter
-    }
-
-    fn threshold(&self) -> Option<f64> {
-        Some(1.0)
+    fn facts(&self) -> Facts {
+        let (signals, direction) = (self.below.len(), Direction::HigherIsBetter);
+        Facts { signals, threshold: Some(1.0), direction, ..Facts::default() }
     }
 
     judges_frame_by_frame!();

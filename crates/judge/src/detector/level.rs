@@ -73,16 +73,9 @@ impl Level {
 }
 
 impl Detector for Level {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.value)
-    }
-
-    fn score_direction(&self) -> Direction {
-        self.direction()
-    }
-
-    fn scores_signal(&self) -> bool {
-        true
+    fn facts(&self) -> Facts {
+        let (threshold, direction) = (Some(self.value), self.direction());
+        Facts { threshold, direction, scores_signal: true, ..Facts::default() }
     }
 
     judges_frame_by_frame!();

@@ -261,8 +261,8 @@ impl Bank<'_> {
 }
 
 impl Detector for Params {
-    fn frames_to_recover(&self) -> usize {
-        1
+    fn facts(&self) -> Facts {
+        Facts { frames_to_recover: 1, ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

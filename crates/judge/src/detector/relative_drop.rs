@@ -112,12 +112,8 @@ impl RelativeDrop {
 }
 
 impl Detector for RelativeDrop {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.level.value)
-    }
-
-    fn score_direction(&self) -> Direction {
-        self.level.direction()
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.level.value), direction: self.level.direction(), ..Facts::default() }
     }
 
     judges_frame_by_frame!();

@@ -138,12 +138,9 @@ impl SequentialTest {
 }
 
 impl Detector for SequentialTest {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.limit())
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES }
+    fn facts(&self) -> Facts {
+        let frames_to_recover = if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES };
+        Facts { threshold: Some(self.limit()), frames_to_recover, ..Facts::default() }
     }
 
     judges_frame_by_frame!();

@@ -86,12 +86,8 @@ fn standard_score(value: f64, among: &[f64]) -> f64 {
 }
 
 impl Detector for StandardScore {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.level.value)
-    }
-
-    fn score_direction(&self) -> Direction {
-        self.level.direction()
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.level.value), direction: self.level.direction(), ..Facts::default() }
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {

@@ -4,7 +4,7 @@
 //! `follow` judges a live one.
 
 use super::labels::{LossState, changes};
-use super::{Detector, DetectorOutput, Input};
+use super::{Detector, DetectorOutput, Facts, Input};
 use crate::direction::Direction;
 use crate::num::{fixed, readable};
 use crate::saved;
@@ -118,7 +118,7 @@ pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutpu
         }
     }
     // Others find the changes by the threshold.
-    if detector.threshold().is_none() {
+    if detector.facts().threshold.is_none() {
         output.changes = Some(changes(&output.alarm));
     }
     output
@@ -142,11 +142,12 @@ impl<D: Causal> Following<D> {
         if let Some(text) = self.detector.reason(values) {
             return text;
         }
-        let what = if self.detector.scores_signal() { "value" } else { "score" };
-        let Some(level) = self.detector.threshold() else {
+        let facts = self.detector.facts();
+        let what = if facts.scores_signal { "value" } else { "score" };
+        let Some(level) = facts.threshold else {
             return format!("{what} {} is large for this track", fixed(score, 3));
         };
-        let is_below = self.detector.score_direction() == Direction::HigherIsBetter;
+        let is_below = facts.direction == Direction::HigherIsBetter;
         // As many digits as it takes to see on which side it is.
         let is_true = |shown: &String| {
             shown.parse().is_ok_and(|shown: f64| if is_below { shown < level } else { shown > level })
@@ -161,18 +162,17 @@ impl<D: Causal> Following<D> {
 
 impl<D: Causal> Stream for Following<D> {
     fn push(&mut self, values: &[f64]) -> Judgement {
-        let recovery = self.detector.frames_to_recover();
-        let is_whole =
-            values.len() == self.detector.signals() && values.iter().all(|value| value.is_finite());
+        let Facts { frames_to_recover, signals, gives_probability, .. } = self.detector.facts();
+        let is_whole = values.len() == signals && values.iter().all(|value| value.is_finite());
         let (memory, state) = &mut self.memory;
         let step = is_whole.then(|| self.detector.step(memory, values));
         if let Some(step) = step {
-            state.push(step.alarm, recovery);
+            state.push(step.alarm, frames_to_recover);
         }
-        let lost = state.is_lost(recovery);
+        let lost = state.is_lost(frames_to_recover);
         let alarm = step.filter(|step| step.alarm);
         let reason = |step: Step| self.reason(values, step.score);
-        let probable = step.filter(|_| self.detector.gives_probability());
+        let probable = step.filter(|_| gives_probability);
         Judgement {
             probability: probable.map_or(f64::NAN, |step| step.score),
             lost,

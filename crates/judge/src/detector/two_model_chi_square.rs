@@ -158,12 +158,8 @@ impl TwoModelChiSquare {
 }
 
 impl Detector for TwoModelChiSquare {
-    fn threshold(&self) -> Option<f64> {
-        Some(self.threshold)
-    }
-
-    fn frames_to_recover(&self) -> usize {
-        1
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.threshold), frames_to_recover: 1, ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
@@ -235,7 +231,7 @@ mod tests {
             ("{ test = \"energy\", length = 60 }", 91.95169815962974),
             ("{ test = \"energy\", length = 10000 }", 10368.033052761462),
         ] {
-            let got = ENTRY.build_from_text(text).unwrap().threshold().unwrap();
+            let got = ENTRY.build_from_text(text).unwrap().facts().threshold.unwrap();
             assert!((got / want - 1.0).abs() < 1e-9, "{text}: {got} {want}");
         }
     }

@@ -19,7 +19,7 @@
 //! If a program crashes, hangs, sends something else or ends with an exit status other than 0, it has no
 //! labels: the cell fails, and the reason has the index of the frame and the last lines of its stderr.
 
-use super::{Detector, DetectorOutput, Input};
+use super::{Detector, DetectorOutput, Facts, Input};
 use crate::tracker::process::{
     Bind, Handed, JsonPeer, Named, Process, Program, Programs, Role, Track, bind, refused,
 };
@@ -101,12 +101,8 @@ impl Bind for dyn Detector {
 }
 
 impl Detector for Process<Params> {
-    fn signals(&self) -> usize {
-        self.params.signals
-    }
-
-    fn uses_seed(&self) -> bool {
-        self.depends_on_seed()
+    fn facts(&self) -> Facts {
+        Facts { signals: self.params.signals, uses_seed: self.depends_on_seed(), ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {

@@ -56,8 +56,8 @@ pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let Some(variant) = mine.into_iter().find(|v| v.params() == params) else {
         return Method { direction: Direction::LowerIsBetter, is_probability: false };
     };
-    let detector = &variant.detector.example.detector;
-    Method { direction: detector.score_direction(), is_probability: detector.gives_probability() }
+    let facts = variant.detector.example.detector.facts();
+    Method { direction: facts.direction, is_probability: facts.gives_probability }
 }
 
 /// Measures of a tracker and a method at a grid point.

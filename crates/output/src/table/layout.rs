@@ -255,7 +255,7 @@ pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
         .iter()
         .filter(|m| m.name == method)
         .flat_map(|m| &m.variants)
-        .all(|v| !v.detector.example.detector.needs_signal())
+        .all(|v| !v.detector.example.detector.facts().needs_signal)
 }
 
 /// Makes a table of pooled numbers; `data_note` names the data behind them.

@@ -89,7 +89,7 @@ fn a_reference_that_is_too_far_is_not_run_to() {
 #[test]
 fn without_a_way_back_a_lost_track_stays_lost() {
     let arte = built(&format!("{{ {PLAIN} }}"));
-    assert!(arte.needs_reverse());
+    assert!(arte.facts().needs_reverse);
     let output = arte.detect(&alone(&SCRIPT));
     assert_eq!(output, arte.detect(&with(&SCRIPT, &Fake::always(None))));
     assert_eq!(marks(&output.alarm), "...xxxxxxxxxxxxxxxx");
@@ -111,7 +111,7 @@ fn half_a_fall_is_no_recovery() {
 #[test]
 fn own_thresholds_take_the_place_of_tied_ones() {
     let reverse = Fake::always(Some(0.0));
-    assert_eq!(built("{ tau_1 = 3.05 }").threshold(), Some(3.05));
+    assert_eq!(built("{ tau_1 = 3.05 }").facts().threshold, Some(3.05));
     // A fall over the old value is more than -1, and the tied thresholds are out of its reach.
     for (more, want) in [
         ("settling = 0", "oosioo"),

@@ -40,7 +40,7 @@ fn checks_that_cannot_be_made_are_rejected() {
     };
     let good = Fake::always(Some(0.0));
     let text = format!("{{ {PLAIN} }}");
-    assert!(built(&text).needs_reverse());
+    assert!(built(&text).facts().needs_reverse);
     assert_eq!(alarm(&text, None), ".xxxxxxxxxxxxxxxxxx");
     assert_eq!(alarm(&text, Some(&Fake::always(None))), ".xxxxxxxxxxxxxxxxxx");
     assert_eq!(alarm(&text, Some(&good)), ".xx..xxx...x..xxx..");
@@ -58,7 +58,7 @@ fn the_score_and_the_large_changes_are_those_of_avu() {
     let detector = built(&format!("{{ {PLAIN} }}"));
     let (score, events) = detector.events(&with(&SCRIPT, &good));
     assert_eq!(score, theirs.score);
-    assert_eq!(detector.threshold(), Some(1.0));
+    assert_eq!(detector.facts().threshold, Some(1.0));
     for (t, change) in theirs.changes().iter().enumerate() {
         assert_eq!(events[t][..2], [*change == 1, *change == -1], "{t}");
     }
@@ -82,19 +82,19 @@ fn it_learns_what_avu_learns() {
     let theirs = avu(5);
     let theirs = theirs.learner().unwrap();
     let model = theirs.learn(&examples).unwrap();
-    let cut = |length: usize| avu(length).learner().unwrap().with_model(&model).unwrap().threshold();
+    let cut = |length: usize| avu(length).learner().unwrap().with_model(&model).unwrap().facts().threshold;
     for (beta_2, second) in [("half", cut(5)), ("half-of-one", cut(1))] {
         let text = format!("{{ train = \"t\", length = 5, alpha = 0.01, tau = 0.8, beta_2 = \"{beta_2}\" }}");
         let detector = ENTRY.build_from_text(&text).unwrap();
-        assert_eq!(detector.threshold(), None);
+        assert_eq!(detector.facts().threshold, None);
         let learner = detector.learner().unwrap();
         assert_eq!((learner.role(), learner.params()), ("t", theirs.params()));
         if beta_2 == "half" {
             assert_eq!(learner.learn(&examples).unwrap(), model);
         }
         let ready = learner.with_model(&model).unwrap();
-        assert_eq!(ready.threshold(), cut(5));
-        assert!(ready.needs_reverse());
+        assert_eq!(ready.facts().threshold, cut(5));
+        assert!(ready.facts().needs_reverse);
         assert!(learner.with_model(&serde_json::json!({ "beta": 1 })).is_err());
         // One large value, then one just above or below beta_2 while the sum is still too large.
         let half = second.unwrap() / 2.0;

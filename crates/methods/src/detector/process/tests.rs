@@ -20,7 +20,7 @@ fn a_program_gets_the_signal_and_its_answers_are_the_labels() {
 "#;
     assert_eq!(script.read("log"), expected);
     let detector = script.bound(&ENTRY, ", signals = 2");
-    assert_eq!(detector.signals(), 2);
+    assert_eq!(detector.facts().signals, 2);
     detect(&*detector, &[&[1.0, 2.0, 3.0, 4.0]]);
     assert_says(script.read("log"), r#""value":-1.0,"more":[2.0]}"#);
     assert!(ENTRY.build_from_text("{ program = \"mine\", signals = 0 }").is_err());
@@ -35,14 +35,14 @@ fn version_files_and_seed_are_part_of_the_address() {
     };
     let detector = bound("# a");
     let shown = detector.params();
-    assert_eq!((shown["version"].as_str(), detector.uses_seed()), (Some("7"), true));
+    assert_eq!((shown["version"].as_str(), detector.facts().uses_seed), (Some("7"), true));
     let file = shown["files"][0].as_str().unwrap();
     assert!(file.starts_with("script.sh ") && file.len() > 40, "{file}");
     assert_ne!(bound("# b").params(), shown);
     assert_eq!(bound("# a").params(), shown);
     let mut script = Script::new(Kind::Detector, "");
     script.program.deterministic = true;
-    assert!(!script.bound(&ENTRY, "").uses_seed());
+    assert!(!script.bound(&ENTRY, "").facts().uses_seed);
     script.program.digest = vec![script.folder.path().join("absent.py")];
     let mut unbound = ENTRY.build_from_text("{ program = \"mine\" }").unwrap();
     assert_says(Bind::bind(&mut unbound, &script.programs()).unwrap_err().message, "absent.py");
