@@ -29,6 +29,19 @@ use trackfail_core::plugin::{Entry, ParamError, Role, unknown};
 
 pub use findings::{Chart, Curve, Findings, Grid, INTERVAL, Layout, Names, Row, Values};
 
+/// What the file of an analysis uses.
+mod prelude {
+    pub(super) use super::unknown_rules;
+    pub(super) use super::{Analysis, AnalysisError, Curve, Layout, Population, Reads, Row, Values};
+    pub(super) use crate::score::TrackerMetric;
+    pub(super) use crate::score::trajectory::Trajectory;
+    pub(super) use crate::tracker::Status;
+    pub(super) use schemars::JsonSchema;
+    pub(super) use serde::{Deserialize, Serialize};
+    pub(super) use trackfail_core::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
+    pub(super) use trackfail_core::region::{Areas, Region};
+}
+
 /// The tracks of one suite.
 pub struct Population<'a> {
     /// Name of the suite.

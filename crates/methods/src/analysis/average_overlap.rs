@@ -5,10 +5,8 @@
 //!
 //! Numbers: `ao`, `sr_50`, `sr_75`. Tables: `overall`, `sequences`.
 
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
-use crate::score::TrackerMetric;
+use super::prelude::*;
 use crate::score::average_overlap::{overlaps, rates};
-use trackfail_core::plugin::{Entry, PlainParams};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<AverageOverlap>(
     "average-overlap",
@@ -16,7 +14,7 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<AverageOverlap>(
     "average overlap (AO) and success rates at .5 and .75 of trackers, as GOT-10k's toolkit computes them",
 );
 
-#[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct AverageOverlap {}
 
@@ -52,9 +50,7 @@ impl Analysis for AverageOverlap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::trajectory::Trajectory;
-    use crate::tracker::Status;
-    use trackfail_core::region::{Rect, Region};
+    use trackfail_core::region::Rect;
 
     // By hand: one frame with overlap 1 in the first sequence, six with 1/2 in the two runs of the second: (1 + 3) / 7.
     #[test]

@@ -12,12 +12,7 @@
 //! Our choice: the target must have at least twice the side, so that the box of a small target is not called
 //! collapsed.
 
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values};
-use crate::score::trajectory::Trajectory;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, PlainParams, Range};
-use trackfail_core::region::Region;
+use super::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "collapsed-boxes",
@@ -95,7 +90,6 @@ impl Analysis for Params {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracker::Status;
     use trackfail_core::region::Rect;
 
     // By hand with sides below 4: a box of 3 x 9 on a target of 10 x 10 has collapsed, on one of 7 x 10 it has not, and a frame

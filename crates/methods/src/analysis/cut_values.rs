@@ -13,14 +13,12 @@
 //! | table `deviations` | text | sum over all lengths and rates of the absolute difference from the empirical cut value (the paper: 34.75 and 86.15; its grid is not stated) |
 
 use super::consistent::{LENGTHS, MAX_COMPONENTS, TAU, ascending, check_ascending};
-use super::{Analysis, AnalysisError, Curve, Layout, Population, Values};
+use super::prelude::*;
 use crate::detector::consistency::{self, Fitting, consistent_sums};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 use std::collections::BTreeSet;
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "cut-values",
@@ -28,7 +26,7 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Error below which a frame is consistent.

@@ -15,14 +15,8 @@
 //! Chart: `precision-recall`.
 
 use super::confident::{ConfidentFrame, sequences};
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
-use crate::score::TrackerMetric;
+use super::prelude::*;
 use crate::score::longterm::{ConfidentTrack, Point, RULES, Rules, best};
-use crate::tracker::Status;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, Plugin};
-use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Longterm>(
     "longterm",
@@ -126,9 +120,8 @@ mod tests {
     use super::*;
     use crate::analysis::Findings;
     use crate::detector::Example;
-    use crate::score::trajectory::Trajectory;
     use proptest::prelude::*;
-    use trackfail_core::region::{Rect, Region};
+    use trackfail_core::region::Rect;
     use trackfail_testing::assert_near;
 
     fn square(x: f64) -> Region {

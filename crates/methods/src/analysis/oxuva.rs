@@ -12,14 +12,9 @@
 
 use super::confident::{ConfidentFrame, sequences};
 use super::consistent::ascending;
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Values, unknown_rules};
+use super::prelude::*;
+use crate::score::Counts;
 use crate::score::oxuva::{Rates, place};
-use crate::score::{Counts, TrackerMetric};
-use crate::tracker::Status;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
-use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "oxuva",

@@ -17,11 +17,8 @@
 //! These are the only results that depend on a clock: they differ from run to run and are never stored. `reverse
 //! runs` and `reverse frames` beside them are counts per 1000 frames, which do not differ.
 
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Values};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use super::prelude::*;
 use trackfail_core::num::summary;
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
 /// `processing-time` in the list of analyses.
 pub const ENTRY: Entry<dyn Analysis> =

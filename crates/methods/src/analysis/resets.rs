@@ -11,17 +11,13 @@
 //! frames)`, the chance to get through S frames, and the 95 % intervals of both over sequences
 //! ([`trackfail_core::num::pooled`]); `expected-overlap`, E(N).
 
-use super::{Analysis, AnalysisError, INTERVAL, Layout, Population, Reads, Row, Values};
-use crate::score::TrackerMetric;
+use super::INTERVAL;
+use super::prelude::*;
 use crate::score::resets::attributes::{Weights, by_attribute, overall as of_attributes};
 use crate::score::resets::{Measured, Rules, expected_average_overlap, expected_overlap, of_sequence};
-use crate::score::trajectory::{Trajectory, mean};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::score::trajectory::mean;
 use trackfail_core::num::pooled::{Draws, LEVEL, MIN_UNITS, SAMPLES};
 use trackfail_core::num::seed::seed;
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
-use trackfail_core::region::Areas;
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "resets",
@@ -170,8 +166,7 @@ impl Analysis for Params {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tracker::Status;
-    use trackfail_core::region::{Rect, Region};
+    use trackfail_core::region::Rect;
     use trackfail_testing::assert_near;
 
     // Worked by hand: two runs of four frames, shift 5 of 10 in the second (overlap 1/3), lost in the third frame of

@@ -9,14 +9,9 @@
 //! (share of frames over the overlap threshold), `precision` (over the error threshold in pixels); their legends
 //! hold the AUC and the precision at 20 pixels.
 
-use super::{Analysis, AnalysisError, Layout, Population, Reads, Row, Values, unknown_rules};
-use crate::score::TrackerMetric;
+use super::prelude::*;
 use crate::score::success::{self, Curves, RULES, Rules, overlap_threshold};
-use crate::score::trajectory::Trajectory;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use trackfail_core::plugin::{Entry, ParamError, Plugin};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Success>(
     "success",

@@ -24,16 +24,14 @@
 use super::consistent::{
     ALPHA, LENGTHS, MAX_COMPONENTS, TAU, TEST, changes, check_ascending, two_sample_test,
 };
-use super::{Analysis, AnalysisError, Curve, Layout, Population, Row, Values};
+use super::prelude::*;
 use crate::detector::consistency::{self, Fitted, Fitting};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
 use trackfail_core::num::distribution::{self, Family};
 use trackfail_core::num::gamma_mixture::select::{Terms, terms};
 use trackfail_core::num::gamma_mixture::{Component, Mixture};
 use trackfail_core::num::kolmogorov;
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "uncertainty-model",
@@ -41,7 +39,7 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Error below which a frame is consistent, for the model.

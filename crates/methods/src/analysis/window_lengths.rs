@@ -29,15 +29,13 @@
 use super::consistent::{
     self, ALPHA, LENGTHS, MAX_COMPONENTS, TAU, TEST, ascending, check_ascending, two_sample_test,
 };
-use super::{Analysis, AnalysisError, Curve, Layout, Population, Row, Values};
+use super::prelude::*;
 use crate::detector::consistency::{self, Fitting, consistent_sums, undefined_frames};
 use crate::detector::{Example, changes};
 use crate::score::sanmiguel2015::{TOLERANCE, events};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use trackfail_core::num::accumulation::{self, Accumulated, AccumulationError};
 use trackfail_core::num::gamma_mixture::Mixture;
-use trackfail_core::plugin::{Entry, ParamError, PlainParams, Range};
 
 pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "window-lengths",
@@ -45,7 +43,7 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "how long changes last, how often and how late sums of c_t pass their cut value, and drift of c_t, by length",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Error below which a frame is consistent, above 0 and at most 1.
