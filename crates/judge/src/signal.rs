@@ -45,7 +45,10 @@ use std::sync::Arc;
 mod prelude {
     pub use super::causal::{Causal, SIZE_HISTORY, is_default};
     pub use super::{Direction, Facts, Observation, Reads, Session, Signal};
+    pub use crate::image::{Frame, Window};
     pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
+    pub use crate::region::{Rect, Region};
+    pub(super) use crate::saved;
     pub use crate::tracker::{RunContext, TrackerError};
     pub use schemars::JsonSchema;
     pub use serde::{Deserialize, Serialize};

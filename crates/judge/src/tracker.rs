@@ -41,7 +41,7 @@ mod prelude {
     pub use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
     pub use crate::image::Frame;
     pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
-    pub use crate::region::Region;
+    pub use crate::region::{Rect, Region};
     pub use serde::{Deserialize, Serialize};
 }
 

@@ -20,8 +20,6 @@
 //! their upright box; sides below one pixel count as one pixel; values are cut at 1000, those of `border`
 //! also at -1000; and a box whose coordinates are no numbers is given the worst of them.
 
-use crate::image::Frame;
-use crate::region::Rect;
 use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

@@ -25,8 +25,7 @@
 mod watchdog;
 
 use crate::num::summary;
-use crate::region::{Areas, Region};
-use crate::saved;
+use crate::region::Areas;
 use crate::signal::prelude::*;
 use watchdog::{Companion, CompanionParams, RunningCompanion, SavedCompanion};
 

@@ -144,8 +144,6 @@ impl Causal for Params {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Frame;
-    use crate::region::{Rect, Region};
     use crate::signal::testing;
     use crate::tracker::TrackerState;
     use trackfail_testing::assert_says;

@@ -34,9 +34,7 @@
 //! 2017). Choices: the values, by folds of sources (docs/fused.md).
 
 use super::watchdog_agreement::{FAR, Seen, Value as WatchdogValue, Watchdog, once};
-use crate::image::Frame;
-use crate::region::{Areas, Rect, Region};
-use crate::saved;
+use crate::region::Areas;
 use crate::signal::prelude::*;
 use crate::tracker::nanotrack::Version;
 use crate::tracker::nanotrack::look::{Look, Place};

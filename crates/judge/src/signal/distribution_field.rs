@@ -37,9 +37,6 @@
 //! same on every processor.
 
 use crate::image::distribution::{Border, FieldDistance, Patch, Smoothing, gaussian};
-use crate::image::{Frame, Window};
-use crate::region::Rect;
-use crate::saved;
 use crate::signal::prelude::*;
 
 /// The track quality in the list of signals.

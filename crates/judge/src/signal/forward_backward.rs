@@ -27,9 +27,8 @@
 //! cut to the frame. A frame of another size than the one before has the value of a first frame.
 
 use crate::image::flow::{LucasKanade, MAX_WINDOW, Point, Pyramid};
-use crate::image::{Frame, Window, luma_of};
+use crate::image::luma_of;
 use crate::num::summary::{correlation, median};
-use crate::saved;
 use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

@@ -22,9 +22,7 @@
 //! does not matter; the frame's border is repeated beyond it. A target of `first` is known for sure, but not what it
 //! looks like later; `slow` follows the target into other light, and a tracker that has drifted away too.
 
-use crate::image::Frame;
 use crate::image::patch::{Axis, Colors, Outside, Patch};
-use crate::region::Rect;
 use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(

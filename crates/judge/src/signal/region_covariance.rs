@@ -21,7 +21,6 @@
 //! singular), `grey_ridge` times its own variance is added to each feature as well. A box of one pixel
 //! has C = 0 before that. Boxes that leave the frame are shifted inside, larger ones cut to the frame.
 
-use crate::image::{Frame, Window};
 use crate::signal::histogram::Colors;
 use crate::signal::prelude::*;
 use nalgebra::{Cholesky, Matrix5, Vector5};
@@ -234,7 +233,6 @@ fn distance(a: &Matrix5<f64>, b: &Matrix5<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use crate::signal::testing::{run, takes};
 
     #[test]

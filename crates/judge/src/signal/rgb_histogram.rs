@@ -16,7 +16,6 @@
 //! that leave the frame are shifted inside, larger ones cut to the frame.
 
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
-use crate::image::Window;
 use crate::signal::prelude::*;
 
 pub(crate) const ENTRY: Entry<dyn Signal> = Entry::of::<Params>(
@@ -123,8 +122,7 @@ impl Causal for Params {
 
 #[cfg(test)]
 mod tests {
-    use crate::image::Frame;
-    use crate::region::Rect;
+    use super::*;
     use crate::signal::testing::run;
 
     // Two pixels each: (black, white) against (red, cyan) share all marginal bins but no joint one.

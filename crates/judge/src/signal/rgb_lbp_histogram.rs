@@ -20,7 +20,7 @@
 //! `size_history` gives the box the mean sides of its past.
 
 use super::histogram::{self, Colors, Comparison, Reference, Similarity, Weights, color_bin, counts};
-use crate::image::{Frame, Window, luma};
+use crate::image::luma;
 use crate::signal::prelude::*;
 use std::f64::consts::FRAC_1_SQRT_2;
 

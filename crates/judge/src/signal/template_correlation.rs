@@ -20,7 +20,6 @@
 //! `rgb-histogram` with `reference = "first"`.
 
 use crate::image::patch::{Colors, Patch};
-use crate::image::{Frame, Window};
 use crate::num::summary::correlation;
 use crate::signal::prelude::*;
 
@@ -138,7 +137,6 @@ fn resample(frame: &Frame, window: &Window, width: usize, height: usize) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::Rect;
     use crate::signal::testing::{run, takes};
 
     #[test]

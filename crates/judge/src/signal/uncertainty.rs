@@ -142,7 +142,6 @@ fn root_determinant(moments: &Moments, components: Option<&[usize]>) -> Option<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
     use crate::signal::testing::run_on_states;
     use crate::tracker::TrackerState;
     use proptest::prelude::*;

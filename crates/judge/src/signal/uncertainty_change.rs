@@ -153,7 +153,6 @@ pub(crate) fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::region::{Rect, Region};
     use crate::signal::testing::{run_on_states, takes};
     use crate::tracker::{Moments, TrackerState};
     use proptest::prelude::*;

@@ -20,9 +20,6 @@
 //! Source: none; that trackers which disagree cannot all be right is commonly used. Choices: the watchdog's own score as
 //! a weight; NanoTrack, which is small and fails otherwise than hand-made trackers do.
 
-use crate::image::Frame;
-use crate::region::{Rect, Region};
-use crate::saved;
 use crate::signal::companion_overlap::overlap;
 use crate::signal::prelude::*;
 use crate::tracker::nanotrack::Version;

@@ -46,7 +46,6 @@ use crate::image::Window;
 use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch, is_gray};
 use crate::num::fourier::{Complexes, Fourier, LANES, Lanes, ZEROS, hann, hann_plane};
-use crate::region::Rect;
 use crate::tracker::prelude::*;
 use start::{Start, upright};
 

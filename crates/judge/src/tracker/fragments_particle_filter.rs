@@ -43,7 +43,6 @@ use super::Moments;
 use super::color_particle_filter::{likelihood, relative_likelihoods};
 use crate::num::particles::{Cloud, Resampling};
 use crate::num::seed;
-use crate::region::Rect;
 use crate::tracker::prelude::*;
 use evidence::Evidence;
 use rand::RngExt;

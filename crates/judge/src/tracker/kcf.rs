@@ -39,7 +39,6 @@ use crate::image::hog::{CHANNELS, Hog};
 use crate::image::patch::{Colors, Patch};
 use crate::image::{MAX_SIDE, Window};
 use crate::plugin::show_params;
-use crate::region::Rect;
 use crate::saved;
 use crate::tracker::prelude::*;
 use sampling::Sampling;

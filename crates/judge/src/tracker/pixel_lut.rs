@@ -45,7 +45,6 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use crate::region::Rect;
 use crate::tracker::prelude::*;
 use codes::Codes;
 use colors::Colors;

@@ -1,6 +1,4 @@
 use super::*;
-use crate::image::Frame;
-use crate::region::Rect;
 use crate::signal::testing;
 use crate::tracker::TrackerState;
 

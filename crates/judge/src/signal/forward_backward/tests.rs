@@ -1,7 +1,6 @@
 //! Values of known motions.
 
 use super::*;
-use crate::region::Rect;
 use crate::signal::testing::{run, takes};
 use proptest::prelude::*;
 

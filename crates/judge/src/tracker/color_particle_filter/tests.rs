@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::num::particles::{Posterior, effective_number, systematic};
-use crate::region::Rect;
 use crate::tracker::testing::{Scene, excerpt, track};
 use serde_json::Value;
 use std::sync::LazyLock;

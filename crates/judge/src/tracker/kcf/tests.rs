@@ -1,5 +1,4 @@
 use super::*;
-use crate::region::Rect;
 use crate::tracker::testing::{follow, texture};
 use proptest::prelude::*;
 use serde_json::json;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::region::{Areas, Rect};
+use crate::region::Areas;
 use crate::tracker::testing;
 
 /// Reference boxes and scores are from benches/peers/nanotrack.py, on the frames of `trackfail data render

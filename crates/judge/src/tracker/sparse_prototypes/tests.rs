@@ -1,7 +1,6 @@
 //! Comparison of costs with NumPy and of a track with the description, and a target that moves.
 
 use super::*;
-use crate::region::Rect;
 use crate::tracker::testing::Scene;
 
 const N: usize = 256;
