@@ -57,7 +57,7 @@ use files::{Kind, Source};
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 use trackfail_core::image::Frame;
-use trackfail_core::plugin::{Entry, ParamError, Plugin, show_params};
+use trackfail_core::plugin::{Entry, ParamError, PlainParams, show_params};
 use trackfail_core::region::Region;
 use trackfail_dataset::{DatasetError, SequenceInfo, text};
 
@@ -108,44 +108,33 @@ pub struct Params {
     pub id: Option<i64>,
 }
 
-/// A `replay` tracker after checks.
-#[derive(Debug, Clone)]
-pub struct Replay(Params);
-
 /// `replay` in the list of trackers.
-pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Replay>(
+pub const ENTRY: Entry<dyn TrackerConfig> = Entry::of::<Params>(
     "replay",
     1,
     "regions and confidence from result files (OTB, VOT, GOT-10k, LaSOT, pysot, pytracking, OxUvA, MOT)",
 )
 .example(r#"{ results = "otb/OPE/STRUCK" }"#);
 
-impl Plugin for Replay {
-    type Params = Params;
-
+impl PlainParams for Params {
     /// Refuses a folder outside the data root (absolute paths, `.` and `..`, empty parts, backslashes), and a
     /// `confidence` that cannot be part of a file name.
-    fn make(params: Params) -> Result<Self, ParamError> {
-        let path = Path::new(&params.results);
-        let stays = path.components().all(|c| matches!(c, Component::Normal(_)));
-        let plain = params.results.split('/').all(|part| !part.is_empty() && part != "." && part != "..");
-        if !stays || !plain || params.results.contains(['\\', '\0']) {
-            let rule =
-                "a relative path under `results/` of the data root without `..`, such as otb/OPE/STRUCK";
-            return Err(ParamError::out_of_range("results", rule, format!("`{}`", params.results)));
-        }
-        if let Some(name) = &params.confidence
-            && (name.is_empty() || !name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)))
-        {
-            let rule = "letters, digits, `_` and `-`, such as confidence";
-            return Err(ParamError::out_of_range("confidence", rule, format!("`{name}`")));
-        }
-        Ok(Self(params))
+    fn check(&self) -> Result<(), ParamError> {
+        let results = &self.results;
+        let stays = Path::new(results).components().all(|c| matches!(c, Component::Normal(_)));
+        let plain = results.split('/').all(|part| !part.is_empty() && part != "." && part != "..");
+        let is_fine = stays && plain && !results.contains(['\\', '\0']);
+        let rule = "a relative path under `results/` of the data root without `..`, such as otb/OPE/STRUCK";
+        ParamError::unless(is_fine, "results", rule, format!("`{results}`"))?;
+        let Some(name) = &self.confidence else { return Ok(()) };
+        let is_fine = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+        let rule = "letters, digits, `_` and `-`, such as confidence";
+        ParamError::unless(is_fine, "confidence", rule, format!("`{name}`"))
     }
 
-    fn shown(params: &Params) -> serde_json::Value {
-        let mut shown = show_params(params);
-        if params.without_area == WithoutArea::Repeat {
+    fn shown(&self) -> serde_json::Value {
+        let mut shown = show_params(self);
+        if self.without_area == WithoutArea::Repeat {
             // Tracks of its first version have these frames as skipped ones; they are other tracks.
             shown["without_area"] = "repeat/2".into();
         }
@@ -153,7 +142,7 @@ impl Plugin for Replay {
     }
 }
 
-impl Replay {
+impl Params {
     /// The states of all frames of a sequence in one run.
     ///
     /// # Errors
@@ -165,7 +154,7 @@ impl Replay {
         run: u32,
         data_roots: &[PathBuf],
     ) -> Result<Vec<TrackerState>, TrackerError> {
-        let source = files::find(&self.0, sequence, run, data_roots)?;
+        let source = files::find(self, sequence, run, data_roots)?;
         self.states(&source, sequence, run).map_err(TrackerError::file)
     }
 
@@ -177,13 +166,13 @@ impl Replay {
     ) -> Result<Vec<TrackerState>, DatasetError> {
         let path = source.path.as_path();
         let bytes = text::read_capped(path)?;
-        let base = |of_format| self.0.base.unwrap_or(of_format);
+        let base = |of_format| self.base.unwrap_or(of_format);
         let of_lines = |rows, of_format| otb_text::parse(path, rows, sequence, base(of_format));
         let mut boxes = match source.kind {
             Kind::Json => otb_json::parse(path, &bytes, run, sequence.numbering(), base(Base::One))?,
             Kind::Csv => oxuva::parse(path, &bytes, sequence)?,
             Kind::Text => match rows::read_after_header(path, &bytes)? {
-                rows if mot::is_mot(&rows) => mot::parse(path, rows, sequence, base(Base::One), self.0.id)?,
+                rows if mot::is_mot(&rows) => mot::parse(path, rows, sequence, base(Base::One), self.id)?,
                 rows => of_lines(rows, Base::One)?,
             },
             Kind::LongTerm => of_lines(rows::read_after_header(path, &bytes)?, Base::Zero)?,
@@ -191,7 +180,7 @@ impl Replay {
                 let rows = rows::read(path, &bytes)?;
                 match rows.first().map_or(&[][..], |(_, row)| row) {
                     [1.0] => {
-                        let without_box = self.0.without_area.status();
+                        let without_box = self.without_area.status();
                         let mut states =
                             vot::parse(path, rows, sequence.truth(), base(Base::Zero), without_box)?;
                         if let Some(values) = values(source, states.len())? {
@@ -204,7 +193,7 @@ impl Replay {
                 }
             }
         };
-        let in_rows = boxes.confidence.iter().any(Option::is_some) && self.0.confidence.is_none();
+        let in_rows = boxes.confidence.iter().any(Option::is_some) && self.confidence.is_none();
         if !in_rows && let Some(values) = values(source, boxes.regions.len())? {
             boxes.confidence = values;
         }
@@ -257,7 +246,7 @@ impl Replay {
         last: Option<Region>,
         start: Option<&Region>,
     ) -> Result<TrackerState, String> {
-        match (&reason.source, self.0.without_area.status(), last) {
+        match (&reason.source, self.without_area.status(), last) {
             (NoBox::NotAsked | NoBox::NoRow, _, None) => match start {
                 Some(region) => Ok(TrackerState::initialized(region.clone())),
                 None => Err(format!("{reason}, and no start with the ground truth of this frame either")),
@@ -285,7 +274,7 @@ fn values(source: &Source, frames: usize) -> Result<Option<Vec<Option<f64>>>, Da
     source.confidence.as_ref().map(read).transpose()
 }
 
-impl TrackerConfig for Replay {
+impl TrackerConfig for Params {
     fn facts(&self) -> Facts {
         Facts { needs_truth: true, reads_pixels: false, ..Facts::BOXES }
     }
@@ -296,7 +285,7 @@ impl TrackerConfig for Replay {
     }
 
     fn inputs(&self, context: &RunContext<'_>) -> Result<Vec<PathBuf>, TrackerError> {
-        let source = files::find(&self.0, context.sequence, context.run, context.data_roots)?;
+        let source = files::find(self, context.sequence, context.run, context.data_roots)?;
         // A file with faults is no track, so that nothing relies on it.
         self.states(&source, context.sequence, context.run).map_err(TrackerError::file)?;
         Ok(std::iter::once(source.path).chain(source.confidence).collect())

@@ -1,6 +1,6 @@
 use super::*;
 use crate::tracker::testing;
-use trackfail_core::plugin::{RawParams, read_params};
+use trackfail_core::plugin::{Plugin, RawParams, read_params};
 use trackfail_dataset::suite::Catalog;
 use trackfail_dataset::{Frames, Numbering, Sequence};
 use trackfail_testing::assert_says;
@@ -11,13 +11,13 @@ fn roots(root: &tempfile::TempDir) -> Vec<PathBuf> {
 }
 
 /// Reader of a folder, with `more` parameters.
-fn replay_of(results: &str, more: &str) -> Replay {
+fn replay_of(results: &str, more: &str) -> Params {
     let params = format!("{{ results = '{results}'{more} }}");
     let params = toml::de::ValueDeserializer::parse(&params).unwrap();
-    Replay::new(read_params(RawParams::Toml(params)).unwrap()).unwrap()
+    Params::new(read_params(RawParams::Toml(params)).unwrap()).unwrap()
 }
 
-fn replay(results: &str) -> Replay {
+fn replay(results: &str) -> Params {
     replay_of(results, "")
 }
 
@@ -349,7 +349,7 @@ fn frames_without_a_box_may_be_absence_or_the_last_box_again() {
         }
     }
     // The tracks of the first version are not taken for those of this one.
-    assert_eq!(Replay::shown(&replay_of("a", &rules[1].0).0)["without_area"], "repeat/2");
+    assert_eq!(replay_of("a", &rules[1].0).shown()["without_area"], "repeat/2");
 }
 
 // The tracker ran in frame 2, and the range used begins with 3.
