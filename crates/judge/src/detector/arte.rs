@@ -43,7 +43,7 @@ use super::track_quality::machine::Events;
 use super::track_quality::{self, Rules};
 use crate::signal::uncertainty;
 
-pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Arte>(
+pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "arte",
     1,
     "alarm from a large rise of the uncertainty until a run backwards confirms a recovery (ARTE)",
@@ -118,15 +118,7 @@ impl Default for Params {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct Arte {
-    params: Params,
-    rules: Rules,
-}
-
-impl Plugin for Arte {
-    type Params = Params;
-
+impl PlainParams for Params {
     const RANGES: &'static [Range] = &[
         Range::within("long", 1.0, 100_000.0),
         Range::within("short", 1.0, 100_000.0),
@@ -142,18 +134,15 @@ impl Plugin for Arte {
         track_quality::REFERENCE_LAG,
     ];
 
-    fn make(p: Params) -> Result<Self, ParamError> {
-        ParamError::unless(p.short <= p.long, "short", "1 to `long` frames", p.short)?;
-        let Params { accept_below, reverse_limit, reference_lag, .. } = p;
-        let locking_in_limit = p.locking_in_limit.unwrap_or(p.long);
-        Ok(Self { rules: Rules { accept_below, reverse_limit, locking_in_limit, reference_lag }, params: p })
+    fn check(&self) -> Result<(), ParamError> {
+        ParamError::unless(self.short <= self.long, "short", "1 to `long` frames", self.short)
     }
 }
 
-impl Arte {
+impl Params {
     /// S_t: the mean of the last values of `u` above the floor, or the floor if there are none.
     fn smoothed(&self, u: &[f64]) -> Vec<f64> {
-        let Params { smoothing, settling, floor, .. } = self.params;
+        let Params { smoothing, settling, floor, .. } = *self;
         let mean = |t: usize| {
             let first = settling.max((t + 1).saturating_sub(smoothing)).min(t + 1);
             let above = u[first..=t].iter().filter(|u| **u > floor);
@@ -167,7 +156,7 @@ impl Arte {
     /// Relative increase and decrease over the long and the short window in frame `t` of the smoothed series,
     /// without unit; 0 if there is no reference.
     fn changes(&self, smoothed: &[f64], t: usize) -> [(f64, f64); 2] {
-        let Params { long, short, settling, floor, decrease, .. } = self.params;
+        let Params { long, short, settling, floor, decrease, .. } = *self;
         let now = smoothed[t];
         let within = |window: usize| {
             let first = settling.max(t.saturating_sub(window)).min(t);
@@ -188,9 +177,9 @@ impl Arte {
 
     /// Score and events in each frame, from the uncertainty `u`.
     fn events(&self, u: &[f64]) -> (Vec<f64>, Vec<Events>) {
-        let tau_1 = self.params.tau_1;
-        let tau_2 = self.params.tau_2.unwrap_or(-tau_1);
-        let tau_3 = self.params.tau_3.unwrap_or(-tau_1 / 2.0);
+        let tau_1 = self.tau_1;
+        let tau_2 = self.tau_2.unwrap_or(-tau_1);
+        let tau_3 = self.tau_3.unwrap_or(-tau_1 / 2.0);
         let smoothed = self.smoothed(u);
         let frame = |t: usize| {
             let [(long_rise, long_fall), (short_rise, short_fall)] = self.changes(&smoothed, t);
@@ -201,14 +190,16 @@ impl Arte {
     }
 }
 
-impl Detector for Arte {
+impl Detector for Params {
     fn facts(&self) -> Facts {
-        let threshold = Some(self.params.tau_1);
-        Facts { needs_reverse: true, threshold, frames_to_recover: 1, ..Facts::default() }
+        Facts { needs_reverse: true, threshold: Some(self.tau_1), frames_to_recover: 1, ..Facts::default() }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        self.rules.follow(input, self.events(input.signal))
+        let Params { accept_below, reverse_limit, reference_lag, .. } = *self;
+        let locking_in_limit = self.locking_in_limit.unwrap_or(self.long);
+        let rules = Rules { accept_below, reverse_limit, locking_in_limit, reference_lag };
+        rules.follow(input, self.events(input.signal))
     }
 }
 

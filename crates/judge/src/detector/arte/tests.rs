@@ -6,7 +6,7 @@ use crate::detector::testing::{alone, plugin};
 use proptest::prelude::*;
 use trackfail_testing::assert_near;
 
-fn built(text: &str) -> Arte {
+fn built(text: &str) -> Params {
     plugin(text)
 }
 
