@@ -55,7 +55,7 @@ use std::sync::Arc;
 
 /// What the file of a detector uses.
 mod prelude {
-    pub(super) use super::stream::{self, Causal, Step, judges_frame_by_frame};
+    pub(super) use super::stream::{Causal, Step};
     pub(super) use super::{Detector, DetectorOutput, Facts, Input, RECOVERY_FRAMES, Stream};
     pub(super) use super::{Example, LearnError, Learner};
     pub(super) use crate::direction::Direction;
@@ -170,9 +170,7 @@ impl Default for Facts {
 /// A detector with checked parameters.
 pub trait Detector: Any + Send + Sync {
     /// Properties of the detector.
-    fn facts(&self) -> Facts {
-        Facts::default()
-    }
+    fn facts(&self) -> Facts;
 
     /// Learner of the model, for detectors that need a model before they can detect.
     fn learner(&self) -> Option<&dyn Learner> {

@@ -76,14 +76,6 @@ impl Params {
     }
 }
 
-impl Detector for Params {
-    fn facts(&self) -> Facts {
-        Facts { signals: 2, threshold: Some(self.limit()), gives_probability: true, ..Facts::default() }
-    }
-
-    judges_frame_by_frame!();
-}
-
 /// State of the detector between frames.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Memory {
@@ -95,6 +87,10 @@ pub struct Memory {
 
 impl Causal for Params {
     type Memory = Memory;
+
+    fn facts(&self) -> Facts {
+        Facts { signals: 2, threshold: Some(self.limit()), gives_probability: true, ..Facts::default() }
+    }
 
     fn step(&self, memory: &mut Memory, values: &[f64]) -> Step {
         let (overlap, score) = inputs(values);

@@ -50,28 +50,15 @@ pub(crate) const ORACLE: Entry<dyn Detector> = Entry::of::<Oracle>(
     "an anchor: alarm exactly while the ground truth says the target is lost",
 );
 
-/// A detector that is defined by its alarms.
-pub trait Alarms: Plugin + Send + Sync + 'static {
-    /// True if the alarms depend on the seed.
-    const USES_SEED: bool = false;
-    /// Frames without an alarm in a row that confirm a recovery.
-    const FRAMES_TO_RECOVER: usize = 1;
-
-    /// Alarms, one per frame.
-    fn alarms(&self, input: &Input<'_>) -> Vec<bool>;
+/// Facts of an anchor whose losses end after so many frames in a row without an alarm.
+fn anchor(frames_to_recover: usize) -> Facts {
+    Facts { needs_signal: false, frames_to_recover, ..Facts::default() }
 }
 
-impl<A: Alarms> Detector for A {
-    fn facts(&self) -> Facts {
-        let (uses_seed, frames_to_recover) = (A::USES_SEED, A::FRAMES_TO_RECOVER);
-        Facts { needs_signal: false, uses_seed, frames_to_recover, ..Facts::default() }
-    }
-
-    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let alarm = self.alarms(input);
-        let score = alarm.iter().map(|&a| f64::from(u8::from(a))).collect();
-        DetectorOutput { score, alarm, ..DetectorOutput::default() }
-    }
+/// Output of a detector that is defined by its alarms.
+fn output(alarm: Vec<bool>) -> DetectorOutput {
+    let score = alarm.iter().map(|&a| f64::from(u8::from(a))).collect();
+    DetectorOutput { score, alarm, ..DetectorOutput::default() }
 }
 
 #[derive(Serialize, Deserialize, schemars::JsonSchema)]
@@ -80,9 +67,13 @@ struct Constant<const ALARM: bool> {}
 
 impl<const ALARM: bool> PlainParams for Constant<ALARM> {}
 
-impl<const ALARM: bool> Alarms for Constant<ALARM> {
-    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
-        vec![ALARM; input.signal.len()]
+impl<const ALARM: bool> Detector for Constant<ALARM> {
+    fn facts(&self) -> Facts {
+        anchor(1)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        output(vec![ALARM; input.signal.len()])
     }
 }
 
@@ -104,11 +95,13 @@ impl PlainParams for Periodic {
     }
 }
 
-impl Alarms for Periodic {
-    const FRAMES_TO_RECOVER: usize = RECOVERY_FRAMES;
+impl Detector for Periodic {
+    fn facts(&self) -> Facts {
+        anchor(RECOVERY_FRAMES)
+    }
 
-    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
-        (0..input.signal.len()).map(|t| t % self.period == self.phase).collect()
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        output((0..input.signal.len()).map(|t| t % self.period == self.phase).collect())
     }
 }
 
@@ -123,21 +116,21 @@ impl PlainParams for Random {
     const RANGES: &'static [Range] = &[Range::within("rate", 0.0, 0.5)];
 }
 
-impl Alarms for Random {
-    const USES_SEED: bool = true;
-    const FRAMES_TO_RECOVER: usize = RECOVERY_FRAMES;
+impl Detector for Random {
+    fn facts(&self) -> Facts {
+        Facts { uses_seed: true, ..anchor(RECOVERY_FRAMES) }
+    }
 
-    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut rng = seed::rng(input.seed);
         let mut chance = self.rate;
-        (0..input.signal.len())
-            .map(|_| {
-                // One draw a frame, so that a longer track begins like a shorter one.
-                let now = rng.random::<f64>() < chance;
-                chance = if now { 0.0 } else { self.rate / (1.0 - self.rate) };
-                now
-            })
-            .collect()
+        let alarm = |_| {
+            // One draw a frame, so that a longer track begins like a shorter one.
+            let now = rng.random::<f64>() < chance;
+            chance = if now { 0.0 } else { self.rate / (1.0 - self.rate) };
+            now
+        };
+        output((0..input.signal.len()).map(alarm).collect())
     }
 }
 
@@ -147,19 +140,21 @@ struct Oracle {}
 
 impl PlainParams for Oracle {}
 
-impl Alarms for Oracle {
-    fn alarms(&self, input: &Input<'_>) -> Vec<bool> {
+impl Detector for Oracle {
+    fn facts(&self) -> Facts {
+        anchor(1)
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut label = false;
         let errors = input.error.iter().copied().chain(std::iter::repeat(f64::NAN));
-        errors
-            .take(input.signal.len())
-            .map(|error| {
-                if !error.is_nan() {
-                    label = error >= FAILURE;
-                }
-                label
-            })
-            .collect()
+        let alarm = |error: f64| {
+            if !error.is_nan() {
+                label = error >= FAILURE;
+            }
+            label
+        };
+        output(errors.take(input.signal.len()).map(alarm).collect())
     }
 }
 
@@ -170,7 +165,7 @@ mod tests {
     use crate::detector::testing::{alone, built, detect};
 
     fn alarms(rate: f64, seed: u64, frames: usize) -> Vec<bool> {
-        Random { rate }.alarms(&Input { seed, ..alone(&vec![0.0; frames]) })
+        Random { rate }.detect(&Input { seed, ..alone(&vec![0.0; frames]) }).alarm
     }
 
     #[test]

@@ -95,16 +95,12 @@ impl PlainParams for Params {
     }
 }
 
-impl Detector for Params {
+impl Causal for Params {
+    type Memory = Forecaster;
+
     fn facts(&self) -> Facts {
         Facts { threshold: Some(self.threshold), ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for Params {
-    type Memory = Forecaster;
 
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
         let forecast = self.push(memory, values[0]);

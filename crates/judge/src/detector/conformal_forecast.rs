@@ -98,10 +98,6 @@ impl Params {
     }
 }
 
-impl Detector for Params {
-    judges_frame_by_frame!();
-}
-
 impl Causal for Params {
     type Memory = (Forecaster, AdaptiveThreshold);
 

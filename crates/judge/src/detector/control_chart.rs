@@ -78,16 +78,12 @@ impl<const RUNNING: bool> Plugin for ControlChart<RUNNING> {
     }
 }
 
-impl<const RUNNING: bool> Detector for ControlChart<RUNNING> {
+impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
+    type Memory = Sum;
+
     fn facts(&self) -> Facts {
         Facts { threshold: Some(self.limit.value), frames_to_recover: 1, ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl<const RUNNING: bool> Causal for ControlChart<RUNNING> {
-    type Memory = Sum;
 
     fn step(&self, memory: &mut Sum, values: &[f64]) -> Step {
         let Params { k, start, release, floor, .. } = self.params;

@@ -55,18 +55,14 @@ impl PlainParams for Params {
     }
 }
 
-impl Detector for Params {
+impl Causal for Params {
+    /// Good frames of each signal.
+    type Memory = Vec<GoodFrames>;
+
     fn facts(&self) -> Facts {
         let (signals, direction) = (self.below.len(), Direction::HigherIsBetter);
         Facts { signals, threshold: Some(1.0), direction, ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for Params {
-    /// Good frames of each signal.
-    type Memory = Vec<GoodFrames>;
 
     fn begin(&self) -> Vec<GoodFrames> {
         self.below.iter().map(|_| GoodFrames::new(self.window)).collect()

@@ -72,17 +72,13 @@ impl Level {
     }
 }
 
-impl Detector for Level {
+impl Causal for Level {
+    type Memory = ();
+
     fn facts(&self) -> Facts {
         let (threshold, direction) = (Some(self.value), self.direction());
         Facts { threshold, direction, scores_signal: true, ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for Level {
-    type Memory = ();
 
     fn step(&self, (): &mut (), values: &[f64]) -> Step {
         Step::new(values[0], self.is_alarm(values[0]))

@@ -47,16 +47,12 @@ impl PlainParams for Params {
     const RANGES: &'static [Range] = &[forecasting::WINDOW, forecasting::HORIZON, forecasting::THRESHOLD];
 }
 
-impl Detector for Params {
+impl Causal for Params {
+    type Memory = Forecaster;
+
     fn facts(&self) -> Facts {
         Facts { threshold: Some(self.threshold), ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for Params {
-    type Memory = Forecaster;
 
     fn step(&self, memory: &mut Forecaster, values: &[f64]) -> Step {
         let Self { window, horizon, threshold, scheme } = *self;

@@ -111,16 +111,12 @@ impl RelativeDrop {
     }
 }
 
-impl Detector for RelativeDrop {
+impl Causal for RelativeDrop {
+    type Memory = GoodFrames;
+
     fn facts(&self) -> Facts {
         Facts { threshold: Some(self.level.value), direction: self.level.direction(), ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for RelativeDrop {
-    type Memory = GoodFrames;
 
     fn begin(&self) -> GoodFrames {
         GoodFrames::new(self.params.window)

@@ -137,18 +137,14 @@ impl SequentialTest {
     }
 }
 
-impl Detector for SequentialTest {
+impl Causal for SequentialTest {
+    /// State of the bets, and ln X.
+    type Memory = (Bets, f64);
+
     fn facts(&self) -> Facts {
         let frames_to_recover = if self.params.after == After::Continue { 1 } else { RECOVERY_FRAMES };
         Facts { threshold: Some(self.limit()), frames_to_recover, ..Facts::default() }
     }
-
-    judges_frame_by_frame!();
-}
-
-impl Causal for SequentialTest {
-    /// State of the bets, and ln X.
-    type Memory = (Bets, f64);
 
     fn begin(&self) -> (Bets, f64) {
         let eps = self.quality(self.mean.value);

@@ -60,7 +60,14 @@ impl Default for Params {
 
 #[derive(Debug, Clone)]
 pub struct StandardScore {
-    params: Params,
+    over: Over,
+    before: FramesBefore,
+}
+
+/// The detector of [`Over::FramesBefore`].
+#[derive(Debug, Clone)]
+struct FramesBefore {
+    span: usize,
     level: Level,
 }
 
@@ -71,8 +78,9 @@ impl Plugin for StandardScore {
         &[Range::of("below"), Range::of("above"), Range::within("span", 2.0, 100_000.0)];
 
     fn make(params: Params) -> Result<Self, ParamError> {
-        let level = Level::new(level::Params { below: params.below, above: params.above })?;
-        Ok(Self { params, level })
+        let Params { below, above, over, span } = params;
+        let level = Level::new(level::Params { below, above })?;
+        Ok(Self { over, before: FramesBefore { span, level } })
     }
 }
 
@@ -87,29 +95,33 @@ fn standard_score(value: f64, among: &[f64]) -> f64 {
 
 impl Detector for StandardScore {
     fn facts(&self) -> Facts {
-        Facts { threshold: Some(self.level.value), direction: self.level.direction(), ..Facts::default() }
+        Causal::facts(&self.before)
     }
 
     fn stream(&self) -> Option<Box<dyn Stream>> {
-        (self.params.over == Over::FramesBefore).then(|| stream::follow(self)).flatten()
+        if self.over == Over::FramesBefore { self.before.stream() } else { None }
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        if self.params.over == Over::FramesBefore {
-            return stream::whole(self, input);
+        if self.over == Over::FramesBefore {
+            return self.before.detect(input);
         }
         let score: Vec<f64> = input.signal.iter().map(|y| standard_score(*y, input.signal)).collect();
-        let alarm = score.iter().map(|z| self.level.is_alarm(*z)).collect();
+        let alarm = score.iter().map(|z| self.before.level.is_alarm(*z)).collect();
         DetectorOutput { score, alarm, ..DetectorOutput::default() }
     }
 }
 
-impl Causal for StandardScore {
+impl Causal for FramesBefore {
     /// The last `span` values.
     type Memory = VecDeque<f64>;
 
+    fn facts(&self) -> Facts {
+        Facts { threshold: Some(self.level.value), direction: self.level.direction(), ..Facts::default() }
+    }
+
     fn step(&self, before: &mut VecDeque<f64>, values: &[f64]) -> Step {
-        let is_full = before.len() >= self.params.span;
+        let is_full = before.len() >= self.span;
         let score = if is_full { standard_score(values[0], before.make_contiguous()) } else { 0.0 };
         if is_full {
             before.pop_front();

@@ -1,7 +1,7 @@
 //! Detectors that judge a live track, frame by frame.
 //!
-//! A `Causal` detector defines how one frame changes its memory. From that, `whole` judges a whole track, and
-//! `follow` judges a live one.
+//! A `Causal` detector defines how one frame changes its memory. From that follows how it judges a whole track, and a
+//! live one.
 
 use super::labels::{LossState, changes};
 use super::{Detector, DetectorOutput, Facts, Input};
@@ -41,9 +41,14 @@ pub trait Stream: Send {
 }
 
 /// A detector that judges frame by frame.
-pub(super) trait Causal: Detector + Clone + 'static {
+pub(super) trait Causal: Clone + Send + Sync + 'static {
     /// State between frames, of bounded size.
     type Memory: Default + Serialize + DeserializeOwned + Send;
+
+    /// Properties of the detector.
+    fn facts(&self) -> Facts {
+        Facts::default()
+    }
 
     /// State before the first frame.
     fn begin(&self) -> Self::Memory {
@@ -84,50 +89,40 @@ impl Step {
     }
 }
 
-/// Methods of a [`Detector`] that is [`Causal`]: live, and of a whole track.
-macro_rules! judges_frame_by_frame {
-    () => {
-        fn stream(&self) -> Option<Box<dyn $crate::detector::Stream>> {
-            $crate::detector::stream::follow(self)
-        }
-
-        fn detect(&self, input: &$crate::detector::Input<'_>) -> $crate::detector::DetectorOutput {
-            $crate::detector::stream::whole(self, input)
-        }
-    };
-}
-pub(super) use judges_frame_by_frame;
-
-/// Judges a whole track frame by frame.
-pub(super) fn whole<D: Causal>(detector: &D, input: &Input<'_>) -> DetectorOutput {
-    let mut memory = detector.begin();
-    let mut output = DetectorOutput::default();
-    let mut values = Vec::new();
-    for (t, y) in input.signal.iter().enumerate() {
-        values.clear();
-        values.push(*y);
-        values.extend(input.more.iter().map(|signal| signal[t]));
-        let Step { score, alarm, forecast, alarm_score } = detector.step(&mut memory, &values);
-        output.score.push(score);
-        output.alarm.push(alarm);
-        if let Some(forecast) = forecast {
-            output.forecast.get_or_insert_default().push(forecast);
-        }
-        if let Some(score) = alarm_score {
-            output.alarm_score.get_or_insert_default().push(score);
-        }
+impl<D: Causal> Detector for D {
+    fn facts(&self) -> Facts {
+        Causal::facts(self)
     }
-    // Others find the changes by the threshold.
-    if detector.facts().threshold.is_none() {
-        output.changes = Some(changes(&output.alarm));
-    }
-    output
-}
 
-/// Stream before the first frame of a live track.
-pub(super) fn follow<D: Causal>(detector: &D) -> Option<Box<dyn Stream>> {
-    let memory = (detector.begin(), LossState::default());
-    Some(Box::new(Following { detector: detector.clone(), memory }))
+    fn stream(&self) -> Option<Box<dyn Stream>> {
+        let memory = (self.begin(), LossState::default());
+        Some(Box::new(Following { detector: self.clone(), memory }))
+    }
+
+    fn detect(&self, input: &Input<'_>) -> DetectorOutput {
+        let mut memory = self.begin();
+        let mut output = DetectorOutput::default();
+        let mut values = Vec::new();
+        for (t, y) in input.signal.iter().enumerate() {
+            values.clear();
+            values.push(*y);
+            values.extend(input.more.iter().map(|signal| signal[t]));
+            let Step { score, alarm, forecast, alarm_score } = self.step(&mut memory, &values);
+            output.score.push(score);
+            output.alarm.push(alarm);
+            if let Some(forecast) = forecast {
+                output.forecast.get_or_insert_default().push(forecast);
+            }
+            if let Some(score) = alarm_score {
+                output.alarm_score.get_or_insert_default().push(score);
+            }
+        }
+        // Others find the changes by the threshold.
+        if Causal::facts(self).threshold.is_none() {
+            output.changes = Some(changes(&output.alarm));
+        }
+        output
+    }
 }
 
 /// A detector on a live track. Frames without a value leave its state unchanged.
@@ -142,7 +137,7 @@ impl<D: Causal> Following<D> {
         if let Some(text) = self.detector.reason(values) {
             return text;
         }
-        let facts = self.detector.facts();
+        let facts = Causal::facts(&self.detector);
         let what = if facts.scores_signal { "value" } else { "score" };
         let Some(level) = facts.threshold else {
             return format!("{what} {} is large for this track", fixed(score, 3));
@@ -162,7 +157,7 @@ impl<D: Causal> Following<D> {
 
 impl<D: Causal> Stream for Following<D> {
     fn push(&mut self, values: &[f64]) -> Judgement {
-        let Facts { frames_to_recover, signals, gives_probability, .. } = self.detector.facts();
+        let Facts { frames_to_recover, signals, gives_probability, .. } = Causal::facts(&self.detector);
         let is_whole = values.len() == signals && values.iter().all(|value| value.is_finite());
         let (memory, state) = &mut self.memory;
         let step = is_whole.then(|| self.detector.step(memory, values));
