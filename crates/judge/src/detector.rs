@@ -31,7 +31,7 @@ pub mod track_quality;
 mod two_model_chi_square;
 
 #[cfg(test)]
-mod conformance;
+mod conformance_tests;
 /// Example of the documentation, which must pass the same tests as the list.
 #[cfg(test)]
 #[path = "../../../docs/examples/deviation.rs"]

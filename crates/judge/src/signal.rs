@@ -10,7 +10,7 @@ mod causal;
 mod companion_overlap;
 pub mod confidence;
 #[cfg(test)]
-mod conformance;
+mod conformance_tests;
 mod deep_verification;
 pub mod distribution_field;
 mod effective_particles;
@@ -18,7 +18,7 @@ mod forward_backward;
 mod histogram;
 mod object_color;
 #[cfg(test)]
-mod oracles;
+mod oracle_tests;
 mod particle_entropy;
 mod region_covariance;
 mod response_apce;

@@ -23,7 +23,7 @@ pub mod sparse_prototypes;
 pub mod still;
 
 #[cfg(test)]
-mod conformance;
+mod conformance_tests;
 #[cfg(test)]
 pub(crate) mod testing;
 

@@ -8,7 +8,7 @@ mod average_overlap;
 mod collapsed_boxes;
 mod confident;
 #[cfg(test)]
-mod conformance;
+mod conformance_tests;
 mod consistent;
 mod cut_values;
 mod findings;

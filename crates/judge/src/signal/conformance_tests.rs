@@ -1,6 +1,6 @@
 //! Properties that all signals of the list must have.
 
-mod facts;
+mod facts_tests;
 
 use super::testing::build;
 use super::{Observation, SIGNALS, Session, Signal, testing};

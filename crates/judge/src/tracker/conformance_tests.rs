@@ -1,6 +1,6 @@
 //! Properties that all trackers of the list must have, tested on short synthetic sequences.
 
-mod scenes;
+mod scenes_tests;
 
 use super::testing::{Scene, context, excerpt, numbers, run, track};
 use super::*;
