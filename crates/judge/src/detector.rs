@@ -53,7 +53,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
-/// What the file of a detector uses.
+/// Names that most files of detectors import.
 mod prelude {
     pub(super) use super::stream::{Causal, Step};
     pub(super) use super::{Detector, DetectorOutput, Facts, Input, RECOVERY_FRAMES, Stream};

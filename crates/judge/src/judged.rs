@@ -1,7 +1,7 @@
 //! Result of a method on a track, frame by frame.
 
 use crate::detector::labels::TargetState;
-use crate::detector::{Detector, DetectorOutput, StateOfTarget, changes, lost};
+use crate::detector::{Detector, DetectorOutput, Facts, StateOfTarget, changes, lost};
 use crate::direction::Direction;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -45,7 +45,7 @@ impl JudgedMethod {
         let lost = lost(&output.alarm, facts.frames_to_recover);
         let (mut raising, mut state) = (Raising::default(), StateOfTarget::default());
         let of_frame = |t: usize| {
-            let raised = raising.push(detector, has_box(t), output.alarm[t], output.compared()[t]);
+            let raised = raising.push(&facts, has_box(t), output.alarm[t], output.compared()[t]);
             let probability = if facts.gives_probability { output.score[t] } else { f64::NAN };
             state.push(has_box(t), lost[t], raised, probability)
         };
@@ -117,8 +117,7 @@ pub struct Raising {
 impl Raising {
     /// True if the next frame raises an alarm. `has_box` is true if the tracker has a box there, `compared` is the
     /// value that is compared with the threshold; NaN in a frame that could not be judged, which changes nothing.
-    pub fn push(&mut self, detector: &dyn Detector, has_box: bool, alarm: bool, compared: f64) -> bool {
-        let facts = detector.facts();
+    pub fn push(&mut self, facts: &Facts, has_box: bool, alarm: bool, compared: f64) -> bool {
         let is_lasting = facts.frames_to_recover == 1 || facts.gives_probability;
         if !is_lasting || compared.is_nan() {
             return alarm;
@@ -141,7 +140,6 @@ impl Raising {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::Facts;
 
     /// A detector whose alarm begins when the signal is below 0.3 and lasts until another rule ends it.
     struct Holding;

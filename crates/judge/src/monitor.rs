@@ -158,9 +158,9 @@ pub enum MonitorError {
     /// The state was saved with other options.
     #[error("the state is one {saved}, not {given}")]
     OtherOptions {
-        /// What the state was saved with, in words.
+        /// Option that the state was saved with, in words.
         saved: String,
-        /// What the options ask for.
+        /// Option that is asked for, in words.
         given: String,
     },
     /// The method has changed since the state was saved.
@@ -245,7 +245,7 @@ impl Monitor {
         let has_box = region.is_some();
         let judged = self.chosen.as_mut().and_then(|chosen| {
             let (now, note) = chosen.push(&seen)?;
-            let raised = self.state.raising.push(chosen.detector(), has_box, now.alarm, now.compared);
+            let raised = self.state.raising.push(&chosen.facts, has_box, now.alarm, now.compared);
             Some((raised, now, note))
         });
         let Some((raised, judgement, note)) = judged else {

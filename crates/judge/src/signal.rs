@@ -41,7 +41,7 @@ use crate::tracker::{RunContext, TrackerError, TrackerState};
 use std::any::Any;
 use std::sync::Arc;
 
-/// What the file of a signal uses.
+/// Names that most files of signals import.
 mod prelude {
     pub use super::causal::{Causal, SIZE_HISTORY, is_default};
     pub use super::{Direction, Facts, Observation, Reads, Session, Signal};

@@ -36,7 +36,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
-/// What the file of a tracker uses.
+/// Names that most files of trackers import.
 mod prelude {
     pub use super::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError, TrackerState};
     pub use crate::image::Frame;

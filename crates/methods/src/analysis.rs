@@ -29,7 +29,7 @@ use trackfail_core::plugin::{Entry, ParamError, Role, unknown};
 
 pub use findings::{Chart, Curve, Findings, Grid, INTERVAL, Layout, Names, Row, Values};
 
-/// What the file of an analysis uses.
+/// Names that most files of analyses import.
 mod prelude {
     pub(super) use super::unknown_rules;
     pub(super) use super::{Analysis, AnalysisError, Curve, Layout, Population, Reads, Row, Values};

@@ -175,8 +175,12 @@ fn beside(folder: &Path, end: &str) -> PathBuf {
 
 /// First free name among `NAME.replaced-1`, `NAME.replaced-2` and so on beside a folder.
 fn free_name(folder: &Path) -> PathBuf {
-    let mut names = (1_u64..).map(|n| beside(folder, &format!(".replaced-{n}")));
-    names.find(|name| fs::symlink_metadata(name).is_err()).expect("numbers have no end")
+    let name = |n: usize| beside(folder, &format!(".replaced-{n}"));
+    let mut n = 1;
+    while fs::symlink_metadata(name(n)).is_ok() {
+        n += 1;
+    }
+    name(n)
 }
 
 /// Moves a single file to its final place.

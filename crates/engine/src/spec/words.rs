@@ -37,7 +37,7 @@ pub struct Words {
     pub has_protocol: bool,
 }
 
-/// What trackers, methods and analyses of an experiment may refer to.
+/// Programs, suites, names and the protocol that trackers, methods and analyses of an experiment may refer to.
 pub(super) struct Known<'a> {
     pub programs: Option<&'a Programs>,
     /// Suite names by role; empty if `[suites]` has errors.

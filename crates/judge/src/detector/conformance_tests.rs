@@ -316,7 +316,7 @@ proptest! {
                 prop_assert_eq!(said.lost, want[t], "{} {} {}", kind, text, t);
                 prop_assert_eq!((said.alarm, said.compared), (alarm[t], compared[t]), "{} {} {}", kind, text, t);
                 let has_box = rows[t][1] > 0.0;
-                let raised = raising.push(&*detector, has_box, said.alarm, said.compared);
+                let raised = raising.push(&detector.facts(), has_box, said.alarm, said.compared);
                 let state = target.push(has_box, said.lost, raised, said.probability);
                 prop_assert_eq!(state, judged.states[t], "{} {} {}", kind, text, t);
                 // Every alarm has one reason, and a score that it is true of, but for one that is only held.

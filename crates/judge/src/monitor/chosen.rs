@@ -1,7 +1,7 @@
 //! The method that a monitor uses, with its state.
 
 use super::MonitorError;
-use crate::detector::{Detector, Judgement, Stream};
+use crate::detector::{Facts, Judgement, Stream};
 use crate::judge::Unannotated;
 use crate::method::{self, FixedDetector, Inputs, Method, MethodError, SignalChoice};
 use crate::num::hexadecimal;
@@ -16,7 +16,8 @@ pub(super) struct Chosen {
     pub name: String,
     /// Digest of everything on which the state depends, apart from the track.
     pub digest: String,
-    detector: FixedDetector,
+    /// Facts of the detector.
+    pub facts: Facts,
     pub reader: Reader,
     pub stream: Box<dyn Stream>,
 }
@@ -40,16 +41,13 @@ impl Chosen {
             RunContext { sequence: &Unannotated(0), start_frame: 0, run: 0, seed: 0, data_roots: &[] };
         let reader = Reader::start(&method.signals, &context)?;
         let digest = digest(&method.signals, &method.detector);
-        Ok(Self { name: method.name, digest, detector: method.detector, reader, stream })
+        let facts = method.detector.detector.facts();
+        Ok(Self { name: method.name, digest, facts, reader, stream })
     }
 
     /// Recommended method for the inputs; with a budget, one that has a budget.
     pub fn recommended(inputs: Inputs, budget: Option<f64>) -> Result<Self, MonitorError> {
         Self::start(method::recommended(inputs, budget), budget)
-    }
-
-    pub fn detector(&self) -> &dyn Detector {
-        &*self.detector.detector
     }
 
     /// Judges the next frame, from the first region on. The text says why a signal has no value.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use trackfail_core::plugin;
 use trackfail_engine::spec::check_experiment_name;
 
-/// What a user asks for of some results, and what cannot be given.
+/// Reason why something that a user asks for in a results folder cannot be given.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct LookupError {
