@@ -1,8 +1,10 @@
 //! A video frame with boxes and a line of text drawn on its pixels.
 
 use super::font;
+use super::output::document;
 use super::page::{Area, Page, Point};
-use super::raster::{paint, pixels};
+use super::render::{PIXELS, paint};
+use super::still::pixels;
 use super::style::{CASING, Color, Dash, Style};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
@@ -27,8 +29,6 @@ const TEXT: f64 = 1.0 / 24.0;
 const SMALLEST_TEXT: f64 = 11.0;
 /// Least width of a line, in pixels.
 const THINNEST_LINE: f64 = 3.0;
-/// Pixels of a frame per unit of a page.
-const PIXELS: f64 = 2.0;
 
 /// Draws boxes on a copy of the frame, and text in the upper left corner, in as many lines as needed.
 pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color) -> Frame {
@@ -36,7 +36,7 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
     let area = Area { x: 0.0, y: 0.0, w, h };
     let size = (h * TEXT).max(SMALLEST_TEXT / PIXELS);
     let width = (size / 6.0).max(THINNEST_LINE / PIXELS);
-    let mut page = Page::new("", w);
+    let mut page = Page { height: h, ..Page::new("", w) };
     for (k, line) in font::wrap(text, size, w - size).iter().enumerate() {
         plate(&mut page, line, (0.0, 1.5 * size * k as f64), size, color);
     }
@@ -48,8 +48,8 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
             plate(&mut page, label, (left, top), size, *color);
         }
     }
-    let mut image = pixels(frame);
-    paint(&mut image, &page.shapes, PIXELS);
+    let drawn = document(&page, "", "").and_then(|svg| paint(pixels(frame), &page, &svg));
+    let image = drawn.expect("what is drawn here is SVG, and a frame has pixels");
     Frame::new(frame.width(), frame.height(), image.into_raw())
 }
 

@@ -19,7 +19,7 @@ pub enum FigureError {
         /// Limit in units.
         limit: u32,
     },
-    /// plotters, the PNG encoder or the subsetting of the font failed.
+    /// plotters, resvg, krilla or the PNG encoder failed.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }

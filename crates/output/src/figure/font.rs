@@ -1,14 +1,11 @@
-//! The embedded font: widths, glyphs, and text broken into lines.
+//! The embedded font: widths, and text broken into lines.
 
-use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
+use ab_glyph::{Font, FontRef, ScaleFont};
 use std::sync::LazyLock;
 
 /// Font families for SVG viewers. Widths are measured in DejaVu Sans; Verdana is as wide and the others are
 /// narrower, so measured text fits in each of them.
 pub const FAMILY: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
-
-/// Distance from the middle of the lower-case letters to the base line, in em (half of DejaVu's x height).
-pub const HALF_EX: f64 = 0.2735;
 
 /// Contents of the font file.
 pub const BYTES: &[u8] = include_bytes!("../../../../assets/fonts/DejaVuSans.ttf");
@@ -16,26 +13,12 @@ pub const BYTES: &[u8] = include_bytes!("../../../../assets/fonts/DejaVuSans.ttf
 static FACE: LazyLock<FontRef<'static>> =
     LazyLock::new(|| FontRef::try_from_slice(BYTES).expect("the font in assets/ is a font"));
 
-/// Index of a character's glyph in the font; 0, an empty box, if the font lacks it.
-pub fn glyph(c: char) -> u16 {
-    FACE.glyph_id(c).0
-}
-
-/// Width of a glyph at an em of `size`.
-pub fn glyph_width(glyph: u16, size: f64) -> f64 {
-    f64::from(FACE.as_scaled(scale(size)).h_advance(ab_glyph::GlyphId(glyph)))
-}
-
-/// Scale at which one em is `size` units.
-fn scale(size: f64) -> PxScale {
+/// Width of one line of text at an em of `size`, in the unit of `size`. What the font lacks is an empty box.
+pub fn width(text: &str, size: f64) -> f64 {
     let height = FACE.height_unscaled();
     let em = FACE.units_per_em().unwrap_or(height);
-    PxScale::from(size as f32 * height / em)
-}
-
-/// Width of one line of text at an em of `size`, in the unit of `size`.
-pub fn width(text: &str, size: f64) -> f64 {
-    text.chars().map(|c| glyph_width(glyph(c), size)).sum()
+    let face = FACE.as_scaled(size as f32 * height / em);
+    text.chars().map(|c| f64::from(face.h_advance(face.glyph_id(c)))).sum()
 }
 
 /// Width of the widest line at an em of `size`.
@@ -79,27 +62,6 @@ pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
     lines
 }
 
-/// Draws the text with its left end at `x = 0` and the middle of its lower-case letters on the line `y = 0`.
-/// `dot` receives pixel offsets and coverages in (0, 1].
-pub fn rasterize(text: &str, size: f64, mut dot: impl FnMut(i32, i32, f32)) {
-    let face = FACE.as_scaled(scale(size));
-    let base = (HALF_EX * size) as f32;
-    let mut x = 0.0;
-    for c in text.chars() {
-        let id = face.glyph_id(c);
-        let glyph: Glyph = id.with_scale_and_position(scale(size), point(x, base));
-        if let Some(outline) = FACE.outline_glyph(glyph) {
-            let bounds = outline.px_bounds();
-            outline.draw(|u, v, coverage| {
-                if coverage > 0.0 {
-                    dot(bounds.min.x as i32 + u as i32, bounds.min.y as i32 + v as i32, coverage.min(1.0));
-                }
-            });
-        }
-        x += face.h_advance(id);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,20 +78,9 @@ mod tests {
     }
 
     #[test]
-    fn half_an_ex_is_the_fonts() {
-        // An x stands on the base line, so its pixels reach as far below 0 as above.
-        let (mut top, mut bottom) = (0, 0);
-        rasterize("x", 1000.0, |_, y, _| {
-            top = top.min(y);
-            bottom = bottom.max(y);
-        });
-        assert!((top + bottom).abs() <= 2, "{top} {bottom}");
-    }
-
-    #[test]
     fn has_the_letters_of_the_papers() {
         for c in "yₜOₜτ₁ŷₜ₊ₗ|z̃ₜ|δβ±−–≥×≤…".chars() {
-            assert_ne!(glyph(c), 0, "{c}");
+            assert_ne!(FACE.glyph_id(c).0, 0, "{c}");
         }
     }
 

@@ -4,8 +4,8 @@ use super::error::{FigureError, failed};
 use super::font;
 use super::layout::Figure;
 use super::page::{Page, Shape, strokes, whole, whole_width};
-use super::pdf::pdf;
-use super::raster::{encode, png, reduced};
+use super::render::{encode, pdf, png};
+use super::still::reduced;
 use super::style::{COLUMN, Color as Ink, FINE, PER_INCH, WIDTH};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use plotters::prelude::{Color, DrawingBackend, IntoFont, RGBColor, SVGBackend, ShapeStyle};
@@ -38,14 +38,15 @@ impl Figure {
     /// # Errors
     /// See [`FigureError`].
     pub fn draw(&self, width: f64) -> Result<Files, FigureError> {
-        let page = self.checked(width)?;
         // What finds no room in a column is scrolled on a narrow screen, and has no files of that width.
         let in_column = || {
-            let page = self.checked(COLUMN)?;
-            Ok::<_, FigureError>((svg(&page)?, pdf(&page)?))
+            let (page, narrow) = self.laid_out(COLUMN)?;
+            let narrow_pdf = pdf(&page, &narrow)?;
+            Ok::<_, FigureError>((narrow, narrow_pdf))
         };
         let (narrow, narrow_pdf) = in_column().unwrap_or_default();
-        Ok(Files { svg: svg(&page)?, narrow, narrow_pdf, png: png(&page)?, pdf: pdf(&page)? })
+        let (page, svg) = self.laid_out(width)?;
+        Ok(Files { png: png(&page, &svg)?, pdf: pdf(&page, &svg)?, svg, narrow, narrow_pdf })
     }
 
     /// Draws the figure as SVG at the text width of a page.
@@ -53,7 +54,7 @@ impl Figure {
     /// # Errors
     /// See [`FigureError`].
     pub fn to_svg(&self) -> Result<String, FigureError> {
-        svg(&self.checked(WIDTH)?)
+        self.laid_out(WIDTH).map(|(_, svg)| svg)
     }
 
     /// Draws the figure as PNG with 206 pixels per inch, at the text width of a page.
@@ -61,7 +62,8 @@ impl Figure {
     /// # Errors
     /// See [`FigureError`].
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
-        png(&self.checked(WIDTH)?)
+        let (page, svg) = self.laid_out(WIDTH)?;
+        png(&page, &svg)
     }
 
     /// Draws the figure as a PDF of one page, at the text width of a page.
@@ -69,53 +71,65 @@ impl Figure {
     /// # Errors
     /// See [`FigureError`].
     pub fn to_pdf(&self) -> Result<Vec<u8>, FigureError> {
-        pdf(&self.checked(WIDTH)?)
+        let (page, svg) = self.laid_out(WIDTH)?;
+        pdf(&page, &svg)
     }
 
-    fn checked(&self, width: f64) -> Result<Page, FigureError> {
+    /// The page at a width in units, and its SVG.
+    fn laid_out(&self, width: f64) -> Result<(Page, String), FigureError> {
         let page = self.page(width)?;
         if page.width > MAX_SIDE || page.height > MAX_SIDE {
             let (width, height) = (page.width.ceil() as u32, page.height.ceil() as u32);
             return Err(FigureError::TooLarge { width, height, limit: MAX_SIDE as u32 });
         }
-        Ok(page)
+        let svg = svg(&page)?;
+        Ok((page, svg))
     }
 }
 
-/// Draws the page as one SVG element. It has no ids, so that several can share an HTML page.
-///
-/// Coordinates of plotters are integers, so the view box has [`FINE`] of them per unit. Video frames are
-/// embedded as PNG, since plotters would draw a rectangle for each pixel.
-fn svg(page: &Page) -> Result<String, FigureError> {
-    let (w, h) = ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32);
-    let mut body = String::new();
-    draw(SVGBackend::with_string(&mut body, (w, h)), &page.shapes)?;
-    // plotters' outer element is replaced by one with the page's size, title and frames.
-    let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
-    // What is opaque need not say so; texts have their quotes escaped, so only attributes match.
-    let inner = inner.replace(" opacity=\"1\"", "");
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
-         <title>{}</title>\n<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n",
-        inches(page.width),
-        inches(page.height.ceil()),
-        escape(&page.title),
-    );
+/// Draws the page as one SVG element.
+pub fn svg(page: &Page) -> Result<String, FigureError> {
+    let size = format!("width=\"{}\" height=\"{}\" ", inches(page.width), inches(page.height.ceil()));
+    let (w, h) = fine_size(page);
+    let mut under = format!("<rect width=\"{w}\" height=\"{h}\" fill=\"#FFFFFF\"/>\n");
     for (area, frame) in &page.frames {
         let [(x0, y0), (x1, y1)] =
             [(area.x, area.y), (area.right(), area.bottom())].map(|p| whole(&[p], FINE)[0]);
         let data = BASE64_STANDARD.encode(encode(&reduced(area, frame))?);
         // Writing to a string cannot fail.
         let _ = writeln!(
-            out,
+            under,
             "<image x=\"{x0}\" y=\"{y0}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
              href=\"data:image/png;base64,{data}\"/>",
             x1 - x0,
             y1 - y0,
         );
     }
-    let _ = write!(out, "<g stroke-linejoin=\"round\" stroke-linecap=\"round\">{inner}</g>\n</svg>\n");
-    Ok(out)
+    document(page, &size, &under)
+}
+
+fn fine_size(page: &Page) -> (u32, u32) {
+    ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32)
+}
+
+/// Draws the shapes of a page over other elements, in an element with these attributes. It has no ids, so that
+/// several can share an HTML page.
+///
+/// Coordinates of plotters are integers, so the view box has [`FINE`] of them per unit. Video frames are
+/// embedded as PNG, since plotters would draw a rectangle for each pixel.
+pub fn document(page: &Page, attributes: &str, under: &str) -> Result<String, FigureError> {
+    let (w, h) = fine_size(page);
+    let mut body = String::new();
+    draw(SVGBackend::with_string(&mut body, (w, h)), &page.shapes)?;
+    // plotters' outer element is replaced by one with the page's size, title and frames.
+    let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
+    // What is opaque need not say so; texts have their quotes escaped, so only attributes match.
+    let inner = inner.replace(" opacity=\"1\"", "");
+    Ok(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" {attributes}viewBox=\"0 0 {w} {h}\" role=\"img\">\n\
+         <title>{}</title>\n{under}<g stroke-linejoin=\"round\" stroke-linecap=\"round\">{inner}</g>\n</svg>\n",
+        escape(&page.title),
+    ))
 }
 
 /// Ratio of a text's size in plotters to its em.

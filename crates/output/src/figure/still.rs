@@ -4,6 +4,8 @@ use super::font;
 use super::legend::{AROUND_BOX, BOX, Entry, Symbol};
 use super::page::{Area, LINE, Page};
 use super::style::{Color, Dash, INK, MARGIN, SMALL, Style};
+use ::image::imageops::FilterType;
+use ::image::{DynamicImage, RgbImage};
 use plotters::style::text_anchor::HPos;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -89,4 +91,20 @@ fn draw_still(page: &mut Page, still: &Still, area: Area) {
         page.outline(corners, &area, style.line, AROUND_BOX);
     }
     page.frames.push((area, still.pixels.clone()));
+}
+
+/// Converts a frame to an image; to a single pixel if its size does not match its bytes.
+pub fn pixels(frame: &Frame) -> RgbImage {
+    let (width, height) = (frame.width() as u32, frame.height() as u32);
+    RgbImage::from_raw(width, height, frame.bytes().to_vec()).unwrap_or_else(|| RgbImage::new(1, 1))
+}
+
+/// A frame reduced for embedding in an area: at most three of its pixels per unit. More would not be visible.
+pub fn reduced(area: &Area, frame: &Frame) -> RgbImage {
+    let image = pixels(frame);
+    let (w, h) = ((area.w * 3.0).ceil() as u32, (area.h * 3.0).ceil() as u32);
+    if image.width() <= w || image.height() <= h {
+        return image;
+    }
+    DynamicImage::ImageRgb8(image).resize_exact(w, h, FilterType::Triangle).into_rgb8()
 }
