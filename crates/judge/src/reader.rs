@@ -99,12 +99,11 @@ impl SignalReader {
             None if self.reads == Reads::Pixels => return Err(SignalFault::NoFrame(kind)),
             frame => frame.unwrap_or(&BLANK),
         };
-        let first = self.session.push(&Observation { frame, state, companions });
-        let values: Vec<f64> = std::iter::once(first).chain(self.session.more().iter().copied()).collect();
-        match (values.iter().find(|value| !value.is_finite()), self.session.fault()) {
-            (None, _) => Ok(values),
-            (_, Some(fault)) => Err(SignalFault::Broke(fault)),
-            (Some(value), None) => Err(SignalFault::NotFinite { kind, value: *value }),
+        let observation = Observation { frame, state, companions };
+        let values = self.session.push(&observation).map_err(SignalFault::Broke)?;
+        match values.iter().copied().find(|value| !value.is_finite()) {
+            None => Ok(values),
+            Some(value) => Err(SignalFault::NotFinite { kind, value }),
         }
     }
 }

@@ -186,18 +186,12 @@ impl<P: Signal> Role<P> for dyn Signal {
 
 /// A signal on one track. `push` is called once per frame, in order, from the first frame on.
 pub trait Session: Send {
-    /// Value of the signal in this frame; not finite if the state lacks the signal's input.
-    fn push(&mut self, observation: &Observation<'_>) -> f64;
-
-    /// Further values in the last frame, one fewer than [`Signal::width`].
-    fn more(&self) -> &[f64] {
-        &[]
-    }
-
-    /// Reason why the last value is not finite, for signals that run trackers or programs of their own.
-    fn fault(&mut self) -> Option<TrackerError> {
-        None
-    }
+    /// Values of the signal in this frame, as many as its [width](Signal::width); not finite if the state lacks
+    /// the signal's input.
+    ///
+    /// # Errors
+    /// When a tracker or a program that the signal runs fails, or the reason why the value is not finite.
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError>;
 
     /// Saves the state for [`Session::restore`]; `None` from signals that cannot be interrupted.
     fn save(&self) -> Option<Vec<u8>> {

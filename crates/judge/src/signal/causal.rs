@@ -85,18 +85,17 @@ impl<S: Causal> Following<S> {
 }
 
 impl<S: Causal> Session for Following<S> {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        if self.signal.size_history() == 0 {
-            return self.signal.push(&mut self.memory, observation);
-        }
-        let region = Region::Rect(self.averaged(observation.state.region.rect()));
-        let state = TrackerState { region, ..observation.state.clone() };
-        let Observation { frame, companions, .. } = *observation;
-        self.signal.push(&mut self.memory, &Observation { frame, state: &state, companions })
-    }
-
-    fn fault(&mut self) -> Option<TrackerError> {
-        self.signal.fault(&self.memory).map(TrackerError::Broken)
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        let value = if self.signal.size_history() == 0 {
+            self.signal.push(&mut self.memory, observation)
+        } else {
+            let region = Region::Rect(self.averaged(observation.state.region.rect()));
+            let state = TrackerState { region, ..observation.state.clone() };
+            let Observation { frame, companions, .. } = *observation;
+            self.signal.push(&mut self.memory, &Observation { frame, state: &state, companions })
+        };
+        let fault = if value.is_finite() { None } else { self.signal.fault(&self.memory) };
+        fault.map_or_else(|| Ok(vec![value]), |fault| Err(TrackerError::Broken(fault)))
     }
 
     fn save(&self) -> Option<Vec<u8>> {
@@ -145,7 +144,7 @@ mod tests {
         // A side that is no number leaves the history as it was.
         let mut session = start(&*build("rgb-histogram", "{ size_history = 1 }"));
         for r in [own[0], Rect { h: f64::NAN, ..own[1] }, own[1]] {
-            session.push(&Observation::new(&frames[0], &TrackerState::tracked(Region::Rect(r))));
+            session.push(&Observation::new(&frames[0], &TrackerState::tracked(Region::Rect(r)))).unwrap();
         }
         let (memory, sides): (Option<Vec<f64>>, Vec<(f64, f64)>) =
             saved::from_bytes(&session.save().unwrap()).unwrap();

@@ -128,7 +128,7 @@ impl Signal for CompanionOverlap {
 
     fn start(&self, context: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let own = self.own.iter().map(|companion| companion.start(context)).collect::<Result<_, _>>()?;
-        Ok(Box::new(Agreement { params: self.params.clone(), own, fault: None }))
+        Ok(Box::new(Agreement { params: self.params.clone(), own }))
     }
 }
 
@@ -136,30 +136,19 @@ impl Signal for CompanionOverlap {
 struct Agreement {
     params: Params,
     own: Vec<RunningCompanion>,
-    fault: Option<TrackerError>,
 }
 
 impl Session for Agreement {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let region = &observation.state.region;
-        if self.own.is_empty() {
-            let most = self.params.at_most.unwrap_or(usize::MAX);
-            let overlaps = observation.companions.iter().take(most).map(|other| overlap(region, other));
-            return statistic(self.params.statistic, overlaps.collect());
-        }
-        let found: Result<Vec<f64>, TrackerError> =
-            self.own.iter_mut().map(|companion| companion.overlap(observation)).collect();
-        match found {
-            Ok(overlaps) => statistic(self.params.statistic, overlaps),
-            Err(fault) => {
-                self.fault = Some(fault);
-                f64::NAN
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        let most = self.params.at_most.unwrap_or(usize::MAX);
+        let given = |other: &&Region| overlap(&observation.state.region, other);
+        let overlaps: Vec<f64> = match self.own.as_mut_slice() {
+            [] => observation.companions.iter().take(most).map(given).collect(),
+            own => {
+                own.iter_mut().map(|companion| companion.overlap(observation)).collect::<Result<_, _>>()?
             }
-        }
-    }
-
-    fn fault(&mut self) -> Option<TrackerError> {
-        self.fault.take()
+        };
+        Ok(vec![statistic(self.params.statistic, overlaps)])
     }
 
     fn save(&self) -> Option<Vec<u8>> {

@@ -182,12 +182,8 @@ impl Signal for Params {
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let watchdog = |version| self.uses(version).then(|| Watchdog::new(version));
-        Ok(Box::new(Verifying {
-            params: self.clone(),
-            v2: watchdog(Version::V2),
-            v3: watchdog(Version::V3),
-            values: Vec::new(),
-        }))
+        let (v2, v3) = (watchdog(Version::V2), watchdog(Version::V3));
+        Ok(Box::new(Verifying { params: self.clone(), v2, v3 }))
     }
 }
 
@@ -196,8 +192,6 @@ struct Verifying {
     params: Params,
     v2: Option<Watchdog>,
     v3: Option<Watchdog>,
-    /// All values of the last frame.
-    values: Vec<f64>,
 }
 
 impl Verifying {
@@ -240,13 +234,8 @@ impl Verifying {
 }
 
 impl Session for Verifying {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        self.values = self.next(observation).unwrap_or_default();
-        self.values.first().copied().unwrap_or(f64::NAN)
-    }
-
-    fn more(&self) -> &[f64] {
-        self.values.get(1..).unwrap_or_default()
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        Ok(self.next(observation).unwrap_or_else(|| vec![f64::NAN]))
     }
 
     fn save(&self) -> Option<Vec<u8>> {

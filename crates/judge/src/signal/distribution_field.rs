@@ -323,7 +323,8 @@ struct Quality {
 }
 
 impl Session for Quality {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        let Observation { frame, state, .. } = *observation;
         let current = state.region.rect();
         let p = &self.params;
         let background = background_region(&self.past, &current, p.history, p.displacement);
@@ -334,7 +335,7 @@ impl Session for Quality {
             self.past.remove(0);
         }
         self.past.push(current);
-        self.quality(frame, &windows)
+        Ok(vec![self.quality(frame, &windows)])
     }
 
     fn save(&self) -> Option<Vec<u8>> {

@@ -157,7 +157,8 @@ struct Followed {
 }
 
 impl Session for Following {
-    fn push(&mut self, &Observation { frame, state, .. }: &Observation<'_>) -> f64 {
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        let Observation { frame, state, .. } = *observation;
         let size = (frame.width(), frame.height());
         let value = match &self.past {
             Some(past) if past.frame == size => self.value(past, frame),
@@ -171,7 +172,7 @@ impl Session for Following {
         let search = around.clipped(frame).unwrap_or(target);
         let image = self.pyramid(frame, &search);
         self.past = Some(Past { frame: size, target, search, image });
-        value
+        Ok(vec![value])
     }
 
     fn save(&self) -> Option<Vec<u8>> {

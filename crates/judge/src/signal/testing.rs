@@ -30,9 +30,9 @@ pub fn takes(kind: &str, params: &str, memory: &impl Serialize) -> bool {
 pub fn rows(signal: &dyn Signal, frames: &[Frame], states: &[TrackerState]) -> Vec<Vec<f64>> {
     let mut session = start(signal);
     let row = |(frame, state): (&Frame, &TrackerState)| {
-        let first = session.push(&Observation { frame, state, companions: &[&states[0].region] });
-        assert_eq!(1 + session.more().len(), signal.width());
-        std::iter::once(first).chain(session.more().iter().copied()).collect()
+        let row = session.push(&Observation { frame, state, companions: &[&states[0].region] }).unwrap();
+        assert_eq!(row.len(), signal.width());
+        row
     };
     frames.iter().zip(states).map(row).collect()
 }

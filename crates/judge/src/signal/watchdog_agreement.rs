@@ -107,7 +107,7 @@ impl Signal for Params {
 
     fn start(&self, _: &RunContext<'_>) -> Result<Box<dyn Session>, TrackerError> {
         let Params { version, values } = self.clone();
-        Ok(Box::new(Watching { values, watchdog: Watchdog::new(version), more: Vec::new() }))
+        Ok(Box::new(Watching { values, watchdog: Watchdog::new(version) }))
     }
 }
 
@@ -115,21 +115,12 @@ impl Signal for Params {
 struct Watching {
     values: Vec<Value>,
     watchdog: Watchdog,
-    /// Values of the last frame, except the first value.
-    more: Vec<f64>,
 }
 
 impl Session for Watching {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
-        let Some((seen, _)) = self.watchdog.look(observation) else { return f64::NAN };
-        let mut values = self.values.iter().map(|value| seen.value(*value));
-        let first = values.next().unwrap_or(f64::NAN);
-        self.more = values.collect();
-        first
-    }
-
-    fn more(&self) -> &[f64] {
-        &self.more
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
+        let Some((seen, _)) = self.watchdog.look(observation) else { return Ok(vec![f64::NAN]) };
+        Ok(self.values.iter().map(|value| seen.value(*value)).collect())
     }
 
     fn save(&self) -> Option<Vec<u8>> {

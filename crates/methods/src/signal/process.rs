@@ -156,7 +156,7 @@ impl Signal for Process<Params> {
             Ok((peer, images))
         };
         let (peer, images) = start().map_err(|fault| place.error(0, fault))?;
-        Ok(Box::new(Asking { place, reads, files, frames, next: 0, peer: Some(peer), images, fault: None }))
+        Ok(Box::new(Asking { place, reads, files, frames, next: 0, peer: Some(peer), images }))
     }
 }
 
@@ -204,7 +204,6 @@ struct Asking {
     /// order and the program must end before its images are deleted.
     peer: Option<JsonPeer>,
     images: Images,
-    fault: Option<TrackerError>,
 }
 
 impl Asking {
@@ -248,20 +247,11 @@ impl Asking {
 }
 
 impl Session for Asking {
-    fn push(&mut self, observation: &Observation<'_>) -> f64 {
+    fn push(&mut self, observation: &Observation<'_>) -> Result<Vec<f64>, TrackerError> {
         let t = self.next;
         self.next += 1;
-        match self.ask(t, observation.frame, observation.state) {
-            Ok(score) => score,
-            Err(fault) => {
-                self.fault = Some(self.place.error(t, fault));
-                f64::NAN
-            }
-        }
-    }
-
-    fn fault(&mut self) -> Option<TrackerError> {
-        self.fault.take()
+        let answer = self.ask(t, observation.frame, observation.state);
+        answer.map(|score| vec![score]).map_err(|fault| self.place.error(t, fault))
     }
 }
 

@@ -181,7 +181,8 @@ impl RunningCompanion {
         let overlap = overlap(&observation.state.region, &state.region);
         self.apart = if overlap > 0.0 { 0 } else { self.apart.saturating_add(1) };
         if let Some([observed, own]) = &mut self.likeness {
-            let gain = observed.push(observation) - own.push(&Observation::new(observation.frame, &state));
+            let mine = Observation::new(observation.frame, &state);
+            let gain = observed.push(observation)?[0] - own.push(&mine)?[0];
             if self.apart >= self.params.restart_after && gain > self.params.restart_margin {
                 self.tracker = Some(self.start_on(observation)?.0);
                 self.apart = 0;

@@ -182,14 +182,12 @@ pub fn values(signal: &dyn Signal) -> Result<Vec<f64>, String> {
     let mut values = Vec::new();
     for t in 0..FRAMES {
         let (frame, state) = (sequence.frame(t).unwrap(), state(t));
-        let value = session.push(&Observation::new(&frame, &state));
-        if let Some(fault) = session.fault() {
-            let later = session.push(&Observation::new(&frame, &state));
-            assert!(value.is_nan() && later.is_nan(), "a value beside a fault");
-            trackfail_testing::assert_says(session.fault().unwrap(), "it has ended");
-            return Err(fault.to_string());
-        }
-        values.push(value);
+        let found = session.push(&Observation::new(&frame, &state));
+        values.extend(found.map_err(|fault| {
+            let later = session.push(&Observation::new(&frame, &state)).unwrap_err();
+            trackfail_testing::assert_says(later, "it has ended");
+            fault.to_string()
+        })?);
     }
     Ok(values)
 }
