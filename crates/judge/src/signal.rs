@@ -13,17 +13,15 @@ pub mod confidence;
 mod conformance_tests;
 mod deep_verification;
 pub mod distribution_field;
-mod effective_particles;
 mod forward_backward;
 mod histogram;
 mod object_color;
 #[cfg(test)]
 mod oracle_tests;
-mod particle_entropy;
+mod particle_weights;
 mod region_covariance;
-mod response_apce;
 mod response_peak;
-mod response_psr;
+mod response_ratio;
 mod rgb_histogram;
 mod rgb_lbp_histogram;
 mod template_correlation;
@@ -213,14 +211,14 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     confidence::ENTRY,
     deep_verification::ENTRY,
     distribution_field::ENTRY,
-    effective_particles::ENTRY,
+    particle_weights::EFFECTIVE,
     forward_backward::ENTRY,
     object_color::ENTRY,
-    particle_entropy::ENTRY,
+    particle_weights::ENTROPY,
     region_covariance::ENTRY,
-    response_apce::ENTRY,
+    response_ratio::APCE,
     response_peak::ENTRY,
-    response_psr::ENTRY,
+    response_ratio::PSR,
     rgb_histogram::ENTRY,
     rgb_lbp_histogram::ENTRY,
     template_correlation::ENTRY,
