@@ -5,7 +5,7 @@ use crate::engine::store::lock_exclusive;
 use crate::plugin::unknown;
 use crate::report::finished::{self, LookupError};
 use crate::report::paper::{self, Chosen, Item};
-use crate::report::{self, StagedReport, WriteError};
+use crate::report::{self, ReportError, StagedReport};
 use crate::results::ResultsError;
 use crate::spec::presentation::name_of;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let done = named.iter().try_for_each(|(name, file)| {
         let mut results = finished::read(results, name)?;
         file.map_or(Ok(()), |file| results.present(file))?;
-        let io = |e: WriteError| Failure::io(format!("{name}: {e}"));
+        let io = |e: ReportError| Failure::io(format!("{name}: {e}"));
         let rendered_aside = StagedReport::render(&results, &args.reports).map_err(io)?;
         file.map_or(Ok(()), |_| results.keep())?;
         let (index, written) = rendered_aside.publish(&args.reports).map_err(io)?;

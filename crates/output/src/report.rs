@@ -54,7 +54,7 @@ pub mod write;
 
 pub use claims::{ClaimOutcome, Finding};
 pub use page::{FigureView, Page, ReportError, markdown, render};
-pub use write::{INDEX, OWNED, StagedReport, WriteError, WrittenReport, write};
+pub use write::{INDEX, OWNED, StagedReport, WrittenReport, write};
 
 #[cfg(test)]
 mod tests;

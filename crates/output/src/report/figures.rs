@@ -12,9 +12,10 @@ pub(super) mod published;
 mod radar;
 mod strips;
 
+use super::page::ReportError;
 use super::standings::Estimate;
-use crate::figure::{Figure, FigureError, Files, Mark, PER_INCH, WIDTH};
-use crate::results::{Measure, Results, ResultsError, TrackSeries};
+use crate::figure::{Figure, Files, Mark, PER_INCH, WIDTH};
+use crate::results::{Measure, Results, TrackSeries};
 use crate::sampling::{Units, metric_of_sum};
 use crate::table;
 use trackfail_engine::spec::figure as spec;
@@ -23,7 +24,7 @@ use trackfail_methods::score::metric::Source;
 
 /// Draws a figure of one kind. The text is appended to its caption: sentences with a blank before each, or
 /// nothing.
-type Draw = fn(&Scope<'_>) -> Result<(Figure, String), DrawError>;
+type Draw = fn(&Scope<'_>) -> Result<(Figure, String), ReportError>;
 
 /// Drawers of all kinds of figures, by their words in experiment files.
 const DRAWERS: &[(&str, Draw)] = &[
@@ -63,8 +64,8 @@ impl Scope<'_> {
     ///
     /// # Errors
     /// When the key is left out, which the check of the experiment excludes.
-    fn given<'p, T>(&self, key: &str, value: Option<&'p T>) -> Result<&'p T, DrawError> {
-        value.ok_or_else(|| DrawError::Unchecked(format!("{} has no `{key}`", self.figure.name)))
+    fn given<'p, T>(&self, key: &str, value: Option<&'p T>) -> Result<&'p T, ReportError> {
+        value.ok_or_else(|| ReportError::Unfit(format!("figure {} has no `{key}`", self.figure.name)))
     }
 
     /// Bounds of a metric's value by bootstrap over sequences; NaN for metrics that are not made of counts,
@@ -79,41 +80,19 @@ impl Scope<'_> {
 }
 
 /// The figure with its remark; an error with this reason if none of its curves has a value.
-fn of_curves(figure: Figure, remark: &str, reason: String) -> Result<(Figure, String), DrawError> {
+fn of_curves(figure: Figure, remark: &str, reason: String) -> Result<(Figure, String), ReportError> {
     let marks = || figure.rows.iter().flatten().flat_map(|panel| &panel.marks);
     let has_point = |mark: &Mark| match mark {
         Mark::Line { points, .. } => points.iter().any(|p| p.0.is_finite() && p.1.is_finite()),
         _ => false,
     };
     if !marks().any(has_point) {
-        return Err(DrawError::NoData(reason));
+        return Err(ReportError::NoData(reason));
     }
     let has_bands = marks().any(|mark| matches!(mark, Mark::Band(..)));
     let of_bands = " Bands are 95 % intervals, point by point, by bootstrap over sequences.";
     let remark = format!("{}{remark}", if has_bands { of_bands } else { "" });
     Ok((figure, remark))
-}
-
-/// A figure that could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum DrawError {
-    /// There are no data for the figure, for the reason given.
-    #[error("{0}")]
-    NoData(String),
-    /// The results cannot be read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// The drawing failed.
-    #[error("figure {name}: {error}")]
-    Figure {
-        /// Name of the figure in the experiment.
-        name: String,
-        /// Reason why the figure cannot be drawn.
-        error: FigureError,
-    },
-    /// A key or kind that the check of the experiment excludes.
-    #[error("figure {0}")]
-    Unchecked(String),
 }
 
 /// A figure of a report with its caption.
@@ -139,9 +118,9 @@ impl Captioned {
     ///
     /// # Errors
     /// When the drawing fails.
-    pub fn draw(&self) -> Result<Files, DrawError> {
-        let fail = |error| DrawError::Figure { name: self.name.clone(), error };
-        self.figure.draw(self.width).map_err(fail)
+    pub fn draw(&self) -> Result<Files, ReportError> {
+        let drawn = self.figure.draw(self.width);
+        drawn.map_err(|e| ReportError::Unfit(format!("figure {}: {e}", self.name)))
     }
 }
 
@@ -160,12 +139,12 @@ pub fn make(
     tracks: &[TrackSeries],
     units: &Units,
     figure: &spec::Figure,
-) -> Result<Captioned, DrawError> {
+) -> Result<Captioned, ReportError> {
     let note = table::data_note(&results.experiment, &results.manifest);
     let note = format!("suite {}: {note}", results.manifest.suite.name);
     let (name, kind) = (figure.name.clone(), figure.kind.word);
     let Some((_, drawer)) = DRAWERS.iter().find(|(word, _)| *word == kind) else {
-        return Err(DrawError::Unchecked(format!("{name}: nothing draws the kind `{kind}`")));
+        return Err(ReportError::Unfit(format!("figure {name}: nothing draws the kind `{kind}`")));
     };
     let scope = Scope { results, tracks, units, figure, note };
     let (drawn, remark) = drawer(&scope)?;

@@ -6,6 +6,7 @@
 
 use super::claims::Finding;
 use super::sequences::Tallies;
+use crate::results::ResultsError;
 use crate::table::layout::TableLayout;
 use crate::table::render::{self as tables, markdown_escape};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -14,7 +15,9 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use trackfail_dataset::DatasetError;
 use trackfail_dataset::text::visible;
+use trackfail_engine::store::StoreError;
 use trackfail_methods::score::tracker_metric::TRACKER_METRICS;
 
 /// Data of a report, in the order of the page.
@@ -86,15 +89,30 @@ pub struct FigureView {
     pub is_wide: bool,
 }
 
-/// Reason why a report cannot be rendered.
+/// Reason why a report, its parts, or the page over all reports cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// Parts of the page contradict each other or are not safe to embed.
+    /// A figure cannot be drawn, or parts of the page contradict each other or are not safe to embed.
     #[error("{0}")]
     Unfit(String),
+    /// There are no data for a figure, for the reason given.
+    #[error("{0}")]
+    NoData(String),
     /// The template does not fit the data.
     #[error("the page could not be rendered: {0}")]
     Template(#[from] minijinja::Error),
+    /// The results cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A frame cannot be decoded.
+    #[error(transparent)]
+    Frame(#[from] DatasetError),
+    /// A picture cannot be encoded.
+    #[error("a thumbnail cannot be encoded: {0}")]
+    Picture(#[from] image::ImageError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
 }
 
 impl Page {

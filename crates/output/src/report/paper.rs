@@ -1,9 +1,8 @@
 //! Selected tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document
 //! that shows them.
 
-use super::page::Page;
+use super::page::{Page, ReportError};
 use super::sentences::say;
-use super::write::WriteError;
 use crate::table::latex::latex_escape;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -54,11 +53,11 @@ pub struct Chosen<'a> {
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), WriteError> {
+pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), ReportError> {
     let (mut macros, mut shown, mut names) = (Vec::new(), Vec::new(), BTreeSet::new());
     for Chosen { experiment, report, items } in chosen {
         let stem = experiment.replace('/', "-");
-        let mut copy = |from: &str, name: String| -> Result<(), WriteError> {
+        let mut copy = |from: &str, name: String| -> Result<(), ReportError> {
             if names.contains(&name) {
                 let message = "the name of several files; write these experiments into folders of their own";
                 return Err(StoreError::new(&folder.join(name), message).into());

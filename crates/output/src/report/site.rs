@@ -15,7 +15,7 @@ pub use summary::{Estimate, FORMAT, Standing, Summary, summary, write_summary};
 
 use super::claims::ClaimCounts;
 use super::page::{ReportError, fill};
-use super::write::{INDEX, OWNED, SUMMARY, WriteError};
+use super::write::{INDEX, OWNED, SUMMARY};
 use serde_json::json;
 use std::fs::File;
 use std::path::Path;
@@ -33,7 +33,7 @@ const OURS: &str = "<meta name=\"generator\" content=\"trackfail\">";
 ///
 /// # Errors
 /// When the page cannot be written.
-pub fn write_index(reports: &Path) -> Result<Vec<String>, WriteError> {
+pub fn write_index(reports: &Path) -> Result<Vec<String>, ReportError> {
     // Some systems do not let a folder be opened and locked; there only the lock of the results protects the site.
     let lock = File::open(reports).ok();
     if let Some(lock) = &lock {

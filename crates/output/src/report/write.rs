@@ -3,7 +3,7 @@
 use super::claims::{self, Finding};
 use super::colors;
 use super::explain;
-use super::figures::{self, Captioned, DrawError};
+use super::figures::{self, Captioned};
 use super::glance::{self, HEADLINE};
 use super::page::{FigureView, Page, ReportError, markdown, render};
 use super::paper::{self, Item};
@@ -14,7 +14,7 @@ use super::sources;
 use super::standings::{self, Uncertainty};
 use super::stills;
 use crate::figure::Files;
-use crate::results::{Manifest, Results, ResultsError, unfinished};
+use crate::results::{Manifest, Results, unfinished};
 use crate::sampling::Units;
 use crate::table;
 use crate::table::build::suite;
@@ -50,23 +50,6 @@ pub struct WrittenReport {
     pub items: Vec<Item>,
 }
 
-/// Reason why a report, or the page over all reports, could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The results cannot be read.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-    /// A figure cannot be drawn.
-    #[error(transparent)]
-    Draw(#[from] DrawError),
-    /// The page cannot be rendered.
-    #[error(transparent)]
-    Report(#[from] ReportError),
-    /// A file cannot be written.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-}
-
 /// Most missing sequences that a page names.
 const MAX_MISSING: usize = 12;
 /// Largest page with embedded series, in bytes. Larger ones have their series in files beside them.
@@ -83,8 +66,8 @@ impl StagedReport {
     /// Renders a report into a temporary folder, and its tables beside the results.
     ///
     /// # Errors
-    /// See [`WriteError`].
-    pub fn render(results: &Results, reports: &Path) -> Result<Self, WriteError> {
+    /// See [`ReportError`].
+    pub fn render(results: &Results, reports: &Path) -> Result<Self, ReportError> {
         staging::sweep(reports);
         let aside = Staging::new(reports)?;
         let written = write(results, aside.path())?;
@@ -96,7 +79,7 @@ impl StagedReport {
     ///
     /// # Errors
     /// When the folder cannot be replaced.
-    pub fn publish(self, reports: &Path) -> Result<(PathBuf, WrittenReport), WriteError> {
+    pub fn publish(self, reports: &Path) -> Result<(PathBuf, WrittenReport), ReportError> {
         let target = reports.join(&self.name);
         self.aside.publish(&target, INDEX, &OWNED)?;
         Ok((target.join(INDEX), self.written))
@@ -107,8 +90,8 @@ impl StagedReport {
 /// `report.md` into an empty folder.
 ///
 /// # Errors
-/// See [`WriteError`].
-pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteError> {
+/// See [`ReportError`].
+pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportError> {
     let experiment = &results.experiment;
     let scores = results.scores()?;
     let units = Units::new(experiment, &scores);
@@ -153,10 +136,10 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
     for (figure, made) in experiment.figures.iter().zip(made) {
         match made {
             Ok(made) => shown_figures.push(made),
-            Err(DrawError::NoData(reason)) => {
+            Err(ReportError::NoData(reason)) => {
                 page.warnings.push(format!("Figure {} is not drawn: {reason}.", figure.name));
             }
-            Err(e) => return Err(e.into()),
+            Err(e) => return Err(e),
         }
     }
     let of_readings = readings::figures(&of_readings, |method| colors::color(experiment, method));
@@ -215,7 +198,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, WriteErr
 
 /// Writes a figure as SVG, PNG and PDF, also at the width of a column if it is wider. Returns the figure for
 /// the page.
-fn keep_figure(folder: &Path, figure: &Captioned) -> Result<FigureView, WriteError> {
+fn keep_figure(folder: &Path, figure: &Captioned) -> Result<FigureView, ReportError> {
     let Files { svg, narrow, narrow_pdf, png, pdf } = figure.draw()?;
     let (name, caption) = (figure.name.clone(), figure.caption.clone());
     let path = |ending: &str| format!("figures/{name}.{ending}");
@@ -237,7 +220,7 @@ fn keep_stills(
     folder: &Path,
     request: &stills::StillRequest,
     sequences: &mut Sequences,
-) -> Result<(), WriteError> {
+) -> Result<(), ReportError> {
     let mut all = sequences.sequences.iter_mut().enumerate();
     let Some((s, sequence)) = all.find(|(_, s)| s.name == request.sequence) else { return Ok(()) };
     for &t in &request.frames {
@@ -262,7 +245,7 @@ pub(super) fn small_enough(
     folder: &Path,
     sequences: &Sequences,
     most: usize,
-) -> Result<String, WriteError> {
+) -> Result<String, ReportError> {
     let drawn: usize = page.figures.iter().map(|f| f.svg.len() + f.narrow.len()).sum();
     page.beside = sequences.sequences.iter().any(|s| !s.stills.is_empty());
     if let Some(series) = json::embedded(sequences, most.saturating_sub(drawn)) {

@@ -7,8 +7,9 @@
 
 use super::lines::{Line, Look, OPERATING, capitalized, compose, distinct};
 use super::metrics::SHORT;
-use super::{DrawError, Scope, of_curves};
+use super::{Scope, of_curves};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Marker, Range, Style, Symbol};
+use crate::report::page::ReportError;
 use crate::results::manifest;
 use crate::table::suites::suites_note;
 use trackfail_engine::execute::analyse::Analysed;
@@ -22,14 +23,14 @@ const BAR: f64 = 0.7;
 const MAX_MARKED: usize = 16;
 
 /// Draws the figure.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let shows = scope.given("shows", scope.figure.params.shows.as_ref())?;
     let analyses = scope.results.analyses.iter().filter(|a| a.analysis == shows.analysis);
     let found: Vec<(&Analysed, &Chart)> = analyses
         .filter_map(|a| Some((a, a.findings.charts.iter().find(|c| c.name == shows.part)?)))
         .collect();
     let reason = format!("the analysis {} has no chart {} with a point here", shows.analysis, shows.part);
-    let Some((first, look)) = found.first() else { return Err(DrawError::NoData(reason)) };
+    let Some((first, look)) = found.first() else { return Err(ReportError::NoData(reason)) };
     // Where trackers have other numbers of runs, the caption tells them.
     let is_same = found.iter().all(|(analysed, _)| analysed.runs == first.runs);
     let runs = is_same.then(|| format!(", {}", manifest::runs(first.runs)));

@@ -1,7 +1,8 @@
 //! `machine`: the conditions of a tracker in ARTE, drawn from ARTE's table of transitions.
 
-use super::{DrawError, Scope};
+use super::Scope;
 use crate::figure::{Axis, Figure, Form, Mark, Panel, Range};
+use crate::report::page::ReportError;
 use trackfail_methods::detector::Condition;
 use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, Transition};
 
@@ -9,7 +10,7 @@ use trackfail_methods::detector::track_quality::machine::{Action, TRANSITIONS, T
 const STATES: [Condition; 3] = [Condition::LockedOn, Condition::LockingIn, Condition::Scanning];
 
 /// Draws the diagram. Transitions between the same conditions in the same direction share an arrow.
-pub(super) fn draw(_: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn draw(_: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let state = |condition: Condition| {
         let k = STATES.iter().position(|s| *s == condition).unwrap_or(0);
         let angle = std::f64::consts::TAU * k as f64 / STATES.len() as f64;

@@ -2,9 +2,10 @@
 //! after an event it is detected, and how long before.
 
 use super::lines::{Line, arrange, capitalized, values};
-use super::{DrawError, Scope, of_curves, published};
+use super::{Scope, of_curves, published};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, Symbol};
 use crate::report::operating;
+use crate::report::page::ReportError;
 use crate::report::standings::{Estimate, ordering_metric};
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{Measure, TrackSeries, grouped};
@@ -39,7 +40,7 @@ fn curves<'m>(
 }
 
 /// Draws a metric over a grid axis, with a curve for each tracker, method and combination of other axes.
-pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn sweep(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let params = &scope.figure.params;
     let metric = *scope.given("metric", params.metric.as_ref())?;
     let x = scope.given("x", params.x_axis.as_ref())?;
@@ -134,7 +135,7 @@ fn ordered(points: &mut [At], y: Metric) {
 
 /// Draws one metric over another, with a curve for each tracker, method and combination of the axes after the
 /// first.
-pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let params = &scope.figure.params;
     let y = *scope.given("metric", params.metric.as_ref())?;
     let x = *scope.given("x", params.x_metric.as_ref())?;
@@ -215,7 +216,7 @@ fn range(metric: Metric, values: impl Iterator<Item = f64> + Clone) -> Range {
 
 /// Draws the share of events that are detected within a number of frames, with a curve for each method
 /// without a grid, for each of its trackers. Only first runs count.
-pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let (results, mut found) = (scope.results, Vec::new());
     for tracker in &results.experiment.trackers {
         for method in &scope.figure.params.methods {
@@ -276,7 +277,7 @@ fn bounds(scores: &[TrackScore], window: RangeInclusive<i64>, sampling: &Samplin
 /// Draws if scores rise before a loss: the area under the ROC curve of "a loss begins within k frames" over
 /// k. There is a curve for each method without a grid, on all trackers together if the experiment pools them,
 /// else on each tracker.
-pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn warning(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let experiment = &scope.results.experiment;
     let trackers: Vec<&str> = match experiment.leaderboard {
         true => vec![EVERY_TRACKER],

@@ -6,9 +6,10 @@
 //! (`draw_eao`). A share of it is therefore relative to the best tracker if larger values are better, and to
 //! the worst otherwise. The label shows both ends of the range.
 
+use super::Scope;
 use super::lines::{capitalized, distinct};
-use super::{DrawError, Scope};
 use crate::figure::{Entry, Figure, Form, Mark, Marker, Panel, Polygon, Radar, Style, Symbol};
+use crate::report::page::ReportError;
 use crate::report::standings::Measured;
 use crate::table::leaderboard::better_first;
 use crate::table::number;
@@ -26,7 +27,7 @@ const MIN_SPOKES: usize = 3;
 const OVERALL: &str = "overall";
 
 /// Draws the figure.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let shows = scope.given("shows", scope.figure.params.shows.as_ref())?;
     let column = scope.given("column", scope.figure.params.column.as_ref())?;
     let found: Vec<&Analysed> =
@@ -37,7 +38,8 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
         values: values(&analysed.findings, &shows.part, column),
     };
     let note = found.first().map_or_else(String::new, |first| suites_note(first));
-    let few = || DrawError::NoData(format!("{shows} has fewer than {MIN_SPOKES} rows with `{column}` here"));
+    let few =
+        || ReportError::NoData(format!("{shows} has fewer than {MIN_SPOKES} rows with `{column}` here"));
     let figure = radar(&note, column, found.iter().enumerate().map(of_tracker).collect()).ok_or_else(few)?;
     Ok((figure, String::new()))
 }

@@ -2,8 +2,9 @@
 
 mod panels;
 
-use super::{DrawError, Scope};
+use super::Scope;
 use crate::figure::{BoxStyle, Color, Entry, Figure, Form, Mark, Marker, Panel, Still, Symbol, box_legend};
+use crate::report::page::ReportError;
 use crate::report::stills;
 use crate::results::{Results, ResultsError, TrackSeries};
 use panels::{LOSS, RECOVERY, panel};
@@ -14,13 +15,13 @@ use trackfail_methods::signal::distribution_field::{self, Displacement};
 /// Draws the figure. With stills and one row of panels the layout is that of Fig. 3 of Khalid, Cavallaro and
 /// Rinner (BMVC 2016); with one column per sequence, of their Fig. 4; with two panels per row, of their Fig.
 /// 5.
-pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), DrawError> {
+pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let (results, params) = (scope.results, &scope.figure.params);
     let tracker = stills::tracker(results, params.tracker.as_deref());
     let tracks: Vec<&TrackSeries> = scope.tracks.iter().filter(|t| t.tracker == tracker).collect();
     let shown = stills::chosen(results, &params.sequences, &tracks);
     if shown.is_empty() {
-        return Err(DrawError::NoData(format!("none of its sequences is there with tracker {tracker}")));
+        return Err(ReportError::NoData(format!("none of its sequences is there with tracker {tracker}")));
     }
     let is_absent = |name: &&String| !shown.iter().any(|t| t.sequence == **name);
     let absent: Vec<&str> = params.sequences.iter().filter(is_absent).map(String::as_str).collect();

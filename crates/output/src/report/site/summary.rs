@@ -2,8 +2,9 @@
 //! includes the methods.
 
 use crate::report::claims::ClaimCounts;
+use crate::report::page::ReportError;
 use crate::report::standings::{self, of_every_tracker};
-use crate::report::write::{SUMMARY, WriteError, WrittenReport};
+use crate::report::write::{SUMMARY, WrittenReport};
 use crate::results::{self, Results, beside};
 use crate::sampling::{Units, metric_of_sum};
 use crate::table::layout::is_anchor;
@@ -191,7 +192,7 @@ fn cost(results: &Results, method: &str) -> String {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), WriteError> {
+pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), ReportError> {
     let path = report.join(SUMMARY);
     let summary = summary(results, written);
     Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)

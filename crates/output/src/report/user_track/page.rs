@@ -28,26 +28,12 @@ const QUALITY: u8 = 70;
 /// Most bytes of the series.
 const MAX_SERIES: usize = 64 << 20;
 
-/// Reason why the page cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum UserPageError {
-    /// A frame cannot be decoded.
-    #[error(transparent)]
-    Frame(#[from] DatasetError),
-    /// A picture cannot be encoded.
-    #[error("a thumbnail cannot be encoded: {0}")]
-    Picture(#[from] ::image::ImageError),
-    /// The page cannot be rendered.
-    #[error(transparent)]
-    Page(#[from] ReportError),
-}
-
 impl UserVideo<'_> {
     /// Renders the page as HTML.
     ///
     /// # Errors
-    /// See [`UserPageError`].
-    pub fn page(&self) -> Result<String, UserPageError> {
+    /// See [`ReportError`].
+    pub fn page(&self) -> Result<String, ReportError> {
         let has_frames = self.sequence.has_frames();
         let sequence = Sequence {
             name: self.sequence.name.clone(),
@@ -85,18 +71,18 @@ impl UserVideo<'_> {
             provenance_head: self.facts.len(),
             ..Page::default()
         };
-        Ok(render(&page)?)
+        render(&page)
     }
 
     /// Small pictures of the most telling frames, by frame, as many as fit.
-    fn pictures(&self) -> Result<BTreeMap<usize, String>, UserPageError> {
+    fn pictures(&self) -> Result<BTreeMap<usize, String>, ReportError> {
         let telling = telling_frames(&self.tracks, self.sequence.len(), MAX_PICTURES);
         let mut ranked: Vec<(usize, usize)> = telling.into_iter().enumerate().collect();
         // A video is decoded in the order of its frames.
         ranked.sort_unstable_by_key(|(_, t)| *t);
         let frames = ranked.into_iter().map(|(rank, t)| (rank, t, self.sequence.frame(t)));
         let picture = |(rank, t, frame): (usize, usize, Result<Frame, DatasetError>)| {
-            Ok::<_, UserPageError>((rank, (t, thumbnail(frame?)?)))
+            Ok::<_, ReportError>((rank, (t, thumbnail(frame?)?)))
         };
         let all: BTreeMap<usize, (usize, String)> =
             frames.par_bridge().map(picture).collect::<Result<_, _>>()?;
