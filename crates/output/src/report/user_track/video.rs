@@ -2,7 +2,7 @@
 
 use crate::user_file;
 use std::cell::Cell;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -76,36 +76,20 @@ pub fn write<E: std::error::Error + Send + 'static>(
     frame: impl Fn(usize) -> Result<Frame, E> + Sync,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), VideoError<E>> {
-    write_by(OsStr::new("ffmpeg"), path, rate, &Source { count, frame: &frame, is_stopped })
-}
-
-/// Number and source of the frames, and the flag that stops.
-struct Source<'a, E> {
-    count: usize,
-    frame: &'a (dyn Fn(usize) -> Result<Frame, E> + Sync),
-    is_stopped: &'a dyn Fn() -> bool,
-}
-
-fn write_by<E: std::error::Error + Send + 'static>(
-    program: &OsStr,
-    path: &Path,
-    rate: f64,
-    source: &Source<'_, E>,
-) -> Result<(), VideoError<E>> {
     let folder = TemporaryFolder::new("trackfail-video-");
     let folder = folder.map_err(|e| StoreError::new(&std::env::temp_dir(), e))?;
     let encoded = folder.path().join("video");
     let format = container(path).unwrap_or("mp4");
-    let first = (source.frame)(0).map_err(VideoError::Frame)?;
+    let first = frame(0).map_err(VideoError::Frame)?;
     let size = format!("{}x{}", first.width(), first.height());
     let mut url = OsString::from("file:");
     url.push(&encoded);
     let shown = path.display().to_string();
     let mut message = String::new();
     for (encoder, options) in ENCODERS {
-        let mut command = command(program, &size, rate, format);
+        let mut command = command(&size, rate, format);
         command.args(["-c:v", encoder, "-pix_fmt", "yuv420p"]).args(options).args(["-f", format]).arg(&url);
-        match encode(command, folder.path(), &shown, source)? {
+        match encode(command, folder.path(), &shown, count, &frame, is_stopped)? {
             None => return Ok(user_file::write(path, &store::read(&encoded)?)?),
             Some(refused) => message = refused,
         }
@@ -119,8 +103,8 @@ fn write_by<E: std::error::Error + Send + 'static>(
 
 /// Command up to the choice of encoder. It uses one thread, because the bytes would depend on the number of
 /// threads.
-fn command(program: &OsStr, size: &str, rate: f64, format: &str) -> Command {
-    let mut command = Command::new(program);
+fn command(size: &str, rate: f64, format: &str) -> Command {
+    let mut command = Command::new("ffmpeg");
     command
         .args(["-hide_banner", "-loglevel", "error", "-y", "-protocol_whitelist", "file,pipe"])
         .args(["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", &rate.to_string()])
@@ -138,7 +122,9 @@ fn encode<E: std::error::Error + Send + 'static>(
     mut command: Command,
     folder: &Path,
     shown: &str,
-    &Source { count, frame, is_stopped }: &Source<'_, E>,
+    count: usize,
+    frame: &(impl Fn(usize) -> Result<Frame, E> + Sync),
+    is_stopped: &dyn Fn() -> bool,
 ) -> Result<Option<String>, VideoError<E>> {
     let not_started = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.to_string()),
@@ -232,8 +218,8 @@ mod tests {
         assert!(matches!(write(&path, 25.0, 6, broken, &|| false), Err(VideoError::Frame(_))));
         let message = write(&path, 0.0, 6, frame, &|| false).unwrap_err().to_string();
         assert!(message.contains("a.mp4: ffmpeg: "), "{message}");
-        let source = Source { count: 6, frame: &frame, is_stopped: &|| false };
-        let message = write_by(OsStr::new("no-such-ffmpeg"), &path, 25.0, &source).unwrap_err().to_string();
+        let absent = encode(Command::new("no-such-ffmpeg"), root.path(), "a.mp4", 6, &frame, &|| false);
+        let message = absent.unwrap_err().to_string();
         assert!(message.contains("install it") && message.contains("folder for PNG"), "{message}");
         assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
         let message =
@@ -245,16 +231,14 @@ mod tests {
     #[test]
     fn a_program_that_takes_no_frames_is_not_waited_for_after_an_interruption() {
         let root = tempfile::tempdir().unwrap();
-        let [program, path] = ["ffmpeg", "a.mp4"].map(|name| root.path().join(name));
+        let program = root.path().join("ffmpeg");
         trackfail_testing::script(&program, "sleep 1000");
         for count in [1, 100] {
             let asked = std::cell::Cell::new(0);
             let is_stopped = || asked.replace(asked.get() + 1) > 3;
-            let source = Source { count, frame: &frame, is_stopped: &is_stopped };
-            let outcome = write_by(program.as_os_str(), &path, 25.0, &source);
+            let outcome = encode(Command::new(&program), root.path(), "a.mp4", count, &frame, &is_stopped);
             assert!(matches!(outcome, Err(VideoError::Interrupted(_))), "{count}");
         }
-        assert!(!path.exists());
     }
 
     #[test]
