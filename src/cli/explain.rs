@@ -4,7 +4,7 @@ use super::Failure;
 use super::output::{self, Format};
 use crate::report::explain::explain;
 use crate::report::explain::listing::{self, Digits, Listing, NAMED};
-use crate::report::explain::select::{self, Selection};
+use crate::report::explain::select;
 use crate::report::trace::{self, frame_range};
 use std::path::PathBuf;
 
@@ -49,12 +49,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let table = &results.experiment.tables[table];
     let io = |e: &dyn std::fmt::Display| Failure::io(format!("{}: {e}", results.experiment.name));
     let scores = results.scores().map_err(|e| io(&e))?;
-    let wanted = Selection {
-        row: &args.row,
-        column: &args.column,
-        tracker: args.tracker.as_deref(),
-        method: args.method.as_deref(),
-    };
+    let [row, column] = [&args.row, &args.column].map(|name| Some(name.as_str()));
+    let wanted = [row, column, args.tracker.as_deref(), args.method.as_deref()];
     let digits = if args.format == Format::Table { Digits::Four } else { Digits::All };
     // Blocks for people, one table for programs.
     let (mut blocks, mut whole) = (Vec::new(), Listing::default());
@@ -70,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         Ok(())
     };
-    for cell in &select::find_cells(&results, &scores, table, &wanted)? {
+    for cell in &select::find_cells(&results, &scores, table, wanted)? {
         let explained = explain(&results, &scores, cell).map_err(|e| io(&e))?;
         let Some(sequence) = &args.sequence else {
             add(listing::about(&results, table, &explained), listing::sequences(&explained, digits))?;

@@ -32,8 +32,6 @@ pub struct Explained {
     pub of: Origin,
     /// The number as in the table.
     pub value: Option<f64>,
-    /// Counts over all sequences and runs.
-    pub counts: Counts,
     /// Formula of the number with the counts filled in.
     pub formula: String,
     /// Protocol by which the number is counted.
@@ -141,12 +139,10 @@ pub fn explain(results: &Results, scores: &[CellScore], of: &Origin) -> Result<E
     let label = of.label();
     let failed = results.cells_failed();
     let failed = failed.filter(|c| c.tracker == of.tracker && c.method == label && concerns(&c.sequence));
-    let counts = all.iter().map(|g| g.counts).sum();
     Ok(Explained {
         of: of.clone(),
         value,
-        counts,
-        formula: formula(of.metric, counts, protocol),
+        formula: formula(of.metric, of.counts, protocol),
         protocol,
         parts,
         failed: failed.map(|c| (c.sequence.clone(), c.run, c.reason.clone())).collect(),

@@ -1,9 +1,10 @@
 //! Selected tables and figures of reports for a paper: LaTeX and PDF files in one folder, with a document
 //! that shows them.
 
-use super::page::{Page, ReportError};
+use super::page::{FigureView, Page, ReportError};
 use super::sentences::say;
 use crate::table::latex::latex_escape;
+use crate::table::layout::TableLayout;
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -17,8 +18,6 @@ pub const DOCUMENT: &str = "paper.tex";
 pub struct Item {
     /// Name in the experiment: `table1`.
     pub name: String,
-    /// Path of the file, relative to the report.
-    pub file: String,
     /// Text below a figure; `None` for a table, whose file has its own.
     pub caption: Option<String>,
     /// True if a figure is as wide as the text of a page.
@@ -27,15 +26,12 @@ pub struct Item {
 
 /// Tables and figures of a page, in its order.
 pub(super) fn items(page: &Page) -> Vec<Item> {
-    let tables = page.tables.iter().map(|table| {
-        let (name, file) = (table.name.clone(), format!("tables/{}.tex", table.name));
-        Item { name, file, caption: None, is_wide: false }
-    });
-    let figures = page.figures.iter().map(|figure| {
-        let (name, file) = (figure.name.clone(), format!("figures/{}.pdf", figure.name));
-        Item { name, file, caption: Some(figure.caption.clone()), is_wide: figure.is_wide }
-    });
-    tables.chain(figures).collect()
+    let table = |t: &TableLayout| Item { name: t.name.clone(), caption: None, is_wide: false };
+    let figure = |f: &FigureView| {
+        let (name, caption) = (f.name.clone(), Some(f.caption.clone()));
+        Item { name, caption, is_wide: f.is_wide }
+    };
+    page.tables.iter().map(table).chain(page.figures.iter().map(figure)).collect()
 }
 
 /// Selected items of an experiment, with the folder of its report.
@@ -73,9 +69,10 @@ pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), ReportError> {
             copy("tables/macros.tex", format!("{stem}-macros.tex"))?;
             macros.push(format!("{stem}-macros"));
         }
-        for Item { name, file, caption, is_wide } in items {
+        for Item { name, caption, is_wide } in items {
             let label = format!("{stem}-{name}");
-            copy(file, format!("{label}.{}", if caption.is_none() { "tex" } else { "pdf" }))?;
+            let (place, ending) = if caption.is_none() { ("tables", "tex") } else { ("figures", "pdf") };
+            copy(&format!("{place}/{name}.{ending}"), format!("{label}.{ending}"))?;
             let caption = caption.as_deref().map(latex_escape);
             shown.push(json!({ "label": label, "caption": caption, "is_wide": is_wide }));
         }
@@ -93,17 +90,11 @@ mod tests {
     fn a_table_and_a_figure_may_have_one_name_and_two_files_may_not() {
         let names = ["tables/macros.tex", "tables/changes.tex", "figures/changes.pdf", "figures/macros.pdf"];
         let report = folder(names.map(|name| (name, name)));
-        let item = |name: &str, file: &str, caption: Option<&str>| Item {
-            name: name.to_string(),
-            file: file.to_string(),
-            caption: caption.map(str::to_string),
-            is_wide: false,
+        let item = |(name, caption): (&str, Option<&str>)| {
+            let (name, caption) = (name.to_string(), caption.map(str::to_string));
+            Item { name, caption, is_wide: false }
         };
-        let items = [
-            item("changes", names[1], None),
-            item("changes", names[2], Some("Changes")),
-            item("macros", names[3], Some("Macros")),
-        ];
+        let items = [("changes", None), ("changes", Some("Changes")), ("macros", Some("Macros"))].map(item);
         let of = |experiment| Chosen { experiment, report: report.path(), items: items.iter().collect() };
         let paper = tempfile::tempdir().unwrap();
         write(&[of("a/b")], paper.path()).unwrap();

@@ -60,21 +60,18 @@ fn pick(length: usize, first_event: Option<usize>, count: usize) -> Vec<usize> {
 }
 
 /// Stills of one figure; `None` if it shows none or has no track.
-pub fn request(results: &Results, figure: &Figure, tracks: &[&TrackSeries]) -> Option<StillRequest> {
+pub fn request(results: &Results, figure: &Figure, tracks: &[TrackSeries]) -> Option<StillRequest> {
     let stills = Some(figure.params.stills).filter(|stills| *stills > 0)?;
-    let track = *chosen(results, &figure.params.sequences, tracks).first()?;
+    let label = tracker(results, figure.params.tracker.as_deref());
+    let mine: Vec<&TrackSeries> = tracks.iter().filter(|t| t.tracker == label).collect();
+    let track = *chosen(results, &figure.params.sequences, &mine).first()?;
     let frames = pick(track.error.len(), events(results, track).first().copied(), stills);
     Some(StillRequest { figure: figure.name.clone(), sequence: track.sequence.clone(), frames })
 }
 
 /// Stills of all figures of an experiment, from the tracks of [`Results::all_tracks`].
 pub fn requested(results: &Results, tracks: &[TrackSeries]) -> Vec<StillRequest> {
-    let of_figure = |figure: &Figure| {
-        let label = tracker(results, figure.params.tracker.as_deref());
-        let mine: Vec<&TrackSeries> = tracks.iter().filter(|t| t.tracker == label).collect();
-        request(results, figure, &mine)
-    };
-    results.experiment.figures.iter().filter_map(of_figure).collect()
+    results.experiment.figures.iter().filter_map(|figure| request(results, figure, tracks)).collect()
 }
 
 /// Stills of all figures of an experiment.

@@ -6,7 +6,7 @@ use super::Scope;
 use crate::figure::{BoxStyle, Color, Entry, Figure, Form, Mark, Marker, Panel, Still, Symbol, box_legend};
 use crate::report::page::ReportError;
 use crate::report::stills;
-use crate::results::{Results, ResultsError, TrackSeries};
+use crate::results::{ResultsError, TrackSeries};
 use panels::{LOSS, RECOVERY, panel};
 use trackfail_core::region::Region;
 use trackfail_engine::spec::figure as spec;
@@ -28,7 +28,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     let shown = results.with_signals(tracker, &shown)?;
     let mut figure = Figure {
         note: format!("{tracker}, {}", scope.note),
-        stills: load_stills(results, scope.figure, &tracks)?,
+        stills: load_stills(scope, &tracks)?,
         form: Form::Strip,
         ..Figure::default()
     };
@@ -87,12 +87,9 @@ fn key(figure: &Figure) -> Vec<Entry> {
     legend
 }
 
-fn load_stills(
-    results: &Results,
-    figure: &spec::Figure,
-    tracks: &[&TrackSeries],
-) -> Result<Vec<Still>, ResultsError> {
-    let Some(request) = stills::request(results, figure, tracks) else { return Ok(Vec::new()) };
+fn load_stills(scope: &Scope<'_>, tracks: &[&TrackSeries]) -> Result<Vec<Still>, ResultsError> {
+    let results = scope.results;
+    let Some(request) = stills::request(results, scope.figure, scope.tracks) else { return Ok(Vec::new()) };
     let Some(track) = tracks.iter().find(|t| t.sequence == request.sequence) else { return Ok(Vec::new()) };
     let truth = results.truth()?;
     let truth = truth.get(&track.sequence);
