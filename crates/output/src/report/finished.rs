@@ -39,15 +39,22 @@ impl From<ResultsError> for LookupError {
 
 /// Names of the finished experiments below a results folder, sorted.
 pub fn names(results: &Path) -> Vec<String> {
-    // The store and results that are not complete yet are hidden.
+    named(results, MANIFEST)
+}
+
+/// Folders below another one that have a file of this name and are named as experiments are, sorted. Links to
+/// folders are not followed.
+pub(super) fn named(root: &Path, file: &str) -> Vec<String> {
+    // The store, and results and reports that are not complete yet, are hidden.
     let is_shown =
         |e: &walkdir::DirEntry| e.depth() == 0 || !e.file_name().as_encoded_bytes().starts_with(b".");
-    let entries = walkdir::WalkDir::new(results).sort_by_file_name().into_iter().filter_entry(is_shown);
+    let entries = walkdir::WalkDir::new(root).sort_by_file_name().into_iter().filter_entry(is_shown);
     let name = |entry: walkdir::DirEntry| {
-        let folder = entry.path().parent()?.strip_prefix(results).ok()?;
+        let folder = entry.path().parent()?.strip_prefix(root).ok()?;
         Some(folder.to_str()?.replace('\\', "/")).filter(|name| check_experiment_name(name).is_ok())
     };
-    entries.filter_map(Result::ok).filter(|entry| entry.file_name() == MANIFEST).filter_map(name).collect()
+    // A folder that disappears during the walk is skipped.
+    entries.filter_map(Result::ok).filter(|entry| entry.file_name() == file).filter_map(name).collect()
 }
 
 /// Folder of a finished experiment.

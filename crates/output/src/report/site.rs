@@ -14,13 +14,13 @@ pub use leaderboard::LEADERBOARD;
 pub use summary::{Estimate, FORMAT, Standing, Summary, summary, write_summary};
 
 use super::claims::ClaimCounts;
+use super::finished;
 use super::page::{ReportError, fill};
-use super::write::{INDEX, OWNED, SUMMARY};
+use super::write::{INDEX, SUMMARY};
 use serde_json::json;
 use std::fs::File;
 use std::path::Path;
 use trackfail_dataset::text;
-use trackfail_engine::spec::check_experiment_name;
 use trackfail_engine::store::staging::Staging;
 use trackfail_engine::store::{self, StoreError};
 
@@ -87,26 +87,12 @@ pub struct Site {
 /// Finds all reports below a folder, sorted by name. Hidden folders and links are skipped.
 pub fn collect(reports: &Path) -> Site {
     let mut site = Site::default();
-    let hidden = |e: &walkdir::DirEntry| e.file_name().as_encoded_bytes().starts_with(b".");
-    // The folders inside a report are not reports.
-    let inside = |e: &walkdir::DirEntry| {
-        e.depth() > 1
-            && OWNED.iter().any(|owned| e.file_name() == *owned)
-            && e.path().parent().is_some_and(|parent| parent.join(INDEX).is_file())
-            && !e.path().join(INDEX).exists()
-            && !e.path().join(SUMMARY).exists()
+    let is_page = |name: &String| {
+        let page = reports.join(name).join(INDEX).symlink_metadata();
+        page.is_ok_and(|page| page.is_file())
     };
-    let entries = walkdir::WalkDir::new(reports).sort_by_file_name().into_iter();
-    // A folder that disappears during the walk is skipped.
-    for entry in entries.filter_entry(|e| e.depth() == 0 || !(hidden(e) || inside(e))).filter_map(Result::ok)
-    {
-        if entry.depth() < 2 || entry.file_name() != INDEX || !entry.file_type().is_file() {
-            continue;
-        }
-        let Some(folder) = entry.path().parent() else { continue };
-        let name = folder.strip_prefix(reports).ok().and_then(Path::to_str).map(|n| n.replace('\\', "/"));
-        let Some(name) = name.filter(|name| check_experiment_name(name).is_ok()) else { continue };
-        match summary::read_summary(&folder.join(SUMMARY), &name) {
+    for name in finished::named(reports, INDEX).into_iter().filter(is_page) {
+        match summary::read_summary(&reports.join(&name).join(SUMMARY), &name) {
             Ok(summary) => site.reports.push((name, summary)),
             Err(why) => site.unreadable.push((name, why)),
         }
