@@ -28,7 +28,7 @@ mod template_correlation;
 #[cfg(test)]
 mod testing;
 pub(crate) mod uncertainty;
-pub(crate) mod uncertainty_change;
+mod uncertainty_change;
 mod watchdog_agreement;
 
 pub use crate::direction::Direction;
