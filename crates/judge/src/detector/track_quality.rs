@@ -118,15 +118,15 @@ pub(super) const LOCKING_IN_LIMIT: Range = Range::within("locking_in_limit", 1.0
 pub(super) const REFERENCE_LAG: Range = Range::within("reference_lag", 1.0, 100_000.0);
 
 /// Settings of the state machine and of its recovery checks.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rules {
     /// Error below which a check is accepted, tau_4.
     pub accept_below: f64,
     /// Most frames of a run backwards.
     pub reverse_limit: usize,
-    /// Number of frames after which LOCKING-IN ends.
+    /// Number of frames from the first of LOCKING-IN after which it ends.
     pub locking_in_limit: usize,
-    /// Number of frames from the reference of a check to the frame in which the track was lost.
+    /// Number of frames from the reference of a check to the frame in which the track was lost; 1 is the last one before it.
     pub reference_lag: usize,
 }
 
@@ -137,7 +137,7 @@ impl Rules {
         input: &Input<'_>,
         (score, events): (Vec<f64>, Vec<Events>),
     ) -> DetectorOutput {
-        let mut machine = Machine::new(self.locking_in_limit, self.reference_lag);
+        let mut machine = Machine::new(*self);
         let mut quality = Quality::default();
         let mut alarm = Vec::with_capacity(events.len());
         for (t, events) in events.into_iter().enumerate() {

@@ -24,7 +24,8 @@ use crate::tracker::process::{
     Bind, Handed, JsonPeer, Named, Process, Program, Programs, Role, Track, bind, refused,
 };
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 use trackfail_core::plugin::{Configured, Entry, ParamError, Range};
 use trackfail_dataset::file_digest;
@@ -87,7 +88,7 @@ impl Params {
             let answer = peer.ask(index, &message, ANSWER, |answer: &Answer| answer.index);
             let answer = answer.map_err(|fault| (index, fault))?;
             output.score.push(answer.score);
-            output.alarm.push(answer.label == Label::Failed);
+            output.alarm.push(answer.label);
         }
         peer.finish().map_err(|fault| (frames.saturating_sub(1), fault))?;
         Ok(output)
@@ -133,27 +134,17 @@ const ANSWER: &str = "`{\"score\": 0.5, \"label\": 0}`, the label being 0 or 1";
 #[serde(deny_unknown_fields)]
 struct Answer {
     score: f64,
-    label: Label,
+    #[serde(deserialize_with = "label")]
+    label: bool,
     index: Option<usize>,
 }
 
-/// Label in an answer: 0 or 1.
-#[derive(PartialEq, Deserialize)]
-#[serde(try_from = "u8")]
-enum Label {
-    Consistent,
-    Failed,
-}
-
-impl TryFrom<u8> for Label {
-    type Error = &'static str;
-
-    fn try_from(number: u8) -> Result<Self, &'static str> {
-        match number {
-            0 => Ok(Self::Consistent),
-            1 => Ok(Self::Failed),
-            _ => Err("a label is 0 or 1"),
-        }
+/// Label in an answer: 0 or 1, for a tracker that has failed.
+fn label<'de, D: Deserializer<'de>>(answer: D) -> Result<bool, D::Error> {
+    match u8::deserialize(answer)? {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(D::Error::custom("a label is 0 or 1")),
     }
 }
 

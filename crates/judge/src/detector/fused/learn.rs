@@ -20,7 +20,7 @@
 //! ignored, unless all have fewer.
 
 use super::features::InputHistory;
-use super::logistic::{self, Fit, Rows};
+use super::logistic::{self, Rows};
 use super::model::{FusedModel, News, Weight, probability, score};
 use super::{Fused, Params};
 use crate::detector::{Example, LearnError};
@@ -148,8 +148,7 @@ fn fit(
     let scale = rows.weight.len() as f64 / rows.weight.iter().sum::<f64>();
     rows.weight.iter_mut().for_each(|weight| *weight *= scale);
     let features = standardize(&mut rows);
-    let Fit { weights, bias } =
-        logistic::fit(&rows, lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
+    let (weights, bias) = logistic::fit(&rows, lambda * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
     Ok((features.into_iter().zip(weights).map(|(f, weight)| Weight { weight, ..f }).collect(), bias))
 }
 
@@ -178,10 +177,9 @@ fn calibrate(tracks: &[TrackRows<'_>], scores: &[Vec<f64>]) -> Result<(f64, f64)
         rows.weight.push(row.frames);
     }
     // A little shrinking, so that scores which separate the training frames do not get an infinite slope.
-    let fit = logistic::fit(&rows, 1e-6 * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
-    let slope = fit.weights.first().copied().unwrap_or_default();
-    if slope >= LEAST_SLOPE {
-        return Ok((slope, fit.bias));
+    let (slopes, bias) = logistic::fit(&rows, 1e-6 * rows.lost.len() as f64).ok_or(LearnError::OneKind)?;
+    if slopes[0] >= LEAST_SLOPE {
+        return Ok((slopes[0], bias));
     }
     let total =
         |of: &dyn Fn(&[f64], bool) -> f64| rows.iter().map(|(x, lost, w)| w * of(x, lost)).sum::<f64>();
@@ -282,9 +280,9 @@ mod tests {
             lost: lost.to_vec(),
             weight: shares.iter().map(|share| share * 6.0 / total).collect(),
         };
-        let expected = logistic::fit(&rows, 3.0).unwrap();
+        let (weights, expected) = logistic::fit(&rows, 3.0).unwrap();
         let found = [found[0].center, found[0].scale, found[0].weight, bias];
-        trackfail_testing::assert_near(found, [center, scale, expected.weights[0], expected.bias], 1e-9, "");
+        trackfail_testing::assert_near(found, [center, scale, weights[0], expected], 1e-9, "");
     }
 
     // By hand: a source of 5000 good frames sets the threshold, one of 4999 does not, unless no source has more.

@@ -31,15 +31,6 @@ impl Rows {
     }
 }
 
-/// Weights of the columns, and the bias.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// One weight for each column.
-    pub weights: Vec<f64>,
-    /// Constant term of the score.
-    pub bias: f64,
-}
-
 /// Most steps of the search. About ten are needed.
 const MAX_STEPS: usize = 100;
 /// Largest change of a weight at which the search ends.
@@ -55,8 +46,9 @@ fn loss(margin: f64) -> f64 {
     if margin > 0.0 { (-margin).exp().ln_1p() } else { margin.exp().ln_1p() - margin }
 }
 
-/// Minimizes the objective; `None` if all rows have the same label, or if a value is not finite.
-pub fn fit(rows: &Rows, lambda: f64) -> Option<Fit> {
+/// Weights of the columns and bias that minimize the objective; `None` if all rows have the same label, or if a value is not
+/// finite.
+pub fn fit(rows: &Rows, lambda: f64) -> Option<(Vec<f64>, f64)> {
     let n = rows.columns + 1;
     if rows.lost.iter().all(|l| *l) || !rows.lost.contains(&true) {
         return None;
@@ -95,8 +87,7 @@ pub fn fit(rows: &Rows, lambda: f64) -> Option<Fit> {
             break;
         }
     }
-    let bias = theta[n - 1];
-    Some(Fit { weights: theta.rows(0, n - 1).iter().copied().collect(), bias })
+    Some((theta.rows(0, n - 1).iter().copied().collect(), theta[n - 1]))
 }
 
 fn score(theta: &DVector<f64>, row: &[f64]) -> f64 {

@@ -33,6 +33,7 @@
 //! * large decreases come before small ones of the same frame, and before the end of waiting.
 
 use super::Condition::{self, LockedOn, LockingIn, Scanning};
+use super::Rules;
 
 /// An event of a frame that the machine reacts to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,7 +115,8 @@ pub static TRANSITIONS: &[Transition] = &[
 
 /// Condition of a tracker and status of its track, from frame to frame.
 #[derive(Debug, Clone)]
-pub struct Machine {
+pub(super) struct Machine {
+    rules: Rules,
     /// Condition after the last step.
     pub condition: Condition,
     /// True if the track is successful after the last step.
@@ -122,38 +124,27 @@ pub struct Machine {
     /// Reference frame of checks, before the track was lost; 0 if it never was.
     reference: usize,
     locking_in_since: usize,
-    locking_in_limit: usize,
-    reference_lag: usize,
 }
 
 impl Machine {
-    /// Starts LOCKED-ON and successful, with frame 0 as reference. LOCKING-IN ends `locking_in_limit` frames
-    /// after its first frame. References are `reference_lag` frames before the loss; 1 is the last frame
-    /// before it.
-    pub fn new(locking_in_limit: usize, reference_lag: usize) -> Self {
-        Self {
-            condition: LockedOn,
-            successful: true,
-            reference: 0,
-            locking_in_since: 0,
-            locking_in_limit,
-            reference_lag,
-        }
+    /// Starts LOCKED-ON and successful, with frame 0 as reference.
+    pub fn new(rules: Rules) -> Self {
+        Self { rules, condition: LockedOn, successful: true, reference: 0, locking_in_since: 0 }
     }
 
     /// Processes the events of frame `t`, which increases from step to step, and returns the index of the row
     /// that was applied. For a recovery check, `check` is called with the reference frame and returns true to
     /// accept.
     pub fn step(&mut self, t: usize, events: Events, check: impl FnOnce(usize) -> bool) -> Option<usize> {
-        let waited =
-            self.condition == LockingIn && t.saturating_sub(self.locking_in_since) >= self.locking_in_limit;
+        let Rules { locking_in_limit: limit, reference_lag: lag, .. } = self.rules;
+        let waited = self.condition == LockingIn && t.saturating_sub(self.locking_in_since) >= limit;
         let happens = |event: Event| events.get(event as usize).copied().unwrap_or(waited);
         let place = TRANSITIONS.iter().position(|r| r.from == self.condition && happens(r.on))?;
         let row = TRANSITIONS[place];
         match row.then {
             Action::Lose if self.successful => {
                 self.successful = false;
-                self.reference = t.saturating_sub(self.reference_lag);
+                self.reference = t.saturating_sub(lag);
             }
             Action::Check => self.successful = check(self.reference),
             Action::Lose | Action::Nothing => {}

@@ -2,8 +2,8 @@ use super::*;
 use proptest::prelude::*;
 
 /// Plays frames of events and answers of a check, looks that each row does what it says, and returns the rows.
-fn play(limit: usize, lag: usize, script: &[(Events, bool)]) -> Vec<Option<usize>> {
-    let mut machine = Machine::new(limit, lag);
+fn play(locking_in_limit: usize, reference_lag: usize, script: &[(Events, bool)]) -> Vec<Option<usize>> {
+    let mut machine = Machine::new(Rules { locking_in_limit, reference_lag, ..Rules::default() });
     let (mut is_lost, mut reference) = (false, 0);
     let mut rows = Vec::new();
     for (t, (events, accepted)) in script.iter().enumerate() {
@@ -18,7 +18,7 @@ fn play(limit: usize, lag: usize, script: &[(Events, bool)]) -> Vec<Option<usize
         assert_eq!(checked, (then == Some(Action::Check)).then_some(reference), "frame {t}");
         assert!(checked.is_none() || is_lost, "frame {t}");
         match then {
-            Some(Action::Lose) if !is_lost => (is_lost, reference) = (true, t.saturating_sub(lag)),
+            Some(Action::Lose) if !is_lost => (is_lost, reference) = (true, t.saturating_sub(reference_lag)),
             Some(Action::Check) => is_lost = !accepted,
             _ => {}
         }
