@@ -23,10 +23,7 @@ pub struct SignalReader {
 /// Reason why a signal has no value in a frame.
 #[derive(Debug, thiserror::Error)]
 pub enum SignalFault {
-    /// There is no frame, which the signal needs.
-    #[error("signal {0} needs frames")]
-    NoFrame(&'static str),
-    /// The tracker does not give an input of the signal.
+    /// There is no frame, or the tracker does not give an input of the signal.
     #[error("signal {kind} {need}")]
     Lacks {
         /// Kind of the signal.
@@ -92,14 +89,14 @@ impl SignalReader {
         let kind = self.kind;
         // A confidence may be absent in single frames, for which the signal has a rule.
         let lacks = self.reads != Reads::Confidence && !self.reads.is_in(state);
-        if let Some(need) = self.reads.need_of_tracker().filter(|_| lacks) {
+        let need = match self.reads {
+            Reads::Pixels if frame.is_none() => Some("needs frames"),
+            reads => reads.need_of_tracker().filter(|_| lacks),
+        };
+        if let Some(need) = need {
             return Err(SignalFault::Lacks { kind, need });
         }
-        let frame = match frame {
-            None if self.reads == Reads::Pixels => return Err(SignalFault::NoFrame(kind)),
-            frame => frame.unwrap_or(&BLANK),
-        };
-        let observation = Observation { frame, state, companions };
+        let observation = Observation { frame: frame.unwrap_or(&BLANK), state, companions };
         let values = self.session.push(&observation).map_err(SignalFault::Broke)?;
         match values.iter().copied().find(|value| !value.is_finite()) {
             None => Ok(values),

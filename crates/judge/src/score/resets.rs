@@ -92,44 +92,37 @@ pub fn of_sequence(runs: &[&Measured]) -> Option<(f64, f64)> {
     Some((accuracy, mean(runs.iter().map(|m| m.failures as f64))?))
 }
 
-/// Frames from a start to a failure, or to the end of the sequence.
-struct Run<'a> {
-    overlaps: &'a [f64],
-    failed: bool,
-}
-
-fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<Run<'a>> {
+/// Overlaps of the frames from each start to a failure, with true, or to the end of the sequence.
+fn runs<'a>(trajectory: &Trajectory<'_>, measured: &'a Measured) -> Vec<(&'a [f64], bool)> {
     let mut all = Vec::new();
     let mut start = None;
     for (t, status) in trajectory.status.iter().enumerate() {
         match (status, start) {
             (Status::Initialized, _) => start = Some(t),
             (Status::Failed, Some(from)) => {
-                all.push(Run { overlaps: &measured.overlaps[from..t], failed: true });
+                all.push((&measured.overlaps[from..t], true));
                 start = None;
             }
             _ => {}
         }
     }
-    if let Some(from) = start {
-        all.push(Run { overlaps: &measured.overlaps[from..], failed: false });
-    }
+    all.extend(start.map(|from| (&measured.overlaps[from..], false)));
     all
 }
 
 /// E(N) for N = 0, 1 ... up to the longest run; `None` if no run has that length. E(0) is 0.
 pub fn expected_overlap(tracks: &[(Trajectory<'_>, Measured)]) -> Vec<Option<f64>> {
-    let all: Vec<Run<'_>> =
+    let all: Vec<(&[f64], bool)> =
         tracks.iter().flat_map(|(trajectory, measured)| runs(trajectory, measured)).collect();
-    let longest = all.iter().map(|r| r.overlaps.len()).max().unwrap_or(0);
+    let longest = all.iter().map(|(overlaps, _)| overlaps.len()).max().unwrap_or(0);
     let mut sums = vec![0.0; longest];
     let mut counts = vec![0_usize; longest];
-    for run in &all {
+    for (overlaps, failed) in all {
         let mut total = 0.0;
-        let end = if run.failed { longest } else { run.overlaps.len() };
+        let end = if failed { longest } else { overlaps.len() };
         for n in 0..end {
             if n > 0 {
-                total += run.overlaps.get(n).copied().unwrap_or(0.0);
+                total += overlaps.get(n).copied().unwrap_or(0.0);
                 sums[n] += total / n as f64;
             }
             counts[n] += 1;
