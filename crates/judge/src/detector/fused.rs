@@ -30,6 +30,7 @@ pub use inputs::{FusedInput, INPUTS};
 pub use model::{FusedModel, FusedStream};
 
 use super::prelude::*;
+use super::stream::{Judgement, step_by_step};
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -222,23 +223,13 @@ impl Detector for Fused {
     }
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
-        let mut output = DetectorOutput::default();
-        let Some(mut stream) = self.start() else {
-            let quiet = vec![false; input.signal.len()];
-            return DetectorOutput { score: vec![0.0; quiet.len()], alarm: quiet, ..output };
-        };
-        let signals: Vec<&[f64]> = std::iter::once(input.signal).chain(input.more.iter().copied()).collect();
-        let mut compared = Vec::with_capacity(input.signal.len());
-        for t in 0..input.signal.len() {
-            let values: Vec<f64> = signals.iter().map(|s| s.get(t).copied().unwrap_or(f64::NAN)).collect();
-            let step = stream.step(&values);
-            output.score.push(step.probability);
-            compared.push(step.compared);
-            output.alarm.push(step.alarm);
-        }
         let tells_news = self.inputs.iter().any(|input| input.is_watchdog_overlap);
-        output.alarm_score = tells_news.then_some(compared);
-        output
+        let mut stream = self.start();
+        step_by_step(input, |values| {
+            let Some(stream) = &mut stream else { return Step::new(0.0, false) };
+            let (Judgement { probability, alarm, compared, .. }, _) = stream.step(values);
+            Step { alarm_score: tells_news.then_some(compared), ..Step::new(probability, alarm) }
+        })
     }
 }
 

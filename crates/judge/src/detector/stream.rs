@@ -101,28 +101,34 @@ impl<D: Causal> Detector for D {
 
     fn detect(&self, input: &Input<'_>) -> DetectorOutput {
         let mut memory = self.begin();
-        let mut output = DetectorOutput::default();
-        let mut values = Vec::new();
-        for (t, y) in input.signal.iter().enumerate() {
-            values.clear();
-            values.push(*y);
-            values.extend(input.more.iter().map(|signal| signal[t]));
-            let Step { score, alarm, forecast, alarm_score } = self.step(&mut memory, &values);
-            output.score.push(score);
-            output.alarm.push(alarm);
-            if let Some(forecast) = forecast {
-                output.forecast.get_or_insert_default().push(forecast);
-            }
-            if let Some(score) = alarm_score {
-                output.alarm_score.get_or_insert_default().push(score);
-            }
-        }
+        let mut output = step_by_step(input, |values| self.step(&mut memory, values));
         // Others find the changes by the threshold.
         if Causal::facts(self).threshold.is_none() {
             output.changes = Some(changes(&output.alarm));
         }
         output
     }
+}
+
+/// Output of a detector that judges a track frame by frame, from the values of its signals in each frame.
+pub(super) fn step_by_step(input: &Input<'_>, mut judge: impl FnMut(&[f64]) -> Step) -> DetectorOutput {
+    let mut output = DetectorOutput::default();
+    let mut values = Vec::new();
+    for (t, y) in input.signal.iter().enumerate() {
+        values.clear();
+        values.push(*y);
+        values.extend(input.more.iter().map(|signal| signal[t]));
+        let Step { score, alarm, forecast, alarm_score } = judge(&values);
+        output.score.push(score);
+        output.alarm.push(alarm);
+        if let Some(forecast) = forecast {
+            output.forecast.get_or_insert_default().push(forecast);
+        }
+        if let Some(score) = alarm_score {
+            output.alarm_score.get_or_insert_default().push(score);
+        }
+    }
+    output
 }
 
 /// A detector on a live track. Frames without a value leave its state unchanged.

@@ -140,18 +140,6 @@ pub struct FusedStream {
     memory: Memory,
 }
 
-/// Probability and state for a frame, without reasons.
-pub struct FusedStep {
-    /// Contribution of each input to the score.
-    pub parts: Vec<f64>,
-    /// Probability of a loss.
-    pub probability: f64,
-    /// Value that is compared with the threshold.
-    pub compared: f64,
-    /// True while an alarm is on.
-    pub alarm: bool,
-}
-
 impl FusedStream {
     /// Stream before the first frame of a track.
     pub fn new(fused: Fused, model: Arc<FusedModel>) -> Self {
@@ -160,8 +148,9 @@ impl FusedStream {
         Self { threshold: model.threshold(fused.params.budget), fused, model, memory }
     }
 
-    /// Judges the next frame, given the values of the signals.
-    pub fn step(&mut self, values: &[f64]) -> FusedStep {
+    /// Judges the next frame without reasons, given the values of the signals. Also returns the contribution of each input to
+    /// the score.
+    pub fn step(&mut self, values: &[f64]) -> (Judgement, Vec<f64>) {
         let Fused { inputs, params: Params { confirm, window, .. }, .. } = &self.fused;
         let mut values = values.to_vec();
         values.resize(inputs.len(), f64::NAN);
@@ -178,7 +167,8 @@ impl FusedStream {
         // Raised by news, held by the state.
         let is_on = self.memory.state.is_lost(*confirm);
         let alarm = compared >= self.threshold || (is_on && probability >= self.threshold);
-        FusedStep { parts, probability, compared, alarm: self.memory.state.push(alarm, *confirm) }
+        let lost = self.memory.state.push(alarm, *confirm);
+        (Judgement { probability, lost, alarm: lost, compared, reasons: Vec::new() }, parts)
     }
 }
 
@@ -186,7 +176,7 @@ impl Stream for FusedStream {
     fn push(&mut self, values: &[f64]) -> Judgement {
         let histories = self.fused.inputs.iter().zip(&self.memory.histories);
         let usual: Vec<Option<f64>> = histories.map(|(input, history)| history.usual(input)).collect();
-        let FusedStep { parts, probability, compared, alarm: lost } = self.step(values);
+        let (judged, parts) = self.step(values);
         let mut loudest: Vec<usize> = (0..parts.len()).filter(|k| parts[*k] > 0.0).collect();
         loudest.sort_by(|a, b| parts[*b].total_cmp(&parts[*a]));
         let reason = |k: usize| {
@@ -201,7 +191,7 @@ impl Stream for FusedStream {
             }
         };
         let reasons = loudest.into_iter().filter_map(reason).take(MAX_REASONS).collect();
-        Judgement { probability, lost, alarm: lost, compared, reasons }
+        Judgement { reasons, ..judged }
     }
 
     fn save(&self) -> Vec<u8> {

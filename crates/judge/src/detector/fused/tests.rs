@@ -191,7 +191,7 @@ fn the_three_loudest_inputs_are_the_reasons() {
     let names = ["v2-apart", "v2-distance", "here-distance", "here-outside"];
     let mut stream = stream_of(&names, &[1.0; 12], 0.5);
     let reasons = stream.push(&[1.0, 4.0, 2.0, 3.0]).reasons;
-    assert_eq!(stream_of(&names, &[1.0; 12], 0.5).step(&[1.0, 4.0, 2.0, 3.0]).parts, [3.0, 12.0, 6.0, 9.0]);
+    assert_eq!(stream_of(&names, &[1.0; 12], 0.5).step(&[1.0, 4.0, 2.0, 3.0]).1, [3.0, 12.0, 6.0, 9.0]);
     assert_eq!(reasons.len(), 3);
     for (reason, name) in reasons.iter().zip(["v2-distance", "here-outside", "here-distance"]) {
         assert!(reason.starts_with(input(name).words), "{reason:?}");
