@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use trackfail::report::explain::explain;
 use trackfail::report::figures;
-use trackfail::report::sequences::Collector;
+use trackfail::report::sequences::collect;
 use trackfail::results::{Results, TrackSeries};
 use trackfail::sampling::Units;
 use trackfail::score::pooled::median_delay;
@@ -52,9 +52,7 @@ fn pages_figures_and_explanations_count_as_the_run_did() {
 }
 
 fn the_table_of_counts_is_that_of_the_run(results: &Results) {
-    let mut collector = Collector::new(results);
-    results.each_track(|tracks| collector.add(tracks)).unwrap();
-    let tallies = collector.finish().unwrap().tallies();
+    let tallies = collect(results, None).unwrap().tallies();
     let shown = |sequence: &str, method: &str| {
         let row = tallies.rows.iter().find(|row| row.sequence == sequence).unwrap();
         row.cells[tallies.methods.iter().position(|name| name == method).unwrap()].clone()

@@ -94,69 +94,45 @@ pub fn still_file(sequence: usize, frame: usize) -> String {
     format!("stills/{sequence:03}-{frame:06}.png")
 }
 
-/// Collects the data of tracks as they are read, without the stills.
-pub struct Collector<'r> {
-    results: &'r Results,
-    records: Vec<&'r MethodRecord>,
-    regions: BTreeMap<&'r str, distribution_field::Params>,
-    all: Sequences,
-    /// Tracks with the names of their sequences.
-    tracks: Vec<(String, Track)>,
-    /// Frame numbers by sequence.
-    numbers: BTreeMap<String, Vec<i64>>,
-}
-
-impl<'r> Collector<'r> {
-    /// Creates a collector without tracks.
-    pub fn new(results: &'r Results) -> Self {
-        let manifest = &results.manifest;
-        let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
-        let mut notes = Vec::new();
-        if manifest.trackers.iter().any(|t| t.runs > 1) {
-            notes.push("Of several runs of a tracker the first is shown.".to_string());
-        }
-        let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
-        if records.len() > MAX_METHODS {
-            let all = records.len();
-            notes.push(format!(
-                "Of {all} methods with their grid points the first point of each method is shown."
-            ));
-            let mut known = BTreeSet::new();
-            records.retain(|m| known.insert(m.name.as_str()));
-        }
-        let method = |record: &&MethodRecord| Method {
-            name: method_label(&record.name, &record.params),
-            thresholds: trackers.iter().map(|t| record.thresholds.get(t).copied()).collect(),
-            counted: results.experiment.protocol_of(&record.name).map_or_else(String::new, counted_by),
-        };
-        let methods = records.iter().map(method).collect();
-        let all = Sequences { trackers, methods, note: notes.join(" "), ..Sequences::default() };
-        let regions = background_rules(results);
-        Self { results, records, regions, all, tracks: Vec::new(), numbers: BTreeMap::new() }
+/// Data of the tracks that are given, or else of all tracks, without the stills.
+///
+/// # Errors
+/// When the results cannot be read.
+pub fn collect(results: &Results, given: Option<Vec<TrackSeries>>) -> Result<Sequences, ResultsError> {
+    let (manifest, experiment) = (&results.manifest, &results.experiment);
+    let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
+    let mut notes = Vec::new();
+    if manifest.trackers.iter().any(|t| t.runs > 1) {
+        notes.push("Of several runs of a tracker the first is shown.".to_string());
     }
-
-    /// Adds tracks, as [`Results::each_track`] gives them.
-    pub fn add(&mut self, tracks: Vec<TrackSeries>) {
-        for track in &tracks {
-            self.numbers.entry(track.sequence.clone()).or_insert_with(|| track.numbers.clone());
-        }
-        let packed: Vec<_> = tracks.par_iter().filter_map(|track| self.pack(track)).collect();
-        self.tracks.extend(packed);
+    let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
+    if records.len() > MAX_METHODS {
+        let all = records.len();
+        notes.push(format!(
+            "Of {all} methods with their grid points the first point of each method is shown."
+        ));
+        let mut known = BTreeSet::new();
+        records.retain(|m| known.insert(m.name.as_str()));
     }
-
-    fn pack(&self, track: &TrackSeries) -> Option<(String, Track)> {
-        let tracker = self.all.trackers.iter().position(|t| *t == track.tracker)?;
+    let method = |record: &&MethodRecord| Method {
+        name: method_label(&record.name, &record.params),
+        thresholds: trackers.iter().map(|t| record.thresholds.get(t).copied()).collect(),
+        counted: experiment.protocol_of(&record.name).map_or_else(String::new, counted_by),
+    };
+    let methods: Vec<Method> = records.iter().map(method).collect();
+    let regions = background_rules(results);
+    let pack = |track: &TrackSeries| {
+        let tracker = trackers.iter().position(|t| *t == track.tracker)?;
         let rects = &track.rects;
         let background = |rule: &distribution_field::Params| {
             let at = |t| background_region(&rects[..t], &rects[t], rule.history, rule.displacement);
             (0..rects.len()).map(at).collect()
         };
-        let background: Vec<Rect> =
-            self.regions.get(track.tracker.as_str()).map_or_else(Vec::new, background);
+        let background: Vec<Rect> = regions.get(track.tracker.as_str()).map_or_else(Vec::new, background);
         let frames = track.error.len();
         let said = |(k, (record, method)): (usize, (&&MethodRecord, &Method))| {
             let series = track.method(&method.name)?;
-            let protocol = self.results.experiment.protocol_of(&record.name)?;
+            let protocol = experiment.protocol_of(&record.name)?;
             // A results folder from elsewhere may lack rows.
             if [series.score.len(), series.alarm.len(), series.changes.len()] != [frames; 3] {
                 return None;
@@ -164,42 +140,45 @@ impl<'r> Collector<'r> {
             let judged = track.judge(protocol, &series.alarm, &series.changes);
             Some((k, Said::new(track, series, &judged, method.thresholds[tracker])))
         };
-        let said = self.records.iter().zip(&self.all.methods).enumerate().filter_map(said).collect();
+        let said = records.iter().zip(&methods).enumerate().filter_map(said).collect();
         Some((track.sequence.clone(), Track::new([0, tracker], track, &background, said)))
-    }
-
-    /// Everything that was added, in the order of the suite.
-    ///
-    /// # Errors
-    /// When the results cannot be read.
-    pub fn finish(self) -> Result<Sequences, ResultsError> {
-        let Self { results, mut all, tracks, numbers, .. } = self;
-        if numbers.is_empty() {
-            return Ok(Sequences::default());
+    };
+    // Frame numbers by sequence, and tracks with the names of their sequences.
+    let (mut numbers, mut packed) = (BTreeMap::new(), Vec::<(String, Track)>::new());
+    let mut add = |tracks: Vec<TrackSeries>| {
+        for track in &tracks {
+            numbers.entry(track.sequence.clone()).or_insert_with(|| track.numbers.clone());
         }
-        let suite = &results.manifest.suite;
-        let mut truth = results.truth()?;
-        let sequence = |(name, numbers): (String, Vec<i64>)| {
-            let mut regions = truth.remove(&name).unwrap_or_default();
-            Sequence {
-                first: numbers.first().copied().unwrap_or(1),
-                size: suite.sizes.get(&name).copied(),
-                attributes: suite.attributes.get(&name).cloned().unwrap_or_default(),
-                truth: numbers.iter().map(|number| regions.remove(number)).collect(),
-                name,
-                ..Sequence::default()
-            }
-        };
-        all.sequences = numbers.into_iter().map(sequence).collect();
-        // Others than those of the suite come last, in order of name.
-        let in_suite = |s: &Sequence| suite.present.iter().position(|(name, _)| *name == s.name);
-        all.sequences.sort_by_cached_key(|s| in_suite(s).unwrap_or(usize::MAX));
-        let place = |name: &str| all.sequences.iter().position(|sequence| sequence.name == name);
-        let placed = |(name, track): (String, Track)| Some(Track { sequence: place(&name)?, ..track });
-        all.tracks = tracks.into_iter().filter_map(placed).collect();
-        all.tracks.sort_by_key(|t| (t.sequence, t.tracker));
-        Ok(all)
+        packed.extend(tracks.par_iter().filter_map(pack).collect::<Vec<_>>());
+    };
+    match given {
+        Some(tracks) => add(tracks),
+        None => results.each_track(add)?,
     }
+    if numbers.is_empty() {
+        return Ok(Sequences::default());
+    }
+    let mut truth = results.truth()?;
+    let sequence = |(name, numbers): (String, Vec<i64>)| {
+        let mut regions = truth.remove(&name).unwrap_or_default();
+        Sequence {
+            first: numbers.first().copied().unwrap_or(1),
+            size: manifest.suite.sizes.get(&name).copied(),
+            attributes: manifest.suite.attributes.get(&name).cloned().unwrap_or_default(),
+            truth: numbers.iter().map(|number| regions.remove(number)).collect(),
+            name,
+            ..Sequence::default()
+        }
+    };
+    let mut sequences: Vec<Sequence> = numbers.into_iter().map(sequence).collect();
+    // Others than those of the suite come last, in order of name.
+    let in_suite = |s: &Sequence| manifest.suite.present.iter().position(|(name, _)| *name == s.name);
+    sequences.sort_by_cached_key(|s| in_suite(s).unwrap_or(usize::MAX));
+    let place = |name: &str| sequences.iter().position(|sequence| sequence.name == name);
+    let placed = |(name, track): (String, Track)| Some(Track { sequence: place(&name)?, ..track });
+    let mut tracks: Vec<Track> = packed.into_iter().filter_map(placed).collect();
+    tracks.sort_by_key(|t| (t.sequence, t.tracker));
+    Ok(Sequences { trackers, methods, sequences, tracks, note: notes.join(" "), unannotated: false })
 }
 
 /// Rule of the background region's motion, for each tracker with a method that reads distribution fields.

@@ -8,7 +8,7 @@ use super::glance::{self, HEADLINE};
 use super::page::{FigureView, Page, ReportError, markdown, render};
 use super::paper::{self, Item};
 use super::readings;
-use super::sequences::{self, Collector, Sequences, json};
+use super::sequences::{self, Sequences, json};
 use super::site;
 use super::sources;
 use super::standings::{self, Uncertainty};
@@ -169,13 +169,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
     page.summary.extend(note);
     let requests = stills::requested(results, &tracks);
-    let mut collector = Collector::new(results);
-    if shown {
-        collector.add(tracks);
-    } else {
-        results.each_track(|tracks| collector.add(tracks))?;
-    }
-    let mut sequences = collector.finish()?;
+    let mut sequences = sequences::collect(results, shown.then_some(tracks))?;
     for request in &requests {
         keep_stills(results, folder, request, &mut sequences)?;
     }
