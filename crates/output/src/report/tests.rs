@@ -3,31 +3,22 @@ use super::sequences::json::Said;
 use super::sequences::{Method, Sequence, Sequences, Tallies, TallyRow, Track};
 use super::write::small_enough;
 use super::*;
-use crate::figure::{Axis, Figure, Mark, Marker, Panel, Range, Style};
 use crate::results::{MethodSeries, TrackSeries};
 use crate::table::build::{group, table};
 use crate::table::layout::{Cell, Link, TableLayout};
 use base64::prelude::{BASE64_STANDARD, Engine};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
-use std::sync::LazyLock;
 use trackfail_core::direction::Direction;
 use trackfail_dataset::text::visible;
 use trackfail_methods::score::TrackScore;
 use trackfail_testing::hostile::{self, assert_is_text, markup};
 
 fn figure(name: &str) -> FigureView {
-    static SVG: LazyLock<String> = LazyLock::new(|| {
-        let points = (1..=9).map(|k| (f64::from(k), f64::from(k * k))).collect();
-        let marks = vec![Mark::Line { points, style: Style::nth(0), marker: Some(Marker::nth(0)) }];
-        let (x, y) = (Axis::new("threshold", Range::Auto), Axis::new("F-score", Range::Auto));
-        let panel = Panel { x, y, marks, ..Panel::default() };
-        Figure { rows: vec![vec![panel]], ..Figure::default() }.to_svg().unwrap()
-    });
     FigureView {
         name: name.into(),
         caption: "F-score against the threshold.".into(),
-        svg: SVG.clone(),
+        svg: "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"M0 0H28\"/></svg>".into(),
         file: "figures/sweep.svg".into(),
         endings: vec!["svg", "png", "column.svg"],
         ..FigureView::default()

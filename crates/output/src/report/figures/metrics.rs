@@ -233,8 +233,8 @@ pub(super) fn delay(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> 
     let window = window(found.iter().flat_map(|(.., scores)| scores));
     let line = |(method, tracker, scores): &(&String, &Tracker, Vec<TrackScore>)| {
         let (method, tracker) = ((*method).clone(), tracker.label.clone());
-        let points = found_by(scores, window.clone())?;
-        let band = bounds(scores, window.clone(), &scope.units.sampling);
+        let found = found_by(scores, window.clone(), &scope.units.sampling)?;
+        let (points, band) = found.into_iter().unzip();
         Some(Line { method, tracker, points, band, ..Line::default() })
     };
     let lines: Vec<Line> = found.iter().filter_map(line).collect();
@@ -255,21 +255,16 @@ fn window<'s>(scores: impl Iterator<Item = &'s TrackScore>) -> RangeInclusive<i6
 }
 
 /// For each delay d in frames, the share of all events whose matched detection came at most d frames after
-/// the event. With all delays in the window the curve ends at the recall. `None` without an event.
-fn found_by(scores: &[TrackScore], window: RangeInclusive<i64>) -> Option<Vec<(f64, f64)>> {
-    let events: usize = scores.iter().map(|s| s.events.len()).sum();
-    let delays: Vec<i64> = scores.iter().flat_map(TrackScore::delays).collect();
-    let share = |d: i64| delays.iter().filter(|delay| **delay <= d).count() as f64 / events as f64;
-    (events > 0).then(|| window.map(|d| (d as f64, share(d))).collect())
-}
-
-/// Bounds of each of these shares by bootstrap over tracks, one per sequence; NaN if there are none.
-fn bounds(scores: &[TrackScore], window: RangeInclusive<i64>, sampling: &Sampling) -> Vec<(f64, f64)> {
+/// the event, with its bounds by bootstrap over tracks, one per sequence; NaN if there are none. With all
+/// delays in the window the curve ends at the recall. `None` without an event.
+fn found_by(scores: &[TrackScore], window: RangeInclusive<i64>, sampling: &Sampling) -> Option<Vec<Bounded>> {
+    let share = |c: &[i64; 2]| (c[1] > 0).then(|| c[0] as f64 / c[1] as f64);
     let at = |d: i64| {
         let found = |s: &TrackScore| s.delays().filter(|delay| *delay <= d).count() as i64;
         let units: Vec<[i64; 2]> = scores.iter().map(|s| [found(s), s.events.len() as i64]).collect();
-        let share = |c: &[i64; 2]| (c[1] > 0).then(|| c[0] as f64 / c[1] as f64);
-        sampling.interval(&units, share).unwrap_or((f64::NAN, f64::NAN))
+        let sum = units.iter().fold([0; 2], |sum, unit| [sum[0] + unit[0], sum[1] + unit[1]]);
+        let bounds = sampling.interval(&units, share).unwrap_or((f64::NAN, f64::NAN));
+        Some(((d as f64, share(&sum)?), bounds))
     };
     window.map(at).collect()
 }

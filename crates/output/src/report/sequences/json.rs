@@ -23,7 +23,7 @@
 use super::{Method, Sequence, Sequences, Track};
 use crate::report::trace::{self, DETECTION_WORDS, EVENT_WORDS, EventOutcome, Moment};
 use crate::results::detections::{JudgedMethod, TargetState};
-use crate::results::{MethodSeries, TrackSeries};
+use crate::results::{MethodSeries, TrackSeries, in_parts};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
@@ -176,27 +176,20 @@ pub fn beside<E>(
 ) -> Result<(String, usize), E> {
     let truths: Vec<String> = all.sequences.par_iter().map(truth).collect();
     let mut places: Vec<Option<usize>> = vec![None; all.tracks.len()];
-    let mut files: Vec<(String, Vec<&Track>)> = Vec::new();
+    let mut files: Vec<String> = Vec::new();
     for tracker in 0..all.trackers.len() {
-        // Nothing fits into the file of the tracker before.
-        let (mut part, mut size) = (0, MAX_FILE);
-        for (place, track) in places.iter_mut().zip(&all.tracks).filter(|(_, t)| t.tracker == tracker) {
-            let more = truths[track.sequence].len() + track.series.len();
-            size += more;
-            if size > MAX_FILE {
-                files.push((format!("data/{tracker:02}-{part:03}.js"), Vec::new()));
-                (part, size) = (part + 1, more);
-            }
-            *place = files.len().checked_sub(1);
-            files.last_mut().into_iter().for_each(|(_, tracks)| tracks.push(track));
+        let mine: Vec<(usize, &Track)> =
+            all.tracks.iter().enumerate().filter(|(_, track)| track.tracker == tracker).collect();
+        let parted = in_parts(&mine, MAX_FILE, |_, (_, t)| truths[t.sequence].len() + t.series.len());
+        for (part, tracks) in parted.into_iter().filter(|tracks| !tracks.is_empty()).enumerate() {
+            tracks.iter().for_each(|(place, _)| places[*place] = Some(files.len()));
+            let truths = tracks.iter().map(|(_, track)| (track.sequence, &truths[track.sequence]));
+            let text = format!("trackfail({});\n", parts(truths, tracks.iter().map(|(_, track)| *track)));
+            files.push(format!("data/{tracker:02}-{part:03}.js"));
+            keep(&files[files.len() - 1], &text)?;
         }
     }
-    for (name, tracks) in &files {
-        let truths = tracks.iter().map(|track| (track.sequence, &truths[track.sequence]));
-        keep(name, &format!("trackfail({});\n", parts(truths, tracks.iter().copied())))?;
-    }
-    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-    Ok((index(all, &places, &names, "{\"truth\":{},\"data\":{}}"), names.len()))
+    Ok((index(all, &places, &files, "{\"truth\":{},\"data\":{}}"), files.len()))
 }
 
 /// JSON object with the ground truth of some sequences and the series of some tracks.
@@ -215,7 +208,7 @@ fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
-fn index(all: &Sequences, places: &[Option<usize>], files: &[&str], parts: &str) -> String {
+fn index(all: &Sequences, places: &[Option<usize>], files: &[String], parts: &str) -> String {
     let method =
         |m: &Method| json!({"name": visible(&m.name), "thresholds": m.thresholds, "counted": m.counted});
     let sequence = |s: &Sequence| {
