@@ -14,6 +14,7 @@ use crate::table::number::{Style, four_digits};
 use judge::{Compared, judge};
 use sampled::Samples;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use trackfail_engine::spec::Tracker;
 use trackfail_engine::spec::claim::{Claim, Quantity};
 
@@ -185,13 +186,9 @@ pub fn verdict(claims: &[Finding]) -> Option<String> {
     let of_paper: Vec<&Finding> = claims.iter().filter(|c| !c.is_check).collect();
     let first = of_paper.first()?;
     let words = ClaimCounts::of(of_paper.iter().map(|c| c.outcome)).words();
-    let text = first.text.trim_end_matches('.');
-    let outcome =
-        if first.outcome == ClaimOutcome::Undecided { "is undecided" } else { first.outcome.words() };
-    Some(match of_paper.len() {
-        1 => format!("Its claim {outcome}: {text}."),
-        n => format!("Of {n} claims, {words}. The first {outcome}: {text}."),
-    })
+    let (outcome, text) = (first.outcome.words(), first.text.trim_end_matches('.'));
+    let about = json!({ "all": of_paper.len(), "words": words, "outcome": outcome, "text": text });
+    Some(say("claims verdict", about))
 }
 
 /// Numbers of claims by outcome.
@@ -245,12 +242,7 @@ impl ClaimOutcome {
 
     /// The outcome in words.
     pub fn words(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::Undecided => "undecided",
-            Self::DoesNotHold => "does not hold",
-            Self::CannotBeTested => "cannot be tested",
-        }
+        ["holds", "undecided", "does not hold", "cannot be tested"][self as usize]
     }
 }
 

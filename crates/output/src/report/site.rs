@@ -11,7 +11,7 @@ mod leaderboard;
 mod summary;
 
 pub use leaderboard::LEADERBOARD;
-pub use summary::{Estimate, FORMAT, Standing, Summary, summary, write_summary};
+pub use summary::{Estimate, FORMAT, Standing, Summary, summary};
 
 use super::claims::ClaimCounts;
 use super::finished;

@@ -32,11 +32,7 @@ impl EventOutcome {
 
     /// The outcome in words.
     pub fn words(self) -> &'static str {
-        match self {
-            Self::Hit => "hit",
-            Self::Missed => "missed",
-            Self::FalseAlarm => "false alarm",
-        }
+        ["hit", "missed", "false alarm"][self as usize]
     }
 }
 

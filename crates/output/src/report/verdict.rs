@@ -31,18 +31,9 @@ pub struct Stretch {
 /// A loss, including frames without a box within it and after it.
 struct Loss {
     frames: Range<usize>,
-    /// End of the loss.
-    end: End,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum End {
-    /// The track ends during the loss.
-    None,
-    /// The method has evidence that the tracker is on its target again.
-    Found,
-    /// No alarm has come for some frames, without further evidence.
-    Unsure,
+    /// True if the method has evidence that the tracker is on its target again, false if merely no alarm has
+    /// come for some frames; `None` if the track ends during the loss.
+    is_found: Option<bool>,
 }
 
 /// Answer with its time and what to do: `Lost since frame 181; not surely found again. Start the tracker
@@ -50,13 +41,13 @@ enum End {
 pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
     let (losses, possible) = (losses(method), possibly_lost(method));
     let ends = |run: &Range<usize>| [run.start, run.end - 1].map(|t| track.number(t));
-    let is_last = |end: End| losses.last().is_some_and(|last| last.end == end);
+    let is_found = losses.last().and_then(|last| last.is_found);
     let after = losses.last().map_or(0, |last| last.frames.end);
     let absent = method.states.iter().filter(|state| **state == TargetState::Absent).count();
     let about = json!({
         "losses": losses.iter().map(|loss| ends(&loss.frames)).collect::<Vec<_>>(),
-        "is_found": is_last(End::Found),
-        "is_unsure": is_last(End::Unsure),
+        "is_found": is_found == Some(true),
+        "is_unsure": is_found == Some(false),
         "possible": possible.iter().map(ends).collect::<Vec<_>>(),
         "doubt": possible.iter().find(|run| run.start >= after).map(|run| track.number(run.start)),
         "absent": absent,
@@ -69,33 +60,32 @@ pub fn verdict(track: &JudgedTrack, method: &JudgedMethod) -> String {
 fn losses(method: &JudgedMethod) -> Vec<Loss> {
     let mut found: Vec<Loss> = Vec::new();
     for (state, frames) in method.stretches() {
-        let open = found.last_mut().filter(|loss| loss.end == End::None);
+        let open = found.last_mut().filter(|loss| loss.is_found.is_none());
         match (state, open) {
             (TargetState::Lost, Some(loss)) => loss.frames.end = frames.end,
-            (TargetState::Lost, None) => found.push(Loss { frames, end: End::None }),
-            (TargetState::Tracking, Some(loss)) => loss.end = ending(method, loss.frames.end),
+            (TargetState::Lost, None) => found.push(Loss { frames, is_found: None }),
+            (TargetState::Tracking, Some(loss)) => loss.is_found = Some(is_found(method, loss.frames.end)),
             _ => {}
         }
     }
     found
 }
 
-/// Kind of the end of a loss whose last frame is `t - 1`.
+/// True if the target is found again after a loss whose last frame is `t - 1`.
 ///
 /// With probabilities, the target is found again if ten tracked frames in a row have a probability below a
 /// tenth before the state changes. Without probabilities, it is found again if the method's alarm lasted
 /// until frame `t - 1`. Otherwise the alarms have merely stopped, which does not prove that the tracker is on
 /// its target.
-fn ending(method: &JudgedMethod, t: usize) -> End {
-    let is_found = if method.is_probability {
+fn is_found(method: &JudgedMethod, t: usize) -> bool {
+    if method.is_probability {
         let after = method.states.iter().zip(&method.score).skip(t);
         let tracking = after.take_while(|(state, _)| **state == TargetState::Tracking);
         let sure: Vec<bool> = tracking.map(|(_, score)| score.is_some_and(|p| p < SURE)).collect();
         sure.windows(RECOVERY_FRAMES).any(|frames| !frames.contains(&false))
     } else {
         t.checked_sub(1).and_then(|last| method.label.get(last)) == Some(&true)
-    };
-    if is_found { End::Found } else { End::Unsure }
+    }
 }
 
 /// Stretches in which the target is lost, absent or possibly lost, in order.
@@ -161,7 +151,7 @@ fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
         None => "alarm".to_string(),
     };
     let ends = match state(Some(frames.end)) {
-        Some(TargetState::Tracking) if ending(method, frames.end) == End::Found => "; then found again",
+        Some(TargetState::Tracking) if is_found(method, frames.end) => "; then found again",
         Some(TargetState::Tracking) => "; then not surely found again",
         _ => "",
     };

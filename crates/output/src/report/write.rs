@@ -14,7 +14,7 @@ use super::sources;
 use super::standings::{self, Uncertainty};
 use super::stills;
 use crate::figure::Files;
-use crate::results::{Manifest, Results, unfinished};
+use crate::results::{Manifest, Results, to_json, unfinished};
 use crate::sampling::Units;
 use crate::table;
 use crate::table::build::suite;
@@ -42,8 +42,6 @@ pub struct WrittenReport {
     /// Table that answers the report's question: that of ranked methods, of differences or of readings, or
     /// else the first one.
     pub answer: Option<TableLayout>,
-    /// Counts by sequence.
-    pub units: Units,
     /// Answer of the page in one sentence; may be empty.
     pub verdict: String,
     /// Tables and figures of the report.
@@ -71,7 +69,6 @@ impl StagedReport {
         staging::sweep(reports);
         let aside = Staging::new(reports)?;
         let written = write(results, aside.path())?;
-        site::write_summary(results, &written, aside.path())?;
         Ok(Self { name: results.experiment.name.clone(), aside, written })
     }
 
@@ -86,8 +83,8 @@ impl StagedReport {
     }
 }
 
-/// Writes a report from results alone: tables into the results folder; figures, stills, series, `index.html` and
-/// `report.md` into an empty folder.
+/// Writes a report from results alone: tables into the results folder; figures, stills, series, `index.html`,
+/// `report.md` and `summary.json` into an empty folder.
 ///
 /// # Errors
 /// See [`ReportError`].
@@ -112,7 +109,13 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     let Uncertainty { tables, ranks, note, verdict, dots, ranked, best } =
         standings::uncertainty(results, &units);
     layouts.extend(tables);
-    refuse_link(&results.folder.join("tables"))?;
+    // A foreign results folder may contain links, which are followed only for reading. (Files are replaced by
+    // renaming, which replaces the link itself.)
+    let place = results.folder.join("tables");
+    if place.is_symlink() {
+        let message = "a link, through which no table is written; put a folder in its place";
+        return Err(StoreError::new(&place, message).into());
+    }
     let mut page = page_frame(results);
     page.claims = claims::test(results, &units);
     let facts = sources::facts(results, &page.claims);
@@ -186,8 +189,10 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     let html = small_enough(&mut page, folder, &sequences, MAX_PAGE)?;
     store::write_derived(&folder.join(INDEX), html.as_bytes())?;
     store::write_derived(&folder.join(MARKDOWN), markdown(&page)?.as_bytes())?;
+    let (summary, path) = (site::summary(results, &units, &page), folder.join(SUMMARY));
+    store::write_derived(&path, &to_json(&path, &summary)?)?;
     let items = paper::items(&page);
-    Ok(WrittenReport { answer, units, items, verdict: page.verdict.join(" "), findings: page.claims })
+    Ok(WrittenReport { answer, items, verdict: summary.verdict, findings: page.claims })
 }
 
 /// Writes a figure as SVG, PNG and PDF, also at the width of a column if it is wider. Returns the figure for
@@ -268,16 +273,6 @@ pub(super) fn small_enough(
         }
     }
     Ok(html)
-}
-
-/// Refuses to write into a folder that is a link. A foreign results folder may contain links, which are
-/// followed only for reading. (Files are replaced by renaming, which replaces the link itself.)
-fn refuse_link(folder: &Path) -> Result<(), StoreError> {
-    if folder.is_symlink() {
-        let message = "a link, through which no table is written; put a folder in its place";
-        return Err(StoreError::new(folder, message));
-    }
-    Ok(())
 }
 
 /// Page without tables, figures and claims.

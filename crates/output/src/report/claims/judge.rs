@@ -96,26 +96,23 @@ pub fn judge(
         measured(&r).ok_or_else(|| format!("{r} has no value"))
     };
     let mut compared = Vec::new();
-    let numbers = Numbers { level, of: &bound };
-    let (outcome, is_met) = truth(&claim.expression, &numbers, &mut compared)?;
+    let (outcome, is_met) = truth(&claim.expression, level, &bound, &mut compared)?;
     Ok(Judgement { outcome, is_met, compared })
 }
 
-/// Source of the numbers of a claim, and the level of their intervals.
-struct Numbers<'a> {
-    level: f64,
-    of: &'a dyn Fn(&Reference) -> Result<Measured, String>,
-}
+/// Source of the numbers of a claim.
+type Numbers<'a> = &'a dyn Fn(&Reference) -> Result<Measured, String>;
 
 /// Outcome of a part of a claim, and true if the plain numbers meet it.
 fn truth(
     e: &Expr,
-    numbers: &Numbers<'_>,
+    level: f64,
+    numbers: Numbers<'_>,
     compared: &mut Vec<Compared>,
 ) -> Result<(ClaimOutcome, bool), String> {
     match e {
         Expr::Not(a) => {
-            let (outcome, is_met) = truth(a, numbers, compared)?;
+            let (outcome, is_met) = truth(a, level, numbers, compared)?;
             let turned = match outcome {
                 ClaimOutcome::Holds => ClaimOutcome::DoesNotHold,
                 ClaimOutcome::DoesNotHold => ClaimOutcome::Holds,
@@ -124,14 +121,15 @@ fn truth(
             Ok((turned, !is_met))
         }
         Expr::Binary(op, a, b) if op.is_logic() => {
-            let ((a, a_is_met), (b, b_is_met)) = (truth(a, numbers, compared)?, truth(b, numbers, compared)?);
+            let (a, a_is_met) = truth(a, level, numbers, compared)?;
+            let (b, b_is_met) = truth(b, level, numbers, compared)?;
             Ok(match op {
                 Op::And => (a.max(b), a_is_met && b_is_met),
                 _ => (a.min(b), a_is_met || b_is_met),
             })
         }
         Expr::Binary(op, a, b) => {
-            let found = compare(*op, (a, b), numbers)?;
+            let found = compare(*op, (a, b), level, numbers)?;
             let outcome = (found.outcome, is_true(*op, found.values[0], found.values[1]));
             compared.push(found);
             Ok(outcome)
@@ -151,11 +149,11 @@ fn is_true(op: Op, a: f64, b: f64) -> bool {
     }
 }
 
-fn compare(op: Op, (a, b): (&Expr, &Expr), numbers: &Numbers<'_>) -> Result<Compared, String> {
+fn compare(op: Op, (a, b): (&Expr, &Expr), level: f64, numbers: Numbers<'_>) -> Result<Compared, String> {
     let (left, right) = (number(a, numbers)?, number(b, numbers)?);
     let difference = combine(Op::Subtract, (&left, &right))?;
     let is_order = !matches!(op, Op::Equal | Op::NotEqual);
-    let bounds = bounds(&difference, numbers.level, is_order);
+    let bounds = bounds(&difference, level, is_order);
     let zeroed = |d: f64| if d.abs() < EQUAL { 0.0 } else { d };
     let is_tie = is_order && a != b && measures(a) && measures(b) && zeroed(difference.value) == 0.0;
     let outcome = match bounds.map(|(low, high)| (zeroed(low), zeroed(high))) {
@@ -184,10 +182,10 @@ fn measures(e: &Expr) -> bool {
     !e.references().is_empty()
 }
 
-fn number(e: &Expr, numbers: &Numbers<'_>) -> Result<Measured, String> {
+fn number(e: &Expr, numbers: Numbers<'_>) -> Result<Measured, String> {
     match e {
         Expr::Number(value) => Ok(Measured { value: *value, spread: Spread::Exact }),
-        Expr::Value(r) => (numbers.of)(r),
+        Expr::Value(r) => numbers(r),
         Expr::Negate(a) => {
             let zero = Measured { value: 0.0, spread: Spread::Exact };
             combine(Op::Subtract, (&zero, &number(a, numbers)?))

@@ -2,10 +2,10 @@
 //! includes the methods.
 
 use crate::report::claims::ClaimCounts;
-use crate::report::page::ReportError;
+use crate::report::page::Page;
 use crate::report::standings::{self, of_every_tracker};
-use crate::report::write::{SUMMARY, WrittenReport};
-use crate::results::{self, Results, beside};
+use crate::report::write::SUMMARY;
+use crate::results::{Results, beside};
 use crate::sampling::{Units, metric_of_sum};
 use crate::table::layout::is_anchor;
 use crate::table::{self, number::Style};
@@ -14,7 +14,6 @@ use serde_json::Value;
 use std::path::Path;
 use trackfail_dataset::{synthetic, text};
 use trackfail_engine::spec::method::Method;
-use trackfail_engine::store;
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::Metric;
 
@@ -110,29 +109,28 @@ impl Estimate {
     }
 }
 
-/// Summary of a report that was written.
-pub fn summary(results: &Results, written: &WrittenReport) -> Summary {
-    let (experiment, manifest) = (&results.experiment, &results.manifest);
+/// Summary of a report with this page.
+pub fn summary(results: &Results, units: &Units, page: &Page) -> Summary {
+    let manifest = &results.manifest;
     let suite = &manifest.suite;
-    let counts = |checks: bool| {
-        ClaimCounts::of(written.findings.iter().filter(|f| f.is_check == checks).map(|f| f.outcome))
-    };
+    let counts =
+        |checks| ClaimCounts::of(page.claims.iter().filter(|f| f.is_check == checks).map(|f| f.outcome));
     Summary {
         format: FORMAT,
-        experiment: experiment.name.clone(),
-        title: experiment.title.clone(),
-        paper: experiment.paper.clone().unwrap_or_default(),
-        object: experiment.object.clone().unwrap_or_default(),
+        experiment: page.experiment.clone(),
+        title: page.title.clone(),
+        paper: page.paper.clone(),
+        object: page.object.clone(),
         claims: counts(false),
         checks: counts(true),
         suite: suite.name.clone(),
-        data: table::data_note(experiment, manifest),
+        data: table::data_note(&results.experiment, manifest),
         present: suite.present.len() as u64,
         wanted: suite.wanted as u64,
         synthetic: synthetic::is_rendered(&suite.name),
         failed: manifest.cells_failed.len() as u64,
-        verdict: written.verdict.clone(),
-        standings: standings(results, &written.units),
+        verdict: page.verdict.join(" "),
+        standings: standings(results, units),
     }
 }
 
@@ -186,16 +184,6 @@ fn cost(results: &Results, method: &str) -> String {
     };
     // The last one that has it.
     tables.filter_map(total).next_back().map_or_else(String::new, |value| format!("{value:.3}"))
-}
-
-/// Writes the summary beside the page of a report.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_summary(results: &Results, written: &WrittenReport, report: &Path) -> Result<(), ReportError> {
-    let path = report.join(SUMMARY);
-    let summary = summary(results, written);
-    Ok(store::write_derived(&path, &results::to_json(&path, &summary)?)?)
 }
 
 /// Reads the summary of the experiment `name` at `path`. The error says why it cannot be shown.
