@@ -16,17 +16,17 @@ use trackfail_methods::score::Metric;
 const MAX_TEXT: usize = 40;
 
 /// Checks a file against its schema. Returns the file without its wrong keys and wrong items of lists of
-/// tables.
+/// tables, over the keys that `right` has already.
 pub(super) fn check<'i>(
     source: Source<'_>,
     schema: &Value,
     file: Spanned<DeTable<'i>>,
+    mut right: DeTable<'i>,
     errors: &Errors,
 ) -> Spanned<DeValue<'i>> {
     let mut check = Check { source, schema, errors, found: 0 };
     let place = file.span();
     check.keys(file.get_ref(), place.clone(), &[schema]);
-    let mut right = DeTable::new();
     for (key, value) in file.into_inner() {
         let (word, span) = (key.get_ref().to_string(), value.span());
         let Some(property) = schema.get("properties").and_then(|all| all.get(&word)) else { continue };

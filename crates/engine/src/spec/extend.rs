@@ -191,7 +191,7 @@ impl Assembly<'_> {
         let errors = Errors::default();
         let shortcuts = document.get_ref().iter().filter(|(key, _)| SHORTCUTS.contains(&word(key)));
         let shortcuts = shortcuts.map(|(key, value)| (key.clone(), value.clone())).collect();
-        check(self.source, &OF_SHORTCUTS, Spanned::new(document.span(), shortcuts), &errors);
+        check(self.source, &OF_SHORTCUTS, Spanned::new(document.span(), shortcuts), DeTable::new(), &errors);
         errors.or(Some(()))?;
         let (mut keys, mut suites, mut headed) = (Item::default(), None, Vec::new());
         let mut cut = Document::default();

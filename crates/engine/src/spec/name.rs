@@ -53,10 +53,17 @@ fn check(at: At<'_>, label: &str, signs: &str) {
     }
 }
 
-/// Reports a name that an earlier item already has.
-pub(super) fn check_unique<T>(at: At<'_>, what: &str, items: &[T], index: usize, name: fn(&T) -> &String) {
-    let wanted = name(&items[index]);
-    if items[..index].iter().any(|item| name(item) == wanted) {
-        at.item(index).key("name").tell(format!("{what} `{wanted}` is listed twice"));
-    }
+/// Items of a list with their places. Reports a name that an earlier item already has.
+pub(super) fn named<'a, 'i, T>(
+    at: At<'a>,
+    what: &'static str,
+    items: &'i [T],
+    name: fn(&T) -> &String,
+) -> impl Iterator<Item = (At<'a>, &'i T)> {
+    items.iter().enumerate().map(move |(k, item)| {
+        if items[..k].iter().any(|other| name(other) == name(item)) {
+            at.item(k).key("name").tell(format!("{what} `{}` is listed twice", name(item)));
+        }
+        (at.item(k), item)
+    })
 }

@@ -86,7 +86,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecErro
     let source = Source::new(file, text);
     let errors = Errors::default();
     let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
-    let document = check::check(source, &SCHEMA, document, &errors);
+    let document = check::check(source, &SCHEMA, document, DeTable::new(), &errors);
     let at = At::new(source, &document, &errors);
     let mut list = Vec::new();
     let mut roles: BTreeMap<String, BTreeMap<String, Wired>> = at.read().unwrap_or_default();

@@ -11,7 +11,7 @@ use super::extend::{self, Folder};
 use super::figure::Figure;
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
-use super::name::{self, check_file_name, check_method_name, check_unique};
+use super::name::{self, check_file_name, check_method_name, named};
 use super::schema::OF_WHOLE_FILES;
 use super::table::{self, Published, Table, Words, all_known};
 use super::words::Known;
@@ -19,7 +19,7 @@ use super::{Experiment, OTHERS, TEST, builtin, claim, wire, written_out};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 use trackfail_dataset::suite::Catalog;
 use trackfail_methods::score;
 use trackfail_methods::tracker::process::Programs;
@@ -102,8 +102,8 @@ impl Reader<'_> {
             return Err(source.error(place, message));
         }
         let mut words = Words::of(document.get_ref());
-        let document = check::check(source, &OF_WHOLE_FILES, document, &errors);
-        let document = with_stand_ins(document);
+        let stand_ins = DeTable::parse(STAND_INS).map(Spanned::into_inner).unwrap_or_default();
+        let document = check::check(source, &OF_WHOLE_FILES, document, stand_ins, &errors);
         let at = At::new(source, &document, &errors);
         let wire = at.read::<wire::Experiment>();
         let experiment = wire.map(|wire| self.build(at, wire, &mut words, text));
@@ -156,20 +156,15 @@ impl Reader<'_> {
         let test = wire.suites.get(TEST).and_then(|name| self.catalog.suite(name).ok());
         words.sequences = test.map_or_else(Vec::new, |suite| suite.sequence_names());
         let mut tables = Vec::new();
-        for (k, t) in wire.table.iter().enumerate() {
-            let in_tables = at.key("table");
-            check_unique(in_tables, "table", &wire.table, k, |t| &t.name);
+        for (at, t) in named(at.key("table"), "table", &wire.table, |t| &t.name) {
             let before = words.tables.iter().map(String::as_str).take_while(|name| *name != t.name);
             if let Some(other) = &t.published {
-                in_tables.item(k).key("published").knows("table before this one", other, before);
+                at.key("published").knows("table before this one", other, before);
             }
-            tables.extend(Table::read(in_tables.item(k), t, words));
+            tables.extend(Table::read(at, t, words));
         }
-        let mut figures = Vec::new();
-        for (k, f) in wire.figure.iter().enumerate() {
-            check_unique(at.key("figure"), "figure", &wire.figure, k, |f| &f.name);
-            figures.extend(Figure::read(at.key("figure").item(k), f, words));
-        }
+        let figures = named(at.key("figure"), "figure", &wire.figure, |f| &f.name);
+        let mut figures: Vec<Figure> = figures.filter_map(|(at, f)| Figure::read(at, f, words)).collect();
         if wire.table.is_empty() && wire.figure.is_empty() && !methods.is_empty() {
             tables.push(Table::of_methods(words));
             figures.extend(Figure::of_methods(words));
@@ -214,24 +209,12 @@ pub(super) fn without_directive(text: &str) -> &str {
 /// Defaults for required keys that a wrong file lacks, so that the rest can be checked.
 const STAND_INS: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";
 
-fn with_stand_ins(mut document: Spanned<DeValue<'_>>) -> Spanned<DeValue<'_>> {
-    let stand_ins = DeTable::parse(STAND_INS).map(Spanned::into_inner).unwrap_or_default();
-    if let DeValue::Table(table) = document.get_mut() {
-        for (key, value) in stand_ins {
-            let key = Spanned::new(0..0, key.into_inner());
-            table.entry(key).or_insert(Spanned::new(0..0, value.into_inner()));
-        }
-    }
-    document
-}
-
 fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Method> {
     let words = known.words;
     let mut methods: Vec<Method> = Vec::new();
     let mut room = MAX_DETECTORS;
-    for (k, m) in wire.iter().enumerate() {
-        check_unique(at, "method", wire, k, |m| &m.name);
-        let (at, in_name) = (at.item(k), at.item(k).key("name"));
+    for (at, m) in named(at, "method", wire, |m| &m.name) {
+        let in_name = at.key("name");
         check_method_name(in_name, &m.name);
         all_known(at.key("trackers"), "tracker", m.trackers.as_deref().unwrap_or_default(), &words.trackers);
         let published = builtin::METHOD_TABLES.iter().map(|(name, _)| name.as_str());
@@ -267,9 +250,7 @@ fn read_analyses(at: At<'_>, wire: &[wire::Analysis], known: &Known<'_>) -> Vec<
     let mut analyses: Vec<Analysis> = Vec::new();
     let has_grid = |name: &&String| words.grids.iter().any(|grid| grid.method == **name);
     let without_grid = words.methods.iter().filter(|name| !has_grid(name)).map(String::as_str);
-    for (k, a) in wire.iter().enumerate() {
-        check_unique(at, "analysis", wire, k, |a| &a.name);
-        let at = at.item(k);
+    for (at, a) in named(at, "analysis", wire, |a| &a.name) {
         check_file_name(at.key("name"), &a.name);
         all_known(at.key("trackers"), "tracker", a.trackers.as_deref().unwrap_or_default(), &words.trackers);
         let Some(analysis) = analysis::read(at, a, known) else { continue };
