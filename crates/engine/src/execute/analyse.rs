@@ -2,11 +2,11 @@
 
 use super::context::Context;
 use super::supervise::run_single;
-use super::track::{self, Track, Tracks};
+use super::track::{Track, Tracks};
 use crate::error::{CellError, RunError, StepError};
 use crate::plan::{ExperimentPlan, PlannedSuite, signal_index};
-use crate::spec::Experiment;
 use crate::spec::analysis::Analysis;
+use crate::spec::{Experiment, Tracker};
 use crate::store;
 use crate::store::address::{Recipe, Stage};
 use rayon::prelude::*;
@@ -116,43 +116,43 @@ fn attributes_digest(sequence: &Sequence) -> String {
     hexadecimal(&Sha256::digest(text)[..8])
 }
 
-/// Sequences of a suite on which a tracker has the tracks of all runs that an analysis reads.
-#[derive(Default)]
-struct Usable {
-    sequences: BTreeSet<usize>,
-    /// Reason why other sequences cannot be analyzed: an unmet need, else the first failure.
-    lack: Option<CellError>,
-}
+/// The suites of an analysis with the sequences that a tracker can be analyzed on.
+type Usable = Result<Vec<(usize, BTreeSet<usize>)>, CellError>;
 
-impl Usable {
-    fn new(
-        plan: &ExperimentPlan<'_>,
-        tracks: &[Tracks],
-        suite: usize,
-        (tracker, runs): (usize, u32),
-        signal: Option<usize>,
-    ) -> Self {
-        let (mut usable, mut lacks) = (Self::default(), Vec::new());
-        for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
-            let lack = |j: usize| {
-                let track = tracks[s][j].as_ref().map_err(CellError::clone);
-                let checked = track.and_then(|track| track.check(signal.as_slice()));
-                checked.err().or_else(|| plan.unmet(planned, j, signal))
-            };
-            let before = lacks.len();
-            lacks.extend(plan.jobs_of(tracker, runs).filter_map(lack));
-            if lacks.len() == before {
-                usable.sequences.insert(s);
-            }
+/// The suite of a role with the sequences on which a tracker has the tracks of all runs that an analysis reads.
+///
+/// # Errors
+/// Reason why there is no such sequence: an unmet need, else the first failure.
+fn usable(
+    plan: &ExperimentPlan<'_>,
+    tracks: &[Vec<Tracks>],
+    role: &str,
+    (tracker, runs): (usize, u32),
+    signal: Option<usize>,
+) -> Result<(usize, BTreeSet<usize>), CellError> {
+    let no_suite = || CellError::Missing(format!("no suite in role `{role}`"));
+    let suite = plan.suite(role).ok_or_else(no_suite)?;
+    let (mut usable, mut lacks) = (BTreeSet::new(), Vec::new());
+    for (s, planned) in plan.suites[suite].sequences.iter().enumerate() {
+        let lack = |j: usize| {
+            let track = tracks[suite][s][j].as_ref().map_err(CellError::clone);
+            let checked = track.and_then(|track| track.check(signal.as_slice()));
+            checked.err().or_else(|| plan.unmet(planned, j, signal))
+        };
+        let before = lacks.len();
+        lacks.extend(plan.jobs_of(tracker, runs).filter_map(lack));
+        if lacks.len() == before {
+            usable.insert(s);
         }
-        usable.lack = lacks.into_iter().min_by_key(|e| match e {
-            CellError::Unmet(_) => 0,
-            CellError::Failed(_) => 1,
-            CellError::Missing(_) => 2,
-            CellError::Absent(_) => 3,
-        });
-        usable
     }
+    let lack = lacks.into_iter().min_by_key(|e| match e {
+        CellError::Unmet(_) => 0,
+        CellError::Failed(_) => 1,
+        CellError::Missing(_) => 2,
+        CellError::Absent(_) => 3,
+    });
+    let nothing = || CellError::Missing(format!("{} has no sequence", plan.suites[suite].name));
+    if usable.is_empty() { Err(lack.unwrap_or_else(nothing)) } else { Ok((suite, usable)) }
 }
 
 /// Computes all analyses on all trackers, except those of processing time. `tracks` has the tracks of every
@@ -162,18 +162,20 @@ impl Usable {
 /// When the run is interrupted or the store cannot be written to.
 pub fn analyse(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<Analyses, RunError> {
     let (plan, experiment) = (context.plan, context.plan.experiment);
-    let usable = |analysis: &Analysis| -> Vec<Vec<Usable>> {
+    let of_analysis = |analysis: &Analysis| -> Vec<Usable> {
         let signal = analysis.signal.as_ref().and_then(|s| signal_index(&plan.signals, s));
-        let of = |t: usize, (place, role): (usize, &String)| {
-            let tracker = &experiment.trackers[t];
-            let suite = plan.suite(role).filter(|_| analysis.runs_on(&tracker.label));
-            let mine = (t, analysis.runs(place, tracker));
-            suite.map_or_else(Usable::default, |k| Usable::new(plan, &tracks[k], k, mine, signal))
+        let of_tracker = |(t, tracker): (usize, &Tracker)| -> Usable {
+            if !analysis.runs_on(&tracker.label) {
+                return Err(CellError::not_asked_for());
+            }
+            let roles = analysis.roles.iter().enumerate();
+            roles
+                .map(|(k, role)| usable(plan, tracks, role, (t, analysis.runs(k, tracker)), signal))
+                .collect()
         };
-        let of_tracker = |t: usize| analysis.roles.iter().enumerate().map(|role| of(t, role)).collect();
-        (0..experiment.trackers.len()).map(of_tracker).collect()
+        experiment.trackers.iter().enumerate().map(of_tracker).collect()
     };
-    let usable: Vec<Vec<Vec<Usable>>> = experiment.analyses.iter().map(usable).collect();
+    let usable: Vec<Vec<Usable>> = experiment.analyses.iter().map(of_analysis).collect();
     let one = |(a, t): (usize, usize)| {
         let made = make(context, tracks, &experiment.analyses[a], &usable[a], t);
         analysed(experiment, (a, t), made)
@@ -182,12 +184,12 @@ pub fn analyse(context: &Context<'_>, tracks: &[Vec<Tracks>]) -> Result<Analyses
 }
 
 /// Computes an analysis on a tracker. To be comparable, trackers that have some sequences in each suite are
-/// analyzed on those that they have in common. `usable` has the sequences of each tracker and suite.
+/// analyzed on those that they have in common. `usable` has the sequences of each tracker.
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
     analysis: &Analysis,
-    usable: &[Vec<Usable>],
+    usable: &[Usable],
     tracker: usize,
 ) -> Result<Made, StepError> {
     let plan = context.plan;
@@ -197,30 +199,22 @@ fn make(
     let plugin = &analysis.plugin;
     let mut recipe = Recipe::new(Stage::Model).with("overlap", OVERLAP);
     recipe = recipe.with_plugin("analysis", analysis.kind, analysis.version, &plugin.params());
-    let has_all = |own: &&Vec<Usable>| own.iter().all(|usable| !usable.sequences.is_empty());
-    let is_compared = has_all(&&usable[tracker]);
     let (mut suites, mut shares, mut populations) = (Vec::new(), Vec::new(), Vec::new());
-    for (place, role) in analysis.roles.iter().enumerate() {
-        let Some(suite) = plan.suite(role) else {
-            return Err(CellError::Missing(format!("no suite in role `{role}`")).into());
-        };
-        let PlannedSuite { name, sequences, .. } = &plan.suites[suite];
-        let Usable { sequences: own, lack } = &usable[tracker][place];
-        if own.is_empty() {
-            let nothing = || CellError::Missing(format!("{name} has no sequence"));
-            return Err(lack.clone().unwrap_or_else(nothing).into());
-        }
-        let all = usable.iter().filter(has_all).map(|own| own[place].sequences.clone());
+    let own = usable[tracker].as_ref().map_err(CellError::clone)?;
+    for (place, (suite, own)) in own.iter().enumerate() {
+        let PlannedSuite { name, sequences, .. } = &plan.suites[*suite];
+        let all = usable.iter().flatten().map(|own| own[place].1.clone());
         let common = all.reduce(|common, own| &common & &own).unwrap_or_default();
-        if common.is_empty() && is_compared {
+        if common.is_empty() {
             let message = format!("there is no sequence of {name} that every tracker has a track of");
             return Err(CellError::Missing(message).into());
         }
         let runs = analysis.runs(place, &plan.experiment.trackers[tracker]);
         recipe = recipe.with("suite", name);
         let mut mine = Vec::new();
-        let all = track::of_runs(plan, tracks, suite, tracker, runs, signal).into_iter();
-        for (track, s, j) in all.filter(|(_, s, _)| common.contains(s)) {
+        let all = plan.of_runs(*suite, tracker, runs, signal).into_iter();
+        for (s, j) in all.filter(|(s, _)| common.contains(s)) {
+            let track = tracks[*suite][s][j].clone()?;
             let (read, address) = plan.read(&sequences[s], j, signal)?;
             let sequence = &*sequences[s].sequence;
             recipe = recipe.with(read, address);

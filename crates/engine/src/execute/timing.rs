@@ -7,7 +7,7 @@ use super::judge::ReadyDetectors;
 use super::pass::blank;
 use super::reverse::{self, Reversal, clocked};
 use super::supervise::run_single;
-use super::track::{self, Tracks};
+use super::track::Tracks;
 use super::tracker_run::TrackerRun;
 use crate::error::{CellError, RunError, StepError};
 use crate::plan::variants;
@@ -15,13 +15,13 @@ use crate::spec::analysis::Analysis;
 use crate::spec::method::SignalChoice;
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::sync::Arc;
 use std::time::Duration;
 use trackfail_core::image::Frame;
+use trackfail_judge::method::Method;
 use trackfail_judge::reader::{SignalReader, columns};
 use trackfail_methods::analysis::processing_time::{Spent, Timing};
 use trackfail_methods::analysis::{Findings, Population};
-use trackfail_methods::detector::{Detector, Input};
+use trackfail_methods::detector::Input;
 use trackfail_methods::signal::Reads;
 use trackfail_methods::tracker::Tracker;
 
@@ -43,12 +43,6 @@ pub fn measure(
     analyse::pairs(experiment, true).into_iter().map(one).collect()
 }
 
-/// A method to be timed, with its signals and detector.
-struct TimedMethod {
-    signals: Vec<SignalChoice>,
-    detector: Arc<dyn Detector>,
-}
-
 fn make(
     context: &Context<'_>,
     tracks: &[Vec<Tracks>],
@@ -58,15 +52,13 @@ fn make(
 ) -> Result<Made, StepError> {
     let plan = context.plan;
     let (names, repeats) = analysis.plugin.timed();
-    let Some(suite) = analysis.roles.first().and_then(|role| plan.suite(role)) else {
-        return Err(CellError::Missing("no suite to be timed on".to_string()).into());
-    };
+    let suite = analysis.roles.first().and_then(|role| plan.suite(role));
+    let suite = suite.ok_or_else(|| CellError::Missing("no suite to be timed on".to_string()))?;
     let mut methods = Vec::new();
     for name in names {
         let found = variants(plan.experiment).position(|(m, _)| m.name == *name);
-        let Some(v) = found else {
-            return Err(StepError::failed(format!("there is no method `{name}` to be timed")));
-        };
+        let unknown = || StepError::failed(format!("there is no method `{name}` to be timed"));
+        let v = found.ok_or_else(unknown)?;
         let mine = plan.signals_of(v);
         if let Some(need) = plan.unmet_on(suite, tracker, mine.first().copied()) {
             return Err(need.into());
@@ -79,14 +71,14 @@ fn make(
                 "`{name}` reads other trackers, and cannot be timed alone"
             )));
         }
-        methods.push(TimedMethod { signals, detector: detector.fixed.detector.plugin.clone() });
+        methods.push(Method { name: name.clone(), signals, detector: detector.fixed.clone() });
     }
     let planned = &plan.suites[suite];
-    let run =
-        |(_, s, j): (_, usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
+    let run = |(s, j): (usize, usize)| context.tracker_run(&planned.sequences[s].sequence, plan.jobs[j]);
     let runs = analysis.runs(0, &plan.experiment.trackers[tracker]);
-    let timed = track::of_runs(plan, tracks, suite, tracker, runs, None);
-    let made_on = timed.iter().map(|(_, s, _)| *s).collect::<BTreeSet<usize>>().len();
+    let mut timed = plan.of_runs(suite, tracker, runs, None);
+    timed.retain(|(s, j)| tracks[suite][*s][*j].is_ok());
+    let made_on = timed.iter().map(|(s, _)| *s).collect::<BTreeSet<usize>>().len();
     let runs: Vec<TrackerRun> = timed.into_iter().map(run).collect();
     let (plugin, name) = (analysis.plugin.clone(), planned.name.clone());
     let work = move || -> Result<Findings, StepError> {
@@ -114,9 +106,9 @@ struct TimedSignal {
 
 /// Times one pass over one track. The tracker and each signal get their own copy of each frame, without
 /// cached data of others, so that each is timed as if it ran alone.
-fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> {
+fn time(run: &TrackerRun, methods: &[Method]) -> Result<Timing, StepError> {
     let frames = run.sequence.len();
-    let goes_back = methods.iter().any(|method| method.detector.facts().needs_reverse);
+    let goes_back = methods.iter().any(|method| method.detector.detector.facts().needs_reverse);
     let (mut signals, mut reads_pixels) = (Vec::new(), run.config.facts().reads_pixels);
     for choice in methods.iter().flat_map(|method| &method.signals) {
         reads_pixels |= choice.signal.reads() == Reads::Pixels;
@@ -158,7 +150,7 @@ fn time(run: &TrackerRun, methods: &[TimedMethod]) -> Result<Timing, StepError> 
             columns.split_first().map_or((&zeros[..], &[][..]), |(first, more)| (*first, more));
         let input = Input { signal, more, error: &error, seed: 0, reverse: None };
         let detecting = Cell::default();
-        clocked(&detecting, || reverse::detect(&*method.detector, input, Some(&reversal)))?;
+        clocked(&detecting, || reverse::detect(&*method.detector.detector, input, Some(&reversal)))?;
         let back = reversal.take_cost();
         spent.push(Spent {
             signal: mine.iter().map(|signal| signal.spent.get()).sum::<Duration>().as_secs_f64(),

@@ -2,7 +2,6 @@
 
 use super::reverse::Reversal;
 use crate::error::CellError;
-use crate::plan::ExperimentPlan;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -87,22 +86,3 @@ impl Track {
 
 /// Tracks of one sequence, one for each job.
 pub type Tracks = Vec<Result<Arc<Track>, CellError>>;
-
-/// Tracks of a tracker's first `runs` runs on a suite, with the indices of their sequence and job. Tracks
-/// that failed or lack the signal are left out. `tracks` has the tracks of every suite.
-pub fn of_runs(
-    plan: &ExperimentPlan<'_>,
-    tracks: &[Vec<Tracks>],
-    suite: usize,
-    tracker: usize,
-    runs: u32,
-    signal: Option<usize>,
-) -> Vec<(Arc<Track>, usize, usize)> {
-    let pairs = plan.of_runs(suite, tracker, runs, signal).into_iter();
-    let with_signal = |(s, j): (usize, usize)| {
-        let track =
-            tracks[suite][s][j].as_ref().ok().filter(|track| track.check(signal.as_slice()).is_ok())?;
-        Some((track.clone(), s, j))
-    };
-    pairs.filter_map(with_signal).collect()
-}
