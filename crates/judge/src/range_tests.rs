@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 use std::ops::Bound;
 use trackfail_core::plugin::{Entry, ParamError, Range, RawParams};
 
-/// Checks that each kind is there once, that the parameters of its example are read back as they are shown, and that an
-/// unknown one is refused by its name.
-pub fn check_entries<T: ?Sized>(list: &[Entry<T>]) {
+/// Checks that each kind is there once, that the parameters of its example are read back as they are shown, that an
+/// unknown one is refused by its name, and the ranges.
+pub fn check<T: ?Sized>(list: &[Entry<T>]) {
     for (n, entry) in list.iter().enumerate() {
         let kind = entry.kind;
         assert!(list[..n].iter().all(|other| other.kind != kind), "{kind} is there twice");
@@ -20,6 +20,7 @@ pub fn check_entries<T: ?Sized>(list: &[Entry<T>]) {
         set.insert("no-such-parameter".into(), 1.into());
         let refused = build(&set).err().unwrap_or_else(|| panic!("{kind}: a parameter that nobody knows"));
         assert!(refused.message.contains("no-such-parameter"), "{kind}: {refused}");
+        entry.ranges.iter().for_each(|range| check_range(entry, range, &shown));
     }
 }
 
@@ -31,16 +32,6 @@ fn without_nulls(value: &Value) -> Value {
             set.map(|(key, value)| (key.clone(), without_nulls(value))).collect()
         }
         other => other.clone(),
-    }
-}
-
-/// Checks the ranges of every entry.
-pub fn check<T: ?Sized>(list: &[Entry<T>]) {
-    for entry in list {
-        let shown = entry.build_from_text(entry.example).unwrap().params();
-        for range in entry.ranges {
-            check_range(entry, range, &shown);
-        }
     }
 }
 

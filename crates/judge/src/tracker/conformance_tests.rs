@@ -271,7 +271,6 @@ fn parameters_that_do_not_go_together_are_refused() {
 
 #[test]
 fn the_list_and_its_ranges_are_lawful() {
-    crate::range_tests::check_entries(TRACKERS);
     crate::range_tests::check(TRACKERS);
     trackfail_testing::check_pins("range tracker", crate::range_tests::pins(TRACKERS));
 }
