@@ -2,7 +2,7 @@
 
 use super::Failure;
 use crate::plugin::{self, Configured, Entry};
-use crate::spec::error::Source;
+use crate::spec::error::SourceFile;
 use crate::tracker::process;
 use crate::tracker::{TRACKERS, TrackerConfig};
 
@@ -31,7 +31,7 @@ pub fn live_tracker(kind: &str, params: &str) -> Result<NamedTracker, Failure> {
         )));
     }
     let config = entry.build_from_text(params).map_err(|e| {
-        let source = Source::new("--params", params);
+        let source = SourceFile::new("--params", params);
         Failure::usage(source.error(e.span.unwrap_or(0..0), e.message).to_string())
     })?;
     Ok((entry, config))

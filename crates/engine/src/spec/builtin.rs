@@ -1,6 +1,6 @@
 //! Experiments and published methods that come with the program.
 
-use super::error::{At, Errors, Source};
+use super::error::{At, Errors, Source, SourceFile};
 use super::limits::MAX_DETECTORS;
 use super::method::{self, Method};
 use super::{SpecError, wire};
@@ -55,8 +55,8 @@ pub(super) static METHOD_TABLES: LazyLock<Vec<(String, Spanned<DeTable<'static>>
 pub fn published_method(name: &str) -> Option<Result<Method, SpecError>> {
     let (_, table) = METHOD_TABLES.iter().find(|(known, _)| known == name)?;
     let table = Spanned::new(table.span(), DeValue::Table(table.get_ref().clone()));
-    let errors = Errors::default();
-    let at = At::new(Source::new("methods.json", METHODS), &table, &errors);
+    let (files, errors) = ([SourceFile::new("methods.json", METHODS)], Errors::default());
+    let at = At::new(Source(&files), &table, &errors);
     let wire = at.read::<wire::Method>();
     let method = wire.and_then(|wire| method::read(at, None, &wire, &PROTOCOLS[0], MAX_DETECTORS));
     Some(errors.or(method))

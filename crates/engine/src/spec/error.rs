@@ -169,7 +169,10 @@ impl<'a> At<'a> {
     /// Deserializes the value, whose shape has been checked.
     pub fn read<T: Deserialize<'a>>(self) -> Option<T> {
         let read = T::deserialize(ValueDeserializer::from(self.value.clone()));
-        read.map_err(|e| self.errors.push(self.source.toml(&e, self.value.span()))).ok()
+        let tell = |e: toml::de::Error| {
+            self.errors.push(self.source.error(e.span().unwrap_or(self.value.span()), e.message()));
+        };
+        read.map_err(tell).ok()
     }
 }
 
@@ -178,106 +181,42 @@ impl<'a> At<'a> {
 pub(super) const MAX_WORD: usize = 64;
 const MAX_MESSAGE: usize = 2000;
 
-/// A text that is being read. It converts byte ranges to lines of files.
+/// Files that are being read, of which each extends the next. It converts byte ranges to lines of files.
 ///
-/// An experiment and the files that it extends share one range of byte positions, so that the position of a
-/// value tells its file. The text of each file starts after the end of the file that extends it; the
-/// positions before are blank.
+/// The files share one range of byte positions, so that the position of a value tells its file. The text of
+/// each file starts after the end of the file that extends it; the positions before are blank.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
-    file: &'a str,
-    text: &'a str,
-    /// Text appended to all messages.
-    note: &'a str,
-    /// Position of the first byte.
-    start: usize,
-    /// Files that this one extends, by ascending start.
-    bases: &'a [SourceFile],
-}
+pub(super) struct Source<'a>(pub &'a [SourceFile]);
 
 impl<'a> Source<'a> {
-    /// Source for the whole text of one file; `file` is its name in messages.
-    pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, text, note: "", start: 0, bases: &[] }
-    }
-
-    /// Source for the first of several files, each of which extends the next. There is at least one.
-    pub(super) fn first_of(files: &'a [SourceFile]) -> Self {
-        Self { bases: &files[1..], ..files[0].source() }
-    }
-
-    /// Source of the file that contains a position.
-    fn at(self, place: usize) -> Self {
-        let base = self.bases.iter().rev().find(|file| file.start <= place);
-        base.map_or(Self { bases: &[], ..self }, SourceFile::source)
+    /// File that contains a position.
+    fn at(self, place: usize) -> &'a SourceFile {
+        self.0.iter().rev().find(|file| file.start <= place).unwrap_or(&self.0[0])
     }
 
     /// Error at a byte range.
-    pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
-        let at = self.at(span.start);
-        let start = span.start.clamp(at.start, at.text.len());
-        let line = at.line(start);
-        let excerpt = excerpt::excerpt(at.text, line, &(start..span.end.clamp(start, at.text.len())));
-        SpecError {
-            file: at.file.to_string(),
-            line,
-            message: shorten_to(&message.into(), MAX_MESSAGE) + at.note,
-            excerpt,
-            others: Vec::new(),
-        }
-    }
-
-    /// Line of a position in this file, from 1.
-    fn line(&self, place: usize) -> usize {
-        line_of(&self.text.as_bytes()[self.start..], place.saturating_sub(self.start))
-    }
-
-    /// `FILE:LINE` of a position in this file.
-    pub(super) fn file_and_line(&self, place: usize) -> String {
-        format!("{}:{}", self.file, self.line(place))
+    pub fn error(self, span: Range<usize>, message: impl Into<String>) -> SpecError {
+        self.at(span.start).error(span, message)
     }
 
     /// Text of a byte range; empty if there is none.
-    pub(super) fn slice(&self, span: Range<usize>) -> &'a str {
+    pub fn slice(self, span: Range<usize>) -> &'a str {
         self.at(span.start).text.get(span).unwrap_or_default()
     }
 
     /// Text of the file of a position, up to the position.
-    pub(super) fn before(&self, place: usize) -> &'a str {
+    pub fn before(self, place: usize) -> &'a str {
         self.at(place).text.get(..place).unwrap_or_default()
-    }
-
-    /// Converts an error of the TOML parser; `fallback` is the range if the error has none.
-    pub fn toml(&self, e: &toml::de::Error, fallback: Range<usize>) -> SpecError {
-        self.error(e.span().unwrap_or(fallback), e.message())
-    }
-
-    /// Keys and values of the text, without those of the files that it extends.
-    ///
-    /// # Errors
-    /// All errors of the TOML parser.
-    pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'a>>, SpecError> {
-        let (document, wrong) = DeTable::parse_recoverable(self.text);
-        let errors = Errors::default();
-        let mut last = 0;
-        for fault in wrong.iter().take(MAX_ERRORS) {
-            let error = self.toml(fault, 0..0);
-            // What is told of the rest of a line follows from its first error.
-            if error.line != std::mem::replace(&mut last, error.line) {
-                errors.push(error);
-            }
-        }
-        errors.or(Some(document))
     }
 }
 
-/// One file of a chain in which each file extends the next.
+/// A file that is being read.
 #[derive(Debug)]
-pub(super) struct SourceFile {
+pub struct SourceFile {
     /// Name in messages.
-    pub name: String,
+    pub(super) name: String,
     /// Whole text, after blanks up to its start.
-    text: String,
+    pub(super) text: String,
     /// Text appended to messages about the file: the files that extend it.
     note: String,
     /// Position of the first byte.
@@ -285,15 +224,57 @@ pub(super) struct SourceFile {
 }
 
 impl SourceFile {
-    /// A file placed after the one that extends it, if there is one.
-    pub fn new(name: String, text: &str, note: String, behind: Option<&Self>) -> Self {
-        let blanks = behind.map_or(String::new(), |file| " ".repeat(file.text.len()) + "\n");
-        let start = blanks.len();
-        Self { name, text: blanks + text.trim_start_matches('\u{feff}'), note, start }
+    /// A file that no other extends.
+    pub fn new(name: &str, text: &str) -> Self {
+        let text = text.trim_start_matches('\u{feff}').to_string();
+        Self { name: name.to_string(), text, note: String::new(), start: 0 }
     }
 
-    /// Source for reading the text.
-    pub fn source(&self) -> Source<'_> {
-        Source { file: &self.name, text: &self.text, note: &self.note, start: self.start, bases: &[] }
+    /// A file placed after the one that extends it.
+    pub(super) fn after(last: &Self, name: &str, text: &str, note: String) -> Self {
+        let mut file = Self { note, start: last.text.len() + 1, ..Self::new(name, text) };
+        file.text.insert_str(0, &(" ".repeat(last.text.len()) + "\n"));
+        file
+    }
+
+    /// Error at a byte range.
+    pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> SpecError {
+        let start = span.start.clamp(self.start, self.text.len());
+        let line = self.line(start);
+        let excerpt = excerpt::excerpt(&self.text, line, &(start..span.end.clamp(start, self.text.len())));
+        let message = shorten_to(&message.into(), MAX_MESSAGE) + &self.note;
+        SpecError { file: self.name.clone(), line, message, excerpt, others: Vec::new() }
+    }
+
+    /// Line of a position, from 1.
+    fn line(&self, place: usize) -> usize {
+        line_of(&self.text.as_bytes()[self.start..], place.saturating_sub(self.start))
+    }
+
+    /// `FILE:LINE` of a position.
+    pub(super) fn file_and_line(&self, place: usize) -> String {
+        format!("{}:{}", self.name, self.line(place))
+    }
+
+    /// Converts an error of the TOML parser.
+    pub(super) fn toml(&self, e: &toml::de::Error) -> SpecError {
+        self.error(e.span().unwrap_or(0..0), e.message())
+    }
+
+    /// Keys and values of the text, without those of the files that it extends.
+    ///
+    /// # Errors
+    /// All errors of the TOML parser.
+    pub(super) fn syntax(&self) -> Result<Spanned<DeTable<'_>>, SpecError> {
+        let (document, wrong) = DeTable::parse_recoverable(&self.text);
+        let errors = Errors::default();
+        let mut last = 0;
+        for error in wrong.iter().take(MAX_ERRORS).map(|fault| self.toml(fault)) {
+            // What is told of the rest of a line follows from its first error.
+            if error.line != std::mem::replace(&mut last, error.line) {
+                errors.push(error);
+            }
+        }
+        errors.or(Some(document))
     }
 }

@@ -136,11 +136,11 @@ pub(super) fn is_complete(document: &DeTable<'_>) -> bool {
 /// # Errors
 /// Errors in groups and in `[without]`, and a result longer than an experiment file may be.
 pub(super) fn complete(files: &[SourceFile]) -> Result<(String, Spanned<DeTable<'_>>), SpecError> {
-    let source = Source::first_of(files);
+    let source = Source(files);
     let mut assembly = Assembly { source, room: MAX_BYTES };
     let mut whole = Document::default();
     for file in files.iter().rev() {
-        let document = assembly.cut(file.source().syntax()?)?;
+        let document = assembly.cut(file.syntax()?)?;
         whole = assembly.merge(whole, document)?;
     }
     assembly.name_members(&mut whole)?;

@@ -1,6 +1,6 @@
 //! Presentation: the parts of an experiment that can change without another run.
 
-use super::error::{Source, SpecError};
+use super::error::{SourceFile, SpecError};
 use super::limits;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,11 +28,10 @@ pub fn other_keys(one: &str, other: &str) -> Vec<String> {
 /// # Errors
 /// When the file cannot be read, is not TOML, or has no name.
 pub fn name_of(path: &Path) -> Result<String, SpecError> {
-    let (file, text) = (path.display().to_string(), limits::read_text(path)?);
-    let source = Source::new(&file, &text);
-    let document = source.syntax()?;
+    let file = SourceFile::new(&path.display().to_string(), &limits::read_text(path)?);
+    let document = file.syntax()?;
     let name = document.get_ref().get("name").and_then(|name| name.get_ref().as_str());
-    name.map(str::to_string).ok_or_else(|| source.error(0..0, "there is no `name`"))
+    name.map(str::to_string).ok_or_else(|| file.error(0..0, "there is no `name`"))
 }
 
 fn numbers_rest_on(table: Table) -> BTreeMap<String, Value> {

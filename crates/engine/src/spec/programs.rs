@@ -3,7 +3,7 @@
 //! experiment files, an unknown key is an error with its line and the nearest valid word.
 
 use super::check;
-use super::error::{At, Errors, Source, SpecError};
+use super::error::{At, Errors, Source, SourceFile, SpecError};
 use super::limits::read_at_most;
 use super::name::is_word;
 use super::schema::{remove, remove_null};
@@ -83,9 +83,9 @@ pub fn read(path: &Path) -> Result<Programs, SpecError> {
 /// # Errors
 /// All errors of the text.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Programs, SpecError> {
-    let source = Source::new(file, text);
-    let errors = Errors::default();
-    let document = DeTable::parse(text).map_err(|e| source.toml(&e, 0..0))?;
+    let files = [SourceFile::new(file, text)];
+    let (source, errors) = (Source(&files), Errors::default());
+    let document = DeTable::parse(&files[0].text).map_err(|e| files[0].toml(&e))?;
     let document = check::check(source, &SCHEMA, document, DeTable::new(), &errors);
     let at = At::new(source, &document, &errors);
     let mut list = Vec::new();

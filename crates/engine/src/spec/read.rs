@@ -6,7 +6,7 @@ mod trackers;
 
 use super::analysis::{self, Analysis};
 use super::check;
-use super::error::{At, Errors, Source, SpecError};
+use super::error::{At, Errors, Source, SourceFile, SpecError};
 use super::extend::{self, Folder};
 use super::figure::Figure;
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
@@ -76,17 +76,17 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn read(&self, file: &str, text: &str, folder: Option<Folder>) -> Result<Experiment, SpecError> {
-        let source = Source::new(file, text);
+        let first = SourceFile::new(file, text);
         if text.len() > MAX_BYTES {
-            return Err(source.error(0..0, format!("an experiment file has at most {MAX_BYTES} bytes")));
+            return Err(first.error(0..0, format!("an experiment file has at most {MAX_BYTES} bytes")));
         }
-        let document = source.syntax()?;
+        let files = extend::load(first, folder)?;
+        let document = files[0].syntax()?;
         if extend::is_complete(document.get_ref()) {
-            return self.check(source, without_directive(text), document);
+            return self.check(Source(&files), without_directive(text), document);
         }
-        let files = extend::load(file, text, folder)?;
         let (text, document) = extend::complete(&files)?;
-        self.check(Source::first_of(&files), &text, document)
+        self.check(Source(&files), &text, document)
     }
 
     /// Checks an experiment that is complete in itself.

@@ -34,26 +34,25 @@ fn parent(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_path_buf()
 }
 
-/// Reads the chain of files that a text extends. The text comes first, each file extends the next. Without a
+/// Reads the chain of files that a file extends. The file comes first, each one extends the next. Without a
 /// folder, only built-in experiments can be extended.
 ///
 /// # Errors
 /// A base that cannot be read, or a circle of bases.
 pub(in crate::spec) fn load(
-    name: &str,
-    text: &str,
+    first: SourceFile,
     mut folder: Option<Folder>,
 ) -> Result<Vec<SourceFile>, SpecError> {
     let mut files = Vec::new();
     let mut extended_by = Vec::new();
-    let mut next = Some(SourceFile::new(name.to_string(), text, String::new(), None));
+    let mut next = Some(first);
     while let Some(file) = next.take() {
         files.push(file);
         let last = &files[files.len() - 1];
-        let (source, document) = (last.source(), last.source().syntax()?);
+        let document = last.syntax()?;
         let Some(value) = document.get_ref().get(EXTENDS) else { break };
         let Some(target) = value.get_ref().as_str() else { break };
-        let wrong = |message: String| source.error(value.span(), message);
+        let wrong = |message: String| last.error(value.span(), message);
         let (name, text) = open(&mut folder, target, &wrong)?;
         if target.ends_with(".toml") && files.iter().any(|file| file.name == name) {
             return Err(wrong(format!("`{target}` extends itself")));
@@ -61,9 +60,9 @@ pub(in crate::spec) fn load(
         if files.len() == MAX_FILES {
             return Err(wrong(format!("more than {MAX_FILES} files extend one another")));
         }
-        extended_by.insert(0, source.file_and_line(value.span().start));
+        extended_by.insert(0, last.file_and_line(value.span().start));
         let note = format!(" (extended by {})", extended_by.join(", "));
-        next = Some(SourceFile::new(name, &text, note, Some(last)));
+        next = Some(SourceFile::after(last, &name, &text, note));
     }
     Ok(files)
 }
