@@ -13,15 +13,17 @@ pub mod confidence;
 mod conformance_tests;
 mod deep_verification;
 pub mod distribution_field;
+mod effective_particles;
 mod forward_backward;
 mod histogram;
 mod object_color;
 #[cfg(test)]
 mod oracle_tests;
-mod particle_weights;
+mod particle_entropy;
 mod region_covariance;
+mod response_apce;
 mod response_peak;
-mod response_ratio;
+mod response_psr;
 mod rgb_histogram;
 mod rgb_lbp_histogram;
 mod template_correlation;
@@ -211,14 +213,14 @@ pub static SIGNALS: &[Entry<dyn Signal>] = &[
     confidence::ENTRY,
     deep_verification::ENTRY,
     distribution_field::ENTRY,
-    particle_weights::EFFECTIVE,
+    effective_particles::ENTRY,
     forward_backward::ENTRY,
     object_color::ENTRY,
-    particle_weights::ENTROPY,
+    particle_entropy::ENTRY,
     region_covariance::ENTRY,
-    response_ratio::APCE,
+    response_apce::ENTRY,
     response_peak::ENTRY,
-    response_ratio::PSR,
+    response_psr::ENTRY,
     rgb_histogram::ENTRY,
     rgb_lbp_histogram::ENTRY,
     template_correlation::ENTRY,
