@@ -301,24 +301,6 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
     #[test]
-    fn a_stream_that_is_saved_goes_on_as_if_it_had_not_been(
-        values in prop::collection::vec(prop::option::weighted(0.9, 0.0..1.0_f64), 2..150), cut in 0..150_usize,
-    ) {
-        let all = tracks();
-        let detector = learnt(&examples(&all), PARAMS);
-        let values: Vec<f64> = values.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
-        let cut = cut % values.len();
-        let mut straight = detector.stream().unwrap();
-        let mut first = detector.stream().unwrap();
-        let expected: Vec<_> = values.iter().map(|v| straight.push(&[*v])).collect();
-        values[..cut].iter().for_each(|v| drop(first.push(&[*v])));
-        let mut second = detector.stream().unwrap();
-        prop_assert!(second.restore(&first.save()) && !second.restore(&[7; 3]));
-        let got: Vec<_> = values[cut..].iter().map(|v| second.push(&[*v])).collect();
-        prop_assert_eq!(&got[..], &expected[cut..]);
-    }
-
-    #[test]
     fn the_deviation_is_the_median_of_all_distances(values in prop::collection::vec(-5.0..5.0_f64, 1..130)) {
         let mut history = InputHistory::default();
         let features: Vec<_> = values.iter().map(|v| history.push(input("share"), *v)).collect();
