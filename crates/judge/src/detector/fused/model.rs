@@ -87,13 +87,8 @@ impl News {
     }
 }
 
-/// Score before calibration.
-pub fn score(bias: f64, weights: &[Weight], features: &[f64]) -> f64 {
-    bias + part(weights, features)
-}
-
 /// Contribution of some features to the score.
-fn part(weights: &[Weight], features: &[f64]) -> f64 {
+pub fn part(weights: &[Weight], features: &[f64]) -> f64 {
     weights.iter().zip(features).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
 }
 
