@@ -161,9 +161,7 @@ impl Params {
         let within = |window: usize| {
             let first = settling.max(t.saturating_sub(window)).min(t);
             let past = smoothed[first..t].iter().copied().filter(|s| *s > floor);
-            let bounds = past.fold(None, |bounds: Option<(f64, f64)>, s| {
-                Some(bounds.map_or((s, s), |(least, most)| (least.min(s), most.max(s))))
-            });
+            let bounds = past.clone().reduce(f64::min).zip(past.reduce(f64::max));
             let Some((least, most)) = bounds.filter(|_| t >= settling) else { return (0.0, 0.0) };
             let over = match decrease {
                 Decrease::OverCurrent => now,

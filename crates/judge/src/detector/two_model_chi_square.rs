@@ -143,14 +143,8 @@ impl TwoModelChiSquare {
             let (statistic, rise) = self.statistic(reference, test);
             score[t] = statistic;
             alarm[t] = statistic > self.threshold;
-            let now = match (alarm[t], rise < 0.0) {
-                (false, _) => 0,
-                (true, false) => 1,
-                (true, true) => -1,
-            };
-            if now != sign {
-                changes[t] = now;
-            }
+            let now = i32::from(alarm[t]) * if rise < 0.0 { -1 } else { 1 };
+            changes[t] = if now == sign { 0 } else { now };
             sign = now;
         }
         DetectorOutput { score, alarm, changes: Some(changes), ..DetectorOutput::default() }

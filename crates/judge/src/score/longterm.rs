@@ -184,9 +184,7 @@ impl Rules {
 
 /// Point with the largest F, the first of several; `None` for an empty curve.
 pub fn best(curve: &[Point]) -> Option<Point> {
-    let better =
-        |best: Option<Point>, p: &Point| Some(best.filter(|b| b.f_score() >= p.f_score()).unwrap_or(*p));
-    curve.iter().fold(None, better)
+    curve.iter().copied().reduce(|best, p| if best.f_score() >= p.f_score() { best } else { p })
 }
 
 #[cfg(test)]
