@@ -55,14 +55,8 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            order: [1, 1],
-            window: 20,
-            horizon: 5,
-            threshold: 0.004,
-            scheme: Scheme::Block,
-            start: Presample::Backcast,
-        }
+        let (scheme, start) = (Scheme::Block, Presample::Backcast);
+        Self { order: [1, 1], window: 20, horizon: 5, threshold: 0.004, scheme, start }
     }
 }
 

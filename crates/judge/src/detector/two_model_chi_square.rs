@@ -68,14 +68,8 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            length: 5,
-            reference: 2,
-            least_reference: 10,
-            alpha: 0.005,
-            variance_floor: 1e-8,
-            test: Test::Mean,
-        }
+        let test = Test::Mean;
+        Self { length: 5, reference: 2, least_reference: 10, alpha: 0.005, variance_floor: 1e-8, test }
     }
 }
 

@@ -81,11 +81,8 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            statistic: Statistic::Median,
-            companions: Companions::ExternalCompanions(ExternalCompanions::Given),
-            at_most: None,
-        }
+        let companions = Companions::ExternalCompanions(ExternalCompanions::Given);
+        Self { statistic: Statistic::Median, companions, at_most: None }
     }
 }
 

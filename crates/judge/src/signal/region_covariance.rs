@@ -107,15 +107,9 @@ pub struct Params {
 
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            ridge: 1e-6,
-            distance: Distance::Root,
-            positions: Positions::Pixels,
-            gray_ridge: 1e-3,
-            colors: Colors::Rgb,
-            parts: Parts::Whole,
-            size_history: 0,
-        }
+        let (distance, positions) = (Distance::Root, Positions::Pixels);
+        let (colors, parts) = (Colors::default(), Parts::default());
+        Self { ridge: 1e-6, distance, positions, gray_ridge: 1e-3, colors, parts, size_history: 0 }
     }
 }
 
