@@ -5,7 +5,7 @@ use super::output::{self, Format};
 use crate::report::explain::explain;
 use crate::report::explain::listing::{self, Digits, Listing, NAMED};
 use crate::report::explain::select;
-use crate::report::trace::{self, frame_range};
+use crate::report::trace::frame_range;
 use std::path::PathBuf;
 
 /// Arguments of `explain`.
@@ -72,11 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             add(listing::about(&results, table, &explained), listing::sequences(&explained, digits))?;
             continue;
         };
-        select::check_sequence(&explained, sequence)?;
-        select::check_frames(&results, cell)?;
-        let traces =
-            trace::read(&results, &cell.tracker, &cell.label(), Some(sequence)).map_err(|e| io(&e))?;
-        select::check_counts(&explained, sequence, &traces).map_err(|e| io(&e))?;
+        let traces = select::traces(&results, &explained, sequence)?;
         if let Some((from, to)) = args.frames {
             let numbers = || traces.iter().flat_map(|trace| &trace.track.numbers);
             if let (Some(first), Some(last)) = (numbers().min(), numbers().max())

@@ -12,7 +12,7 @@ use trackfail_engine::spec::check_experiment_name;
 pub struct LookupError {
     /// True if there is nothing of that name, or nothing was run; false if the results cannot be read.
     pub is_unknown: bool,
-    message: String,
+    pub(super) message: String,
 }
 
 impl LookupError {

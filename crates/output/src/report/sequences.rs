@@ -89,11 +89,6 @@ pub fn counted_by(protocol: &Protocol) -> String {
     format!("counted by {}: {}", protocol.name, protocol.summary)
 }
 
-/// Path of a still beside the page.
-pub fn still_file(sequence: usize, frame: usize) -> String {
-    format!("stills/{sequence:03}-{frame:06}.png")
-}
-
 /// Data of the tracks that are given, or else of all tracks, without the stills.
 ///
 /// # Errors

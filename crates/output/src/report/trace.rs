@@ -91,11 +91,6 @@ pub fn is_all_clear(changes: &[i32], t: usize) -> bool {
 }
 
 impl Trace {
-    fn of_first_method(mut track: TrackSeries) -> Option<Self> {
-        let methods = std::mem::take(&mut track.methods);
-        Some(Self { method: methods.into_iter().next()?, track })
-    }
-
     /// Events, detections and matches, computed by the protocol.
     pub fn judge(&self, protocol: &Protocol) -> TrackScore {
         self.track.judge(protocol, &self.method.alarm, &self.method.changes)
@@ -158,8 +153,11 @@ pub fn read(
     sequence: Option<&str>,
 ) -> Result<Vec<Trace>, ResultsError> {
     let filter = TrackFilter { tracker: Some(tracker), method: Some(method), sequence, run: None };
-    let tracks = results.checked_tracks(&filter)?;
-    Ok(tracks.into_iter().filter_map(Trace::of_first_method).collect())
+    let of_method = |mut track: TrackSeries| {
+        let method = std::mem::take(&mut track.methods).into_iter().next()?;
+        Some(Trace { track, method })
+    };
+    Ok(results.checked_tracks(&filter)?.into_iter().filter_map(of_method).collect())
 }
 
 /// Error for a text that does not name frames.

@@ -227,7 +227,7 @@ fn keep_stills(
         if !sequence.stills.contains(&t)
             && let Ok(pixels) = results.still(&request.figure, t)
         {
-            let path = folder.join(sequences::still_file(s, t));
+            let path = folder.join(format!("stills/{s:03}-{t:06}.png"));
             let png = image::encode_png(&pixels).map_err(|e| StoreError::new(&path, e))?;
             store::write_derived(&path, &png)?;
             sequence.stills.insert(t);

@@ -4,11 +4,12 @@ use super::Explained;
 use super::listing::in_words;
 use crate::report::figures::lines::distinct;
 use crate::report::finished::{self, LookupError};
-use crate::report::trace::Trace;
+use crate::report::trace::{self, Trace};
 use crate::results::beside::plain;
 use crate::results::{ANALYSES, CellScore, Results};
 use crate::table;
 use crate::table::layout::{self, Origin};
+use std::fmt::Display;
 use std::path::Path;
 use trackfail_core::plugin;
 use trackfail_engine::spec::table::Table;
@@ -99,23 +100,6 @@ pub fn find_cells(
     Ok(cells)
 }
 
-/// Checks that a sequence contributes to a number.
-///
-/// # Errors
-/// When the run on the sequence failed, or the sequence is unknown.
-pub fn check_sequence(explained: &Explained, wanted: &str) -> Result<(), LookupError> {
-    if explained.parts.iter().any(|p| p.sequence == wanted) {
-        return Ok(());
-    }
-    let Origin { tracker, method, .. } = &explained.of;
-    if let Some((sequence, run, reason)) = explained.failed.iter().find(|f| f.0 == wanted) {
-        let message = format!("{sequence}: {method} on {tracker}, run {run}, has no result: {reason}");
-        return Err(LookupError::unknown(message));
-    }
-    let known = explained.parts.iter().map(|p| &p.sequence);
-    Err(unknown(&format!("{method} on {tracker}"), "sequence", wanted, known))
-}
-
 /// The file of single frames.
 const FRAMES: &str = "frames.parquet";
 
@@ -129,27 +113,36 @@ pub fn has_frames(results: &Results, of: &Origin) -> bool {
     results.manifest.files.contains_key(FRAMES) && !is_kept(of)
 }
 
-/// Checks that the results have the single frames behind a number.
+/// Tracks of a sequence behind a number, frame by frame.
 ///
 /// # Errors
-/// When they have none.
-pub fn check_frames(results: &Results, of: &Origin) -> Result<(), LookupError> {
-    let why = match (has_frames(results, of), is_kept(of)) {
-        (true, _) => return Ok(()),
-        (_, true) => "rows marked (kept) have no single frames; explain them in the results they are from",
-        _ => "these results are compact and have no single frames; run it again without --compact",
+/// When the run on the sequence failed, the sequence is unknown, the results have no single frames, or these
+/// do not give the same counts as the table of scores. One run writes both.
+pub fn traces(results: &Results, explained: &Explained, wanted: &str) -> Result<Vec<Trace>, LookupError> {
+    let (of, experiment) = (&explained.of, &results.experiment.name);
+    let Origin { tracker, method, .. } = of;
+    let Some(part) = explained.parts.iter().find(|p| p.sequence == wanted) else {
+        if let Some((sequence, run, reason)) = explained.failed.iter().find(|f| f.0 == wanted) {
+            let message = format!("{sequence}: {method} on {tracker}, run {run}, has no result: {reason}");
+            return Err(LookupError::unknown(message));
+        }
+        let known = explained.parts.iter().map(|p| &p.sequence);
+        return Err(unknown(&format!("{method} on {tracker}"), "sequence", wanted, known));
     };
-    Err(LookupError::unknown(format!("{}: {why}", results.experiment.name)))
-}
-
-/// Checks that the frames of a sequence give the same counts as the table of scores. One run writes both.
-///
-/// # Errors
-/// When they differ.
-pub fn check_counts(explained: &Explained, sequence: &str, traces: &[Trace]) -> Result<(), String> {
-    let part = explained.parts.iter().find(|p| p.sequence == sequence);
-    let (Some(part), Some(protocol)) = (part, explained.protocol) else { return Ok(()) };
-    compare(sequence, traces.iter().map(|t| t.judge(protocol).counts).sum(), part.counts)
+    if !has_frames(results, of) {
+        let why = match is_kept(of) {
+            true => "rows marked (kept) have no single frames; explain them in the results they are from",
+            false => "these results are compact and have no single frames; run it again without --compact",
+        };
+        return Err(LookupError::unknown(format!("{experiment}: {why}")));
+    }
+    let broken = |e: &dyn Display| LookupError { is_unknown: false, message: format!("{experiment}: {e}") };
+    let traces = trace::read(results, tracker, &of.label(), Some(wanted)).map_err(|e| broken(&e))?;
+    if let Some(protocol) = explained.protocol {
+        let counted = traces.iter().map(|t| t.judge(protocol).counts).sum();
+        compare(wanted, counted, part.counts).map_err(|e| broken(&e))?;
+    }
+    Ok(traces)
 }
 
 fn compare(sequence: &str, counted: Counts, stored: Counts) -> Result<(), String> {

@@ -38,7 +38,8 @@ struct Experiment<'s> {
     summary: &'s Summary,
     /// Methods of the experiment, the best first.
     standings: Vec<&'s Standing>,
-    /// Rank of each method, see [`rank_in`].
+    /// Rank of each method: `3`, or `3=` if shared. Empty for anchors, methods without a value, and with too
+    /// few sequences.
     ranks: Vec<String>,
 }
 
@@ -71,16 +72,6 @@ fn is_large(summary: &Summary) -> bool {
     summary.present >= MIN_SEQUENCES as u64
 }
 
-/// Rank of a method within an experiment: `3`, or `3=` if shared. Empty for anchors, methods without a value,
-/// and with too few sequences.
-fn rank_in(standings: &[&Standing], summary: &Summary, standing: &Standing) -> String {
-    let value = |s: &Standing| auroc(s).filter(|_| !s.anchor && is_large(summary));
-    let Some(mine) = value(standing) else { return String::new() };
-    let all = || standings.iter().filter_map(|s| value(s));
-    let above = all().filter(|v| *v > mine).count();
-    format!("{}{}", 1 + above, if all().filter(|v| *v == mine).count() > 1 { "=" } else { "" })
-}
-
 /// Methods with these needs that have the largest AUROC, as printed.
 fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
     let fits = |s: &&&Standing| !s.anchor && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
@@ -99,7 +90,14 @@ fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
         let mut standings: Vec<&Standing> = summary.standings.iter().collect();
         standings
             .sort_by(|a, b| a.anchor.cmp(&b.anchor).then(better_first(auroc(a), auroc(b), HigherIsBetter)));
-        let ranks = standings.iter().map(|one| rank_in(&standings, summary, one)).collect();
+        let value = |s: &Standing| auroc(s).filter(|_| !s.anchor && is_large(summary));
+        let rank = |one: &&Standing| {
+            let Some(mine) = value(one) else { return String::new() };
+            let all = || standings.iter().filter_map(|s| value(s));
+            let above = all().filter(|v| *v > mine).count();
+            format!("{}{}", 1 + above, if all().filter(|v| *v == mine).count() > 1 { "=" } else { "" })
+        };
+        let ranks = standings.iter().map(rank).collect();
         Experiment { folder, summary, standings, ranks }
     };
     let ranked = site.reports.iter().filter(|(_, summary)| !summary.standings.is_empty());

@@ -113,8 +113,9 @@ impl Estimate {
 pub fn summary(results: &Results, units: &Units, page: &Page) -> Summary {
     let manifest = &results.manifest;
     let suite = &manifest.suite;
-    let counts =
-        |checks| ClaimCounts::of(page.claims.iter().filter(|f| f.is_check == checks).map(|f| f.outcome));
+    let counts = |checks: bool| {
+        ClaimCounts::of(page.claims.iter().filter(|f| f.is_check == checks).map(|f| f.outcome))
+    };
     Summary {
         format: FORMAT,
         experiment: page.experiment.clone(),
