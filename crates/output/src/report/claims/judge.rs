@@ -262,24 +262,20 @@ fn bounds(m: &Measured, level: f64, order: bool) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{experiment, items};
     use ClaimOutcome::{DoesNotHold, Holds, Undecided};
     use trackfail_engine::spec::claim::Quantity;
-    use trackfail_engine::spec::read::parse;
     use trackfail_testing::assert_near;
 
     /// A claim about published methods, one method with a grid, two trackers and an analysis.
     fn claim(holds: &str) -> Claim {
-        let text = format!(
-            "schema = 1\nname = \"a\"\ntitle = \"a\"\nprotocol = \"khalid2016/1\"\n\
-             suites = {{ test = \"synthetic-otb\", train = \"synthetic-vot\" }}\n\
-             tracker = [{{ name = \"ncc\" }}, {{ name = \"kcf\", label = \"Struck\" }}]\n\
-             method = [{{ name = \"DTEF\" }}, {{ name = \"RAW\" }}, {{ name = \"G\", signal = {{ kind = \"rgb-histogram\" }}, \
-             detector = {{ kind = \"level\" }}, grid = {{ below = [0.1, 0.5] }} }}]\n\
-             analysis = [{{ name = \"model\", signal.kind = \"uncertainty\", compute.kind = \"uncertainty-model\", \
-             suites = [\"test\"] }}]\n\
-             claim = [{{ text = \"a\", holds = \"{holds}\" }}]\n"
-        );
-        parse("a.toml", &text).unwrap_or_else(|e| panic!("{e}")).claims.remove(0)
+        let level = "signal = { kind = 'rgb-histogram' }\ndetector = { kind = 'level' }";
+        let grid = format!("{level}\ngrid = {{ below = [0.1, 0.5] }}");
+        let model = "name = 'model'; signal.kind = 'uncertainty'; compute.kind = 'uncertainty-model'; suites = ['test']";
+        let below = items("tracker", &["name = 'kcf'; label = 'Struck'"])
+            + &items("analysis", &[model])
+            + &items("claim", &[&format!("text = 'a'; holds = '{holds}'")]);
+        experiment("", &[("DTEF", ""), ("RAW", ""), ("G", grid.as_str())], &below).claims.remove(0)
     }
 
     /// Subject of a number: the name of the method or finding.

@@ -39,37 +39,30 @@ pub fn along(experiment: &Experiment, measure: &Measure, metric: Metric, axis: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{items, measure, parsed};
+    use crate::testing::{self, items, measure};
 
     fn experiment() -> Experiment {
-        let suites = "suites = { test = 'synthetic-d1', train = 'synthetic-d1' }\n";
         let tables = [
-            "name = 'f'; rows = ['length']; columns = 'method'; metric = 'f_score'",
+            "name = 'f'; rows = ['horizon']; columns = 'method'; metric = 'f_score'",
             "name = 'both'; rows = ['precision', 'recall']; columns = 'method'",
         ];
         let published = [
-            "table = 'f'; tracker = 'PF'; row = '20'; values = { AVU = '.40' }",
-            "table = 'f'; tracker = 'PF'; row = '5'; values = { AVU = '.38±.02' }",
-            "table = 'both'; tracker = 'PF'; row = 'precision'; values = { AVU = '.3' }",
-            "table = 'both'; tracker = 'PF'; row = 'recall'; values = { AVU = '.6' }",
+            "table = 'f'; tracker = 'PF'; row = '20'; values = { DTEF = '.40' }",
+            "table = 'f'; tracker = 'PF'; row = '5'; values = { DTEF = '.38±.02' }",
+            "table = 'both'; tracker = 'PF'; row = 'precision'; values = { DTEF = '.3' }",
+            "table = 'both'; tracker = 'PF'; row = 'recall'; values = { DTEF = '.6' }",
         ];
-        parsed(
-            &("protocol = 'sanmiguel2015/1'\n".to_string()
-                + suites
-                + &items("tracker", &["name = 'color-particle-filter'; label = 'PF'"])
-                + &items("method", &["name = 'AVU'; grid = { length = [5, 20] }"])
-                + &items("table", &tables)
-                + &items("published", &published)),
-        )
+        let below = items("table", &tables) + &items("published", &published);
+        testing::experiment("", &[("DTEF", "grid = { horizon = [5, 20] }")], &below)
     }
 
     #[test]
     fn printed_values_are_found_along_an_axis_and_as_points() {
         let experiment = experiment();
-        let measure = |tracker| measure(tracker, "AVU", "length=5");
+        let measure = |tracker| measure(tracker, "DTEF", "horizon=5");
         let along = |metric, axis| along(&experiment, &measure("PF"), metric, axis);
-        assert_eq!(along(Metric::F_SCORE, "length"), [(5.0, 0.38), (20.0, 0.4)]);
-        assert!(along(Metric::PRECISION, "length").is_empty() && along(Metric::F_SCORE, "alpha").is_empty());
+        assert_eq!(along(Metric::F_SCORE, "horizon"), [(5.0, 0.38), (20.0, 0.4)]);
+        assert!(along(Metric::PRECISION, "horizon").is_empty() && along(Metric::F_SCORE, "alpha").is_empty());
         let point = |tracker| point(&experiment, &measure(tracker), Metric::RECALL, Metric::PRECISION);
         assert_eq!((point("PF"), point("NCC")), (Some((0.6, 0.3)), None));
     }
