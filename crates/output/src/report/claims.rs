@@ -33,40 +33,31 @@ pub struct Finding {
     pub is_met: bool,
     /// The outcome over all trackers.
     pub outcome: ClaimOutcome,
-    /// Number of trackers by outcome: `holds for 2, undecided for 1`; empty for a single tracker.
-    pub counts: String,
-    /// Outcome for each tracker; empty for a single one.
-    pub chips: Vec<Chip>,
-    /// One line for each tracker: the outcome with its numbers, or why the claim cannot be tested.
-    pub details: Vec<String>,
+    /// Results for all trackers.
+    pub tested: Vec<Tested>,
 }
 
-/// Outcome of a claim for one tracker.
+/// Result of testing a claim for one tracker.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Chip {
+pub struct Tested {
     /// Label of the tracker; empty for a claim that names its trackers.
     pub tracker: String,
     /// Outcome with the uncertainty of the numbers.
     pub outcome: ClaimOutcome,
-}
-
-/// Result of testing a claim for one tracker.
-struct Tested {
-    chip: Chip,
     /// True if the plain numbers meet the claim.
-    is_met: bool,
+    pub is_met: bool,
     /// True if the claim also fails at the level that is corrected for the number of trackers (Bonferroni).
-    fails_beyond_chance: bool,
+    pub fails_beyond_chance: bool,
     /// Numbers behind the outcome, one line for each comparison, or why the claim cannot be tested.
-    lines: Vec<String>,
+    pub lines: Vec<String>,
 }
 
 /// Outcome over all trackers. A claim holds if it holds for each of them. It does not hold if it holds for
 /// none and fails for one even after correction for the number of trackers. Otherwise it is undecided.
 /// Trackers for which it cannot be tested are left out.
 fn overall(tested: &[Tested]) -> ClaimOutcome {
-    let testable = || tested.iter().filter(|t| t.chip.outcome != ClaimOutcome::CannotBeTested);
-    let holds = |t: &Tested| t.chip.outcome == ClaimOutcome::Holds;
+    let testable = || tested.iter().filter(|t| t.outcome != ClaimOutcome::CannotBeTested);
+    let holds = |t: &Tested| t.outcome == ClaimOutcome::Holds;
     if testable().count() == 0 {
         ClaimOutcome::CannotBeTested
     } else if testable().all(holds) {
@@ -107,21 +98,11 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
     let mut tested: Vec<Tested> =
         each.iter().map(|tracker| test_for(samples, claim, tracker, each.len())).collect();
     if tested.is_empty() {
-        let chip = Chip { tracker: String::new(), outcome: ClaimOutcome::CannotBeTested };
         let lines = vec!["no tracker has all of its methods".to_string()];
-        tested.push(Tested { chip, is_met: false, fails_beyond_chance: false, lines });
+        let (tracker, outcome) = (String::new(), ClaimOutcome::CannotBeTested);
+        tested.push(Tested { tracker, outcome, is_met: false, fails_beyond_chance: false, lines });
     }
     let is_of_anchor = |q: &Quantity| matches!(q, Quantity::Metric(_, name) if is_anchor(experiment, name));
-    let several = tested.len() > 1;
-    let words = |outcome: ClaimOutcome| {
-        let n = tested.iter().filter(|t| t.chip.outcome == outcome).count();
-        (several && n > 0).then(|| format!("{} for {n}", outcome.words()))
-    };
-    let words: Vec<String> = ClaimOutcome::ALL.into_iter().filter_map(words).collect();
-    let detail = |Tested { chip: Chip { tracker, outcome }, lines, .. }: &Tested| {
-        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
-        format!("{who}{}: {}", outcome.words(), lines.join("; "))
-    };
     Finding {
         text: claim.text.clone(),
         predicate: claim.predicate.clone(),
@@ -129,9 +110,7 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
         is_check: references.iter().all(|r| is_of_anchor(&r.quantity)),
         is_met: tested.iter().all(|t| t.is_met),
         outcome: overall(&tested),
-        counts: words.join(", "),
-        details: tested.iter().map(detail).collect(),
-        chips: tested.into_iter().filter(|_| several).map(|t| t.chip).collect(),
+        tested,
     }
 }
 
@@ -148,8 +127,7 @@ fn test_for(samples: &Samples<'_>, claim: &Claim, tracker: &str, trackers: usize
         Err(reason) => (ClaimOutcome::CannotBeTested, false, vec![reason]),
     };
     let fails_beyond_chance = fails(outcome) && judged(corrected).is_ok_and(|found| fails(found.outcome));
-    let chip = Chip { tracker: tracker.to_string(), outcome };
-    Tested { chip, is_met, fails_beyond_chance, lines }
+    Tested { tracker: tracker.to_string(), outcome, is_met, fails_beyond_chance, lines }
 }
 
 /// Describes a comparison in one line: `recall[DTEF] > recall[RAW]: 0.714 and 0.667, +0.047 (-0.020 to
@@ -254,8 +232,8 @@ mod tests {
     fn one_tracker_of_many_decides_only_beyond_chance() {
         let overall = |outcomes: &[(ClaimOutcome, bool)]| {
             let tested = |&(outcome, fails_beyond_chance): &(ClaimOutcome, bool)| {
-                let (chip, lines) = (Chip { tracker: String::new(), outcome }, Vec::new());
-                Tested { chip, is_met: false, fails_beyond_chance, lines }
+                let (tracker, lines) = (String::new(), Vec::new());
+                Tested { tracker, outcome, is_met: false, fails_beyond_chance, lines }
             };
             overall(&outcomes.iter().map(tested).collect::<Vec<_>>())
         };

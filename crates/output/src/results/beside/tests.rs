@@ -159,8 +159,8 @@ fn kept_trackers_stand_beside_an_own_one() {
     assert!(runs(0) && !runs(1));
     // Nobody claims anything of the kept trackers.
     let units = Units::new(&results.experiment, &results.scores().unwrap());
-    let tested = claims::test(&results, &units).remove(0).details;
-    assert!(tested.len() == 1 && tested[0].starts_with("mine: "), "{tested:?}");
+    let tested = claims::test(&results, &units).remove(0).tested;
+    assert!(tested.len() == 1 && tested[0].tracker == "mine", "{tested:?}");
     assert!(!results.beside.unwrap().note.contains("trained"));
 }
 
