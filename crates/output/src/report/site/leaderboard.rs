@@ -54,10 +54,8 @@ struct Best<'s> {
 /// A method with its standing in each experiment.
 #[derive(Serialize)]
 struct Row<'s> {
-    /// Rank, such as `3`, or `3=` if shared; empty for an unranked method.
-    rank: String,
-    /// Reason why the method is unranked; else empty.
-    reason: String,
+    /// Rank in each experiment; empty where it has none.
+    ranks: Vec<&'s str>,
     /// Standing from which the cost is shown.
     method: &'s Standing,
     standings: Vec<Option<&'s Standing>>,
@@ -114,7 +112,7 @@ fn experiments<'s>(site: &'s Site) -> Vec<Experiment<'s>> {
 }
 
 /// All methods: the ranked ones in order, then the others with the reason, anchors last.
-fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
+fn rows<'s>(experiments: &'s [Experiment<'s>]) -> Vec<Row<'s>> {
     let standings = experiments.iter().flat_map(|e| e.standings.iter().copied());
     let methods = grouped(standings, |standing| standing.method.as_str());
     let place = |e: &Experiment<'s>, s: &Standing| e.standings.iter().position(|of| of.method == s.method);
@@ -123,24 +121,12 @@ fn rows<'s>(experiments: &[Experiment<'s>]) -> Vec<Row<'s>> {
         let method = same.iter().copied().find(|s| !s.cost.is_empty()).unwrap_or(same[same.len() - 1]);
         let standings: Vec<Option<&Standing>> =
             experiments.iter().map(|e| Some(e.standings[place(e, method)?])).collect();
-        let rank = |e: &Experiment<'s>| place(e, method).map_or(String::new(), |k| e.ranks[k].clone());
-        let ranks: Vec<String> = experiments.iter().map(rank).collect();
-        let elsewhere = ranks.iter().zip(experiments).find(|(rank, _)| !rank.is_empty());
-        let own = ranks.first().cloned().unwrap_or_default();
-        let reason = match elsewhere {
-            _ if !own.is_empty() => String::new(),
-            _ if method.anchor => "anchor".to_string(),
-            None => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
-            Some((rank, e)) => {
-                let of = e.standings.iter().filter(|s| !s.anchor).count();
-                format!("rank {rank} of {of} in {}", e.folder)
-            }
-        };
-        Row { rank: own, reason, method, standings }
+        let rank = |e: &'s Experiment<'s>| place(e, method).map_or("", |k| e.ranks[k].as_str());
+        Row { ranks: experiments.iter().map(rank).collect(), method, standings }
     };
     let mut rows: Vec<Row<'s>> = methods.into_iter().map(row).collect();
     let value =
-        |row: &Row<'s>| row.standings.first().filter(|_| !row.rank.is_empty()).and_then(|s| auroc((*s)?));
+        |row: &Row<'s>| row.standings.first().filter(|_| !row.ranks[0].is_empty()).and_then(|s| auroc((*s)?));
     rows.sort_by(|a, b| {
         let by_value = better_first(value(a), value(b), HigherIsBetter);
         a.method.anchor.cmp(&b.method.anchor).then(by_value).then(a.method.method.cmp(&b.method.method))

@@ -14,10 +14,6 @@ use trackfail_engine::spec::Experiment;
 
 /// Most rows of the figure.
 const MAX_ROWS: usize = 16;
-/// Most trackers that are named singly.
-const MAX_NAMED: usize = 4;
-/// Largest number of winners that the answer names, if there are more trackers than this.
-const MAX_WINNERS: usize = 3;
 
 /// Anchors drawn as lines through all rows. `random` is drawn only if the level of chance is unknown.
 const ANCHORS: [(&str, Dash); 2] = [("random", Dash::DASHED), ("oracle", Dash::DOTTED)];
@@ -100,39 +96,19 @@ pub fn verdict(of: &Standings) -> Option<String> {
     let (best, style) = (best(of), of.measured.style);
     // A tracker whose methods have several protocols is there for each of them.
     let what = if best.iter().any(|b| b.field.contains(", ")) { "comparisons" } else { "trackers" };
-    let told: Vec<Value> = best.iter().map(|b| b.told(style)).collect();
+    let told = |best: &Best<'_>| best.told(style);
+    // Trackers with several equal methods at the top, as printed, are won by none.
+    let mut won = grouped(best.iter().filter(|b| !b.ties), |b| b.first.label.as_str());
+    won.sort_by_key(|(_, on)| std::cmp::Reverse(on.len()));
+    let won = won.into_iter().map(|(_, on)| on.into_iter().map(told).collect::<Vec<Value>>());
     let about = json!({
         "measured": of.measured.told(),
-        "best": told,
+        "best": best.iter().map(told).collect::<Vec<Value>>(),
         "what": what,
-        "won": won(&best, style),
+        "won": won.collect::<Vec<_>>(),
         "sure": best.iter().filter(|b| b.is_beyond_chance()).count(),
     });
     (!best.is_empty()).then(|| say("verdict", about))
-}
-
-/// For many trackers: how many trackers each of the top methods wins. Trackers with several equal methods at
-/// the top, as printed, count for none.
-fn won(best: &[Best<'_>], style: Style) -> Vec<String> {
-    let most = if best.len() <= MAX_NAMED { MAX_NAMED } else { MAX_WINNERS };
-    let mut winners = grouped(best.iter().filter(|b| !b.ties), |b| b.first.label.as_str());
-    winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
-    let (first, others) = winners.split_at(winners.len().min(most));
-    let of_winner = |(_, fields): &(&str, Vec<&Best<'_>>)| {
-        let on = |b: &&Best<'_>| format!("{} {}", b.field, style.format(b.values[0]));
-        let named: Vec<String> = fields.iter().filter(|_| best.len() <= MAX_NAMED).map(on).collect();
-        let named = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
-        format!("{} on {}{named}", fields[0].first.spoken(), fields.len())
-    };
-    let mut won: Vec<String> = first.iter().map(of_winner).collect();
-    if !others.is_empty() {
-        let on: usize = others.iter().map(|(_, fields)| fields.len()).sum();
-        let methods = if others.len() == 1 { "method" } else { "methods" };
-        won.push(format!("{} more {methods} on {on}", others.len()));
-    }
-    let ties = best.iter().filter(|b| b.ties).count();
-    won.extend((ties > 0).then(|| format!("two or more equal at the top on {ties}")));
-    won
 }
 
 /// Sentence that names the best method frame by frame, with the certainty.
