@@ -371,30 +371,26 @@ impl Assembly<'_> {
                 if !list.iter().any(|name| name.get_ref().as_str().is_some_and(is_group)) {
                     continue;
                 }
-                let (mut written, mut all) = (BTreeSet::new(), DeArray::new());
+                let (mut written, mut all) = (BTreeSet::new(), Vec::new());
                 for name in list.iter() {
                     let (at, text) = (name.span().start, name.get_ref().as_str());
-                    match text.and_then(|text| known.get(&(kind.list, text))) {
-                        Some(members) => {
-                            for member in members {
-                                self.take(member.len() + 4, &place)?;
-                                if written.insert(member.to_string()) {
-                                    let name = DeValue::String(member.to_string().into());
-                                    all.push(Spanned::new(at..at, name));
-                                }
-                            }
-                        }
-                        None if text.is_none_or(|text| written.insert(text.to_string())) => {
-                            all.push(name.clone());
-                        }
-                        None => {}
+                    let Some(members) = text.and_then(|text| known.get(&(kind.list, text))) else {
+                        all.push(name.clone());
+                        continue;
+                    };
+                    for member in members {
+                        self.take(member.len() + 4, &place)?;
+                        all.push(Spanned::new(at..at, DeValue::String(member.to_string().into())));
                     }
                 }
+                all.retain(|name| {
+                    name.get_ref().as_str().is_none_or(|text| written.insert(text.to_string()))
+                });
                 if all.is_empty() {
                     let message = format!("nothing is left of the groups that `{}` names", kind.list);
                     return Err(self.source.error(place, message));
                 }
-                *list = all;
+                *list = all.into_iter().collect();
             }
         }
         Ok(())

@@ -199,7 +199,7 @@ impl Reader<'_> {
 }
 
 /// Text without the line that tells editors where the schema is. That line is not part of the experiment.
-pub(super) fn without_directive(text: &str) -> &str {
+fn without_directive(text: &str) -> &str {
     match text.split_once('\n') {
         Some((first, rest)) if first.starts_with("#:schema ") => rest,
         _ => text,
