@@ -4,7 +4,7 @@
 //! store. Reverse runs, training and analyses come on top.
 
 use super::units::units;
-use crate::observe::costs::Costs;
+use crate::observe::costs::{self, Costs};
 use crate::plan::{CellState, ExperimentPlan, Shard, variants};
 use crate::spec::method::Variant;
 use crate::store::Store;
@@ -51,7 +51,7 @@ impl<'p> Standing<'p> {
     /// Looks up the cells of a plan in a store, and the costs of earlier runs on it for the estimates.
     pub fn new(plan: &'p ExperimentPlan<'p>, store: &'p Store) -> Self {
         let states = plan.map_cells(store, |state, _, _| state);
-        Self { plan, store, states, costs: Costs::read(store) }
+        Self { plan, store, states, costs: costs::read(store) }
     }
 
     /// Work left in the run, or in a shard. Shards leave out trained methods, which the final run computes.
@@ -71,7 +71,7 @@ impl<'p> Standing<'p> {
                 }
                 let frames = planned.sequence.len() as u64;
                 left.frames += frames;
-                let cost = self.costs.per_frame(plan, suite, plan.jobs[job].tracker);
+                let cost = self.costs.get(&costs::key(plan, suite, plan.jobs[job].tracker));
                 left.seconds = left.seconds.zip(cost).map(|(sum, cost)| sum + cost * frames as f64);
             }
             if suite == 0 {

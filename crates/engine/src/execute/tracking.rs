@@ -193,8 +193,11 @@ fn unchanged(
     }
     let common = recipes::sequence(&planned.sequence, &digest)?;
     let roots = &context.options.data_roots;
-    if !signals.iter().all(|k| planned.has_same_files(*k, &plan.signals[*k], roots)) {
-        return Err(changed());
+    for &k in signals {
+        let now = recipes::signal_files(&planned.sequence, &plan.signals[k], roots);
+        if now.is_err() || now != planned.signal_files[k] {
+            return Err(changed());
+        }
     }
     for found in found {
         let now = recipes::track(plan.experiment, &planned.sequence, &common, plan.jobs[found.job], roots)?;

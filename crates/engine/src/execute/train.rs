@@ -237,8 +237,7 @@ fn make(
                 };
                 let counts = need.tracks.par_iter().zip(&mine).with_max_len(1).map(count);
                 // The first error in order, whichever came first.
-                let counts: Vec<Result<Vec<Counts>, StepError>> = counts.collect();
-                let counts: Vec<Vec<Counts>> = counts.into_iter().collect::<Result<_, StepError>>()?;
+                let counts = counts.collect::<Vec<_>>().into_iter().collect::<Result<Vec<_>, StepError>>()?;
                 let values = candidates.iter().map(|(value, _)| *value).collect();
                 Ok(choose::best(training, protocol, values, &counts))
             };
@@ -246,10 +245,9 @@ fn make(
             chosen().map(StoredModel::Chosen).map_err(within)
         }
         None => {
-            let mut examples: Vec<Example<'_>> = Vec::new();
-            for ((suite, s, _), track) in need.tracks.iter().zip(&mine) {
-                examples.push(track.example_of(signals, &plan.suites[*suite].sequences[*s].origin));
-            }
+            let origins = need.tracks.iter().map(|(suite, s, _)| &plan.suites[*suite].sequences[*s].origin);
+            let examples = mine.iter().zip(origins).map(|(track, origin)| track.example_of(signals, origin));
+            let examples: Vec<Example<'_>> = examples.collect();
             choose::learn(example, &examples, limits).map(StoredModel::Learned)
         }
     }

@@ -30,35 +30,27 @@ impl CostTally {
 
     /// Saves the costs for later estimates. Errors of writing are ignored.
     pub fn keep(&self, plan: &ExperimentPlan<'_>, store: &Store) {
-        let (mut costs, spent) = (Costs::read(store), self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        let (mut costs, spent) = (read(store), self.0.lock().unwrap_or_else(PoisonError::into_inner));
         for (&(suite, tracker), &(seconds, frames)) in spent.iter() {
-            costs.0.insert(key(plan, suite, tracker), seconds / frames.max(1) as f64);
+            costs.insert(key(plan, suite, tracker), seconds / frames.max(1) as f64);
         }
-        if let Ok(bytes) = serde_json::to_vec(&costs.0) {
+        if let Ok(bytes) = serde_json::to_vec(&costs) {
             let _ = write_derived(&store.folder().join(FILE), &bytes);
         }
     }
 }
 
-/// Known costs: seconds per frame on one core, by the tracker and all that it depends on.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Costs(BTreeMap<String, f64>);
+/// Known costs: seconds per frame on one core of a tracker with its signals on a suite, by their [`key`].
+pub type Costs = BTreeMap<String, f64>;
 
-impl Costs {
-    /// Reads the costs that runs of a store have saved; empty if the file is absent or unreadable.
-    pub fn read(store: &Store) -> Self {
-        let bytes = text::read_at_most(&store.folder().join(FILE), MAX_FILE);
-        Self(bytes.ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default())
-    }
-
-    /// Seconds per frame of a tracker with its signals on a suite; `None` if unknown.
-    pub fn per_frame(&self, plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> Option<f64> {
-        self.0.get(&key(plan, suite, tracker)).copied()
-    }
+/// Reads the costs that runs of a store have saved; empty if the file is absent or unreadable.
+pub fn read(store: &Store) -> Costs {
+    let bytes = text::read_at_most(&store.folder().join(FILE), MAX_FILE);
+    bytes.ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
 }
 
 /// Key of the cost of a tracker on a suite: all that the cost depends on, except the machine.
-fn key(plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> String {
+pub fn key(plan: &ExperimentPlan<'_>, suite: usize, tracker: usize) -> String {
     let setup = &plan.experiment.trackers[tracker];
     let suite_name = &plan.suites[suite].name;
     let mut text = format!("{suite_name} {} {} {}", setup.kind, setup.version, setup.setup.params());

@@ -34,17 +34,9 @@ pub struct PlannedSequence {
     /// Addresses of these recipes, computed once because addresses of all results on the track include them.
     pub(super) addresses: Vec<Result<Address, CellError>>,
     /// Files that each signal of the experiment reads besides those of the track.
-    pub(super) signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
+    pub(crate) signal_files: Vec<Result<Vec<Ingredient>, CellError>>,
     /// For each job, true if the tracker gives its confidence on the sequence. Empty if no signal reads it.
     pub(super) gives_confidence: Vec<bool>,
-}
-
-impl PlannedSequence {
-    /// True if the files that the signal of index `k` reads are still as they were when the plan was made.
-    pub(crate) fn has_same_files(&self, k: usize, choice: &SignalChoice, data_roots: &[PathBuf]) -> bool {
-        let now = recipes::signal_files(&self.sequence, choice, data_roots);
-        now.is_ok() && now.ok() == self.signal_files[k].clone().ok()
-    }
 }
 
 /// A suite with its present and missing sequences.

@@ -43,16 +43,12 @@ impl std::fmt::Display for SpecError {
         if !others.is_empty() {
             writeln!(f, "{}: {} errors", self.file, 1 + others.len())?;
         }
-        for (k, error) in std::iter::once(self).chain(others).take(MAX_ERRORS).enumerate() {
-            let Self { file, line, message, excerpt, .. } = error;
-            if k > 0 {
-                writeln!(f)?;
-            }
-            write!(f, "{file}:{line}: {message}")?;
-            if !excerpt.is_empty() {
-                write!(f, "\n{excerpt}")?;
-            }
-        }
+        let shown = |Self { file, line, message, excerpt, .. }: &Self| {
+            let end = if excerpt.is_empty() { "" } else { "\n" };
+            format!("{file}:{line}: {message}{end}{excerpt}")
+        };
+        let all: Vec<String> = std::iter::once(self).chain(others).take(MAX_ERRORS).map(shown).collect();
+        f.write_str(&all.join("\n"))?;
         match (1 + others.len()).saturating_sub(MAX_ERRORS) {
             0 => Ok(()),
             more => write!(f, "\nand {more} more"),

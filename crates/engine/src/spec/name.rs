@@ -30,20 +30,11 @@ pub(super) fn check_file_name(at: At<'_>, name: &str) {
     }
 }
 
-/// Reports a tracker's name that could be misread in tables, claims or file columns.
-pub(super) fn check_label(at: At<'_>, name: &str) {
-    check(at, name, "[]=,;\"");
-}
-
-/// Reports a method's name that could be misread in tables, claims or file columns, or in panels of figures,
-/// which join methods by `+`.
-pub(super) fn check_method_name(at: At<'_>, name: &str) {
-    check(at, name, "[]=,;+\"");
-}
-
-fn check(at: At<'_>, label: &str, signs: &str) {
+/// Reports the name of a tracker or a method that could be misread in tables, claims or file columns. Panels of
+/// figures join methods by `+`.
+pub(super) fn check_label(at: At<'_>, label: &str, is_method: bool) {
     let is_short = label.chars().count() <= MAX_WORD;
-    let is_forbidden = label.contains(|c: char| signs.contains(c));
+    let is_forbidden = label.contains(|c: char| "[]=,;\"".contains(c) || (is_method && c == '+'));
     if label.trim() != label || !text::is_name(label) || !is_short || is_forbidden {
         at.tell(format!(
             "the name {:?} must have 1 to 64 characters, none of [ ] = , ; \", for a method no + either, no outer spaces, \

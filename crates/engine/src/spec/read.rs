@@ -11,7 +11,7 @@ use super::extend::{self, Folder};
 use super::figure::Figure;
 use super::limits::{self, MAX_BYTES, MAX_DETECTORS};
 use super::method::{self, Method};
-use super::name::{self, check_file_name, check_method_name, named};
+use super::name::{self, check_file_name, check_label, named};
 use super::schema::OF_WHOLE_FILES;
 use super::table::{self, Published, Table, Words, all_known};
 use super::words::Known;
@@ -121,17 +121,12 @@ impl Reader<'_> {
         if let Err(fault) = name::check_experiment_name(&wire.name) {
             at.key("name").tell(fault);
         }
-        if let Some(beside) = &wire.beside {
-            let in_beside = at.key("beside");
-            match name::check_experiment_name(beside) {
-                Err(_) => {
-                    in_beside.tell("`beside` must be the name of an experiment, such as `benchmark/otb`")
-                }
-                Ok(()) if *beside == wire.name => in_beside.tell("`beside` must name another experiment"),
-                Ok(()) if wire.method.is_empty() => in_beside.tell("`beside` needs a [[method]]"),
-                Ok(()) => {}
-            }
-        }
+        let wrong = wire.beside.as_ref().and_then(|beside| match name::check_experiment_name(beside) {
+            Err(_) => Some("`beside` must be the name of an experiment, such as `benchmark/otb`"),
+            Ok(()) if *beside == wire.name => Some("`beside` must name another experiment"),
+            Ok(()) => wire.method.is_empty().then_some("`beside` needs a [[method]]"),
+        });
+        wrong.into_iter().for_each(|wrong| at.key("beside").tell(wrong));
         // Where the protocol is wrong, methods are not told that they have none.
         let in_place = score::PROTOCOLS.first().filter(|_| words.has_protocol);
         let protocol = wire.protocol.as_deref().and_then(score::protocol).or(in_place);
@@ -215,7 +210,7 @@ fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Met
     let mut room = MAX_DETECTORS;
     for (at, m) in named(at, "method", wire, |m| &m.name) {
         let in_name = at.key("name");
-        check_method_name(in_name, &m.name);
+        check_label(in_name, &m.name, true);
         all_known(at.key("trackers"), "tracker", m.trackers.as_deref().unwrap_or_default(), &words.trackers);
         let published = builtin::METHOD_TABLES.iter().map(|(name, _)| name.as_str());
         let before = words.methods.iter().map(String::as_str).take_while(|name| *name != m.name);

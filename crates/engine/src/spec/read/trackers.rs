@@ -20,8 +20,8 @@ pub(super) fn read_trackers(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>
     for (k, tracker) in all.iter().enumerate() {
         let (at, label) = (at.item(k), label(tracker));
         let in_label = at.key(if tracker.label.is_some() { "label" } else { "name" });
-        check_label(in_label, label);
-        tracker.family.iter().for_each(|family| check_label(at.key("family"), family));
+        check_label(in_label, label, false);
+        tracker.family.iter().for_each(|family| check_label(at.key("family"), family, false));
         if all[..k].iter().any(|other| self::label(other) == label) {
             in_label.tell(format!("two trackers are called `{label}`; give one a `label`"));
         }

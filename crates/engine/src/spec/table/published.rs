@@ -17,15 +17,13 @@ pub(in crate::spec) fn inherit_published(
     trackers: &[Tracker],
 ) -> Vec<Published> {
     let mut all = published;
-    for table in tables {
-        let Some(like) = &table.published else { continue };
+    for (table, like) in tables.iter().filter_map(|t| Some((&t.name, t.published.as_ref()?))) {
         let taken: Vec<Published> = all.iter().filter(|p| p.table == *like).cloned().collect();
-        all.extend(taken.into_iter().map(|p| Published { table: table.name.clone(), ..p }));
+        all.extend(taken.into_iter().map(|p| Published { table: table.clone(), ..p }));
     }
-    for tracker in trackers {
-        let Some(like) = &tracker.like else { continue };
+    for (label, like) in trackers.iter().filter_map(|t| Some((&t.label, t.like.as_ref()?))) {
         let taken: Vec<Published> = all.iter().filter(|p| p.tracker == *like).cloned().collect();
-        all.extend(taken.into_iter().map(|p| Published { tracker: tracker.label.clone(), ..p }));
+        all.extend(taken.into_iter().map(|p| Published { tracker: label.clone(), ..p }));
     }
     for Published { values, .. } in &mut all {
         for method in methods {
@@ -46,7 +44,7 @@ pub(in crate::spec) fn read_published(
     tables: &[Table],
     words: &Words,
 ) -> Option<Published> {
-    check_label(at.key("tracker"), &wire.tracker);
+    check_label(at.key("tracker"), &wire.tracker, false);
     let Some(table) = tables.iter().find(|t| t.name == wire.table) else {
         at.key("table").knows("table", &wire.table, words.tables.iter().map(String::as_str));
         return None;
