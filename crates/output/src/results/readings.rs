@@ -33,48 +33,30 @@ fn statistics(experiment: &Experiment, tracker: &str, method: &str) -> Vec<Stati
     all
 }
 
-/// A reading of a method on a tracker, and the original.
-struct Named<'a> {
-    tracker: &'a str,
-    method: &'a str,
-    of: (&'a str, &'a str),
-    numbers: Reading,
-}
-
-impl<'a> Named<'a> {
-    /// Reading from the cells of a method without a grid; `None` if there are no published numbers.
-    fn new(
-        experiment: &'a Experiment,
-        outcome: &Outcome<'_>,
-        (tracker, method): (&'a str, &'a str),
-        cells: &[&Cell],
-    ) -> Result<Option<Self>, StoreError> {
-        let statistics = statistics(experiment, tracker, method);
-        if statistics.is_empty() {
-            return Ok(None);
-        }
-        let like_tracker =
-            experiment.trackers.iter().find(|t| t.label == tracker).and_then(|t| t.like.as_deref());
-        let like_method =
-            experiment.methods.iter().find(|m| m.name == method).and_then(|m| m.like.as_deref());
-        let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
-        for Done { cell, judged, output, .. } in done(outcome, cells.iter().copied())? {
-            let scores = restarts::counted(&judged.pieces, &output.score);
-            parts.entry(cell.sequence).or_default().add(&Part::new(judged.score.counts, &scores), 1);
-        }
-        Ok(Some(Self {
-            tracker,
-            method,
-            of: (like_tracker.unwrap_or(tracker), like_method.unwrap_or(method)),
-            numbers: Reading::new(statistics, parts, seed::seed(experiment.seed, &["readings"])),
-        }))
+/// A reading from the cells of a method without a grid on a tracker, with the names of its rows; `None` if there are no
+/// published numbers.
+fn named(
+    experiment: &Experiment,
+    outcome: &Outcome<'_>,
+    (tracker, method): (&str, &str),
+    cells: &[&Cell],
+) -> Result<Option<(Row, Reading)>, StoreError> {
+    let statistics = statistics(experiment, tracker, method);
+    if statistics.is_empty() {
+        return Ok(None);
     }
-
-    fn row(&self, statistic: &str) -> Row {
-        let [tracker, method, of_tracker, of_method] =
-            [self.tracker, self.method, self.of.0, self.of.1].map(str::to_string);
-        Row { tracker, method, of_tracker, of_method, statistic: statistic.to_string(), ..Row::default() }
+    let like_tracker =
+        experiment.trackers.iter().find(|t| t.label == tracker).and_then(|t| t.like.as_deref());
+    let like_method = experiment.methods.iter().find(|m| m.name == method).and_then(|m| m.like.as_deref());
+    let mut parts: BTreeMap<usize, Part> = BTreeMap::new();
+    for Done { cell, judged, output, .. } in done(outcome, cells.iter().copied())? {
+        let scores = restarts::counted(&judged.pieces, &output.score);
+        parts.entry(cell.sequence).or_default().add(&Part::new(judged.score.counts, &scores), 1);
     }
+    let names = [tracker, method, like_tracker.unwrap_or(tracker), like_method.unwrap_or(method)];
+    let [tracker, method, of_tracker, of_method] = names.map(str::to_string);
+    let row = Row { tracker, method, of_tracker, of_method, ..Row::default() };
+    Ok(Some((row, Reading::new(statistics, parts, seed::seed(experiment.seed, &["readings"])))))
 }
 
 /// True if an experiment has readings.
@@ -91,16 +73,18 @@ pub fn has_readings(experiment: &Experiment) -> bool {
 pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec<Row>, StoreError> {
     let single = outcome.cells.iter().filter(|cell| cell.params.is_empty());
     let groups = grouped(single, |cell| (cell.tracker.as_str(), cell.method.as_str()));
-    let readings = groups.iter().map(|(name, cells)| Named::new(experiment, outcome, *name, cells));
-    let readings: Vec<Named<'_>> =
+    let readings = groups.iter().map(|(name, cells)| named(experiment, outcome, *name, cells));
+    let readings: Vec<(Row, Reading)> =
         readings.collect::<Result<Vec<_>, StoreError>>()?.into_iter().flatten().collect();
+    let of_same = grouped(&readings, |(row, _)| (&row.of_tracker, &row.of_method)).into_iter();
     let mut rows = Vec::new();
-    for (of, mine) in grouped(&readings, |reading| reading.of).into_iter().filter(|(_, all)| all.len() > 1) {
-        let first = mine.iter().find(|r| (r.tracker, r.method) == of).unwrap_or(&mine[0]);
-        let scales = first.numbers.scales();
-        let shares = shares(&mine.iter().map(|r| &r.numbers).collect::<Vec<_>>(), &scales);
-        for (k, reading) in mine.iter().enumerate() {
-            let Reading { statistics, ours, samples, .. } = &reading.numbers;
+    for (of, mine) in of_same.filter(|(_, all)| all.len() > 1) {
+        let (_, first) = mine.iter().find(|(r, _)| (&r.tracker, &r.method) == of).unwrap_or(&mine[0]);
+        let scales = first.scales();
+        let shares = shares(&mine.iter().map(|(_, reading)| reading).collect::<Vec<_>>(), &scales);
+        for (k, (row, reading)) in mine.iter().enumerate() {
+            let row = |statistic: &str| Row { statistic: statistic.to_string(), ..row.clone() };
+            let Reading { statistics, ours, samples, .. } = reading;
             for (s, Statistic { metric, published, .. }) in statistics.iter().enumerate() {
                 rows.push(Row {
                     published: Some(*published),
@@ -108,12 +92,12 @@ pub(super) fn rows(experiment: &Experiment, outcome: &Outcome<'_>) -> Result<Vec
                     difference: ours[s].map(|ours| ours - published),
                     bounds: ours[s].and(interval(samples[s].clone())).map(<[f64; 2]>::from),
                     scale: scales.get(metric.name()).copied(),
-                    ..reading.row(metric.name())
+                    ..row(metric.name())
                 });
             }
             let first = shares.as_ref().and_then(|shares| shares.get(k).copied());
-            let ours = reading.numbers.discrepancy(&scales, None);
-            rows.push(Row { ours, first, ..reading.row(DISCREPANCY) });
+            let ours = reading.discrepancy(&scales, None);
+            rows.push(Row { ours, first, ..row(DISCREPANCY) });
         }
     }
     Ok(rows)
