@@ -2,7 +2,6 @@
 
 use crate::suite::Missing;
 use std::path::{Path, PathBuf};
-use trackfail_core::image::ImageError;
 
 /// Reason why a dataset or result file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -14,27 +13,6 @@ pub enum DatasetError {
         path: PathBuf,
         /// Error of the system.
         source: std::io::Error,
-    },
-    /// A frame that cannot be decoded.
-    #[error("{}: {source}; fetch the file again", path.display())]
-    Image {
-        /// The image file.
-        path: PathBuf,
-        /// Error of the decoder.
-        source: ImageError,
-    },
-    /// A frame of another size than the sequence's first.
-    #[error(
-        "{}: {}x{} pixels, but the sequence starts with {}x{}; all frames of a sequence must have one size",
-        path.display(), got.0, got.1, expected.0, expected.1
-    )]
-    FrameSize {
-        /// The image file.
-        path: PathBuf,
-        /// Width and height of the first frame.
-        expected: (usize, usize),
-        /// Width and height found.
-        got: (usize, usize),
     },
     /// A wrong line of a text file.
     #[error("{}, line {line}: {message}", path.display())]
@@ -69,22 +47,9 @@ pub enum DatasetError {
     /// A sequence that is not under the data root, or not whole.
     #[error("{}", .0.how_to_get)]
     Missing(Missing),
-    /// An unknown suite; the message names the nearest one.
+    /// A suite or a frame that does not exist.
     #[error("{0}")]
-    UnknownSuite(String),
-    /// A frame index outside the sequence.
-    #[error("sequence {sequence} has {frames} frames, numbered here from 0; there is no frame {index}")]
-    NoFrame {
-        /// Name of the sequence.
-        sequence: String,
-        /// Number of frames of the sequence.
-        frames: usize,
-        /// The index that was requested, 0-based.
-        index: usize,
-    },
-    /// A request for pixels of a sequence that has boxes only.
-    #[error("sequence {0} has no frames here, only boxes")]
-    NoFrames(String),
+    Unknown(String),
 }
 
 impl DatasetError {

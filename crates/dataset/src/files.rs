@@ -51,12 +51,20 @@ impl Sequence {
     /// An index beyond the last frame, an unreadable or truncated file, or a size other than that of the
     /// first frame.
     pub fn frame(&self, t: usize) -> Result<Frame, DatasetError> {
-        let absent = || DatasetError::NoFrame { sequence: self.name.clone(), frames: self.len(), index: t };
+        let absent = || {
+            let (name, frames) = (&self.name, self.len());
+            let message =
+                format!("sequence {name} has {frames} frames, numbered here from 0; there is no frame {t}");
+            DatasetError::Unknown(message)
+        };
         let files = match &self.frames {
             Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
             Frames::Rendered(..) => return Err(absent()),
             Frames::Stream(stream) => return stream.frame(t)?.ok_or_else(absent),
-            Frames::Absent => return Err(DatasetError::NoFrames(self.name.clone())),
+            Frames::Absent => {
+                let message = format!("sequence {} has no frames here, only boxes", self.name);
+                return Err(DatasetError::Unknown(message));
+            }
             Frames::Files(files) => files,
             Frames::Video(video) => video.files()?,
         };
@@ -90,19 +98,25 @@ fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
     text::read_at_most(path, image::MAX_FILE_BYTES)
 }
 
-fn bad_image(path: &Path, source: image::ImageError) -> DatasetError {
-    DatasetError::Image { path: path.into(), source }
+/// The error for a frame that cannot be decoded.
+pub(crate) fn bad_image(path: &Path, e: image::ImageError) -> DatasetError {
+    DatasetError::content(path, format!("{e}; fetch the file again"))
 }
 
 /// The frame of a file, if it has the size that is expected.
 ///
 /// # Errors
-/// [`DatasetError::FrameSize`].
-pub fn of_size(frame: Frame, expected: (usize, usize), path: &Path) -> Result<Frame, DatasetError> {
-    match (frame.width(), frame.height()) {
-        got if got == expected => Ok(frame),
-        got => Err(DatasetError::FrameSize { path: path.into(), expected, got }),
+/// A frame of another size than the sequence's first.
+pub fn of_size(frame: Frame, (width, height): (usize, usize), path: &Path) -> Result<Frame, DatasetError> {
+    let (w, h) = (frame.width(), frame.height());
+    if (w, h) == (width, height) {
+        return Ok(frame);
     }
+    let message = format!(
+        "{w}x{h} pixels, but the sequence starts with {width}x{height}; all frames of a sequence must have one \
+         size"
+    );
+    Err(DatasetError::content(path, message))
 }
 
 /// Paths of all entries of a folder, in any order.
@@ -250,11 +264,9 @@ mod tests {
         let files = on_disk(folder.path());
         assert_eq!(files.frame(2).unwrap(), ramp(2));
         assert_eq!(files.size().unwrap(), (12, 7));
-        assert!(matches!(files.frame(3), Err(DatasetError::NoFrame { index: 3, .. })));
+        assert_says(files.frame(3).unwrap_err(), "there is no frame 3");
         write_png(&folder.path().join("0002.png"), &Frame::new(7, 12, vec![0; 252]));
-        let error = files.frame(1).unwrap_err();
-        assert!(matches!(error, DatasetError::FrameSize { got: (7, 12), expected: (12, 7), .. }));
-        assert_says(error, "0002.png");
+        assert_says(files.frame(1).unwrap_err(), "0002.png: 7x12 pixels, but the sequence starts with 12x7");
         put(folder.path(), "0003.png", b"\x89PNG\r\n\x1a\n");
         assert_says(files.frame(2).unwrap_err(), "cut short");
         std::fs::remove_file(folder.path().join("0003.png")).unwrap();
@@ -273,9 +285,9 @@ mod tests {
         assert!(matches!(files.frame(0), Err(DatasetError::Io { .. })));
         // A first frame of another size than the one remembered is as wrong as a later one.
         write_png(&folder.path().join("0001.png"), &Frame::new(7, 12, vec![0; 252]));
-        assert!(matches!(files.frame(0), Err(DatasetError::FrameSize { .. })));
+        assert_says(files.frame(0).unwrap_err(), "0001.png: 7x12 pixels");
         let empty = sequence(Frames::Files(ImageFiles::default()));
-        assert!(matches!(empty.size(), Err(DatasetError::NoFrame { .. })));
+        assert_says(empty.size().unwrap_err(), "there is no frame 0");
     }
 
     #[test]

@@ -66,9 +66,9 @@ impl Catalog {
     /// Returns the suite called `name`.
     ///
     /// # Errors
-    /// [`DatasetError::UnknownSuite`], which suggests the nearest name.
+    /// [`DatasetError::Unknown`], which suggests the nearest name.
     pub fn suite(&self, name: &str) -> Result<Suite, DatasetError> {
-        self.find(name).ok_or_else(|| DatasetError::UnknownSuite(unknown("suite", name, self.names())))
+        self.find(name).ok_or_else(|| DatasetError::Unknown(unknown("suite", name, self.names())))
     }
 
     fn find(&self, name: &str) -> Option<Suite> {

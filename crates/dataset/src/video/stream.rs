@@ -6,7 +6,7 @@
 
 use super::{Outcome, VideoLimits, command, in_time, not_started, refusal, run_on};
 use crate::DatasetError;
-use crate::files::of_size;
+use crate::files::{bad_image, of_size};
 use crate::guarded::{self, Guarded};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
@@ -140,7 +140,7 @@ impl VideoStream {
     }
 
     fn of_one_size(&self, picture: Picture) -> Result<Frame, DatasetError> {
-        let frame = picture.map_err(|source| DatasetError::Image { path: self.path.clone(), source })?;
+        let frame = picture.map_err(|e| bad_image(&self.path, e))?;
         let expected = *self.size.get_or_init(|| (frame.width(), frame.height()));
         of_size(frame, expected, &self.path)
     }

@@ -214,7 +214,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let path = root.path().join("a.mp4");
         std::fs::write(&path, "as it was").unwrap();
-        let broken = |t| if t < 3 { frame(t) } else { Err(DatasetError::NoFrames("S".into())) };
+        let broken = |t| if t < 3 { frame(t) } else { Err(DatasetError::Unknown("S".into())) };
         assert!(matches!(write(&path, 25.0, 6, broken, &|| false), Err(VideoError::Frame(_))));
         let message = write(&path, 0.0, 6, frame, &|| false).unwrap_err().to_string();
         assert!(message.contains("a.mp4: ffmpeg: "), "{message}");
