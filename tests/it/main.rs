@@ -35,6 +35,7 @@ mod sent;
 mod slurm;
 mod synthetic;
 mod tables;
+#[path = "../tools/program.rs"]
 mod tools;
 mod track_quality;
 mod user_suites;

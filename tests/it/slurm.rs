@@ -1,12 +1,9 @@
 //! Batch scripts: the words that reach the program, and the calls of sbatch.
 
-#[path = "../tools/slurm.rs"]
-mod scripts;
-
+use crate::tools::slurm::{HOSTILE, calls, expected, script};
 use crate::tools::{Place, Ran, trackfail};
 use assert_cmd::Command;
 use proptest::prelude::*;
-use scripts::{HOSTILE, calls, expected, script};
 use std::path::Path;
 use trackfail::cli::slurm::SCRIPT;
 use trackfail_testing::script as executable;

@@ -14,6 +14,7 @@ mod real;
 mod site;
 #[cfg(unix)]
 mod slurm;
+#[path = "../tools/program.rs"]
 mod tools;
 #[cfg(unix)]
 mod user_page;

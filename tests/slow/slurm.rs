@@ -1,12 +1,10 @@
 //! Batch scripts on a real SLURM.
 
 mod cluster;
-#[path = "../tools/slurm.rs"]
-mod scripts;
 
+use crate::tools::slurm::{HOSTILE, calls, expected, script};
 use crate::tools::{Place, assert_same_files, needs, trackfail};
 use cluster::{Cluster, wait_for};
-use scripts::{HOSTILE, calls, expected, script};
 use std::process::Command;
 use trackfail_testing::script as executable;
 

@@ -1,7 +1,6 @@
 //! An experiment whose page has something of everything.
 
-use super::Place;
-use super::program::experiment;
+use super::{Place, experiment};
 
 const SPEC: &str = r#"
 tracker = [{ name = "still" }, { name = "still", label = "still too" }]
