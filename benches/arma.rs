@@ -14,6 +14,7 @@ const WINDOW: [f64; 20] = [
 
 fn arma(c: &mut Criterion) {
     let mut group = c.benchmark_group("arma");
+    group.sample_size(50);
     for (name, start) in [("fit-backcast", Presample::Backcast), ("fit-drop-first", Presample::DropFirst)] {
         group.bench_with_input(BenchmarkId::new(name, WINDOW.len()), &WINDOW, |b, window| {
             b.iter(|| fit(black_box(window), [1, 1], start).map(|model| model.forecast(5)));
@@ -25,12 +26,7 @@ fn arma(c: &mut Criterion) {
         let input = Input { signal, error: &[], seed: 0, reverse: None, more: &[] };
         b.iter(|| detector.detect(black_box(&input)));
     });
-    group.finish();
 }
 
-criterion_group! {
-    name = benches;
-    config = Criterion::default().sample_size(50);
-    targets = arma
-}
+criterion_group!(benches, arma);
 criterion_main!(benches);

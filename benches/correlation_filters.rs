@@ -44,7 +44,6 @@ fn filters(criterion: &mut Criterion) {
                 BatchSize::PerIteration,
             )
         });
-        group.finish();
     }
 }
 

@@ -30,6 +30,7 @@ fn samples(n: u64) -> Vec<f64> {
 
 fn gamma_mixture(c: &mut Criterion) {
     let mut group = c.benchmark_group("gamma_mixture");
+    group.sample_size(10);
     let x = samples(100_000);
     if let Ok(one) = rayon::ThreadPoolBuilder::new().num_threads(1).build() {
         let options = FitOptions { restarts: 0, ..FitOptions::default() };
@@ -54,6 +55,7 @@ fn gamma_mixture(c: &mut Criterion) {
     group.finish();
 
     let mut group = c.benchmark_group("accumulation");
+    group.sample_size(10);
     let component = |weight, shape, scale| Component { weight, shape, scale };
     let parts = vec![
         component(0.45, 0.6, 0.15),
@@ -71,12 +73,7 @@ fn gamma_mixture(c: &mut Criterion) {
             });
         }
     }
-    group.finish();
 }
 
-criterion_group! {
-    name = benches;
-    config = Criterion::default().sample_size(10);
-    targets = gamma_mixture
-}
+criterion_group!(benches, gamma_mixture);
 criterion_main!(benches);

@@ -72,21 +72,14 @@ schema = 1
 name = "many"
 title = "Many cells"
 protocol = "khalid2016/1"
-[suites]
-test = "synthetic-otb"
-[[tracker]]
-name = "scripted"
-runs = {runs}
+suites.test = "synthetic-otb"
+tracker = [{{ name = "scripted", runs = {runs} }}]
+table = [{{ name = "many", rows = ["recall"], columns = "method" }}]
 [[method]]
 name = "RAW"
-signal = {{ kind = "distribution-field" }}
+signal.kind = "distribution-field"
 detector = {{ kind = "level", below = 0.0 }}
-[method.grid]
-below = [{}]
-[[table]]
-name = "many"
-rows = ["recall"]
-columns = "method"
+grid.below = [{}]
 "#,
         thresholds.join(", ")
     );

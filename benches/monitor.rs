@@ -69,7 +69,6 @@ fn monitor(criterion: &mut Criterion) {
                 });
             });
         }
-        group.finish();
     }
 }
 

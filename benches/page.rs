@@ -103,7 +103,6 @@ fn page(criterion: &mut Criterion) {
             (render(&page).expect("a page"), bytes)
         });
     });
-    group.finish();
 }
 
 criterion_group!(benches, page);

@@ -37,7 +37,6 @@ fn render(c: &mut Criterion) {
         frames(&q, 1);
         group.bench_function(name, |b| b.iter(|| black_box(frames(&q, 50))));
     }
-    group.finish();
 }
 
 fn track(c: &mut Criterion) {
@@ -60,7 +59,6 @@ fn track(c: &mut Criterion) {
             });
         });
     }
-    group.finish();
 }
 
 criterion_group!(benches, render, track);

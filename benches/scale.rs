@@ -47,34 +47,19 @@ schema = 1
 name = "boxes"
 title = "Boxes alone"
 protocol = "khalid2016/1"
-[suites]
-test = "boxes"
-TRACKERS
-[[method]]
-name = "periodic"
-detector = { kind = "periodic", period = 25 }
-[[method]]
-name = "random"
-detector = { kind = "random", rate = 0.04 }
-[[analysis]]
-name = "ope"
-compute = { kind = "success", rules = "otb-matlab/1" }
-suites = ["test"]
-[[table]]
-name = "overall"
-shows = "ope.overall"
-[[table]]
-name = "sequences"
-shows = "ope.sequences"
-column = "success AUC"
-[[table]]
-name = "methods"
-rows = ["precision", "recall", "f_score", "tp", "fp", "fn"]
-columns = "method"
-[[figure]]
-name = "success"
-kind = "chart"
-shows = "ope.success"
+suites.test = "boxes"
+tracker = [TRACKERS]
+method = [
+    { name = "periodic", detector = { kind = "periodic", period = 25 } },
+    { name = "random", detector = { kind = "random", rate = 0.04 } },
+]
+analysis = [{ name = "ope", compute = { kind = "success", rules = "otb-matlab/1" }, suites = ["test"] }]
+table = [
+    { name = "overall", shows = "ope.overall" },
+    { name = "sequences", shows = "ope.sequences", column = "success AUC" },
+    { name = "methods", rows = ["precision", "recall", "f_score", "tp", "fp", "fn"], columns = "method" },
+]
+figure = [{ name = "success", kind = "chart", shows = "ope.success" }]
 "#;
 
 /// Whole numbers below `below` without an order to be seen, the same every time.
@@ -128,8 +113,7 @@ fn boxes(sequences: usize) -> Vec<(&'static str, f64)> {
     for tracker in 0..TRACKERS {
         loaded.iter().enumerate().for_each(|(s, q)| write_track(root, tracker, q, s * TRACKERS + tracker));
     }
-    let tracker =
-        |k: usize| format!("[[tracker]]\nname = \"replay\"\nresults = \"T{k}\"\nlabel = \"T{k}\"\n");
+    let tracker = |k: usize| format!("{{ name = \"replay\", results = \"T{k}\", label = \"T{k}\" }},");
     let text = BOXES.replace("TRACKERS", &(0..TRACKERS).map(tracker).collect::<String>());
     let mut catalog = Catalog::default();
     catalog.add_file(Path::new("datasets.lock"), SUITE.as_bytes()).expect("a suite");

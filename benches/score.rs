@@ -34,7 +34,6 @@ fn score(c: &mut Criterion) {
             Curves::mean(curves.iter().map(|curves| (1.0, curves))).map(|c| (c.auc(), c.precision_at_20()))
         });
     });
-    group.finish();
 }
 
 criterion_group!(benches, score);

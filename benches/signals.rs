@@ -60,7 +60,6 @@ fn signals(criterion: &mut Criterion) {
                 });
             });
         }
-        group.finish();
     }
 }
 

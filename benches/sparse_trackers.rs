@@ -42,11 +42,9 @@ fn candidates(criterion: &mut Criterion) {
         }
         let mut next = frames.iter().cycle();
         let mut group = criterion.benchmark_group(entry.kind);
-        group.sample_size(10);
-        group.bench_with_input(BenchmarkId::from_parameter(600), &600, |bencher, _| {
+        group.sample_size(10).bench_with_input(BenchmarkId::from_parameter(600), &600, |bencher, _| {
             bencher.iter(|| next.next().map(|frame| tracker.update(black_box(frame)).expect("it goes on")))
         });
-        group.finish();
     }
 }
 

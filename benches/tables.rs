@@ -54,7 +54,6 @@ fn tables(c: &mut Criterion) {
             report::write(&results, &dir.path().join("report")).expect("a report")
         });
     });
-    group.finish();
 }
 
 fn engine(c: &mut Criterion) {
@@ -95,7 +94,6 @@ fn engine(c: &mut Criterion) {
             addresses.iter().map(get).sum::<usize>()
         });
     });
-    group.finish();
 }
 
 criterion_group!(benches, tables, engine);

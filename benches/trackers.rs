@@ -34,7 +34,6 @@ fn trackers(criterion: &mut Criterion) {
         group.bench_with_input(BenchmarkId::from_parameter(size), &size, |bencher, _| {
             bencher.iter(|| tracker.update(black_box(frame)).expect("it goes on"))
         });
-        group.finish();
     }
 }
 
