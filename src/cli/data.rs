@@ -181,8 +181,7 @@ fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
     let loaded = suite.load(data_roots);
     // Only rendered suites have no entries.
     let row = |name: &str, entry: Option<&lock::Entry>| {
-        let at = loaded.sequences.iter().position(|s| s.name == name);
-        let here = at.map(|at| &loaded.sequences[at]);
+        let here = loaded.sequences.iter().find(|s| s.name == name);
         let missing = loaded.missing.iter().find(|m| m.name == name);
         let broken = loaded.broken.iter().find(|b| b.name == name);
         let (status, note) = match (missing, broken) {
@@ -190,7 +189,6 @@ fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
             (_, Some(b)) => ("broken", b.error.to_string()),
             _ => (if entry.is_some() { "present" } else { "rendered" }, String::new()),
         };
-        let root = at.and_then(|at| loaded.roots.get(at));
         Row {
             suite: suite.name().into(),
             sequence: name.into(),
@@ -201,7 +199,7 @@ fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
             folder: entry.map(|entry| entry.folder.clone()).unwrap_or_default(),
             attributes: here.map(|s| s.attributes.join(" ")).unwrap_or_default(),
             note,
-            root: root.map(|root| root.display().to_string()).unwrap_or_default(),
+            root: here.map(|s| s.origin.root.display().to_string()).unwrap_or_default(),
         }
     };
     if suite.entries().is_empty() {

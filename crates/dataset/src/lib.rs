@@ -30,6 +30,7 @@ pub use trackfail_core::sequence::{Numbering, SequenceInfo};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
+use suite::Origin;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
@@ -84,6 +85,8 @@ impl std::fmt::Debug for Frames {
 pub struct Sequence {
     /// Name, unique in the suite: `Jogging-1`.
     pub name: String,
+    /// Where the sequence is from.
+    pub origin: Origin,
     /// Mapping from frame indices to the dataset's frame numbers.
     pub numbering: Numbering,
     /// Ground truth, one entry per frame; `None` where the target is not annotated.

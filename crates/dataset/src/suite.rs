@@ -23,7 +23,7 @@ pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
 pub use user::{USER_LOCK, check_name, with_sections};
 
 use crate::lock::{Entry, PinnedSuite, below};
-use crate::{DatasetError, Sequence, synthetic};
+use crate::{DatasetError, synthetic};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -102,24 +102,17 @@ impl Suite {
     ///
     /// Cheap: no image or video is opened. Digests are not compared here, see [`Suite::verify`].
     pub fn load(&self, data_roots: &[PathBuf]) -> Loaded {
-        let mut loaded = Loaded { wanted: self.entries().len(), ..Loaded::default() };
         let pinned = match &self.0 {
             SuiteContent::OnDisk(pinned) => pinned,
             SuiteContent::Rendered(rendered) => {
                 let sequences = rendered.sequences();
-                let origin = |s: &Sequence| Origin { video: s.name.clone(), source: rendered.name.into() };
-                let origins = sequences.iter().map(origin).collect();
-                return Loaded { wanted: sequences.len(), sequences, origins, ..loaded };
+                return Loaded { wanted: sequences.len(), sequences, ..Loaded::default() };
             }
         };
+        let mut loaded = Loaded { wanted: pinned.sequence.len(), ..Loaded::default() };
         for entry in &pinned.sequence {
             match pinned.in_first_root(entry, data_roots, |root| pinned.load(entry, root)) {
-                Ok((root, sequence)) => {
-                    loaded.sequences.push(sequence);
-                    loaded.roots.push(root.to_path_buf());
-                    let (video, source) = (entry.video().to_string(), entry.source().to_string());
-                    loaded.origins.push(Origin { video, source });
-                }
+                Ok(sequence) => loaded.sequences.push(sequence),
                 Err(DatasetError::Missing(missing)) => loaded.missing.push(missing),
                 Err(error) => loaded.broken.push(Broken { name: entry.name.clone(), error }),
             }

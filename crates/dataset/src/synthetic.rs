@@ -52,6 +52,7 @@ mod tests;
 
 use super::Sequence;
 use super::digest::Hash;
+use super::suite::Origin;
 pub use scene::FRAME_ATTRIBUTES;
 use scenes::SceneFile;
 use serde::Deserialize;
@@ -98,6 +99,8 @@ impl RenderedSuite {
     pub fn sequences(&self) -> Vec<Sequence> {
         let mut sequences = self.scenes().sequences(self.name);
         for sequence in &mut sequences {
+            let (video, source) = (sequence.name.clone(), self.name.into());
+            sequence.origin = Origin { video, source, ..Origin::default() };
             let bits = scene::bits(self.name, &sequence.name).to_string();
             let mut hash = Hash::new("trackfail synthetic");
             for part in [&*VERSION.to_string(), self.name, &sequence.name, &bits] {

@@ -105,7 +105,7 @@ fn cells(
     let mut reasons = reasons.into_iter().flatten();
     let sequences = plan.test().sequences.iter().zip(&standing.states);
     let cells = sequences.flat_map(|(planned, states)| {
-        let of_sequence = plan.cells_on(&planned.origin.source).into_iter().zip(states);
+        let of_sequence = plan.cells_on(&planned.sequence.origin.source).into_iter().zip(states);
         of_sequence.map(|((job, variant), state)| (&planned.sequence.name, job, variant, state))
     });
     let rows = cells.map(|(sequence, job, variant, state)| {

@@ -140,7 +140,7 @@ impl PinnedSuite {
             Ok(Finding::Differs(self.with_first_difference(entry, root, fact)))
         });
         match found {
-            Ok((_, finding)) => finding,
+            Ok(finding) => finding,
             Err(DatasetError::Missing(missing)) => Finding::Missing(missing),
             Err(broken) => {
                 // It is the fault of the first root that has a part of the sequence.

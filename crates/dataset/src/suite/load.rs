@@ -27,13 +27,15 @@ pub struct Broken {
     pub error: DatasetError,
 }
 
-/// The video that a sequence is taken from, and the source of that video.
+/// The video that a sequence is taken from, and the source of that video. Empty where the sequence is of no suite.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
     /// Name of the video, see [`Entry::video`].
     pub video: String,
-    /// Source of the video: `otb`, `vot2014`.
+    /// Source of the video: `otb`, `vot2014`; the suite if it is rendered.
     pub source: String,
+    /// Data root of the sequence; empty if it is rendered.
+    pub root: PathBuf,
 }
 
 /// Sequences of a suite, sorted by the outcome of loading.
@@ -41,10 +43,6 @@ pub struct Origin {
 pub struct Loaded {
     /// The sequences that were loaded, in the suite's order.
     pub sequences: Vec<Sequence>,
-    /// Data root of each loaded sequence; empty for rendered suites.
-    pub roots: Vec<PathBuf>,
-    /// Origin of each loaded sequence. In a rendered suite the source is the name of the suite.
-    pub origins: Vec<Origin>,
     /// Sequences of the suite that no data root has completely.
     pub missing: Vec<Missing>,
     /// Sequences that are present but cannot be read.
@@ -56,34 +54,25 @@ pub struct Loaded {
 impl Loaded {
     /// Keeps the sequences whose names pass; the others count as missing, and `reason` stands in place of their folder.
     pub fn keep_only(&mut self, passes: impl Fn(&str) -> bool, reason: &str) {
-        fn retain<T>(all: &mut Vec<T>, keep: &[bool]) {
-            let mut keep = keep.iter();
-            all.retain(|_| keep.next() != Some(&false));
+        for Sequence { name, .. } in self.sequences.extract_if(.., |sequence| !passes(&sequence.name)) {
+            self.missing.push(Missing { name, folder: reason.to_string(), how_to_get: String::new() });
         }
-        let keep: Vec<bool> = self.sequences.iter().map(|sequence| passes(&sequence.name)).collect();
-        for (sequence, _) in self.sequences.iter().zip(&keep).filter(|(_, keep)| !**keep) {
-            let (name, folder) = (sequence.name.clone(), reason.to_string());
-            self.missing.push(Missing { name, folder, how_to_get: String::new() });
-        }
-        retain(&mut self.sequences, &keep);
-        retain(&mut self.roots, &keep);
-        retain(&mut self.origins, &keep);
     }
 }
 
 impl PinnedSuite {
-    /// Result of `look`, and the root, for the first root that has the entry completely. If none does, the
-    /// first fault of a root that has a part of it.
-    pub(super) fn in_first_root<'r, T>(
+    /// Result of `look` for the first root that has the entry completely. If none does, the first fault of a
+    /// root that has a part of it.
+    pub(super) fn in_first_root<T>(
         &self,
         entry: &Entry,
-        data_roots: &'r [PathBuf],
+        data_roots: &[PathBuf],
         look: impl Fn(&Path) -> Result<T, DatasetError>,
-    ) -> Result<(&'r Path, T), DatasetError> {
+    ) -> Result<T, DatasetError> {
         let mut fault = None;
         for root in data_roots.iter().filter(|root| entry.path(root).exists()) {
             match look(root) {
-                Ok(found) => return Ok((root, found)),
+                Ok(found) => return Ok(found),
                 Err(error) => fault = fault.or(Some(error)),
             }
         }
@@ -107,6 +96,8 @@ impl PinnedSuite {
             return Err(self.missing(entry, &hint));
         }
         let mut sequence = (format.load)(root, entry)?;
+        let (video, source) = (entry.video().to_string(), entry.source().to_string());
+        sequence.origin = Origin { video, source, root: root.to_path_buf() };
         // Trackers may choose by the type of the target; a file that no digest covers does not change a pinned one.
         let is_taken = |word: &String| entry.target_type.is_none() || !word.starts_with("target-");
         let own = std::mem::take(&mut sequence.attributes).into_iter().filter(is_taken);
@@ -132,7 +123,7 @@ impl PinnedSuite {
         entry: &Entry,
         data_roots: &[PathBuf],
     ) -> Result<(Entry, Sequence), DatasetError> {
-        let (_, sequence) = self.in_first_root(entry, data_roots, |root| self.load(entry, root))?;
+        let sequence = self.in_first_root(entry, data_roots, |root| self.load(entry, root))?;
         let facts = Entry {
             range: Some(sequence.range()),
             official: Some(sequence.numbering.official),

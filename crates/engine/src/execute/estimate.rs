@@ -75,7 +75,7 @@ impl<'p> Standing<'p> {
                 left.seconds = left.seconds.zip(cost).map(|(sum, cost)| sum + cost * frames as f64);
             }
             if suite == 0 {
-                let states = plan.cells_on(&planned.origin.source).into_iter().zip(&self.states[s]);
+                let states = plan.cells_on(&planned.sequence.origin.source).into_iter().zip(&self.states[s]);
                 for (_, state) in states.filter(|((job, v), _)| jobs.contains(job) && is_mine[*v]) {
                     left.cells[*state as usize] += 1;
                 }

@@ -63,7 +63,7 @@ pub fn cells(
     let variants: Vec<_> = variants(plan.experiment).collect();
     let (mut cells, mut records) = (Vec::new(), Vec::new());
     let is_mine = |(j, _): &(usize, usize)| jobs.binary_search(j).is_ok();
-    for (j, v) in plan.cells_on(&planned.origin.source).into_iter().filter(is_mine) {
+    for (j, v) in plan.cells_on(&planned.sequence.origin.source).into_iter().filter(is_mine) {
         let (job, (method, variant)) = (plan.jobs[j], variants[v]);
         let Some(detector) = ready.get(&(v, job.tracker, plan.part(variant, sequence))) else { continue };
         let (params, signals) = (variant.params(), plan.signals_of(v));

@@ -245,7 +245,8 @@ fn make(
             chosen().map(StoredModel::Chosen).map_err(within)
         }
         None => {
-            let origins = need.tracks.iter().map(|(suite, s, _)| &plan.suites[*suite].sequences[*s].origin);
+            let origins =
+                need.tracks.iter().map(|(suite, s, _)| &plan.suites[*suite].sequences[*s].sequence.origin);
             let examples = mine.iter().zip(origins).map(|(track, origin)| track.example_of(signals, origin));
             let examples: Vec<Example<'_>> = examples.collect();
             choose::learn(example, &examples, limits).map(StoredModel::Learned)

@@ -86,7 +86,7 @@ impl ExperimentPlan<'_> {
             let sequence = planned.sequence.name.as_str();
             let is_cached = |j: usize| self.is_cached(store, planned, j);
             let has_track: Vec<bool> = (0..self.jobs.len()).map(is_cached).collect();
-            let cells = self.cells_on(&planned.origin.source);
+            let cells = self.cells_on(&planned.sequence.origin.source);
             let mut all = Vec::with_capacity(cells.len());
             for cells in cells.chunk_by(on_one_input) {
                 let on = self.input(planned, cells[0].0, cells[0].1).map(recipes::labels_on);

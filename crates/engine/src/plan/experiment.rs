@@ -23,10 +23,8 @@ use trackfail_methods::tracker::RunContext;
 pub struct PlannedSequence {
     /// Index of the suite.
     pub suite: usize,
-    /// Frames and ground truth of the sequence.
+    /// Frames and ground truth of the sequence. The video of its origin is as [`folds::video`] writes it.
     pub sequence: Arc<Sequence>,
-    /// Video that the sequence is from (see [`folds::video`]), and the source of that video.
-    pub origin: Origin,
     /// Files digest of the sequence; empty if it cannot be read.
     pub digest: String,
     /// Recipe of each job's track; an error if the track is not needed or cannot be computed.
@@ -114,12 +112,11 @@ impl<'a> ExperimentPlan<'a> {
             let is_wanted = |job: &Job| demands.iter().any(|demand| demand.is_for(name, *job));
             let wanted: Vec<(Job, bool)> = jobs.iter().map(|job| (*job, is_wanted(job))).collect();
             let index = suites.len();
-            let plan = |(sequence, origin)| match stop.is_set() {
+            let plan = |sequence| match stop.is_set() {
                 true => Err(RunError::Interrupted),
-                false => Ok(planned(experiment, (index, sequence, origin), &wanted, &signals, data_roots)),
+                false => Ok(planned(experiment, index, sequence, &wanted, &signals, data_roots)),
             };
-            let sequences = suite.sequences.into_par_iter().zip(suite.origins);
-            let sequences = sequences.map(plan).collect::<Result<_, RunError>>()?;
+            let sequences = suite.sequences.into_par_iter().map(plan).collect::<Result<_, RunError>>()?;
             let (name, missing, wanted) = (name.clone(), suite.missing, suite.wanted);
             suites.push(PlannedSuite { name, sequences, missing, wanted });
         }
@@ -127,7 +124,7 @@ impl<'a> ExperimentPlan<'a> {
         if stop.is_set() {
             return Err(RunError::Interrupted);
         }
-        let origins: Vec<&Origin> = suites[0].sequences.iter().map(|s| &s.origin).collect();
+        let origins: Vec<&Origin> = suites[0].sequences.iter().map(|s| &s.sequence.origin).collect();
         let folds = folds::folds(experiment.folds, &origins, experiment.seed);
         let without_confidence = inputs::trackers_without_confidence(&suites, &jobs);
         Ok(Self { experiment, jobs, suites, folds, demands, variant_signals, signals, without_confidence })
@@ -210,17 +207,19 @@ impl<'a> ExperimentPlan<'a> {
 /// on the suite.
 fn planned(
     experiment: &Experiment,
-    (suite, sequence, origin): (usize, Sequence, Origin),
+    suite: usize,
+    mut sequence: Sequence,
     jobs: &[(Job, bool)],
     signals: &[SignalChoice],
     data_roots: &[PathBuf],
 ) -> PlannedSequence {
+    sequence.origin.video = folds::video(&sequence.origin.video);
     // A sequence that cannot be read fails alone.
     let digest = sequence.digest().map(str::to_string);
     let digest = digest.map_err(|e| CellError::Failed(format!("{}: {e}", sequence.name)));
     let common = digest.clone().and_then(|digest| recipes::sequence(&sequence, &digest));
     let track = |(job, is_wanted): &(Job, bool)| {
-        if let Some(need) = inputs::unmet_by(&experiment.trackers[job.tracker], &origin, &sequence, None) {
+        if let Some(need) = inputs::unmet_by(&experiment.trackers[job.tracker], &sequence, None) {
             return Err(need);
         }
         if !is_wanted {
@@ -244,7 +243,6 @@ fn planned(
         signal_files: signals.iter().map(|s| recipes::signal_files(&sequence, s, data_roots)).collect(),
         gives_confidence: jobs.iter().filter(|_| reads_confidence).map(gives_confidence).collect(),
         tracks,
-        origin: Origin { video: folds::video(&origin.video), ..origin },
         sequence: Arc::new(sequence),
     }
 }

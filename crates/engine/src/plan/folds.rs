@@ -71,8 +71,11 @@ mod tests {
 
     #[test]
     fn a_source_is_a_fold_and_a_video_of_two_belongs_to_the_first() {
-        let origin =
-            |(source, video): &(&str, &str)| Origin { video: video.to_string(), source: source.to_string() };
+        let origin = |(source, video): &(&str, &str)| Origin {
+            video: video.to_string(),
+            source: source.to_string(),
+            ..Origin::default()
+        };
         let all = [("otb", "bolt"), ("vot", "ball"), ("otb", "girl"), ("vot", "bolt"), ("tlp", "bike")];
         let origins: Vec<Origin> = all.iter().map(origin).collect();
         let folds = folds(FoldsBy::Source, &origins.iter().collect::<Vec<_>>(), 1);

@@ -9,18 +9,12 @@ use crate::spec::Tracker;
 use crate::store::address::{Address, Recipe, Stage};
 use std::collections::BTreeSet;
 use trackfail_dataset::Sequence;
-use trackfail_dataset::suite::Origin;
 use trackfail_methods::signal::Reads;
 
 /// First need of a tracker, or of a reader of its track, that the sequence itself does not meet.
-pub(super) fn unmet_by(
-    tracker: &Tracker,
-    origin: &Origin,
-    sequence: &Sequence,
-    reads: Option<Reads>,
-) -> Option<CellError> {
+pub(super) fn unmet_by(tracker: &Tracker, sequence: &Sequence, reads: Option<Reads>) -> Option<CellError> {
     let reads_pixels = tracker.setup.facts().reads_pixels || reads == Some(Reads::Pixels);
-    if !tracker.runs_on(&origin.source) {
+    if !tracker.runs_on(&sequence.origin.source) {
         Some(CellError::Unmet("runs on videos of other sources"))
     } else if reads_pixels && !sequence.has_frames() {
         Some(CellError::Unmet("needs frames, and the suite has boxes only"))
@@ -57,7 +51,7 @@ impl ExperimentPlan<'_> {
         let place = self.jobs[job].tracker;
         let tracker = &self.experiment.trackers[place];
         let reads = signal.and_then(|k| self.signals.get(k)).map(|choice| choice.signal.reads());
-        if let Some(need) = unmet_by(tracker, &planned.origin, &planned.sequence, reads) {
+        if let Some(need) = unmet_by(tracker, &planned.sequence, reads) {
             return Some(need);
         }
         let given = match reads {
@@ -105,8 +99,9 @@ impl ExperimentPlan<'_> {
 
     /// First [unmet](Self::unmet) need of a tracker, or of a signal on its tracks, on a suite.
     pub fn unmet_on(&self, suite: usize, tracker: usize, signal: Option<usize>) -> Option<CellError> {
-        let runs_on =
-            |planned: &PlannedSequence| self.experiment.trackers[tracker].runs_on(&planned.origin.source);
+        let runs_on = |planned: &PlannedSequence| {
+            self.experiment.trackers[tracker].runs_on(&planned.sequence.origin.source)
+        };
         let mut there = self.suites[suite].sequences.iter().filter(|planned| runs_on(planned));
         there.find_map(|planned| self.jobs_of(tracker, u32::MAX).find_map(|j| self.unmet(planned, j, signal)))
     }

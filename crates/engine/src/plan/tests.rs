@@ -68,7 +68,7 @@ fn a_model_is_addressed_by_the_videos_and_sources_that_it_is_learned_from() {
     let experiment = spec::parse("try.toml", &experiment("synthetic-d1", &methods)).unwrap();
     let addresses = |change: fn(&mut Origin)| {
         let mut suites = execute::load(&experiment, &[]).unwrap();
-        suites.values_mut().for_each(|suite| change(&mut suite.origins[0]));
+        suites.values_mut().for_each(|suite| change(&mut suite.sequences[0].origin));
         let plan = ExperimentPlan::new(&experiment, suites, &[], &Stop::default()).unwrap();
         let needs = plan.needs(|_, _| true).into_iter();
         needs.map(|(_, need)| need.unwrap().address.to_string()).collect::<Vec<_>>()

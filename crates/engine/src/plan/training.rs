@@ -102,7 +102,7 @@ impl<'a> ExperimentPlan<'a> {
 
     /// Digest of the videos and sources of tracks.
     fn origins(&self, tracks: &[Place]) -> Address {
-        let origin = |(suite, s, _): &Place| &self.suites[*suite].sequences[*s].origin;
+        let origin = |(suite, s, _): &Place| &self.suites[*suite].sequences[*s].sequence.origin;
         let all = tracks.iter().map(origin);
         all.fold(Recipe::new(Stage::Model), |all, origin| all.with(&origin.video, &origin.source)).address()
     }

@@ -141,7 +141,7 @@ fn pools<'a>(
         let tracker = experiment.trackers.iter().find(|tracker| tracker.label == cell.tracker);
         tracker.and_then(|tracker| tracker.family.as_deref())
     };
-    let sources: Vec<&String> = outcome.test().sequences.iter().map(|s| &s.origin.source).collect();
+    let sources: Vec<&String> = outcome.test().sequences.iter().map(|s| &s.sequence.origin.source).collect();
     let several = sources.iter().any(|source| *source != sources[0]);
     let mut pools: BTreeMap<String, Vec<&Cell>> = BTreeMap::new();
     for cell in cells {
