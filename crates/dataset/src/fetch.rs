@@ -34,6 +34,7 @@ use crate::archive::Packing;
 use crate::lock::pinned_suites;
 use crate::suite::Finding;
 use std::fs::File;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Reason why a download or an archive failed.
@@ -49,30 +50,22 @@ pub enum FetchError {
     #[error("{0}")]
     Data(String),
     /// An I/O error.
-    #[error("{}: {source}; {}", path.display(), advice(source))]
-    Disk {
-        /// File or folder.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
+    #[error("{0}")]
+    Disk(String),
     /// Another process fetches into the data root; the path is its lock file.
     #[error("{}: another fetch is using this data root; wait until it has ended", .0.display())]
     Busy(PathBuf),
 }
 
-fn advice(error: &std::io::Error) -> &'static str {
-    match error.kind() {
-        std::io::ErrorKind::CrossesDevices => {
-            "its folder is a link to another file system; give that one as the data root"
-        }
-        _ => "make room and check that the folder can be written to",
-    }
-}
-
 impl FetchError {
-    fn disk(path: &Path, source: std::io::Error) -> Self {
-        Self::Disk { path: path.into(), source }
+    fn disk(path: &Path, e: std::io::Error) -> Self {
+        let advice = match e.kind() {
+            ErrorKind::CrossesDevices => {
+                "its folder is a link to another file system; give that one as the data root"
+            }
+            _ => "make room and check that the folder can be written to",
+        };
+        Self::Disk(format!("{}: {e}; {advice}", path.display()))
     }
 
     /// True if the data at the address are absent or not as pinned; false if the disk, the network or the

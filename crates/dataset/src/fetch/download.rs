@@ -129,29 +129,14 @@ struct Request<'a> {
     watch: &'a dyn FetchWatch,
 }
 
-/// Reason why an attempt did not bring the whole file.
-enum Cut {
-    /// A further attempt would fail as well.
-    Final(FetchError),
-    /// A further attempt may succeed, after the pause that the server asks for.
-    Again(String, Option<Duration>),
-}
-
-impl From<FetchError> for Cut {
-    fn from(error: FetchError) -> Self {
-        Self::Final(error)
-    }
-}
+/// Reason why an attempt did not bring the whole file though a further one may, and the pause that the server asks for.
+type Cut = (String, Option<Duration>);
 
 impl Request<'_> {
     fn until_whole(&self, part: &mut Part) -> Result<(), FetchError> {
         let (mut failures, mut most) = (0_u32, part.len()?);
         loop {
-            let (what, wait) = match self.attempt(part) {
-                Ok(()) => return Ok(()),
-                Err(Cut::Final(error)) => return Err(error),
-                Err(Cut::Again(what, wait)) => (what, wait),
-            };
+            let Some((what, wait)) = self.attempt(part)? else { return Ok(()) };
             let kept = part.len()?;
             failures = if kept >= most.saturating_add(GAIN) { 1 } else { failures + 1 };
             most = most.max(kept);
@@ -171,17 +156,39 @@ impl Request<'_> {
         }
     }
 
-    fn attempt(&self, part: &mut Part) -> Result<(), Cut> {
+    /// Requests the bytes that are missing, and receives them; `None` once the file is whole.
+    fn attempt(&self, part: &mut Part) -> Result<Option<Cut>, FetchError> {
         let mut have = part.len()?;
         if have > 0 && part.note.total.or(self.archive.size) == Some(have) {
-            return Ok(());
+            return Ok(None);
         }
         let is_known = part.note.mark.is_some() || self.archive.sha256.is_some();
         if have > 0 && (!is_known || self.archive.size.is_some_and(|size| have > size)) {
             part.reset()?;
             have = 0;
         }
-        let mut response = self.ask(part, have)?;
+        let mut request = self.agent.get(self.url);
+        if have > 0 {
+            request = request.header(header::RANGE, format!("bytes={have}-"));
+            if let Some(mark) = &part.note.mark {
+                request = request.header(header::IF_RANGE, mark.as_str());
+            }
+        }
+        let mut response = match request.call() {
+            Ok(response) => response,
+            Err(
+                e @ (ureq::Error::TooManyRedirects
+                | ureq::Error::RequireHttpsOnly(_)
+                | ureq::Error::BadUri(_)
+                | ureq::Error::Http(_)
+                | ureq::Error::Protocol(_)),
+            ) => {
+                let what = "a redirect or an answer that is not followed";
+                let told = format!("{}: {what} ({e}); get the file by hand, or from a --mirror", self.url);
+                return Err(FetchError::Data(told));
+            }
+            Err(e) => return Ok(Some((format!("no answer ({e})"), None))),
+        };
         let (status, headers) = (response.status().as_u16(), response.headers().clone());
         match status {
             200 => {
@@ -194,41 +201,19 @@ impl Request<'_> {
             206 if have > 0 && goes_on(&part.note, have, &headers) => self.receive(part, &mut response, have),
             206 | 416 if have > 0 => {
                 part.reset()?;
-                Err(Cut::Again(CHANGED.into(), None))
+                Ok(Some((CHANGED.into(), None)))
             }
             408 | 425 | 429 | 500..=599 => {
                 let wait = text(&headers, header::RETRY_AFTER).and_then(|t| t.trim().parse().ok());
-                Err(Cut::Again(format!("the server answers {status}"), wait.map(Duration::from_secs)))
+                Ok(Some((format!("the server answers {status}"), wait.map(Duration::from_secs))))
             }
             // Trying again does not change it.
-            _ => Err(Cut::Final(FetchError::Data(format!(
+            _ => Err(FetchError::Data(format!(
                 "{}: the server answers {}; get the file by hand, take it from a --mirror, or try again later",
                 response.get_uri(),
                 response.status()
-            )))),
-        }
-    }
-
-    /// Requests the bytes after the first `have`.
-    fn ask(&self, part: &Part, have: u64) -> Result<Response<Body>, Cut> {
-        let mut request = self.agent.get(self.url);
-        if have > 0 {
-            request = request.header(header::RANGE, format!("bytes={have}-"));
-            if let Some(mark) = &part.note.mark {
-                request = request.header(header::IF_RANGE, mark.as_str());
-            }
-        }
-        request.call().map_err(|e| match e {
-            ureq::Error::TooManyRedirects
-            | ureq::Error::RequireHttpsOnly(_)
-            | ureq::Error::BadUri(_)
-            | ureq::Error::Http(_)
-            | ureq::Error::Protocol(_) => Cut::Final(FetchError::Data(format!(
-                "{}: a redirect or an answer that is not followed ({e}); get the file by hand, or from a --mirror",
-                self.url
             ))),
-            e => Cut::Again(format!("no answer ({e})"), None),
-        })
+        }
     }
 
     /// Refuses an answer that has more bytes than expected, before any is written.
@@ -244,7 +229,12 @@ impl Request<'_> {
     }
 
     /// Appends a body to the `have` bytes already on disk.
-    fn receive(&self, part: &Part, response: &mut Response<Body>, mut have: u64) -> Result<(), Cut> {
+    fn receive(
+        &self,
+        part: &Part,
+        response: &mut Response<Body>,
+        mut have: u64,
+    ) -> Result<Option<Cut>, FetchError> {
         let total = part.note.total.or(self.archive.size);
         let mut file = part.append()?;
         let mut body = response.body_mut().as_reader();
@@ -254,19 +244,15 @@ impl Request<'_> {
                 Ok(0) => break,
                 Ok(n) => n,
                 Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-                Err(e) => return Err(Cut::Again(format!("cut after {have} bytes ({e})"), None)),
+                Err(e) => return Ok(Some((format!("cut after {have} bytes ({e})"), None))),
             };
             self.check_size(have + n as u64, total)?;
             file.write_all(&buffer[..n]).map_err(|e| FetchError::disk(&part.path, e))?;
             have += n as u64;
             self.watch.arrived(&self.archive.name, have, total);
         }
-        match total {
-            Some(total) if have < total => {
-                Err(Cut::Again(format!("cut after {have} of {total} bytes"), None))
-            }
-            _ => Ok(()),
-        }
+        let total = total.filter(|total| have < *total);
+        Ok(total.map(|total| (format!("cut after {have} of {total} bytes"), None)))
     }
 }
 

@@ -14,14 +14,8 @@ use std::path::{Path, PathBuf};
 pub struct WantedSequences {
     /// Suite with the sequences.
     pub suite: Suite,
-    /// Names of the wanted sequences; empty for all of the suite.
+    /// Names of the wanted sequences.
     pub sequences: BTreeSet<String>,
-}
-
-impl WantedSequences {
-    fn has(&self, name: &str) -> bool {
-        self.sequences.is_empty() || self.sequences.contains(name)
-    }
 }
 
 /// One archive to download, and the folders and sequences that need it.
@@ -61,8 +55,9 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
     let mut plan = FetchPlan::default();
     let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
-        let entries = wanted.suite.entries().iter().filter(|e| wanted.has(&e.name));
-        for (entry, checked) in entries.zip(wanted.suite.verify(data_roots, |name| wanted.has(name))) {
+        let has = |name: &str| wanted.sequences.contains(name);
+        let entries = wanted.suite.entries().iter().filter(|e| has(&e.name));
+        for (entry, checked) in entries.zip(wanted.suite.verify(data_roots, has)) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let archives: Vec<&Archive> = entry.archives().collect();
             let folder = entry.path(root);
