@@ -96,12 +96,6 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
         place.run(&add).ends(code).tells(words);
         assert!(!place.has("datasets.lock"));
     }
-    // Of two suites of one name neither is taken for the other.
-    place.write("a/datasets.lock", boxes_lock());
-    place.write("b/datasets.lock", boxes_lock().replace("Walk.txt", "Run.txt"));
-    for roots in ["--data-root a --data-root b", "--data-root b --data-root a"] {
-        place.run(&format!("data list {roots}")).ends(3).tells("suite `my-boxes` is another one in ");
-    }
 }
 
 /// A suite of boxes alone.

@@ -312,21 +312,4 @@ mod tests {
         let paths: Vec<_> = otb::FORMAT.images(linked.path()).unwrap().files.into_values().collect();
         assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), ramp(2));
     }
-
-    #[test]
-    fn numbers_come_from_names() {
-        let folder = tempfile::tempdir().unwrap();
-        let images = || otb::FORMAT.images(folder.path());
-        assert!(matches!(images(), Err(DatasetError::Content { .. })));
-        for name in ["img_10.PNG", "img_9.jpeg", "Thumbs.db", ".hidden1.jpg"] {
-            put(folder.path(), name, "");
-        }
-        assert_eq!(images().unwrap().files.into_keys().collect::<Vec<_>>(), [9, 10]);
-        assert!(images().unwrap().range((9, 11)).is_err());
-        for (more, words) in [("b09.jpg", "img_9.jpeg"), ("title.jpg", "title.jpg: no number")] {
-            let path = put(folder.path(), more, "");
-            assert_says(images().unwrap_err(), words);
-            std::fs::remove_file(path).unwrap();
-        }
-    }
 }

@@ -53,7 +53,6 @@ mod tests;
 use super::Sequence;
 use super::digest::Hash;
 use super::suite::Origin;
-pub use scene::FRAME_ATTRIBUTES;
 use scenes::SceneFile;
 use serde::Deserialize;
 use std::path::Path;

@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_list_in_an_order_of_its_own_is_kept() {
-        let brackets = ["img (1).png", "img (2).png", "img (10).png"];
+        let brackets = ["img (1).png", "img (2).jpeg", "img (10).PNG"];
         let others = ["8.jpg", "9.jpg", "10.jpg", "cam1_2.png", "cam2_1.png"];
         let root = folder_of(&[&brackets[..], &others].concat());
         let listed = |names: &[&str]| {

@@ -86,33 +86,18 @@ impl Part {
 mod tests {
     use super::*;
 
-    fn arrived(folder: &Path, note: &Note) -> Part {
-        let part = Part { path: folder.join("a.part"), beside: folder.join("a.json"), note: note.clone() };
-        part.write_note().unwrap();
-        fs::write(&part.path, b"abc").unwrap();
-        part
-    }
-
     #[test]
-    fn a_part_is_kept_for_its_address() {
+    fn a_part_is_kept_for_its_address_and_with_a_whole_note() {
         let folder = tempfile::tempdir().unwrap();
+        let [bytes, beside] = ["a.part", "a.json"].map(|name| folder.path().join(name));
         let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(9) };
-        for (url, length, mark) in [("u", 3, true), ("v", 0, false)] {
-            arrived(folder.path(), &note);
-            let part = Part::open(folder.path(), "a", url).unwrap();
-            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, mark), "{url}");
-        }
-    }
-
-    #[test]
-    fn a_part_with_a_damaged_note_is_dropped() {
-        let folder = tempfile::tempdir().unwrap();
-        let note = Note { url: "u".into(), ..Note::default() };
         let whole = serde_json::to_vec(&note).unwrap();
-        for cut in 0..whole.len() {
-            arrived(folder.path(), &note);
-            fs::write(folder.path().join("a.json"), &whole[..cut]).unwrap();
-            assert_eq!(Part::open(folder.path(), "a", "u").unwrap().len().unwrap(), 0, "{cut}");
+        let cuts = (0..whole.len()).map(|cut| ("u", cut, 0));
+        for (url, end, length) in cuts.chain([("u", whole.len(), 3), ("v", whole.len(), 0)]) {
+            fs::write(&bytes, b"abc").unwrap();
+            fs::write(&beside, &whole[..end]).unwrap();
+            let part = Part::open(folder.path(), "a", url).unwrap();
+            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, length > 0), "{url} {end}");
         }
     }
 }

@@ -423,7 +423,7 @@ impl Scene {
 ///   four by more than 4 % of its size (root of the area);
 /// * `size_change`: its size differs by 3 % from that of ten frames before;
 /// * `camera_motion`: the camera moved by more than half a pixel since the frame before.
-pub const FRAME_ATTRIBUTES: [&str; 5] =
+const FRAME_ATTRIBUTES: [&str; 5] =
     ["occlusion", "illum_change", "motion_change", "size_change", "camera_motion"];
 
 /// Rounds to a grid of 1/64 pixel, on which adding 1 and subtracting it again is exact.

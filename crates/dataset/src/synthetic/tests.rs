@@ -148,20 +148,6 @@ fn the_truth_is_where_the_target_is() {
     }
 }
 
-#[test]
-fn attributes_of_frames_and_sequence_agree() {
-    for q in suite("synthetic-vot").unwrap() {
-        let names: std::collections::BTreeSet<&str> =
-            q.frame_attributes.iter().map(|a| a.0.as_str()).collect();
-        assert_eq!(names, FRAME_ATTRIBUTES.into_iter().collect());
-        assert!(q.frame_attributes.is_sorted());
-        assert!(q.frame_attributes.iter().all(|(_, flags)| flags.len() == q.len()));
-        let ever = q.frame_attributes.iter().filter(|(_, flags)| flags.iter().any(|f| *f));
-        assert!(ever.map(|a| &a.0).eq(&q.attributes), "{}", q.name);
-    }
-    assert!(suite("synthetic-otb").unwrap().iter().all(|q| q.frame_attributes.is_empty()));
-}
-
 /// Suites that stand in for data sets, and share the properties of those.
 const NAMES: [&str; 2] = ["synthetic-d1", "synthetic-d2"];
 

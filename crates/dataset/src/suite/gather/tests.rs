@@ -76,21 +76,6 @@ fn a_folder_of_each_layout_becomes_a_suite() {
 }
 
 #[test]
-fn a_changed_frame_or_truth_is_told() {
-    let root = root();
-    let suite = read(&gather(&wanted("mine", format("lasot"), "lasot"), root.path()).unwrap());
-    let first = || suite.verify(&[root.path().to_path_buf()], |_| true).swap_remove(0).finding;
-    put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,1");
-    assert!(matches!(first(), Finding::Differs(_)), "an absent target has no truth");
-    put(root.path(), "lasot/airplane/airplane-1/out_of_view.txt", b"0,0");
-    assert_eq!(first(), Finding::Same);
-    put(root.path(), "lasot/airplane/airplane-1/img/00000001.png", b"x");
-    assert!(matches!(first(), Finding::Differs(_)));
-    std::fs::remove_dir_all(root.path().join("lasot")).unwrap();
-    assert!(matches!(first(), Finding::Missing(m) if m.how_to_get.contains("one of your own")));
-}
-
-#[test]
 fn what_cannot_become_a_suite_is_named() {
     let root = root();
     let fails = |wanted: &GatherRequest<'_>| gather(wanted, root.path()).unwrap_err().to_string();
