@@ -3,7 +3,7 @@
 use super::Failure;
 use super::output::{self, Format};
 use crate::report::explain::explain;
-use crate::report::explain::listing::{self, Digits, Listing, NAMED};
+use crate::report::explain::listing::{self, Listing, NAMED};
 use crate::report::explain::select;
 use crate::report::trace::frame_range;
 use std::path::PathBuf;
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scores = results.scores().map_err(|e| io(&e))?;
     let [row, column] = [&args.row, &args.column].map(|name| Some(name.as_str()));
     let wanted = [row, column, args.tracker.as_deref(), args.method.as_deref()];
-    let digits = if args.format == Format::Table { Digits::Four } else { Digits::All };
+    let digits = (args.format == Format::Table).then_some(4);
     // Blocks for people, one table for programs.
     let (mut blocks, mut whole) = (Vec::new(), Listing::default());
     let mut add = |headline: String, listing: Listing| -> Result<(), Failure> {

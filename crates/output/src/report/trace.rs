@@ -160,21 +160,16 @@ pub fn read(
     Ok(results.checked_tracks(&filter)?.into_iter().filter_map(of_method).collect())
 }
 
-/// Error for a text that does not name frames.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` names no frames; write `40-60`, or `40` for one")]
-pub struct FrameRangeError(String);
-
 /// Parses `40-60` or `40` as first and last frame, in the sequence's own numbers.
 ///
 /// # Errors
 /// When the text is not one number, or two in ascending order.
-pub fn frame_range(text: &str) -> Result<(i64, i64), FrameRangeError> {
+pub fn frame_range(text: &str) -> Result<(i64, i64), String> {
     let number = |part: &str| part.trim().parse::<i64>().ok().filter(|n| *n >= 0);
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     match (number(from), number(to)) {
         (Some(from), Some(to)) if from <= to => Ok((from, to)),
-        _ => Err(FrameRangeError(text.to_string())),
+        _ => Err(format!("`{text}` names no frames; write `40-60`, or `40` for one")),
     }
 }
 

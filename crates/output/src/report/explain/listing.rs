@@ -11,14 +11,8 @@ use trackfail_engine::spec::table::Table;
 use trackfail_methods::score::Counts;
 use trackfail_methods::score::counts::Place;
 
-/// Number of digits shown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Digits {
-    /// Four decimals, for people.
-    Four,
-    /// All digits, for programs.
-    All,
-}
+/// Number of decimals shown, such as four for people; `None` for all digits, for programs.
+pub type Digits = Option<usize>;
 
 /// Number of leading columns in all listings, which name the number: tracker, method, params and metric.
 pub const NAMED: usize = 4;
@@ -46,8 +40,8 @@ impl Listing {
 fn number(digits: Digits, value: Option<f64>) -> String {
     match (value.filter(|v| v.is_finite()), digits) {
         (None, _) => String::new(),
-        (Some(v), Digits::Four) => format!("{v:.4}"),
-        (Some(v), Digits::All) => v.to_string(),
+        (Some(v), Some(digits)) => format!("{v:.digits$}"),
+        (Some(v), None) => v.to_string(),
     }
 }
 
@@ -94,7 +88,7 @@ pub fn sequences(explained: &Explained, digits: Digits) -> Listing {
     let row = |p: &Part| {
         let Counts { tp, fp, fn_, tn } = p.counts;
         let moves = match (digits, p.moves) {
-            (Digits::Four, Some(v)) => format!("{v:+.4}"),
+            (Some(digits), Some(v)) => format!("{v:+.digits$}"),
             (digits, v) => number(digits, v),
         };
         let mut row = vec![p.sequence.clone(), p.runs.to_string()];

@@ -6,12 +6,14 @@ use super::{Scope, of_curves, published};
 use crate::figure::{Axis, Color, Dash, Entry, Figure, Form, Mark, Range, Style, Symbol};
 use crate::report::operating;
 use crate::report::page::ReportError;
+use crate::report::sentences::say;
 use crate::report::standings::{Estimate, ordering_metric};
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::{Measure, TrackSeries, grouped};
 use crate::sampling::Sampling;
 use crate::table::layout::is_anchor;
 use crate::table::number;
+use serde_json::json;
 use std::ops::RangeInclusive;
 use trackfail_engine::spec::Tracker;
 use trackfail_methods::score::frames::warning::HORIZONS;
@@ -173,13 +175,8 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> 
         }
         lines.push(line);
     }
-    let of_published = has_published.then(|| "at the published parameters".to_string());
-    let at_best = || format!("at the best {} of these sequences", best_by.heading);
-    let rings: Vec<String> = of_published.into_iter().chain(has_best.then(at_best)).collect();
-    let mut remark = match rings.is_empty() {
-        true => String::new(),
-        false => format!(" Rings are {}.", rings.join(", or where none are ")),
-    };
+    let best = has_best.then_some(best_by.heading);
+    let about = json!({ "published": has_published, "best": best, "has_area": is_precision_recall });
     let all = |side: fn(&(f64, f64)) -> f64| lines.iter().flat_map(|l| &l.points).map(side);
     let bounds = lines.iter().flat_map(|l| &l.band).flat_map(|b| [b.0, b.1]).filter(|b| b.is_finite());
     let axes = (
@@ -189,16 +186,13 @@ pub(super) fn curve(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> 
     let figure = arrange(experiment, &scope.note, axes, &lines);
     let mut figure = Figure { form: Form::Square, ..figure };
     if is_precision_recall {
-        remark.push_str(
-            " AP is the area under the points in steps, from recall 0 to the largest one. Dashed lines have equal F.",
-        );
         behind(&mut figure, &Mark::IsoF);
     }
     let reason = format!("{} and {} have no value", y.name(), x.name());
     if (x, y) == (Metric::FPR, Metric::RECALL) && lines.iter().any(|line| !line.points.is_empty()) {
         rule(&mut figure, &Mark::line(vec![(0.0, 0.0), (1.0, 1.0)], CHANCE), chance());
     }
-    of_curves(figure, &remark, reason)
+    of_curves(figure, &say("curve", about), reason)
 }
 
 /// Range of an axis. Shares begin at 0 and end at 1, or earlier if there are no values near 1; other metrics

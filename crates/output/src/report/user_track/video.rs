@@ -38,14 +38,9 @@ pub enum VideoError<E: std::error::Error + 'static> {
          brew install ffmpeg; Windows: winget install ffmpeg), or name a folder for PNG files"
     )]
     NoFfmpeg(String),
-    /// ffmpeg refuses the frames or the format.
-    #[error("{path}: ffmpeg: {message}")]
-    Ffmpeg {
-        /// Path of the video file.
-        path: String,
-        /// Text from the stderr of ffmpeg.
-        message: String,
-    },
+    /// ffmpeg refuses the frames or the format: path of the video file, and text from the stderr of ffmpeg.
+    #[error("{0}: ffmpeg: {1}")]
+    Ffmpeg(String, String),
     /// The file cannot be written to.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -98,7 +93,7 @@ pub fn write<E: std::error::Error + Send + 'static>(
             break;
         }
     }
-    Err(VideoError::Ffmpeg { path: shown, message })
+    Err(VideoError::Ffmpeg(shown, message))
 }
 
 /// Command up to the choice of encoder. It uses one thread, because the bytes would depend on the number of
@@ -128,7 +123,7 @@ fn encode<E: std::error::Error + Send + 'static>(
 ) -> Result<Option<String>, VideoError<E>> {
     let not_started = |e: std::io::Error| match e.kind() {
         std::io::ErrorKind::NotFound => VideoError::NoFfmpeg(shown.to_string()),
-        _ => VideoError::Ffmpeg { path: shown.to_string(), message: e.to_string() },
+        _ => VideoError::Ffmpeg(shown.to_string(), e.to_string()),
     };
     command.current_dir(folder.parent().unwrap_or(folder));
     let mut program =
