@@ -22,7 +22,7 @@ fn files() -> Vec<(&'static str, Vec<Column>, DataFrame)> {
         of::<Target<'_>>(),
         of::<ConditionRow<'_>>(),
         of::<CheckRow<'_>>(),
-        of::<Piece<'_>>(),
+        of::<Piece>(),
         of::<Row>(),
         of::<TableRow<'_>>(),
         of::<Judgement<'_>>(),

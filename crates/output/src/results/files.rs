@@ -154,8 +154,8 @@ rows! {
     } []
 
     /// A part of a track that was scored separately.
-    pub(super) struct Piece<'a> in "pieces.csv", [SUITE] {
-        track: TrackName<'a> = [SEQUENCE, TRACKER, RUN],
+    pub(super) struct Piece in "pieces.csv", [SUITE] {
+        track: (String, String, i64) = [SEQUENCE, TRACKER, RUN],
         first: i64 = [integer("first")],
         last: i64 = [integer("last")],
     } []

@@ -37,7 +37,30 @@ pub(super) fn frames(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), 
     let one_of_each = cells.iter().copied().filter(|cell| cell.result.is_ok() && seen.insert(&cell.method));
     let has_alarm_score = done(outcome, one_of_each)?.iter().any(|one| one.output.alarm_score.is_some());
     let part = |cells: &[&Cell]| -> Result<DataFrame, ResultsError> {
-        let mut frame = frames_of(outcome, cells)?;
+        let shown = done(outcome, cells.iter().copied())?;
+        let labels: Vec<String> =
+            shown.iter().map(|Done { cell, .. }| method_label(&cell.method, &cell.params)).collect();
+        let rows = shown.iter().zip(&labels).flat_map(|(Done { cell, track, output, .. }, method)| {
+            let changes = output.changes();
+            (0..track.regions.len()).map(move |t| {
+                let rect = track.regions[t].rect();
+                Frame {
+                    track: track_name(outcome, cell),
+                    frame: number(outcome, cell, t),
+                    x: rect.x,
+                    y: rect.y,
+                    w: rect.w,
+                    h: rect.h,
+                    error: known(track.error[t]),
+                    method,
+                    score: output.score[t],
+                    alarm_score: output.alarm_score.as_ref().map(|scores| scores[t]),
+                    label: i32::from(output.alarm[t]),
+                    change: changes[t],
+                }
+            })
+        });
+        let mut frame = Frame::frame(outcome.suite(), rows)?;
         if !has_alarm_score {
             frame.drop_in_place("alarm_score").map_err(TableError::from)?;
         }
@@ -45,33 +68,6 @@ pub(super) fn frames(outcome: &Outcome<'_>, file: &mut dyn Write) -> Result<(), 
     };
     let parts = in_parts(&cells, ROWS_AT_ONCE, |_, cell| outcome.sequence(cell.sequence).len());
     parts_to_parquet(file, parts.into_iter().map(part))
-}
-
-fn frames_of(outcome: &Outcome<'_>, cells: &[&Cell]) -> Result<DataFrame, ResultsError> {
-    let shown = done(outcome, cells.iter().copied())?;
-    let labels: Vec<String> =
-        shown.iter().map(|Done { cell, .. }| method_label(&cell.method, &cell.params)).collect();
-    let rows = shown.iter().zip(&labels).flat_map(|(Done { cell, track, output, .. }, method)| {
-        let changes = output.changes();
-        (0..track.regions.len()).map(move |t| {
-            let rect = track.regions[t].rect();
-            Frame {
-                track: track_name(outcome, cell),
-                frame: number(outcome, cell, t),
-                x: rect.x,
-                y: rect.y,
-                w: rect.w,
-                h: rect.h,
-                error: known(track.error[t]),
-                method,
-                score: output.score[t],
-                alarm_score: output.alarm_score.as_ref().map(|scores| scores[t]),
-                label: i32::from(output.alarm[t]),
-                change: changes[t],
-            }
-        })
-    });
-    Ok(Frame::frame(outcome.suite(), rows)?)
 }
 
 /// Writes `signals.parquet`. Signal and forecast are written once if all points of a grid share them.
@@ -158,7 +154,10 @@ pub(super) fn pieces(
             all.extend(pieces.into_iter().map(|piece| (track_name(outcome, cell), of_piece(piece))));
         }
     }
-    let rows = all.into_iter().map(|(track, (first, last))| Piece { track, first, last });
+    let rows = all.into_iter().map(|((sequence, tracker, run), (first, last))| {
+        let track = (sequence.to_string(), tracker.to_string(), run);
+        Piece { track, first, last }
+    });
     Ok(Some((Piece::NAME, Piece::csv(outcome.suite(), rows)?)))
 }
 

@@ -1,7 +1,7 @@
 //! Tracks with the series of methods, from `frames.parquet`, `pieces.csv`, `signals.parquet`,
 //! `conditions.parquet` and `checks.csv`; and the ground truth.
 
-use super::cells::{TrackName, method_label};
+use super::cells::{TrackName, grouped, method_label};
 use super::files::{CheckRow, ConditionRow, Frame, Piece, Signal, Target};
 use super::folder::damaged;
 use super::rows::{Rows, TableError};
@@ -137,9 +137,6 @@ impl TrackFilter<'_> {
 const FIRST_RUNS: TrackFilter<'static> =
     TrackFilter { tracker: None, sequence: None, method: None, run: Some(0) };
 
-/// Numbers of the first and last frame of each piece, by sequence, tracker and run.
-type Pieces = BTreeMap<(String, String, i64), Vec<(i64, i64)>>;
-
 /// Ground truth by sequence and frame number.
 pub type Truth = BTreeMap<String, BTreeMap<i64, Region>>;
 
@@ -213,9 +210,17 @@ impl Results {
         filter: &TrackFilter<'_>,
         mut take: impl FnMut(Vec<TrackSeries>),
     ) -> Result<(), ResultsError> {
-        let pieces = self.table_if_any(Piece::NAME, read_pieces)?;
+        let pieces = self.table_if_any(Piece::NAME, |bytes| Piece::rows(&Piece::read(bytes)?))?;
+        let pieces: BTreeMap<_, _> = grouped(&pieces, |piece| &piece.track).into_iter().collect();
         let mut take = |mut tracks: Vec<TrackSeries>| {
-            tracks.iter_mut().for_each(|track| add_pieces(track, &pieces));
+            for track in &mut tracks {
+                let name = (track.sequence.clone(), track.tracker.clone(), track.run);
+                for piece in pieces.get(&name).into_iter().flatten() {
+                    let from = track.numbers.partition_point(|n| *n < piece.first);
+                    let to = track.numbers.partition_point(|n| *n <= piece.last);
+                    track.pieces.push(from..to);
+                }
+            }
             take(tracks);
         };
         let mut tracks: Vec<TrackSeries> = Vec::new();
@@ -275,25 +280,6 @@ impl Results {
             Ok(())
         })?;
         Ok(truth)
-    }
-}
-
-fn read_pieces(bytes: Vec<u8>) -> Result<Pieces, TableError> {
-    let mut all = Pieces::new();
-    for Piece { track: (sequence, tracker, run), first, last } in Piece::rows(&Piece::read(bytes)?)? {
-        let track = (sequence.to_string(), tracker.to_string(), run);
-        all.entry(track).or_default().push((first, last));
-    }
-    Ok(all)
-}
-
-/// Adds the pieces of a track. Only tracks with restarts have any.
-fn add_pieces(track: &mut TrackSeries, pieces: &Pieces) {
-    let key = (track.sequence.clone(), track.tracker.clone(), track.run);
-    for (first, last) in pieces.get(&key).into_iter().flatten() {
-        let from = track.numbers.partition_point(|n| n < first);
-        let to = track.numbers.partition_point(|n| n <= last);
-        track.pieces.push(from..to);
     }
 }
 
