@@ -39,18 +39,16 @@ impl Name {
     fn new(path: PathBuf, whole: bool) -> Self {
         let stem = if whole { path.with_extension("") } else { path.file_stem().unwrap_or_default().into() };
         let stem = stem.to_string_lossy();
-        let (mut texts, mut runs) = (Vec::new(), Vec::new());
-        let mut rest = &*stem;
-        loop {
-            let (text, others) = rest.split_at(rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len()));
+        let runs = stem.split(|c: char| !c.is_ascii_digit()).filter(|run| !run.is_empty());
+        let runs: Vec<String> = runs.map(String::from).collect();
+        let (mut texts, mut rest) = (Vec::new(), &*stem);
+        for run in &runs {
+            let (text, after) = rest.split_once(run.as_str()).unwrap_or_default();
             texts.push(text.to_string());
-            if others.is_empty() {
-                return Self { path, texts, runs };
-            }
-            let end = others.find(|c: char| !c.is_ascii_digit()).unwrap_or(others.len());
-            runs.push(others[..end].to_string());
-            rest = &others[end..];
+            rest = after;
         }
+        texts.push(rest.to_string());
+        Self { path, texts, runs }
     }
 
     /// The name with times of day from 0 to 23 hours in place of `12.59.58 PM`, as macOS names screenshots.

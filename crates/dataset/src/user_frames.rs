@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Frames that a user named, without annotation.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct UserFrames {
     /// The frames as a sequence.
     pub sequence: Sequence,
@@ -35,22 +35,21 @@ pub struct UserFrames {
 /// A name that does not exist, no image among the files, two files of one number, a doubtful order, an absent
 /// ffmpeg or a video that it cannot decode, and an interruption.
 pub fn load(given: &[PathBuf], is_stopped: &dyn Fn() -> bool) -> Result<UserFrames, DatasetError> {
-    let frames = |sequence| Ok(UserFrames { sequence, rate: None, note: None });
     match given {
         [folder] if folder.is_dir() => {
             let name = folder_name(folder);
             // Such a folder has its name from the layout of a dataset.
             let name = if name == "img" { folder_name(&folder.join("..")) } else { name };
-            frames(otb::load_frames(folder, name, None)?)
+            Ok(UserFrames { sequence: otb::load_frames(folder, name, None)?, ..UserFrames::default() })
         }
         [file] if file.exists() && !is_image(file) => {
             let stream = VideoStream::open(file, is_stopped)?;
             let rate = video::rate(file, is_stopped);
             let sequence = sequence(file, 1, stream.frames(), Frames::Stream(Arc::new(stream)));
-            Ok(UserFrames { sequence, rate, note: None })
+            Ok(UserFrames { sequence, rate, ..UserFrames::default() })
         }
         [pattern] if !pattern.exists() && is_pattern(pattern) => {
-            frames(of_numbered(pattern, numbered(matching(pattern)?)?))
+            Ok(of_numbered(pattern, numbered(matching(pattern)?)?))
         }
         files => listed(files),
     }
@@ -99,9 +98,7 @@ fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
         match numbered(files.to_vec()) {
             // The user gives one of the orders that may be meant.
             Err(DatasetError::FrameOrder { .. }) if is_natural => {}
-            images => {
-                return Ok(UserFrames { sequence: of_numbered(first, images?), rate: None, note: None });
-            }
+            images => return Ok(of_numbered(first, images?)),
         }
     }
     if let Some(twice) = natural.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -110,7 +107,7 @@ fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
     let names = shown(files.iter().take(3).map(PathBuf::as_path));
     let note = Some(format!("{} frames in the order given: {names}", files.len()));
     let sequence = sequence(first, 1, files.len(), Frames::Files(files.to_vec().into()));
-    Ok(UserFrames { sequence, rate: None, note })
+    Ok(UserFrames { sequence, note, ..UserFrames::default() })
 }
 
 /// True if the files are ordered as shells sort names: byte by byte, or by letters and digits alone.
@@ -123,11 +120,13 @@ fn is_of_a_shell(files: &[PathBuf]) -> bool {
 }
 
 /// Sequence of files by number. The numbers are kept if they are consecutive, else frames count from 1.
-fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> Sequence {
+fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> UserFrames {
     let first = images.keys().next().copied().unwrap_or(1);
     let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
     let files: Vec<PathBuf> = images.into_values().collect();
-    sequence(name, if follow { first } else { 1 }, files.len(), Frames::Files(files.into()))
+    let (first, count) = (if follow { first } else { 1 }, files.len());
+    let sequence = sequence(name, first, count, Frames::Files(files.into()));
+    UserFrames { sequence, ..UserFrames::default() }
 }
 
 fn sequence(name: &Path, first: u32, count: usize, frames: Frames) -> Sequence {

@@ -9,7 +9,7 @@ use super::noise::{Color, ellipse, mix, octaves, pick, shade, smoothstep, unit};
 use serde::Deserialize;
 
 /// Kind of a drawn object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A walking person, twice to three times as high as wide.

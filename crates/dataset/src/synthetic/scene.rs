@@ -12,6 +12,7 @@ use super::{scenes, sensor};
 use crate::user_frames::without_frames;
 use crate::{Frames, Render, Sequence};
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 use trackfail_core::image::Frame;
 use trackfail_core::num::seed::seed;
@@ -255,14 +256,9 @@ struct Scene {
 
 struct Assets {
     picture: Picture,
-    /// Distinct sprites, one picture per phase.
-    sprites: Vec<(SpriteKey, Vec<Sprite>)>,
-    /// Index of each actor's sprites, in drawing order.
-    cast: Vec<usize>,
+    /// Sprites of each actor in drawing order, one per phase.
+    cast: Vec<Arc<[Sprite]>>,
 }
-
-/// Key of sprites with the same pictures: kind, look and size.
-type SpriteKey = (Kind, u32, [usize; 2]);
 
 /// Most instants that the exposure of a frame is divided into.
 const MAX_SUBFRAMES: usize = 8;
@@ -294,21 +290,17 @@ impl Scene {
             let height = (high.1 - top).ceil() as usize + p.size.1 + 2;
             let (left, top) = (left as i64, top as i64);
             let picture = Picture::paint(p.ground, self.seed, left, top, width, height, p.size.1 as f64);
-            let mut sprites: Vec<(SpriteKey, Vec<Sprite>)> = vec![];
-            let mut cast = vec![];
-            for a in self.actors() {
+            // Those of one kind, look and size share their sprites.
+            let mut painted: HashMap<_, Arc<[Sprite]>> = HashMap::new();
+            let sprites = |a: &Actor| {
                 let largest = a.scale.iter().map(|s| s.1).reduce(f64::max).unwrap_or(1.0);
                 let size = [a.size.0, a.size.1].map(|s| ((s * largest).ceil() as usize).clamp(4, 400));
-                let key = (a.kind, a.look, size);
-                cast.push(sprites.iter().position(|known| known.0 == key).unwrap_or(sprites.len()));
-                if cast.last() == Some(&sprites.len()) {
-                    let aspect = a.size.0 / a.size.1;
-                    let phase =
-                        |n| Sprite::paint(size[0], size[1], |u, v| a.kind.paint(a.look, n, aspect, u, v));
-                    sprites.push((key, (0..a.kind.phases()).map(phase).collect()));
-                }
-            }
-            Assets { picture, sprites, cast }
+                let aspect = a.size.0 / a.size.1;
+                let phase = |n| Sprite::paint(size[0], size[1], |u, v| a.kind.paint(a.look, n, aspect, u, v));
+                let paint = || (0..a.kind.phases()).map(phase).collect();
+                painted.entry((a.kind, a.look, size)).or_insert_with(paint).clone()
+            };
+            Assets { picture, cast: self.actors().map(sprites).collect() }
         })
     }
 
@@ -318,9 +310,9 @@ impl Scene {
         let camera = self.camera(t);
         let width = self.plan.size.0;
         assets.picture.view(camera.0, camera.1, width, out);
-        for (a, &k) in self.actors().zip(&assets.cast) {
+        for (a, sprites) in self.actors().zip(&assets.cast) {
             let phase = a.kind.phase_of(at(&a.pose, t, 0.0) + a.cadence * t);
-            assets.sprites[k].1[phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
+            sprites[phase].draw(&a.pose_at(t, camera), a.faces_left(t), out, width);
         }
     }
 

@@ -122,7 +122,9 @@ impl VideoStream {
             None => Pass::start(&self.input, self.every_frame, &[]).map_err(io)?,
         };
         if let Some(picture) = pass.picture(&check).map_err(content)? {
-            state.keep(self.of_one_size(picture)?);
+            let frame = picture.map_err(|e| bad_image(&self.path, e))?;
+            let size = *self.size.get_or_init(|| (frame.width(), frame.height()));
+            state.keep(of_size(frame, size, &self.path)?);
             if state.given < self.frames {
                 state.pass = Some(pass);
                 return Ok(());
@@ -137,12 +139,6 @@ impl VideoStream {
             _ if state.given < self.frames => Err(changed()),
             _ => Ok(()),
         }
-    }
-
-    fn of_one_size(&self, picture: Picture) -> Result<Frame, DatasetError> {
-        let frame = picture.map_err(|e| bad_image(&self.path, e))?;
-        let expected = *self.size.get_or_init(|| (frame.width(), frame.height()));
-        of_size(frame, expected, &self.path)
     }
 }
 

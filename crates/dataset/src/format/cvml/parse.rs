@@ -49,8 +49,7 @@ impl Annotation {
 
     /// Id of the object with most boxes; of several, the smallest id. `None` if there are no boxes.
     pub fn longest(&self) -> Option<u32> {
-        let most = self.objects.values().map(BTreeMap::len).max()?;
-        self.objects.iter().find(|(_, boxes)| boxes.len() == most).map(|(&id, _)| id)
+        self.objects.iter().rev().max_by_key(|(_, boxes)| boxes.len()).map(|(&id, _)| id)
     }
 
     /// Image numbers of an object's first and last box; `None` for an unknown object.
