@@ -2,7 +2,7 @@
 
 use crate::engine::tally;
 use crate::outside::{end, pid};
-use crate::tools::{Place, Ran, corner, needs, trackfail, words};
+use crate::tools::{Place, Ran, corner, experiment, needs, trackfail, words};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use trackfail::dataset::user_frames::without_frames;
@@ -72,31 +72,26 @@ fn sequence(place: &Place) -> Sequence {
 }
 
 /// An experiment with one method.
-fn experiment(suite: &str, trackers: &str, signal: &str, detector: &str) -> String {
-    format!(
-        "schema = 1\nname = \"mine/try\"\ntitle = \"A try\"\nprotocol = \"khalid2016/1\"\n\
-         [suites]\ntest = \"{suite}\"\n{trackers}\
-         [[method]]\nname = \"Mine\"\nsignal = {signal}\ndetector = {detector}\n\
-         [[table]]\nname = \"t\"\nrows = [\"recall\"]\ncolumns = \"tracker\"\nmethods = [\"Mine\"]\n"
-    )
+fn spec(suite: &str, trackers: &str, signal: &str, detector: &str) -> String {
+    let method = format!("method = [{{ name = \"Mine\", signal = {signal}, detector = {detector} }}]");
+    let table = "table = [{ name = \"t\", rows = [\"recall\"], columns = \"tracker\" }]";
+    experiment("mine/try", suite, &format!("tracker = [{trackers}]\n{method}\n{table}\n"))
 }
 
 /// A built-in tracker and a program.
 fn trackers(built_in: &str, program: &str) -> String {
     format!(
-        "[[tracker]]\nname = \"{built_in}\"\n\
-         [[tracker]]\nname = \"process\"\nprogram = \"{program}\"\nlabel = \"mine\"\n"
+        "{{ name = \"{built_in}\" }}, {{ name = \"process\", program = \"{program}\", label = \"mine\" }}"
     )
 }
 
-const SCRIPTED: &str = "[[tracker]]\nname = \"scripted\"\n";
+const SCRIPTED: &str = "{ name = \"scripted\" }";
 const LEVEL: &str = "{ kind = \"level\", below = 0.97 }";
 
 /// The line that runs the experiment of a built-in tracker and a program on the sequence.
 fn line(place: &Place, built_in: &str, program: &str) -> String {
     let trackers = trackers(built_in, program);
-    let text = experiment("otb-dtef20", &trackers, "{ kind = \"rgb-histogram\" }", LEVEL);
-    place.write("try.toml", text);
+    place.write("try.toml", spec("otb-dtef20", &trackers, "{ kind = \"rgb-histogram\" }", LEVEL));
     "run try.toml --allow-missing --data-root data".into()
 }
 
@@ -163,7 +158,7 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
     let line = line(&place, "still", "still-in-sh");
     let dry = |more: &str| place.command(&format!("{line} --dry-run {more}"));
     let refused = |mut command: assert_cmd::Command, words: &str| Ran::of(&mut command).ends(2).tells(words);
-    let words = "try.toml:11: unknown program `still-in-sh`: there is no plugins.toml here";
+    let words = "try.toml:6: unknown program `still-in-sh`: there is no plugins.toml here";
     refused(dry(""), words);
     refused(dry("--plugins absent.toml"), "absent.toml:1: ");
     Ran::of(&mut dry("--plugins programs/plugins.toml")).ends(0);
@@ -174,8 +169,7 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
     let line = listed.lines().find(|l| l.contains("still-in-sh")).unwrap();
     assert!(line.contains("process") && line.contains("speaks lines, from plugins.toml"), "{line}");
     // An experiment cannot say what is run.
-    let text = place.read("try.toml").replace("label = ", "command = [\"true\"]\nlabel = ");
-    place.write("bad.toml", text);
+    place.write("bad.toml", place.read("try.toml").replace("label = ", "command = [\"true\"], label = "));
     refused(place.command("run bad.toml"), "unknown key `command`");
 }
 
@@ -202,7 +196,7 @@ fn a_program_that_fails_fails_its_cells_alone_with_the_reason() {
             true => (trackers("scripted", "mine"), "protocol = \"lines\"\n"),
             false => (SCRIPTED.to_string(), ""),
         };
-        let place = Place::with(&[("try.toml", &experiment("synthetic-otb", &all, signal, detector))]);
+        let place = Place::with(&[("try.toml", &spec("synthetic-otb", &all, signal, detector))]);
         let text = format!("[{role}.mine]\ncommand = {command:?}\nversion = \"1\"\n{protocol}");
         place.write("plugins.toml", text);
         // What has failed is not missing.
@@ -233,7 +227,7 @@ fn the_examples_of_the_documentation_judge_tracks() {
     let python = "{ kind = \"process\", program = \"patient\", params = { above = 0.05, frames = 1 } }";
     let [ours, level] = [python, "{ kind = \"level\", above = 0.05 }"].map(|detector| {
         let signal = "{ kind = \"process\", program = \"size\", good = \"low\", params = { rate = 0.2 } }";
-        let place = Place::with(&[("try.toml", &experiment("synthetic-otb", SCRIPTED, signal, detector))]);
+        let place = Place::with(&[("try.toml", &spec("synthetic-otb", SCRIPTED, signal, detector))]);
         place.run(&format!("run try.toml --plugins '{examples}'")).ends(0);
         let mut cells = place.rows(SCORES);
         cells.retain(|row| row["sequence"] != "*");

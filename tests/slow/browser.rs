@@ -181,7 +181,6 @@ impl Browser {
     /// Presses a key where the focus is.
     pub fn press(&mut self, key: &str) {
         let code = match key {
-            "Tab" => 9,
             "Enter" => 13,
             "End" => 35,
             "Home" => 36,

@@ -1,6 +1,6 @@
 //! Killed, interrupted, out of space, not allowed: a run goes on from what is whole, or says why not.
 
-use crate::tools::{Place, Ran, assert_same_files, needs, trackfail};
+use crate::tools::{Place, assert_same_files, needs};
 use sha2::{Digest, Sha256};
 use std::ffi::OsStr;
 use std::path::Path;
@@ -84,32 +84,19 @@ fn ctrl_c_keeps_what_is_done_and_exits_130() {
 
 /// A small file system in memory, mounted; its test is marked `#[needs(mount)]`.
 #[cfg(target_os = "linux")]
-struct Tmpfs {
-    dir: tempfile::TempDir,
-}
+struct Tmpfs(Place);
 
 #[cfg(target_os = "linux")]
 impl Tmpfs {
-    fn new(kilobytes: u32) -> Self {
-        let dir = tempfile::tempdir().unwrap();
-        let size = format!("size={kilobytes}k");
-        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(dir.path()).output();
-        let mount = mount.unwrap();
-        assert!(mount.status.success(), "{}", String::from_utf8_lossy(&mount.stderr));
-        Self { dir }
-    }
-
-    fn remount(&self, how: &str) {
-        let options = format!("remount,{how}");
-        let done = Command::new("mount").args(["-o", &options]).arg(self.dir.path()).status().unwrap();
-        assert!(done.success());
+    fn mount(&self, how: &str) {
+        self.0.shell(&format!("mount {how} '{}'", self.0.root().display())).ends(0);
     }
 }
 
 #[cfg(target_os = "linux")]
 impl Drop for Tmpfs {
     fn drop(&mut self) {
-        let _ = Command::new("umount").arg("-l").arg(self.dir.path()).status();
+        self.0.shell(&format!("umount -l '{}'", self.0.root().display()));
     }
 }
 
@@ -117,31 +104,28 @@ impl Drop for Tmpfs {
 #[needs(mount)]
 #[test]
 fn a_full_disk_and_a_read_only_one_leave_earlier_results_as_they_were() {
-    let small = Tmpfs::new(65_536);
-    let copy = tempfile::tempdir().unwrap();
-    assert!(start(small.dir.path()).wait().unwrap().success());
-    let to = copy.path().join("copy");
-    assert!(Command::new("cp").arg("-a").arg(small.dir.path()).arg(&to).status().unwrap().success());
-    let again = || Ran::of(trackfail().current_dir(small.dir.path()).args(["run", "--quiet", "--force"]));
+    let small = Tmpfs(Place::new());
+    small.mount("-t tmpfs -o size=65536k none");
+    let (disk, beside) = (&small.0, Place::new());
+    let again = || disk.run("run --quiet --force");
+    disk.run("run --quiet").ends(0);
+    let copy = beside.path("copy");
+    disk.shell(&format!("cp -a . '{}'", copy.display())).ends(0);
 
-    let fill =
-        Command::new("sh").args(["-c", "cat /dev/zero > filler"]).current_dir(small.dir.path()).output();
-    assert!(!fill.unwrap().status.success());
+    assert_ne!(disk.shell("cat /dev/zero > filler").code, Some(0));
     let full = again().ends(1).tells("No space left");
     assert!(full.err.starts_with("error: quickstart: "), "{}", full.err);
-    std::fs::remove_file(small.dir.path().join("filler")).unwrap();
-    assert_same_files(&to, small.dir.path());
-    assert_whole_or_unfinished(&small.dir.path().join("results/quickstart"));
-    assert!(small.dir.path().join("results/quickstart/manifest.json").exists());
+    disk.remove("filler");
+    assert_same_files(&copy, disk.root());
+    assert_whole_or_unfinished(&disk.path("results/quickstart"));
+    assert!(disk.has("results/quickstart/manifest.json"));
 
-    small.remount("ro");
+    small.mount("-o remount,ro");
     again().ends(1).tells("Read-only file system");
-    let mut report = trackfail();
-    report.current_dir(small.dir.path()).args(["report", "--reports"]).arg(copy.path().join("reports"));
     // Tables are written beside the results.
-    Ran::of(&mut report).ends(1);
-    small.remount("rw");
-    assert_same_files(&to, small.dir.path());
+    disk.run(&format!("report --reports {}", beside.path("reports").display())).ends(1);
+    small.mount("-o remount,rw");
+    assert_same_files(&copy, disk.root());
     again().ends(0);
-    assert_same_files(&to, small.dir.path());
+    assert_same_files(&copy, disk.root());
 }

@@ -148,11 +148,9 @@ impl Place {
 
     /// Runs a line of a shell. Its PATH, which programs that it starts have too, begins with the folder of this program.
     pub fn shell(&self, line: &str) -> Ran {
-        let own = Path::new(env!("CARGO_BIN_EXE_trackfail")).parent().unwrap().to_path_buf();
-        let path = std::env::var_os("PATH").unwrap_or_default();
-        let path = std::iter::once(own).chain(std::env::split_paths(&path));
+        let own = Path::new(env!("CARGO_BIN_EXE_trackfail")).parent().unwrap().display();
         let mut shell = Command::new("sh");
-        shell.args(["-c", line]).current_dir(self.root()).env("PATH", std::env::join_paths(path).unwrap());
+        shell.args(["-c", &format!("PATH='{own}':\"$PATH\"\n{line}")]).current_dir(self.root());
         Ran::of(shell.env_remove("TRACKFAIL_DATA").env_remove("TRACKFAIL_PLUGINS"))
     }
 }
