@@ -136,8 +136,7 @@ fn boxes(sequences: usize) -> Vec<(&'static str, f64)> {
     drop(outcome);
     drop((store, plan));
     clock.lap("write");
-    let results = Results::read(&folder).expect("results");
-    report::write(&results, &folder.join("report")).expect("a report");
+    report::write(&Results::read(&folder).expect("results"), &folder.join("report")).expect("a report");
     clock.lap("report");
     clock.0
 }

@@ -20,8 +20,7 @@ fn fused(model: &Value) {
     let Ok(method) = method.with_model(model) else { return };
     let mut stream = method.detector.detector.stream().expect("it judges frame by frame");
     for frame in 0..50 {
-        let values = INPUTS.map(|name| f64::from(frame % 7) * 0.1 * name.len() as f64);
-        let judgement = stream.push(&values);
+        let judgement = stream.push(&INPUTS.map(|name| f64::from(frame % 7) * 0.1 * name.len() as f64));
         assert!((0.0..=1.0).contains(&judgement.probability), "{}", judgement.probability);
     }
 }

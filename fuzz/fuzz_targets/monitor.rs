@@ -23,8 +23,7 @@ fuzz_target!(|data: &[u8]| {
         lines.answer(line);
     }
     let saved = lines.targets().save().expect("a stream can be saved");
-    let targets = Targets::resume(options(first), &saved).expect("what was saved can be read");
-    let mut resumed = Lines::of(targets);
+    let mut resumed = Lines::of(Targets::resume(options(first), &saved).expect("what was saved can be read"));
     for line in after {
         assert_eq!(lines.answer(line), resumed.answer(line));
     }

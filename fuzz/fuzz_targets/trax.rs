@@ -9,7 +9,6 @@ fuzz_target!(|data: &[u8]| {
     let mut rest = data;
     while let Ok(Some(message)) = trax::read(&mut rest) {
         let Ok(line) = trax::write(&message) else { continue };
-        let again = trax::parse(line.as_bytes()).ok().flatten();
-        assert_eq!(again.as_ref(), Some(&message));
+        assert_eq!(trax::parse(line.as_bytes()).ok().flatten().as_ref(), Some(&message));
     }
 });

@@ -185,8 +185,7 @@ proptest! {
     #[test]
     fn damaged_bytes_never_crash(at in any::<prop::sample::Index>(), value in any::<u8>()) {
         let mut bytes = zip(&[zipped("seq/a", b"some bytes"), zipped("seq/b", b"")]);
-        let at = at.index(bytes.len());
-        bytes[at] = value;
+        bytes[at.index(bytes.len())] = value;
         let outer = tempfile::tempdir().unwrap();
         match fetched(outer.path(), bytes, Caps::default()) {
             Err(_) => untouched(outer.path()),

@@ -86,8 +86,7 @@ fn partners_that_learned_from_other_data_are_refused_by_runs_and_reports() {
     let words = format!("of synthetic-vot is other here and {digest} there; run mine/new again");
     place.run("report mine/new").refuses(1, &words);
     with_other_training(&place, "results/kept/old/manifest.json");
-    let words = format!("of synthetic-vot is {digest} here and other there");
-    place.run("run mine.toml -q").refuses(2, &words);
+    place.run("run mine.toml -q").refuses(2, &format!("of synthetic-vot is {digest} here and other there"));
 }
 
 #[test]
@@ -117,8 +116,7 @@ fn other_partners_are_refused_before_anything_runs() {
         ("kept/old", "mine/new", "must name another experiment"),
         ("kept/old", "../old", "must be the name of an experiment"),
     ] {
-        let text = spec(MINE, &[("strict", 0.3)]).replace(from, to);
-        place.write("wrong.toml", text);
+        place.write("wrong.toml", spec(MINE, &[("strict", 0.3)]).replace(from, to));
         place.run("run wrong.toml -q").ends(2).tells(words);
         assert!(!place.has("results/mine/new"), "{to}");
     }

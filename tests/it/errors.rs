@@ -114,8 +114,7 @@ fn a_wrong_experiment_names_line_and_nearest_word() {
         let train = format!("{{ train = \"test\", maximise = \"{word}\", grid = {{ quantiles = 9 }} }}");
         refused("0.9", &train, 15, "precision, recall, f_score, tp");
     }
-    let label = format!("\"still\"\nlabel = \"{}\"", "x".repeat(65));
-    refused("\"still\"", &label, 11, "1 to 64 characters");
+    refused("\"still\"", &format!("\"still\"\nlabel = \"{}\"", "x".repeat(65)), 11, "1 to 64 characters");
     let published =
         "[[published]]\ntable = \"t\"\ntracker = \"SP\"\nrow = \"recall\"\nvalues = { RAW = \".1\" }\n";
     let twice = format!("columns = \"method\"\n{published}{published}");

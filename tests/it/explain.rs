@@ -55,8 +55,7 @@ fn a_number_is_taken_apart_down_to_its_frames() {
             assert!(method == "nab" || !listed.iter().any(is_far));
             // Every detection is marked in its frame.
             for detection in listed.iter().filter_map(|r| r["detection"].as_u64()).take(3) {
-                let words = format!("t tp {method} --sequence '{name}' --frames {detection}");
-                let frames = rows(&place, &words);
+                let frames = rows(&place, &format!("t tp {method} --sequence '{name}' --frames {detection}"));
                 assert_eq!(frames.len(), 1);
                 assert_eq!(frames[0]["frame"].as_u64(), Some(detection));
                 assert!(frames[0]["mark"].as_str().unwrap().contains("detection: "), "{frames:?}");
@@ -68,8 +67,7 @@ fn a_number_is_taken_apart_down_to_its_frames() {
         }
     }
     // The mean of all scores does not come from counts; it is computed again from the frames.
-    let parts = rows(&place, "t score_mean level");
-    assert!(parts.iter().any(|p| p["moves"].as_f64().is_some_and(|m| m != 0.0)));
+    assert!(rows(&place, "t score_mean level").iter().any(|p| p["moves"].as_f64().is_some_and(|m| m != 0.0)));
     refuses_unknown_names(&place);
 }
 

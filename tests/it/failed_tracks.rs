@@ -149,8 +149,7 @@ fn trackers_are_compared_on_the_sequences_that_all_have() {
     result(&place, "part", "a", &(TARGET.repeat(5) + &AWAY.repeat(5)));
     let claim = "[[claim]]\ntext = \"full is better\"\nrequired = true\n\
                  holds = \"finding[ope.success_auc, full] > finding[ope.success_auc, part]\"\n";
-    let two = spec(&["full", "part", "gone"], &format!("{ANALYSIS}\n{claim}"));
-    run(&place, &two, "--allow-missing").ends(0);
+    run(&place, &spec(&["full", "part", "gone"], &format!("{ANALYSIS}\n{claim}")), "--allow-missing").ends(0);
     let table = kept(&place, "tables/overall.md");
     for line in [
         "| full (3 of 3 targets) | **0.952** | **1.000** |",
@@ -361,8 +360,7 @@ fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {
     place.write("clips/c.txt", TARGET.repeat(FRAMES));
     let label = "label = \"part\"\n";
     let on = |source: &str| {
-        let spec = spec(&["full", "part"], METHOD);
-        spec.replace(label, &format!("{label}sources = [\"{source}\"]\n"))
+        spec(&["full", "part"], METHOD).replace(label, &format!("{label}sources = [\"{source}\"]\n"))
     };
     run(&place, &on("truth"), "").ends(0).never_says("not there");
     let scores = kept(&place, "scores.csv");
@@ -373,6 +371,5 @@ fn a_tracker_has_no_cells_on_sources_that_are_not_its_own() {
     assert_eq!((of("c,part"), cells.lines().filter(|line| line.contains("every second")).count()), (None, 5));
     let is_cached = |line: Option<&str>| line.is_some_and(|line| line.ends_with(",cached"));
     assert!(is_cached(of("b,part")) && is_cached(of("c,full")), "{cells}");
-    let words = "unknown source of videos `trut`; did you mean `truth`?";
-    run(&place, &on("trut"), "").ends(2).shows(words);
+    run(&place, &on("trut"), "").ends(2).shows("unknown source of videos `trut`; did you mean `truth`?");
 }

@@ -93,8 +93,7 @@ pub fn nothing_left(root: &Path) {
 fn a_good_archive_is_placed_and_tells_its_digest() {
     let root = tempfile::tempdir().unwrap();
     let server = Server::file(sample(), "\"1\"");
-    let fetched = arrives(root.path(), &server);
-    assert_eq!(fetched.size, sample().len() as u64);
+    assert_eq!(arrives(root.path(), &server).size, sample().len() as u64);
     let marker = std::fs::read_to_string(root.path().join("otb/seq").join(MARKER)).unwrap();
     assert!(marker.contains(&sha256(&sample())), "{marker}");
     let request = &server.asked()[0];

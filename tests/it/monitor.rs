@@ -154,8 +154,7 @@ fn one_monitor_at_a_time_has_a_state() {
 fn a_state_that_cannot_be_used_says_why() {
     let place = Place::new();
     let input = lines(&jumping(5, 9));
-    let begun = "--base 1 --inputs confidence --budget 2 --state track.state";
-    monitor(&place, begun, &input).ends(0);
+    monitor(&place, "--base 1 --inputs confidence --budget 2 --state track.state", &input).ends(0);
     let kept = place.bytes("track.state");
     let from_1 = "boxes that count pixels from 1, not from 0; remove the file to begin anew";
     let inputs = "one for boxes, confidence, not for boxes, frames, confidence";
@@ -302,8 +301,7 @@ with Monitor("--method", "Watchdog", program=program) as monitor:
     assert_eq!(told[..2], ["tracking", "absent"]);
     assert!(told[2].starts_with("the frame has 3x2 pixels"), "{told:?}");
     assert_eq!(told[3..], ["3 tracking []", "trackfail monitor has ended with exit code 130"]);
-    let text = std::fs::read_to_string("examples/trackfail_monitor.py").unwrap();
-    assert!(text.lines().count() <= 60);
+    assert!(std::fs::read_to_string("examples/trackfail_monitor.py").unwrap().lines().count() <= 60);
 }
 
 /// Output of the example for trackers of OpenCV on the images that a pattern names.

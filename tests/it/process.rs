@@ -158,8 +158,7 @@ fn programs_are_named_by_flag_variable_or_the_folder_and_nowhere_else() {
     let line = line(&place, "still", "still-in-sh");
     let dry = |more: &str| place.command(&format!("{line} --dry-run {more}"));
     let refused = |mut command: assert_cmd::Command, words: &str| Ran::of(&mut command).ends(2).tells(words);
-    let words = "try.toml:6: unknown program `still-in-sh`: there is no plugins.toml here";
-    refused(dry(""), words);
+    refused(dry(""), "try.toml:6: unknown program `still-in-sh`: there is no plugins.toml here");
     refused(dry("--plugins absent.toml"), "absent.toml:1: ");
     Ran::of(&mut dry("--plugins programs/plugins.toml")).ends(0);
     Ran::of(dry("").env("TRACKFAIL_PLUGINS", "programs/plugins.toml")).ends(0);
@@ -361,8 +360,7 @@ fn a_tracker_written_with_vot_trax_is_followed() {
     for name in ["rectangle", "polygon"] {
         let states = track(&*program(&place.path("programs/plugins.toml"), name), &sequence, 6);
         for (t, state) in states.iter().enumerate() {
-            let expected = Rect::new(8.0 + t as f64, 10.0, 16.0, 12.0);
-            assert_eq!(state.region.rect(), expected, "{name}");
+            assert_eq!(state.region.rect(), Rect::new(8.0 + t as f64, 10.0, 16.0, 12.0), "{name}");
             assert_eq!(matches!(state.region, Region::Polygon(_)), name == "polygon" && t > 0);
         }
     }
@@ -413,8 +411,7 @@ fn our_trackers_are_followed_by_the_client_of_vot_trax() {
 fn the_example_follows_a_target() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plugins.toml");
     let place = place();
-    let states = track(&*program(&file, "least-squares"), &sequence(&place), 60);
-    for (t, state) in states.iter().enumerate() {
+    for (t, state) in track(&*program(&file, "least-squares"), &sequence(&place), 60).iter().enumerate() {
         assert_eq!(state.region.rect(), target(t as u32), "frame {t}");
     }
 }

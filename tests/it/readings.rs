@@ -80,7 +80,6 @@ fn wrong_readings_are_told_by_name() {
     ] {
         let text = READINGS.replace(from, to);
         assert_ne!(text, READINGS);
-        let ran = place(&text).run("run my.toml --quiet").ends(2);
-        ran.tells(words[0]).tells(words[1]);
+        place(&text).run("run my.toml --quiet").ends(2).tells(words[0]).tells(words[1]);
     }
 }

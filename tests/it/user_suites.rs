@@ -53,8 +53,7 @@ fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
     let ran = run("spec.toml").ends(0);
     assert!(!ran.err.contains("has a result of run"), "{}", ran.err);
     place.write("once.toml", experiment("mine/once", "my-got", &SPEC.replace("runs = 3", "runs = 2")));
-    let more = "warning: T: GOT-10k_Val_000001 has a result of run 3, but `runs` is 2";
-    run("once.toml").ends(0).tells(more);
+    run("once.toml").ends(0).tells("warning: T: GOT-10k_Val_000001 has a result of run 3, but `runs` is 2");
     let mut events = place.rows("r/mine/got/scores.csv");
     events.retain(|r| r["method"] == "CovF" && r["sequence"] != "*");
     let lost = |name: &str| events.iter().filter(|r| r["sequence"] == name && r["events"] == "1").count();
@@ -92,8 +91,7 @@ fn a_wrong_file_of_suites_is_named_and_left_as_it_is() {
         ("mine", "results", 3, "no sequence"),
     ] {
         std::fs::remove_file(place.path("datasets.lock")).ok();
-        let add = format!("data add {name} {folder} --format got10k --data-root .");
-        place.run(&add).ends(code).tells(words);
+        place.run(&format!("data add {name} {folder} --format got10k --data-root .")).ends(code).tells(words);
         assert!(!place.has("datasets.lock"));
     }
 }

@@ -227,8 +227,7 @@ fn viewer_moves(browser: &mut Browser) {
     let next = "(() => { const row = document.querySelector('#sequence-table tr.open').dataset; \
         const said = JSON.parse(document.getElementById('series').textContent).data[`${row.s}-${row.t}`].said[1]; \
         return Math.min(...said.marks.flatMap(m => m.slice(0, 2)).filter(f => f > 0)); })()";
-    let next = browser.value(next).as_i64().unwrap();
-    assert_eq!(browser.frame(), first + next);
+    assert_eq!(browser.frame(), first + browser.value(next).as_i64().unwrap());
     browser.press("p");
     browser.press("End");
     let last = browser.frame();

@@ -231,7 +231,6 @@ pub fn damaged(valid: &'static [u8]) -> impl Strategy<Value = Vec<u8>> {
     let insert = prop_oneof![bytes, words.prop_map(String::into_bytes)];
     (any::<prop::sample::Index>(), 0..20_usize, insert).prop_map(|(at, length, insert)| {
         let at = at.index(valid.len() + 1);
-        let rest = valid.get(at + length..).unwrap_or_default();
-        [&valid[..at], &insert, rest].concat()
+        [&valid[..at], &insert, valid.get(at + length..).unwrap_or_default()].concat()
     })
 }

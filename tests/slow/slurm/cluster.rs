@@ -101,8 +101,7 @@ impl Cluster {
     fn spawn(&mut self, name: &str, command: &mut Command) {
         let log = std::fs::File::create(self.root.path().join(format!("{name}.out"))).unwrap();
         let streams = (log.try_clone().unwrap(), log);
-        let child = command.stdin(Stdio::null()).stdout(streams.0).stderr(streams.1).spawn().unwrap();
-        self.daemons.push(child);
+        self.daemons.push(command.stdin(Stdio::null()).stdout(streams.0).stderr(streams.1).spawn().unwrap());
     }
 
     /// Runs a client of the cluster to success and gives its stdout.
