@@ -14,13 +14,14 @@ mod frames;
 mod tables;
 
 pub use crate::results::frame_pairs::Difference as Estimate;
-pub use answer::{dots, frames_verdict, verdict};
+pub use answer::{best_names, dots, frames_verdict, verdict};
 pub use fields::{frames_metric, of_frames};
 pub use frames::{CHANCE, breakdown, differences, of_every_tracker, pair_of};
+pub use tables::ranked;
 
 use super::figures::Captioned;
 use super::pairs;
-use crate::figure::{Dot, Dots};
+use crate::figure::Dot;
 use crate::results::Results;
 use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, in_common, sum_of};
 use crate::table::build::{cell, of_suite, suite};
@@ -281,14 +282,8 @@ pub struct Uncertainty {
     pub ranks: Vec<Captioned>,
     /// Reason why tables or figures are missing.
     pub note: Option<String>,
-    /// Sentence that names the best method or tracker, with the certainty.
-    pub verdict: Option<String>,
-    /// Figure of all standings with their intervals, and its caption.
-    pub dots: Option<(Dots, String)>,
-    /// Ranked rows of the first table.
-    pub ranked: Option<TableLayout>,
-    /// Best method of each tracker, according to the verdict.
-    pub best: Vec<String>,
+    /// Standings by the first measure, with the sentence that names their suite.
+    pub first: Option<(Standings, String)>,
 }
 
 /// Intervals, tests and ranks of an experiment's methods, and of the trackers that an analysis scored.
@@ -307,21 +302,14 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
     let of_methods = (!experiment.methods.is_empty()).then(|| of_methods(results, units));
     let all = of_methods.into_iter().chain(of_trackers(results, &units.sampling));
     let mut uncertainty = Uncertainty::default();
-    for (k, of) in all.enumerate() {
+    for of in all {
         let (suffix, suite) = match of.measured.metric {
             Some(_) => (String::new(), suite(results)),
             None => {
                 (format!("-{}", pairs::measure_name(&of.measured.title)), fields::suite_of_trackers(results))
             }
         };
-        let (intervals, pairs) = (tables::intervals(&of), tables::pairs(&of));
-        if k == 0 {
-            uncertainty.verdict = verdict(&of);
-            uncertainty.dots = dots(&of, experiment, &suite);
-            uncertainty.best = answer::best_names(&of);
-            uncertainty.ranked = Some(of_suite(tables::ranked(&of, intervals.clone()), results, &suite));
-        }
-        for mut table in [intervals].into_iter().chain(pairs) {
+        for mut table in [tables::intervals(&of)].into_iter().chain(tables::pairs(&of)) {
             table.name.push_str(&suffix);
             uncertainty.tables.push(of_suite(table, results, &suite));
         }
@@ -332,6 +320,7 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
             Some(Err(reason)) => uncertainty.note = uncertainty.note.or(Some(reason)),
             None => {}
         }
+        uncertainty.first.get_or_insert((of, suite));
     }
     uncertainty
 }

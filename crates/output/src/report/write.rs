@@ -17,7 +17,7 @@ use crate::figure::Files;
 use crate::results::{Manifest, Results, to_json, unfinished};
 use crate::sampling::Units;
 use crate::table;
-use crate::table::build::suite;
+use crate::table::build::{of_suite, suite};
 use crate::table::layout::TableLayout;
 use crate::table::suites::targets_note;
 use rayon::prelude::*;
@@ -106,8 +106,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
         of_experiment.reverse();
     }
     layouts.extend(of_experiment.into_iter().flatten());
-    let Uncertainty { tables, ranks, note, verdict, dots, ranked, best } =
-        standings::uncertainty(results, &units);
+    let Uncertainty { tables, ranks, note, first } = standings::uncertainty(results, &units);
     layouts.extend(tables);
     // A foreign results folder may contain links, which are followed only for reading. (Files are replaced by
     // renaming, which replaces the link itself.)
@@ -123,7 +122,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     page.verdict = by_frames
         .and_then(standings::frames_verdict)
         .or(readings::verdict(results, &of_readings))
-        .or(verdict)
+        .or(first.as_ref().and_then(|(of, _)| standings::verdict(of)))
         .or_else(|| claims::verdict(&page.claims))
         .into_iter()
         .collect();
@@ -148,7 +147,8 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     let of_readings = readings::figures(&of_readings, |method| colors::color(experiment, method));
     let is_about_readings = readings_first && !of_readings.is_empty();
     let of_frames = by_frames.and_then(|of| standings::dots(of, experiment, &suite(results)));
-    let headline = of_frames.or(dots).filter(|_| !is_about_readings);
+    let dots = || first.as_ref().and_then(|(of, suite)| standings::dots(of, experiment, suite));
+    let headline = of_frames.or_else(dots).filter(|_| !is_about_readings);
     let headline = headline.map(|(dots, caption)| (HEADLINE.to_string(), dots, caption));
     let own = of_readings.into_iter().chain(headline);
     let own = own.map(|(name, dots, caption)| Captioned::new(name, dots.figure(), caption)).chain(ranks);
@@ -167,6 +167,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     // Differences and readings have a verdict of their own, and their tables stand first.
     let counted = standings::ordering_metric(experiment);
     let metric = if pairs.is_empty() { Some(counted) } else { standings::frames_metric() };
+    let best = first.as_ref().map_or_else(Vec::new, |(of, _)| standings::best_names(of));
     glance::figure_first(&mut page.figures, experiment, (metric, &best), is_about_readings);
     // The others are looked at more closely; a second picture of each would double what a page has to carry.
     page.figures.iter_mut().skip(1).for_each(|figure| figure.narrow.clear());
@@ -181,6 +182,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     page.links = !experiment.tables.is_empty();
     page.tables = layouts;
     let methods_first = pairs.is_empty() && !readings_first;
+    let ranked = first.map(|(of, suite)| of_suite(standings::ranked(&of), results, &suite));
     let answer = ranked.as_ref().filter(|ranked| methods_first && !ranked.groups.is_empty());
     let answer = answer.or(page.tables.first()).cloned();
     if methods_first {

@@ -45,7 +45,8 @@ pub fn intervals(of: &Standings) -> TableLayout {
 }
 
 /// Ranked rows of the table `uncertainty`, the best of each field first.
-pub fn ranked(of: &Standings, mut table: TableLayout) -> TableLayout {
+pub fn ranked(of: &Standings) -> TableLayout {
+    let mut table = intervals(of);
     let of_field = |(group, field): (Group, &Field)| {
         let rows = group.rows.into_iter().zip(&field.standings);
         let mut rows: Vec<(Row, &Standing)> = rows.filter(|(_, s)| s.competes).collect();

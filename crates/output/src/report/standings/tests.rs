@@ -1,4 +1,4 @@
-use super::tables::{diagram, intervals, pairs, ranked};
+use super::tables::{diagram, intervals, pairs};
 use super::*;
 use crate::figure::Mark;
 use crate::sampling::{counts_of_column, mean_of_sum, metric_of_sum};
@@ -73,7 +73,7 @@ fn intervals_and_ranks_by_hand() {
     let mut more = competitors();
     more.push(Standing { name: "best".into(), ..competitor("best[a=1;b=2]", true, &[[3, 0, 0]; 8]) });
     let of = by(Metric::F_SCORE, more);
-    let head = ranked(&of, intervals(&of));
+    let head = ranked(&of);
     let names: Vec<&str> = head.groups[0].rows.iter().map(|r| r.label.shown.as_str()).collect();
     assert_eq!(names, ["best (a 1, b 2)", "good", "mixed", "bad"]);
 }
