@@ -87,12 +87,9 @@ pub fn are_the_answer(experiment: &Experiment) -> bool {
 }
 
 /// One sentence: how many methods have a reading that is nearer to the published numbers, and which method
-/// gains most. `None` if most methods are not readings, or without published numbers.
-pub fn verdict(results: &Results, rows: &[Row]) -> Option<String> {
-    if are_the_answer(&results.experiment) { sentence(&groups(rows)) } else { None }
-}
-
-fn sentence(groups: &[Group<'_>]) -> Option<String> {
+/// gains most. `None` without published numbers.
+pub fn verdict(rows: &[Row]) -> Option<String> {
+    let groups = groups(rows);
     // A method with its nearest reading, that one's discrepancy, and its own as it is.
     let judged = groups.iter().filter_map(|g| {
         let (first, plain) = (g.readings.first()?, g.readings.iter().find(|r| r.is_plain)?);
@@ -214,8 +211,8 @@ mod tests {
         ];
         let expected = "Another reading of the text is nearer to the published numbers for 1 of 2 methods, most of all for \
                         CovF on SP: 1.00 standard errors off instead of 4.00, with \u{201c}CovF sum\u{201d}.";
-        assert_eq!(sentence(&groups(&rows)).as_deref(), Some(expected));
-        assert_eq!(sentence(&groups(&[row("CovF", "recall", 0.3)])), None);
+        assert_eq!(verdict(&rows).as_deref(), Some(expected));
+        assert_eq!(verdict(&[row("CovF", "recall", 0.3)]), None);
     }
 
     #[test]

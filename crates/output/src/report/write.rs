@@ -121,7 +121,7 @@ pub fn write(results: &Results, folder: &Path) -> Result<WrittenReport, ReportEr
     let by_frames = by_frames.as_ref();
     page.verdict = by_frames
         .and_then(standings::frames_verdict)
-        .or(readings::verdict(results, &of_readings))
+        .or_else(|| readings::verdict(&of_readings).filter(|_| readings_first))
         .or(first.as_ref().and_then(|(of, _)| standings::verdict(of)))
         .or_else(|| claims::verdict(&page.claims))
         .into_iter()

@@ -53,11 +53,8 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
         }
     }
     figure.legend = key(&figure);
-    let remark = match absent.as_slice() {
-        [] => String::new(),
-        names => format!(" Not here: {}.", names.join(", ")),
-    };
-    Ok((figure, remark))
+    let absent = if absent.is_empty() { String::new() } else { format!(" Not here: {}.", absent.join(", ")) };
+    Ok((figure, absent))
 }
 
 /// Legend of the marks that have the same meaning in all panels.
