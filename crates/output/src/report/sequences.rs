@@ -6,6 +6,7 @@
 
 pub mod json;
 
+use super::sentences::say;
 use crate::results::manifest::MethodRecord;
 use crate::results::{Results, ResultsError, TrackSeries, method_label};
 use json::Said;
@@ -96,16 +97,11 @@ pub fn counted_by(protocol: &Protocol) -> String {
 pub fn collect(results: &Results, given: Option<Vec<TrackSeries>>) -> Result<Sequences, ResultsError> {
     let (manifest, experiment) = (&results.manifest, &results.experiment);
     let trackers: Vec<String> = manifest.trackers.iter().map(|t| t.label.clone()).collect();
-    let mut notes = Vec::new();
-    if manifest.trackers.iter().any(|t| t.runs > 1) {
-        notes.push("Of several runs of a tracker the first is shown.".to_string());
-    }
     let mut records: Vec<&MethodRecord> = manifest.methods.iter().collect();
-    if records.len() > MAX_METHODS {
-        let all = records.len();
-        notes.push(format!(
-            "Of {all} methods with their grid points the first point of each method is shown."
-        ));
+    let all = Some(records.len()).filter(|all| *all > MAX_METHODS);
+    let has_runs = manifest.trackers.iter().any(|t| t.runs > 1);
+    let note = say("sequences", serde_json::json!({ "has_runs": has_runs, "all": all }));
+    if all.is_some() {
         let mut known = BTreeSet::new();
         records.retain(|m| known.insert(m.name.as_str()));
     }
@@ -173,7 +169,7 @@ pub fn collect(results: &Results, given: Option<Vec<TrackSeries>>) -> Result<Seq
     let placed = |(name, track): (String, Track)| Some(Track { sequence: place(&name)?, ..track });
     let mut tracks: Vec<Track> = packed.into_iter().filter_map(placed).collect();
     tracks.sort_by_key(|t| (t.sequence, t.tracker));
-    Ok(Sequences { trackers, methods, sequences, tracks, note: notes.join(" "), unannotated: false })
+    Ok(Sequences { trackers, methods, sequences, tracks, note, unannotated: false })
 }
 
 /// Rule of the background region's motion, for each tracker with a method that reads distribution fields.

@@ -141,21 +141,14 @@ pub fn table(tracks: &[&JudgedTrack]) -> Vec<Vec<String>> {
 fn why_lost(method: &JudgedMethod, frames: &Range<usize>) -> String {
     let state = |t: Option<usize>| method.states.get(t?);
     let is_after_absence = state(frames.start.checked_sub(1)) == Some(&TargetState::Absent);
-    let comparison =
-        comparison(method, frames.start).filter(|_| method.is_beyond(frames.start) == Some(true));
-    let begins = match comparison {
-        _ if is_after_absence && method.label.get(frames.start) != Some(&true) => {
-            "lost before, too".to_string()
-        }
-        Some(comparison) => format!("alarm: {comparison}"),
-        None => "alarm".to_string(),
-    };
-    let ends = match state(Some(frames.end)) {
-        Some(TargetState::Tracking) if is_found(method, frames.end) => "; then found again",
-        Some(TargetState::Tracking) => "; then not surely found again",
-        _ => "",
-    };
-    format!("{begins}{ends}")
+    let is_beyond = method.is_beyond(frames.start) == Some(true);
+    let is_over = state(Some(frames.end)) == Some(&TargetState::Tracking);
+    let about = json!({
+        "was_lost": is_after_absence && method.label.get(frames.start) != Some(&true),
+        "comparison": comparison(method, frames.start).filter(|_| is_beyond),
+        "is_found": is_over.then(|| is_found(method, frames.end)),
+    });
+    say("why lost", about)
 }
 
 /// Sentence about a target, with its number if it has one: `Target 3: Lost since ...`.

@@ -8,6 +8,7 @@ use super::glance::{self, HEADLINE};
 use super::page::{FigureView, Page, ReportError, markdown, render};
 use super::paper::{self, Item};
 use super::readings;
+use super::sentences::say;
 use super::sequences::{self, Sequences, json};
 use super::site;
 use super::sources;
@@ -48,8 +49,6 @@ pub struct WrittenReport {
     pub items: Vec<Item>,
 }
 
-/// Most missing sequences that a page names.
-const MAX_MISSING: usize = 12;
 /// Largest page with embedded series, in bytes. Larger ones have their series in files beside them.
 const MAX_PAGE: usize = 5 << 20;
 
@@ -281,13 +280,11 @@ pub(super) fn small_enough(
 fn page_frame(results: &Results) -> Page {
     let (experiment, manifest) = (&results.experiment, &results.manifest);
     let suite = &manifest.suite;
-    let missing = match suite.missing.as_slice() {
-        [] => String::new(),
-        few if few.len() <= MAX_MISSING => format!("; missing: {}", few.join(", ")),
-        many => format!("; {} more are missing, manifest.json names them", many.len()),
-    };
     let frames: usize = suite.present.iter().map(|(_, frames)| frames).sum();
     let data = table::data_note(experiment, manifest);
+    let data = serde_json::json!({
+        "suite": suite.name, "data": data, "frames": frames, "missing": suite.missing
+    });
     let failed = |group: unfinished::Unfinished| {
         let why = if group.missing { "not there" } else { "failed" };
         (group.cells, format!("{why}: {}", group.reason))
@@ -298,7 +295,7 @@ fn page_frame(results: &Results) -> Page {
         experiment: experiment.name.clone(),
         paper: experiment.paper.clone().unwrap_or_default(),
         object: experiment.object.clone().unwrap_or_default(),
-        data_note: format!("suite {}, {data} ({frames} frames){missing}", suite.name),
+        data_note: say("data", data),
         warnings: warnings(manifest),
         summary: experiment.note.iter().chain(results.beside.iter().map(|b| &b.note)).cloned().collect(),
         failed: unfinished::groups(&manifest.cells_failed).into_iter().map(failed).collect(),
