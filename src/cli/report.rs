@@ -4,7 +4,7 @@ use super::{Exit, Failure, output};
 use crate::engine::store::lock_exclusive;
 use crate::plugin::unknown;
 use crate::report::finished::{self, LookupError};
-use crate::report::paper::{self, Chosen, Item};
+use crate::report::paper::{self, Rendered};
 use crate::report::{self, ReportError, StagedReport};
 use crate::results::ResultsError;
 use crate::spec::presentation::name_of;
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let rendered_aside = StagedReport::render(&results, &args.reports).map_err(io)?;
         file.map_or(Ok(()), |_| results.keep())?;
         let (index, written) = rendered_aside.publish(&args.reports).map_err(io)?;
-        rendered.push((name, args.reports.join(name), written.items));
+        rendered.push((name.as_str(), args.reports.join(name), written.items));
         output::write(&format!("{}\n", index.display()))
     });
     // The page over all reports also lists those written before one that failed.
@@ -65,23 +65,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Writes selected tables and figures of reports for a paper; all if `only` is empty.
-fn write_paper(
-    folder: &Path,
-    only: &[String],
-    rendered: &[(&String, PathBuf, Vec<Item>)],
-) -> Result<(), Failure> {
+fn write_paper(folder: &Path, only: &[String], rendered: &[Rendered<'_>]) -> Result<(), Failure> {
     let known = || rendered.iter().flat_map(|(.., items)| items).map(|item| item.name.as_str());
     if let Some(name) = only.iter().find(|name| !known().any(|known| known == *name)) {
         return Err(Failure::usage(format!("--only: {}", unknown("table or figure", name, known()))));
     }
-    let wanted = |item: &&Item| only.is_empty() || only.contains(&item.name);
-    let chosen = rendered.iter().map(|(experiment, report, items)| Chosen {
-        experiment: experiment.as_str(),
-        report: report.as_path(),
-        items: items.iter().filter(wanted).collect(),
-    });
-    let chosen: Vec<Chosen<'_>> = chosen.filter(|chosen| !chosen.items.is_empty()).collect();
-    paper::write(&chosen, folder).map_err(Failure::io)?;
+    paper::write(rendered, only, folder).map_err(Failure::io)?;
     output::write(&format!("{}\n", folder.join(paper::DOCUMENT).display()))
 }
 

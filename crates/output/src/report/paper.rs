@@ -7,7 +7,7 @@ use crate::table::latex::latex_escape;
 use crate::table::layout::TableLayout;
 use serde_json::json;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use trackfail_engine::store::{self, StoreError};
 
 /// Name of the document.
@@ -34,24 +34,22 @@ pub(super) fn items(page: &Page) -> Vec<Item> {
     page.tables.iter().map(table).chain(page.figures.iter().map(figure)).collect()
 }
 
-/// Selected items of an experiment, with the folder of its report.
-pub struct Chosen<'a> {
-    /// Name of the experiment.
-    pub experiment: &'a str,
-    /// Folder of the report.
-    pub report: &'a Path,
-    /// Selected tables and figures.
-    pub items: Vec<&'a Item>,
-}
+/// Name of an experiment, folder of its report, and the tables and figures in it.
+pub type Rendered<'a> = (&'a str, PathBuf, Vec<Item>);
 
-/// Copies items into a folder as `EXPERIMENT-NAME.tex` or `.pdf`, with the numbers of their experiments as
-/// macros, and [`DOCUMENT`], which shows all items.
+/// Copies the items with the names `only` (all if there are none) into a folder as `EXPERIMENT-NAME.tex` or
+/// `.pdf`, with the numbers of their experiments as macros, and [`DOCUMENT`], which shows all items.
 ///
 /// # Errors
 /// When a file cannot be read or written.
-pub fn write(chosen: &[Chosen<'_>], folder: &Path) -> Result<(), ReportError> {
+pub fn write(reports: &[Rendered<'_>], only: &[String], folder: &Path) -> Result<(), ReportError> {
     let (mut macros, mut shown, mut names) = (Vec::new(), Vec::new(), BTreeSet::new());
-    for Chosen { experiment, report, items } in chosen {
+    for (experiment, report, items) in reports {
+        let is_wanted = |item: &&Item| only.is_empty() || only.contains(&item.name);
+        let items: Vec<&Item> = items.iter().filter(is_wanted).collect();
+        if items.is_empty() {
+            continue;
+        }
         let stem = experiment.replace('/', "-");
         let mut copy = |from: &str, name: String| -> Result<(), ReportError> {
             if names.contains(&name) {
@@ -95,14 +93,14 @@ mod tests {
             Item { name, caption, is_wide: false }
         };
         let items = [("changes", None), ("changes", Some("Changes")), ("macros", Some("Macros"))].map(item);
-        let of = |experiment| Chosen { experiment, report: report.path(), items: items.iter().collect() };
+        let of = |experiment: &'static str| (experiment, report.path().to_path_buf(), items.to_vec());
         let paper = tempfile::tempdir().unwrap();
-        write(&[of("a/b")], paper.path()).unwrap();
+        write(&[of("a/b")], &[], paper.path()).unwrap();
         for (file, from) in [("macros.tex", 0), ("changes.tex", 1), ("changes.pdf", 2), ("macros.pdf", 3)] {
             let copied = std::fs::read_to_string(paper.path().join(format!("a-b-{file}"))).unwrap();
             assert_eq!(copied, names[from]);
         }
-        let error = write(&[of("a/b"), of("a-b")], paper.path()).unwrap_err();
+        let error = write(&[of("a/b"), of("a-b")], &[], paper.path()).unwrap_err();
         assert_says(error, "a-b-macros.tex: the name of several files");
     }
 }
