@@ -108,14 +108,11 @@ impl Kept {
     /// When a file cannot be read, or is not that of the manifest.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let results = Results::read_alone(folder)?;
-        let counts = [Score::NAME.to_string(), packed(Score::NAME)];
-        let frames = [Measured::NAME.to_string(), packed(Measured::NAME)];
-        let others = [SPEC, USER_SUITES, MeasureRow::NAME, Pair::NAME].map(str::to_string);
+        let taken = [SPEC, USER_SUITES, Score::NAME, Measured::NAME, MeasureRow::NAME, Pair::NAME];
+        let is_taken = |name: &&String| taken.iter().any(|file| *name == file || **name == packed(file));
         let mut files = BTreeMap::new();
-        let names = counts.into_iter().chain(frames).chain(others);
-        for name in names.filter(|name| results.manifest.files.contains_key(name)) {
-            let bytes = read_whole(folder, &results.manifest, &name, MAX_FILE)?;
-            files.insert(name, bytes);
+        for name in results.manifest.files.keys().filter(is_taken) {
+            files.insert(name.clone(), read_whole(folder, &results.manifest, name, MAX_FILE)?);
         }
         Ok(Self { results, files })
     }
@@ -215,31 +212,27 @@ pub(super) fn join(results: &mut Results, kept: Results) -> Result<(), ResultsEr
             note.push_str(" Kept methods that are trained on other videos learned from all of these.");
         }
     }
-    note.push_str(&trained_apart(&results.experiment, &taken));
+    let learns_from_several = |m: &&Method| {
+        let mut detectors = m.variants.iter().map(|variant| &variant.detector);
+        !taken.marks_methods
+            && taken.methods.contains(&m.name)
+            && detectors.any(|detector| detector.trains_on_others() || detector.pools_trackers())
+    };
+    let several = results.experiment.methods.iter().filter(learns_from_several);
+    let several: Vec<&str> = several.map(|method| method.name.as_str()).collect();
+    // The own and the kept trackers are others.
+    if !several.is_empty() {
+        note.push_str(&format!(
+            " Methods that learn from several trackers ({}) were trained without the new trackers in kept rows, \
+             and without the kept trackers in the others.",
+            several.join(", ")
+        ));
+    }
     let source = format!("{name}, trackfail {version}, SHA-256 of its experiment file {spec_digest}");
     results.beside = Some(Beside { source, note, scores, failed, pairs });
     extend(&mut results.experiment, kept.experiment);
     results.put_in_order();
     Ok(())
-}
-
-/// Says which methods learn from tracks of several trackers, where the own and the kept trackers are others.
-fn trained_apart(own: &Experiment, taken: &Taken) -> String {
-    let learns_from_several = |method: &&Method| {
-        let mut detectors = method.variants.iter().map(|variant| &variant.detector);
-        detectors.any(|detector| detector.trains_on_others() || detector.pools_trackers())
-    };
-    let common =
-        own.methods.iter().filter(|method| !taken.marks_methods && taken.methods.contains(&method.name));
-    let names: Vec<&str> = common.filter(learns_from_several).map(|method| method.name.as_str()).collect();
-    if names.is_empty() {
-        return String::new();
-    }
-    format!(
-        " Methods that learn from several trackers ({}) were trained without the new trackers in kept rows, and without the \
-         kept trackers in the others.",
-        names.join(", ")
-    )
 }
 
 /// Adds the kept methods or trackers that are taken to an experiment, and kept methods to those of its tables and figures that
@@ -262,10 +255,12 @@ pub(super) fn extend(experiment: &mut Experiment, kept: Experiment) {
     let add = |method: Method| {
         let on = taken.trackers.iter().filter(|label| method.runs_on(label));
         let on: Vec<String> = on.cloned().collect();
-        if on.is_empty() {
-            return None;
-        }
-        Some(Method { name: marked(&method.name), like: None, trackers: Some(on), ..method })
+        (!on.is_empty()).then(|| Method {
+            name: marked(&method.name),
+            like: None,
+            trackers: Some(on),
+            ..method
+        })
     };
     let added: Vec<Method> = kept.methods.into_iter().filter_map(add).collect();
     for table in tables.iter_mut() {

@@ -5,6 +5,7 @@
 //! followed when reading.
 
 use super::bytes::{to_csv, to_parquet};
+use super::cells::method_label;
 use super::files::{Frame, MeasureRow, Measured, OF_FOLDER, Pair, Row, Score, Signal, Target};
 use super::json::{from_json, to_dense_json, write_json};
 use super::manifest::{self, FailedCell, Hashed, Manifest, sha256};
@@ -236,8 +237,10 @@ impl Results {
             beside: None,
         };
         results.measures = results.table(MeasureRow::NAME, measures::read)?;
-        measures::count_not_there(&mut results.measures, &results.manifest.cells_failed);
         for measure in &mut results.measures {
+            let label = method_label(&measure.method, &measure.params);
+            let is_mine = |c: &&FailedCell| c.missing && c.tracker == measure.tracker && c.method == label;
+            measure.not_there = results.manifest.cells_failed.iter().filter(is_mine).count();
             measure.pooled.chance = results.experiment.chance_of(&measure.method);
         }
         results.frame_measures =

@@ -138,15 +138,6 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<Measure>, TableError> {
     MeasureRow::rows(&frame)?.into_iter().map(measure).collect()
 }
 
-/// Counts the cells of each measure whose data are missing.
-pub(super) fn count_not_there(measures: &mut [Measure], cells: &[FailedCell]) {
-    for measure in measures {
-        let label = method_label(&measure.method, &measure.params);
-        let is_mine = |c: &&FailedCell| c.missing && c.tracker == measure.tracker && c.method == label;
-        measure.not_there = cells.iter().filter(is_mine).count();
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -100,16 +100,16 @@ fn cell(text: &str, is_best: bool, aligned: bool) -> String {
 /// Escapes a text and sets a minus for the sign of each number, since siunitx does not format it.
 fn upright(text: &str) -> String {
     let begins = |rest: &str| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
-    let (mut out, mut done) = (String::new(), 0);
-    for (at, _) in text.match_indices('-') {
-        let (before, after) = (&text[..at], &text[at + 1..]);
-        let is_sign = begins(after) && !before.ends_with(|c: char| c.is_alphanumeric() || c == '-');
-        out.push_str(&latex_escape(&text[done..at]));
+    let pieces: Vec<&str> = text.split('-').collect();
+    let mut out = latex_escape(pieces[0]);
+    for (k, pair) in pieces.windows(2).enumerate() {
+        let is_behind_hyphen = k > 0 && pair[0].is_empty();
+        let is_sign = begins(pair[1]) && !is_behind_hyphen && !pair[0].ends_with(char::is_alphanumeric);
         let hyphen = if out.ends_with('-') { "{}-" } else { "-" };
         out.push_str(if is_sign { "$-$" } else { hyphen });
-        done = at + 1;
+        out.push_str(&latex_escape(pair[1]));
     }
-    out + &latex_escape(&text[done..])
+    out
 }
 
 /// A line of a table: index of the group, heading, and for each column the text and true if it is the best.

@@ -45,10 +45,19 @@ const HEAD: &str = "% Every number of the tables, for \\input{macros} and \\tf{N
 /// All numbers: those of the text first, then table by table.
 pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> String {
     let of_experiment: Vec<&str> = experiment.split('/').collect();
-    let mut numbers: Vec<(Vec<&str>, &str)> = Vec::new();
+    let mut text = HEAD.to_string();
+    // Tables of analyses can have several rows of one name; names of the later ones end in a number.
+    let mut times: BTreeMap<String, usize> = BTreeMap::new();
+    let mut add = |parts: &[&str], shown: &str| {
+        let plain = name(&[of_experiment.as_slice(), parts].concat());
+        let time = times.entry(plain.clone()).or_default();
+        *time += 1;
+        let again = if *time > 1 { format!("/{time}") } else { String::new() };
+        text.push_str(&format!("\\tfset{{{plain}{again}}}{{{}}}\n", number(shown)));
+    };
     for Fact { parts, shown } in facts {
         let parts = parts.iter().map(String::as_str);
-        numbers.push((std::iter::once("about").chain(parts).collect(), shown.as_str()));
+        add(&std::iter::once("about").chain(parts).collect::<Vec<_>>(), shown);
     }
     for layout in layouts {
         let is_named = of_experiment.last() != Some(&layout.name.as_str());
@@ -57,20 +66,11 @@ pub fn macros(experiment: &str, facts: &[Fact], layouts: &[TableLayout]) -> Stri
             let place = [table, group.key.as_str(), row.label.name.as_str(), column.name.as_str()];
             let kinds = [("", &cell.ours), ("published", &cell.published), ("difference", &cell.difference)];
             for (kind, shown) in kinds {
+                let Some(shown) = shown else { continue };
                 let parts = place.into_iter().chain([kind]).filter(|part| !part.is_empty());
-                numbers.extend(shown.as_deref().map(|shown| (parts.collect(), shown)));
+                add(&parts.collect::<Vec<_>>(), shown);
             }
         }
-    }
-    let mut text = HEAD.to_string();
-    // Tables of analyses can have several rows of one name; names of the later ones end in a number.
-    let mut times: BTreeMap<String, usize> = BTreeMap::new();
-    for (parts, shown) in numbers {
-        let plain = name(&[of_experiment.as_slice(), &parts].concat());
-        let time = times.entry(plain.clone()).or_default();
-        *time += 1;
-        let again = if *time > 1 { format!("/{time}") } else { String::new() };
-        text.push_str(&format!("\\tfset{{{plain}{again}}}{{{}}}\n", number(shown)));
     }
     text
 }
