@@ -8,7 +8,7 @@ use super::bytes::{to_csv, to_parquet};
 use super::cells::method_label;
 use super::files::{Frame, MeasureRow, Measured, OF_FOLDER, Pair, Row, Score, Signal, Target};
 use super::json::{from_json, to_dense_json, write_json};
-use super::manifest::{self, FailedCell, Hashed, Manifest, sha256};
+use super::manifest::{self, FailedCell, Manifest, hashed, sha256};
 use super::measures::{self, Measure};
 use super::rows::{Rows, TableError, packed};
 use super::run::{self, RunRecord};
@@ -18,7 +18,6 @@ use super::{
     readings,
 };
 use polars::prelude::DataFrame;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -120,21 +119,18 @@ fn write_frames(
     outcome: &Outcome<'_>,
 ) -> Result<(), ResultsError> {
     let folder = written.folder;
-    type WriteTo = fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>;
-    let streamed: [(&str, WriteTo); 2] = [(Frame::NAME, fill::frames), (Signal::NAME, fill::signals)];
-    let stream = |&(name, write): &(&str, WriteTo)| {
+    let stream = |name: &str, write: fn(&Outcome<'_>, &mut dyn Write) -> Result<(), ResultsError>| {
         let mut digest = String::new();
         let path = folder.join(name);
         store::write_with(&path, |file| {
-            let mut file = Hashed::new(file);
-            let filled = write(outcome, &mut file);
-            digest = file.finish(&path, filled)?;
+            digest = hashed(&path, file, |file| write(outcome, file))?;
             Ok::<_, ResultsError>(())
         })?;
-        Ok((name.to_string(), digest))
+        Ok::<_, ResultsError>((name.to_string(), digest))
     };
-    let digests = streamed.par_iter().map(stream).collect::<Result<Vec<_>, ResultsError>>()?;
-    written.files.extend(digests);
+    let (frames, signals) =
+        rayon::join(|| stream(Frame::NAME, fill::frames), || stream(Signal::NAME, fill::signals));
+    written.files.extend([frames?, signals?]);
     written.put(Target::NAME, &fill::truth(outcome)?)?;
     for (name, bytes) in fill::pieces(experiment, outcome)?.into_iter().chain(fill::followed(outcome)?) {
         written.put(name, &bytes)?;

@@ -105,13 +105,11 @@ fn of_method<'a>(
             alarm: &alarm[part],
         });
         let scored: Vec<ScoredTrack<'_>> = scored.collect();
-        let same = |(before, ..): &&(Vec<Done<'_>>, FrameMeasures, Sampled)| {
-            let equal = |(a, b): (&Done<'_>, &Done<'_>)| {
-                a.output.score == b.output.score && a.output.alarm_score == b.output.alarm_score
-            };
-            before.len() == done.len() && before.iter().zip(&done).all(equal)
-        };
-        let (scores, sampled) = match last.as_ref().filter(same) {
+        let same = last.as_ref().filter(|(before, ..)| {
+            let before = before.iter().map(|one| (&one.output.score, &one.output.alarm_score));
+            before.eq(done.iter().map(|one| (&one.output.score, &one.output.alarm_score)))
+        });
+        let (scores, sampled) = match same {
             Some((_, measures, sampled)) => (*measures, sampled.clone()),
             None => {
                 let seed = seed::seed(experiment.seed, &["frame measures", tracker]);

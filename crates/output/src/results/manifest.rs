@@ -292,25 +292,25 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 /// Writer that computes the SHA-256 of what passes through.
-pub(super) struct Hashed<'w> {
+struct Hashed<'w> {
     to: &'w mut dyn Write,
     hash: Sha256,
     failure: Option<std::io::Error>,
 }
 
-impl<'w> Hashed<'w> {
-    pub fn new(to: &'w mut dyn Write) -> Self {
-        Self { to, hash: Sha256::new(), failure: None }
+/// SHA-256, in hexadecimal, of what `fill` writes to the file at `path`. Errors of the file are reported before those of
+/// `fill`, since polars hides them.
+pub(super) fn hashed(
+    path: &Path,
+    to: &mut dyn Write,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), ResultsError>,
+) -> Result<String, ResultsError> {
+    let mut file = Hashed { to, hash: Sha256::new(), failure: None };
+    let filled = fill(&mut file);
+    if let Some(error) = file.failure {
+        return Err(StoreError::new(path, error).into());
     }
-
-    /// SHA-256 of everything written, in hexadecimal. Errors of the file are reported before `filled`, since
-    /// polars hides them.
-    pub fn finish(self, path: &Path, filled: Result<(), ResultsError>) -> Result<String, ResultsError> {
-        if let Some(error) = self.failure {
-            return Err(StoreError::new(path, error).into());
-        }
-        filled.map(|()| hexadecimal(&self.hash.finalize()))
-    }
+    filled.map(|()| hexadecimal(&file.hash.finalize()))
 }
 
 impl Write for Hashed<'_> {
@@ -493,9 +493,7 @@ mod tests {
         let values: Vec<i64> = (0..1000).map(|k| k * k).collect();
         let frame = DataFrame::new(1000, vec![Column::new("score".into(), values)]).unwrap();
         let fill = |disk: &mut dyn Write| {
-            let mut file = Hashed::new(disk);
-            let filled = parts_to_parquet::<ResultsError>(&mut file, [Ok(frame.clone())]);
-            file.finish(Path::new("frames.parquet"), filled)
+            hashed(Path::new("frames.parquet"), disk, |file| parts_to_parquet(file, [Ok(frame.clone())]))
         };
         assert_eq!(fill(&mut std::io::sink()).unwrap().len(), 64);
         for room in [0, 4, 100, 1000] {
