@@ -101,19 +101,16 @@ fn words((kind, version, params): &Plugin) -> String {
     format!("{kind} version {version} {params}")
 }
 
-/// A plugin of results: `recorded` in their manifest, with the parameters as they are `read` now. What a program tells of
-/// itself, which `own` has too, is in the manifest alone.
-fn as_run(read: Plugin, recorded: Option<&Plugin>, own: &Value) -> Plugin {
-    let Some((kind, version, written)) = recorded else { return read };
-    let (.., mut params) = read;
-    if let (Some(params), Some(own)) = (params.as_object_mut(), own.as_object()) {
-        for key in own.keys() {
-            if let Some(value) = written.get(key).filter(|_| !params.contains_key(key)) {
-                params.insert(key.clone(), value.clone());
-            }
+/// Parameters of results as they are `read` now. What a program tells of itself, which `own` has too, is in the manifest
+/// alone, as it was `written`.
+fn as_run(mut read: Value, written: &Value, own: &Value) -> Value {
+    let told = written.as_object().into_iter().flatten().filter(|(key, _)| own.get(key.as_str()).is_some());
+    if let Some(read) = read.as_object_mut() {
+        for (key, value) in told {
+            read.entry(key).or_insert_with(|| value.clone());
         }
     }
-    (kind.clone(), *version, params)
+    read
 }
 
 /// The trackers of one label.
@@ -127,9 +124,8 @@ fn of_trackers(experiment: &Experiment, run: Option<&Manifest>, kept: &Results) 
         let run = run.and_then(|run| run.trackers.iter().find(|record| record.label == own.label));
         let (version, runs) = run.map_or((own.version, own.runs), |run| (run.version, run.runs));
         let plugin = (own.kind.to_string(), version, own.setup.params());
-        let recorded = (record.kind.clone(), record.version, record.params.clone());
-        let read = (read.kind.to_string(), read.version, read.setup.params());
-        let kept = as_run(read, Some(&recorded), &plugin.2);
+        let params = as_run(read.setup.params(), &record.params, &plugin.2);
+        let kept = (record.kind.clone(), record.version, params);
         let what = format!("tracker {}", own.label);
         facts.push((what, with_runs(&plugin, runs), with_runs(&kept, record.runs)));
     }
@@ -138,11 +134,9 @@ fn of_trackers(experiment: &Experiment, run: Option<&Manifest>, kept: &Results) 
 
 /// Everything of the methods of one name that their numbers depend on: of the points of a grid, the first at which they differ.
 fn of_method(name: &str, experiment: &Experiment, run: Option<&Manifest>, kept: &Results) -> Vec<Fact> {
-    let find = |methods: &[Method]| methods.iter().position(|method| method.name == name);
-    let Some((own, there)) = find(&experiment.methods).zip(find(&kept.experiment.methods)) else {
-        return Vec::new();
-    };
-    let (own, there) = (&experiment.methods[own], &kept.experiment.methods[there]);
+    let named = |method: &&Method| method.name == name;
+    let own = experiment.methods.iter().find(named);
+    let Some((own, there)) = own.zip(kept.experiment.methods.iter().find(named)) else { return Vec::new() };
     let points = |method: &Method| method.variants.iter().map(Variant::params).collect::<Vec<_>>().join(", ");
     let fact = |what: &str, own: String, kept: String| (format!("{what} of method {name}"), own, kept);
     let mut facts = vec![
@@ -178,8 +172,9 @@ fn plugins(variant: &Variant, record: Option<&MethodRecord>, own: &[Plugin]) -> 
     // The manifest has the first signal alone.
     let recorded = [record.map(|record| &record.detector), record.and_then(|record| record.signal.as_ref())];
     for (k, (plugin, recorded)) in all.iter_mut().zip(recorded).enumerate() {
+        let Some((kind, version, written)) = recorded else { continue };
         let params = own.get(k).map_or(&Value::Null, |own| &own.2);
-        *plugin = as_run(plugin.clone(), recorded, params);
+        *plugin = (kind.clone(), *version, as_run(plugin.2.clone(), written, params));
     }
     all
 }
