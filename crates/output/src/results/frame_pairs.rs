@@ -25,13 +25,6 @@ pub struct Difference {
 }
 
 impl Difference {
-    fn between(values: [Option<f64>; 2], samples: [&[f64]; 2]) -> Self {
-        let [one, other] = samples;
-        let differences = one.iter().zip(other).map(|(a, b)| a - b).collect();
-        let value = values[0].zip(values[1]).map(|(a, b)| a - b);
-        Self { value, bounds: value.and(interval(differences)) }
-    }
-
     /// Difference with both methods swapped.
     pub fn turned(self) -> Self {
         Self { value: self.value.map(|v| -v), bounds: self.bounds.map(|(low, high)| (-high, -low)) }
@@ -56,8 +49,10 @@ pub(super) fn rows(rows: &[Row<'_>]) -> Vec<Pair> {
     let mut pairs = Vec::new();
     for (k, a) in single.iter().enumerate() {
         for b in single[k + 1..].iter().filter(|other| other.tracks == a.tracks) {
-            let difference = |name: &str, samples| {
-                Difference::between([a.measures.get(name), b.measures.get(name)], samples)
+            let difference = |name: &str, [of_a, of_b]: [&[f64]; 2]| {
+                let value = a.measures.get(name).zip(b.measures.get(name)).map(|(a, b)| a - b);
+                let samples = of_a.iter().zip(of_b).map(|(a, b)| a - b).collect();
+                Difference { value, bounds: value.and(interval(samples)) }
             };
             pairs.push(Pair {
                 method: a.first.method.clone(),

@@ -53,19 +53,16 @@ fn ranks(values: &[Option<f64>], direction: Direction) -> Vec<usize> {
 /// Rank of each value on all sequences, and the shares of samples with the same and with the first rank.
 /// `sampled` has the values of each sample, NaN for none.
 fn stability(values: &[Option<f64>], sampled: &[Vec<f64>], direction: Direction) -> Vec<Stability> {
-    let of_value = |rank| Stability { rank, first: 0.0, keeps: 0.0 };
-    let mut all: Vec<Stability> = ranks(values, direction).into_iter().map(of_value).collect();
     let samples = sampled.first().map_or(0, Vec::len);
-    for sample in 0..samples {
-        let values: Vec<Option<f64>> =
-            sampled.iter().map(|values| Some(values[sample]).filter(|v| !v.is_nan())).collect();
-        for (method, rank) in all.iter_mut().zip(ranks(&values, direction)) {
-            method.first += f64::from(u8::from(rank == 1));
-            method.keeps += f64::from(u8::from(rank == method.rank));
-        }
-    }
-    let share = |n: f64| n / samples.max(1) as f64;
-    all.into_iter().map(|s| Stability { first: share(s.first), keeps: share(s.keeps), ..s }).collect()
+    let in_sample = |sample: usize| {
+        let values = sampled.iter().map(|values| Some(values[sample]).filter(|v| !v.is_nan()));
+        ranks(&values.collect::<Vec<_>>(), direction)
+    };
+    let drawn: Vec<Vec<usize>> = (0..samples).map(in_sample).collect();
+    let of_rank = |k: usize, rank: usize| drawn.iter().filter(|ranks| ranks.get(k) == Some(&rank)).count();
+    let share = |k: usize, rank: usize| of_rank(k, rank) as f64 / samples.max(1) as f64;
+    let sure = |(k, rank)| Stability { rank, first: share(k, 1), keeps: share(k, rank) };
+    ranks(values, direction).into_iter().enumerate().map(sure).collect()
 }
 
 /// Makes the table of an experiment with `rank`, one group for each tracker.
