@@ -67,7 +67,7 @@ fn place() -> Place {
 fn sequence(place: &Place) -> Sequence {
     let files: Vec<PathBuf> = (0..FRAMES).map(|t| place.path(&image(t))).collect();
     let mut sequence = without_frames("Couple", files.len());
-    (sequence.truth[0], sequence.frames) = (Some(Region::Rect(target(0))), Frames::Files(files.into()));
+    (sequence.truth[0], sequence.frames) = (Some(Region::Rect(target(0))), Frames::Files(files));
     sequence
 }
 

@@ -6,43 +6,8 @@
 use super::{DatasetError, Frames, Sequence, text};
 use crate::frame_order::file_name;
 use std::collections::BTreeMap;
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use trackfail_core::image::{self, Frame};
-
-/// Image files in order. The size of the first one is kept once it has been read.
-#[derive(Debug, Clone, Default)]
-pub struct ImageFiles {
-    paths: Vec<PathBuf>,
-    size: OnceLock<(usize, usize)>,
-}
-
-impl From<Vec<PathBuf>> for ImageFiles {
-    fn from(paths: Vec<PathBuf>) -> Self {
-        Self { paths, size: OnceLock::new() }
-    }
-}
-
-impl Deref for ImageFiles {
-    type Target = [PathBuf];
-
-    fn deref(&self) -> &[PathBuf] {
-        &self.paths
-    }
-}
-
-impl ImageFiles {
-    /// Width and height of the first file in pixels; `None` if there are no files. Read at the first call.
-    fn size(&self) -> Result<Option<(usize, usize)>, DatasetError> {
-        if let Some(known) = self.size.get() {
-            return Ok(Some(*known));
-        }
-        let Some(path) = self.paths.first() else { return Ok(None) };
-        let size = image::size(&read(path)?).map_err(|e| bad_image(path, e))?;
-        Ok(Some(*self.size.get_or_init(|| size)))
-    }
-}
 
 impl Sequence {
     /// Frame `t`, 0-based, decoded or rendered anew at each call.
@@ -57,7 +22,7 @@ impl Sequence {
                 format!("sequence {name} has {frames} frames, numbered here from 0; there is no frame {t}");
             DatasetError::Unknown(message)
         };
-        let files = match &self.frames {
+        let files: &[PathBuf] = match &self.frames {
             Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
             Frames::Rendered(..) => return Err(absent()),
             Frames::Stream(stream) => return stream.frame(t)?.ok_or_else(absent),
@@ -72,8 +37,8 @@ impl Sequence {
         let frame = image::decode(&read(path)?).map_err(|e| bad_image(path, e))?;
         let got = (frame.width(), frame.height());
         let expected = match t {
-            0 => *files.size.get_or_init(|| got),
-            _ => files.size()?.unwrap_or(got),
+            0 => *self.file_size.get_or_init(|| got),
+            _ => self.size_of_first(files)?.unwrap_or(got),
         };
         of_size(frame, expected, path)
     }
@@ -84,13 +49,23 @@ impl Sequence {
     /// As [`Sequence::frame`].
     pub fn size(&self) -> Result<(usize, usize), DatasetError> {
         let known = match &self.frames {
-            Frames::Files(files) => files.size()?,
-            Frames::Video(video) => video.files()?.size()?,
+            Frames::Files(files) => self.size_of_first(files)?,
+            Frames::Video(video) => self.size_of_first(video.files()?)?,
             Frames::Stream(stream) => stream.size(),
             Frames::Rendered(render, n) => (*n > 0).then(|| render.size()),
             Frames::Absent => None,
         };
         known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
+    }
+
+    /// Width and height of the first image file; `None` if there are no files. Read at the first call.
+    fn size_of_first(&self, files: &[PathBuf]) -> Result<Option<(usize, usize)>, DatasetError> {
+        if let Some(known) = self.file_size.get() {
+            return Ok(Some(*known));
+        }
+        let Some(path) = files.first() else { return Ok(None) };
+        let size = image::size(&read(path)?).map_err(|e| bad_image(path, e))?;
+        Ok(Some(*self.file_size.get_or_init(|| size)))
     }
 }
 
@@ -139,7 +114,7 @@ impl NumberedImages {
     ///
     /// # Errors
     /// The first number that has no file.
-    pub fn range(&self, (first, last): (u32, u32)) -> Result<ImageFiles, DatasetError> {
+    pub fn range(&self, (first, last): (u32, u32)) -> Result<Vec<PathBuf>, DatasetError> {
         let missing = |n: u32| {
             // Numbers may be counted from the first file, but names are the user's.
             let between = match (self.files.range(..n).next_back(), self.files.range(n..).next()) {
@@ -152,8 +127,7 @@ impl NumberedImages {
             );
             DatasetError::content(&self.folder, message)
         };
-        let files = (first..=last).map(|n| self.files.get(&n).cloned().ok_or_else(|| missing(n)));
-        Ok(files.collect::<Result<Vec<_>, _>>()?.into())
+        (first..=last).map(|n| self.files.get(&n).cloned().ok_or_else(|| missing(n))).collect()
     }
 }
 
@@ -207,8 +181,7 @@ mod tests {
 
     /// Sequence of three image files, in the order given.
     fn named(folder: &Path) -> Sequence {
-        let paths: Vec<_> = (1..4).map(|t| folder.join(format!("{t:04}.png"))).collect();
-        sequence(Frames::Files(paths.into()))
+        sequence(Frames::Files((1..4).map(|t| folder.join(format!("{t:04}.png"))).collect()))
     }
 
     fn on_disk(folder: &Path) -> Sequence {
@@ -286,7 +259,7 @@ mod tests {
         // A first frame of another size than the one remembered is as wrong as a later one.
         write_png(&folder.path().join("0001.png"), &Frame::new(7, 12, vec![0; 252]));
         assert_says(files.frame(0).unwrap_err(), "0001.png: 7x12 pixels");
-        let empty = sequence(Frames::Files(ImageFiles::default()));
+        let empty = sequence(Frames::Files(Vec::new()));
         assert_says(empty.size().unwrap_err(), "there is no frame 0");
     }
 
@@ -309,7 +282,7 @@ mod tests {
         let (folder, linked) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         on_disk(folder.path());
         std::os::unix::fs::symlink(folder.path().join("0003.png"), linked.path().join("0003.png")).unwrap();
-        let paths: Vec<_> = otb::FORMAT.images(linked.path()).unwrap().files.into_values().collect();
-        assert_eq!(sequence(Frames::Files(paths.into())).frame(0).unwrap(), ramp(2));
+        let paths = otb::FORMAT.images(linked.path()).unwrap().files.into_values().collect();
+        assert_eq!(sequence(Frames::Files(paths)).frame(0).unwrap(), ramp(2));
     }
 }

@@ -23,13 +23,12 @@ pub mod video;
 
 pub use digest::{Digest, content_digest, file_digest};
 pub use error::DatasetError;
-pub use files::ImageFiles;
 
 pub use trackfail_core::sequence::{Numbering, SequenceInfo};
 
 use std::error::Error;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use suite::Origin;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
@@ -56,7 +55,7 @@ impl<F: Fn(usize) -> Frame + Send + Sync> Render for F {
 #[derive(Clone, Default)]
 pub enum Frames {
     /// Image files in order.
-    Files(ImageFiles),
+    Files(Vec<PathBuf>),
     /// Range of a suite's video, decoded into image files at the first use.
     Video(Arc<video::Video>),
     /// A user's video, decoded in order whenever frames are requested.
@@ -99,6 +98,8 @@ pub struct Sequence {
     pub digest: Digest,
     /// The pixels.
     pub frames: Frames,
+    /// Size of the first frame, once it has been read from an image file.
+    pub file_size: OnceLock<(usize, usize)>,
 }
 
 impl Sequence {

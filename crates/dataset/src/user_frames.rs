@@ -106,7 +106,7 @@ fn listed(files: &[PathBuf]) -> Result<UserFrames, DatasetError> {
     }
     let names = shown(files.iter().take(3).map(PathBuf::as_path));
     let note = Some(format!("{} frames in the order given: {names}", files.len()));
-    let sequence = sequence(first, 1, files.len(), Frames::Files(files.to_vec().into()));
+    let sequence = sequence(first, 1, files.len(), Frames::Files(files.to_vec()));
     Ok(UserFrames { sequence, note, ..UserFrames::default() })
 }
 
@@ -123,9 +123,8 @@ fn is_of_a_shell(files: &[PathBuf]) -> bool {
 fn of_numbered(name: &Path, images: BTreeMap<u32, PathBuf>) -> UserFrames {
     let first = images.keys().next().copied().unwrap_or(1);
     let follow = images.keys().zip(first..).all(|(number, expected)| *number == expected);
-    let files: Vec<PathBuf> = images.into_values().collect();
-    let (first, count) = (if follow { first } else { 1 }, files.len());
-    let sequence = sequence(name, first, count, Frames::Files(files.into()));
+    let (first, count) = (if follow { first } else { 1 }, images.len());
+    let sequence = sequence(name, first, count, Frames::Files(images.into_values().collect()));
     UserFrames { sequence, ..UserFrames::default() }
 }
 

@@ -24,7 +24,7 @@ pub use stream::VideoStream;
 use super::digest::file_digest;
 use super::guarded::{self, Guarded, Tail};
 use super::text::{shorten_to, visible};
-use super::{DatasetError, ImageFiles, leftover::TemporaryFolder};
+use super::{DatasetError, leftover::TemporaryFolder};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub struct Video {
     path: PathBuf,
     decoded: PathBuf,
     range: (u32, u32),
-    files: OnceLock<ImageFiles>,
+    files: OnceLock<Vec<PathBuf>>,
 }
 
 impl Video {
@@ -90,7 +90,7 @@ impl Video {
     ///
     /// # Errors
     /// No ffmpeg, a video that ffmpeg cannot decode, a limit, or a video with fewer frames than the range.
-    pub fn files(&self) -> Result<&ImageFiles, DatasetError> {
+    pub fn files(&self) -> Result<&[PathBuf], DatasetError> {
         if let Some(files) = self.files.get() {
             return Ok(files);
         }
@@ -107,7 +107,7 @@ impl Video {
             );
             return Err(DatasetError::content(&self.path, message));
         }
-        Ok(self.files.get_or_init(|| files.into()))
+        Ok(self.files.get_or_init(|| files))
     }
 }
 

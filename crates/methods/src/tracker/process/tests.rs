@@ -57,7 +57,7 @@ fn frames_in_files_are_sent_as_their_paths() {
     let dir = tempfile::tempdir().unwrap();
     let path = |t: usize| dir.path().join(if t == 2 { "a\tb.png".into() } else { format!("{t}.png") });
     (0..FRAMES).for_each(|t| std::fs::write(path(t), encode_png(&ramp(t)).unwrap()).unwrap());
-    let frames = Frames::Files((0..FRAMES).map(path).collect::<Vec<_>>().into());
+    let frames = Frames::Files((0..FRAMES).map(path).collect());
     let sequence = Sequence { frames, ..sequence() };
     let script = Script::new(Kind::Lines, "answer");
     let (mut tracker, _) = script.start(&sequence, 1, &rect()).unwrap();

@@ -29,7 +29,7 @@ fn refused(params: &str) -> Option<&'static str> {
 /// A sequence that uses frames 3 and 4 of the official range 2..=5.
 fn sequence() -> Sequence {
     let numbering = Numbering { first: 3, official: (2, 5) };
-    Sequence { numbering, frames: Frames::Files(vec![].into()), ..testing::rendered("S", 2) }
+    Sequence { numbering, frames: Frames::Files(vec![]), ..testing::rendered("S", 2) }
 }
 
 fn with_files(files: &[(&str, &str)]) -> tempfile::TempDir {

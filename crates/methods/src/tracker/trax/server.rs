@@ -150,6 +150,6 @@ fn as_message(state: TrackerState) -> Message {
 
 /// A sequence of one image.
 fn sequence(image: &Path, region: Option<Region>) -> Sequence {
-    let frames = Frames::Files(vec![image.to_path_buf()].into());
+    let frames = Frames::Files(vec![image.to_path_buf()]);
     Sequence { truth: vec![region], frames, ..without_frames("trax", 1) }
 }
