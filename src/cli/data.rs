@@ -280,9 +280,9 @@ struct Checks {
 impl Checks {
     /// Hashes the sequences of a suite that `wanted` accepts.
     fn add(&mut self, suite: &Suite, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) {
-        for checked in suite.verify(data_roots, wanted) {
-            let name = format!("{}/{}", suite.name(), checked.name);
-            let word = match checked.finding {
+        for (entry, finding) in suite.verify(data_roots, wanted) {
+            let name = format!("{}/{}", suite.name(), entry.name);
+            let word = match finding {
                 Finding::Same => "ok".to_owned(),
                 Finding::NoDigestPinned => "unpinned: there, but no digest to compare with".to_owned(),
                 Finding::Missing(m) => {
@@ -290,7 +290,7 @@ impl Checks {
                     format!("missing: {}", m.how_to_get)
                 }
                 Finding::Differs(fact) => {
-                    self.differing.push((name.clone(), remedy(suite, &checked.name)));
+                    self.differing.push((name.clone(), remedy(suite, entry)));
                     format!("differs: {fact}")
                 }
             };
@@ -300,9 +300,8 @@ impl Checks {
 }
 
 /// Advice for a sequence that is not as pinned: to fetch it again or, where that cannot be, how its suite says to get it.
-fn remedy(suite: &Suite, sequence: &str) -> String {
-    let mut entries = suite.entries().iter();
-    if entries.any(|entry| entry.name == sequence && entry.archives().next().is_some()) {
+fn remedy(suite: &Suite, entry: &lock::Entry) -> String {
+    if entry.archives().next().is_some() {
         return "fetch them again".to_string();
     }
     let how = suite.how_to_get();

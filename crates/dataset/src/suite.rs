@@ -18,7 +18,7 @@ mod user;
 
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
-pub use listing::{Checked, Finding};
+pub use listing::Finding;
 pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
 pub use user::{USER_LOCK, check_name, with_sections};
 
@@ -91,9 +91,7 @@ impl Suite {
     pub fn sources(&self) -> Vec<String> {
         match &self.0 {
             SuiteContent::OnDisk(pinned) => pinned.sequence.iter().map(|e| e.source().to_string()).collect(),
-            SuiteContent::Rendered(rendered) => {
-                vec![rendered.name.to_string(); rendered.scenes().names().count()]
-            }
+            SuiteContent::Rendered(_) => vec![self.name().to_string(); self.sequence_names().len()],
         }
     }
 
@@ -122,10 +120,10 @@ impl Suite {
 
     /// Compares the sequences that `wanted` accepts with what is pinned, by hashing their files. Results are
     /// in the order of the suite. Rendered suites have nothing to compare.
-    pub fn verify(&self, data_roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<Checked> {
+    pub fn verify(&self, roots: &[PathBuf], wanted: impl Fn(&str) -> bool + Sync) -> Vec<(&Entry, Finding)> {
         let Some(pinned) = self.pinned() else { return Vec::new() };
-        let check = |e: &Entry| Checked { name: e.name.clone(), finding: pinned.check(e, data_roots) };
-        pinned.sequence.par_iter().filter(|entry| wanted(&entry.name)).map(check).collect()
+        let asked = pinned.sequence.par_iter().filter(|entry| wanted(&entry.name));
+        asked.map(|entry| (entry, pinned.check(entry, roots))).collect()
     }
 
     /// Lines of the suite file for the sequences under `data_roots`, with the facts found there.

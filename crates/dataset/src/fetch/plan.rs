@@ -55,14 +55,12 @@ pub fn plan(wanted: &[WantedSequences], data_roots: &[PathBuf], again: bool) -> 
     let mut plan = FetchPlan::default();
     let Some(root) = data_roots.first() else { return plan };
     for wanted in wanted {
-        let has = |name: &str| wanted.sequences.contains(name);
-        let entries = wanted.suite.entries().iter().filter(|e| has(&e.name));
-        for (entry, checked) in entries.zip(wanted.suite.verify(data_roots, has)) {
+        for (entry, finding) in wanted.suite.verify(data_roots, |name| wanted.sequences.contains(name)) {
             let name = format!("{}/{}", wanted.suite.name(), entry.name);
             let archives: Vec<&Archive> = entry.archives().collect();
             let folder = entry.path(root);
             let is_packed = archives.iter().any(|a| a.packing != Packing::File);
-            let wrong = match checked.finding {
+            let wrong = match finding {
                 Finding::Same | Finding::NoDigestPinned => {
                     plan.here.push(name);
                     continue;

@@ -119,27 +119,11 @@ pub enum Finding {
     Differs(String),
 }
 
-/// One sequence of [`Suite::verify`](super::Suite::verify).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Checked {
-    /// Name of the sequence.
-    pub name: String,
-    /// Result for the sequence.
-    pub finding: Finding,
-}
-
 impl PinnedSuite {
     /// Compares the local copy of an entry with what is pinned. If it differs or is broken, the first such
     /// file is named.
     pub(crate) fn check(&self, entry: &Entry, data_roots: &[PathBuf]) -> Finding {
-        let found = self.in_first_root(entry, data_roots, |root| {
-            let fact = match self.compare(entry, root) {
-                Ok(Finding::Differs(fact)) => fact,
-                finding => return finding,
-            };
-            Ok(Finding::Differs(self.with_first_difference(entry, root, fact)))
-        });
-        match found {
+        match self.in_first_root(entry, data_roots, |root| self.compare(entry, root)) {
             Ok(finding) => finding,
             Err(DatasetError::Missing(missing)) => Finding::Missing(missing),
             Err(broken) => {
@@ -170,13 +154,14 @@ impl PinnedSuite {
         let sequence = self.load(entry, root)?;
         let Some(pinned) = &entry.digest else { return Ok(Finding::NoDigestPinned) };
         let digest = sequence.digest()?;
-        if digest != pinned {
-            return Ok(Finding::Differs(format!(
-                "frames or ground truth are other bytes: digest {digest}, pinned {pinned}"
-            )));
-        }
-        let labels = self.first_difference(entry, root, self.format(entry).is_label);
-        Ok(labels.map_or(Finding::Same, Finding::Differs))
+        let fact = match digest == pinned {
+            true => self.first_difference(entry, root, self.format(entry).is_label),
+            false => {
+                Some(format!("frames or ground truth are other bytes: digest {digest}, pinned {pinned}"))
+            }
+        };
+        let fact = fact.map(|fact| self.with_first_difference(entry, root, fact));
+        Ok(fact.map_or(Finding::Same, Finding::Differs))
     }
 }
 

@@ -38,8 +38,7 @@ fn write(root: &Path, folder: &str, lines: usize, images: impl IntoIterator<Item
 
 /// Finding of `data verify` about one sequence.
 fn checked(name: &str, sequence: &str, root: &TempDir) -> Finding {
-    let all = suite(name).verify(&at(root), |_| true);
-    all.into_iter().find(|c| c.name == sequence).unwrap().finding
+    suite(name).verify(&at(root), |name| name == sequence).remove(0).1
 }
 
 /// The words of `data verify` for a copy that differs.
@@ -237,8 +236,9 @@ fn the_people_of_d1_real_are_those_of_its_rule() {
     let has = |q: &Sequence, word: &str| q.attributes.iter().any(|a| a == word);
     assert!(loaded.sequences[..6].iter().all(|q| has(q, "target-person")));
     assert!(has(&loaded.sequences[6], "target-face"));
-    let verified = suite("d1-real").verify(&roots, |_| true);
-    assert!(verified.iter().all(|c| c.finding == Finding::Same), "{verified:?}");
+    let d1 = suite("d1-real");
+    let verified = d1.verify(&roots, |_| true);
+    assert!(verified.iter().all(|c| c.1 == Finding::Same), "{verified:?}");
 }
 
 #[test]
@@ -282,7 +282,7 @@ fn the_first_root_that_has_all_of_a_sequence_is_taken() {
     std::fs::remove_file(paths[2].join("otb/Crossing/img/0030.jpg")).unwrap();
     assert_eq!(taken(&paths), paths[3]);
     let finding =
-        |roots: &[PathBuf]| suite("otb-dtef20").verify(roots, |name| name == "Crossing").remove(0).finding;
+        |roots: &[PathBuf]| suite("otb-dtef20").verify(roots, |name| name == "Crossing").remove(0).1;
     let broken = difference(finding(&paths[2..3]));
     assert_says(&broken, "frame 30 is missing");
     assert_ne!(difference(finding(&paths[2..])), broken);
@@ -301,8 +301,8 @@ fn a_short_copy_is_broken_and_differs() {
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
     assert!(loaded.broken[0].error.to_string().contains("602"));
     let all = vot.verify(&at(&root), |_| true);
-    assert!(matches!(&all[0].finding, Finding::Differs(fact) if fact.contains("1 frames")));
-    assert!(matches!(all[1].finding, Finding::Missing(_)));
+    assert!(matches!(&all[0].1, Finding::Differs(fact) if fact.contains("1 frames")));
+    assert!(matches!(all[1].1, Finding::Missing(_)));
 }
 
 // OTB's sequence Deer has 71 frames.
@@ -331,7 +331,7 @@ fn a_clip_without_its_annotation_or_its_frames_is_missing() {
     std::fs::create_dir_all(&folder).unwrap();
     let xml = "<dataset><frame number=\"0\"><objectlist><object id=\"1\">\
                <box xc=\"5\" yc=\"5\" w=\"2\" h=\"2\"/></object></objectlist></frame></dataset>";
-    let finding = || suite("caviar").verify(&at(&root), |_| true).swap_remove(0).finding;
+    let finding = || suite("caviar").verify(&at(&root), |_| true).swap_remove(0).1;
     assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
     let clip = put(&folder, "Walk1.mpg", "");
     assert!(hint(finding()).starts_with("no annotation (.xml) in caviar/Walk1; "));
@@ -377,10 +377,10 @@ fn real_data_are_as_pinned() {
         let loaded = suite.load(&roots);
         assert!(loaded.broken.is_empty(), "{:?}", loaded.broken);
         assert_eq!(loaded.sequences.len() + loaded.missing.len(), loaded.wanted);
-        for checked in suite.verify(&roots, |_| true) {
-            let fine = matches!(checked.finding, Finding::Same | Finding::Missing(_));
-            assert!(fine, "{}: {:?}", checked.name, checked.finding);
-            same += usize::from(checked.finding == Finding::Same);
+        for (entry, finding) in suite.verify(&roots, |_| true) {
+            let fine = matches!(finding, Finding::Same | Finding::Missing(_));
+            assert!(fine, "{}: {finding:?}", entry.name);
+            same += usize::from(finding == Finding::Same);
         }
         // Lines of a suite with others are those of the others.
         let has_own_lines = pinned_suite(name).unwrap().includes.is_empty();

@@ -71,7 +71,7 @@ fn a_folder_of_each_layout_becomes_a_suite() {
         let entry = &suite.entries()[0];
         assert_eq!((entry.range, entry.frames, entry.size), (Some((1, 2)), Some(2), Some((8, 6))));
         let verified = suite.verify(&[root.path().to_path_buf()], |_| true);
-        assert!(verified.iter().all(|c| c.finding == Finding::Same), "{folder}");
+        assert!(verified.iter().all(|c| c.1 == Finding::Same), "{folder}");
     }
 }
 
