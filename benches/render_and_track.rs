@@ -14,7 +14,7 @@ fn sequence(suite: &str, name: &str) -> Sequence {
 
 fn frames(q: &Sequence, n: usize) -> Vec<Frame> {
     match &q.frames {
-        Frames::Rendered(r, _) => (0..n).map(|t| r.render(t)).collect(),
+        Frames::Rendered(r, _) => (0..n).map(|t| r(t)).collect(),
         _ => unreachable!("synthetic sequences are rendered"),
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use trackfail::dataset::frame_cache::FrameCache;
 use trackfail::dataset::user_frames::without_frames;
-use trackfail::dataset::{Frames, Render, Sequence};
+use trackfail::dataset::{Frames, Sequence};
 use trackfail::detector::{Condition, DETECTORS, DetectorOutput, Input};
 use trackfail::engine::execute::pass::{PassOutput, Task, pass};
 use trackfail::engine::execute::reverse::{self, Reversal};
@@ -40,7 +40,7 @@ fn color(u: f64, v: f64) -> Option<[u8; 3]> {
     }
 }
 
-impl Render for Scene {
+impl Scene {
     fn render(&self, t: usize) -> Frame {
         let places = [(self.distractor)(t), (self.target)(t)];
         Frame::from_fn(200, 140, |x, y| {
@@ -80,7 +80,7 @@ fn sequence(scene: Scene) -> Arc<Sequence> {
     let region = |(x, y): (f64, f64)| Region::Rect(Rect::new(x - SIDE / 2.0, y - SIDE / 2.0, SIDE, SIDE));
     let mut sequence = without_frames("scene", scene.frames);
     sequence.truth = (0..scene.frames).map(|t| (scene.target)(t).map(region)).collect();
-    sequence.frames = Frames::Rendered(Arc::new(scene), scene.frames);
+    sequence.frames = Frames::Rendered(Arc::new(move |t| scene.render(t)), scene.frames);
     Arc::new(sequence)
 }
 

@@ -23,7 +23,7 @@ impl Sequence {
             DatasetError::Unknown(message)
         };
         let files: &[PathBuf] = match &self.frames {
-            Frames::Rendered(render, n) if t < *n => return Ok(render.render(t)),
+            Frames::Rendered(render, n) if t < *n => return Ok(render(t)),
             Frames::Rendered(..) => return Err(absent()),
             Frames::Stream(stream) => return stream.frame(t)?.ok_or_else(absent),
             Frames::Absent => {
@@ -37,7 +37,7 @@ impl Sequence {
         let frame = image::decode(&read(path)?).map_err(|e| bad_image(path, e))?;
         let got = (frame.width(), frame.height());
         let expected = match t {
-            0 => *self.file_size.get_or_init(|| got),
+            0 => *self.size.get_or_init(|| got),
             _ => self.size_of_first(files)?.unwrap_or(got),
         };
         of_size(frame, expected, path)
@@ -52,7 +52,7 @@ impl Sequence {
             Frames::Files(files) => self.size_of_first(files)?,
             Frames::Video(video) => self.size_of_first(video.files()?)?,
             Frames::Stream(stream) => stream.size(),
-            Frames::Rendered(render, n) => (*n > 0).then(|| render.size()),
+            Frames::Rendered(..) => self.size.get().copied(),
             Frames::Absent => None,
         };
         known.map_or_else(|| self.frame(0).map(|f| (f.width(), f.height())), Ok)
@@ -60,12 +60,12 @@ impl Sequence {
 
     /// Width and height of the first image file; `None` if there are no files. Read at the first call.
     fn size_of_first(&self, files: &[PathBuf]) -> Result<Option<(usize, usize)>, DatasetError> {
-        if let Some(known) = self.file_size.get() {
+        if let Some(known) = self.size.get() {
             return Ok(Some(*known));
         }
         let Some(path) = files.first() else { return Ok(None) };
         let size = image::size(&read(path)?).map_err(|e| bad_image(path, e))?;
-        Ok(Some(*self.file_size.get_or_init(|| size)))
+        Ok(Some(*self.size.get_or_init(|| size)))
     }
 }
 

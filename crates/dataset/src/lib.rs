@@ -33,23 +33,8 @@ use suite::Origin;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
 
-/// Frames that are computed instead of read.
-pub trait Render: Send + Sync {
-    /// Frame `t`, 0-based.
-    fn render(&self, t: usize) -> Frame;
-
-    /// Width and height of the frames, in pixels.
-    fn size(&self) -> (usize, usize) {
-        let first = self.render(0);
-        (first.width(), first.height())
-    }
-}
-
-impl<F: Fn(usize) -> Frame + Send + Sync> Render for F {
-    fn render(&self, t: usize) -> Frame {
-        self(t)
-    }
-}
+/// Computes frame `t`, 0-based.
+pub type Render = dyn Fn(usize) -> Frame + Send + Sync;
 
 /// Source of the pixels of a sequence.
 #[derive(Clone, Default)]
@@ -61,7 +46,7 @@ pub enum Frames {
     /// A user's video, decoded in order whenever frames are requested.
     Stream(Arc<video::VideoStream>),
     /// A renderer and the number of frames.
-    Rendered(Arc<dyn Render>, usize),
+    Rendered(Arc<Render>, usize),
     /// No pixels: only the ground truth is known.
     #[default]
     Absent,
@@ -98,8 +83,8 @@ pub struct Sequence {
     pub digest: Digest,
     /// The pixels.
     pub frames: Frames,
-    /// Size of the first frame, once it has been read from an image file.
-    pub file_size: OnceLock<(usize, usize)>,
+    /// Width and height of the frames, known from the start or once the first image file has been read.
+    pub size: OnceLock<(usize, usize)>,
 }
 
 impl Sequence {

@@ -10,7 +10,7 @@ use super::noise::{hash, smoothstep, value};
 use super::sprite::{Pose, Sprite};
 use super::{scenes, sensor};
 use crate::user_frames::without_frames;
-use crate::{Frames, Render, Sequence};
+use crate::{Frames, Sequence};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -382,6 +382,32 @@ impl Scene {
         sensor::expose(rgb, &gains, self.plan.noise, hash(self.seed, t as i32, 77));
     }
 
+    /// Frame `t` as the camera takes it.
+    fn render(&self, t: usize) -> Frame {
+        let (width, height) = self.plan.size;
+        let now = t as f64;
+        let n = self.subframes(now);
+        let mut rgb = vec![0_u8; 3 * width * height];
+        if n == 1 {
+            self.instant(now, &mut rgb);
+        } else {
+            let mut sum = vec![0_u16; rgb.len()];
+            for k in 0..n {
+                let s = (k as f64 + 0.5) / n as f64 - 0.5;
+                self.instant(now + s * self.plan.exposure, &mut rgb);
+                for (s, &v) in sum.iter_mut().zip(&rgb) {
+                    *s += u16::from(v);
+                }
+            }
+            let n = n as u16;
+            for (o, s) in rgb.iter_mut().zip(&sum) {
+                *o = ((s + n / 2) / n) as u8;
+            }
+        }
+        self.expose(t, &mut rgb);
+        Frame::new(width, height, rgb)
+    }
+
     /// Attributes of a frame, in the order of [`FRAME_ATTRIBUTES`].
     fn frame_attributes(&self, t: usize) -> [bool; 5] {
         let now = t as f64;
@@ -423,37 +449,6 @@ fn snap(v: f64) -> f64 {
     (v * 64.0).round() / 64.0
 }
 
-impl Render for Scene {
-    fn render(&self, t: usize) -> Frame {
-        let (width, height) = self.plan.size;
-        let now = t as f64;
-        let n = self.subframes(now);
-        let mut rgb = vec![0_u8; 3 * width * height];
-        if n == 1 {
-            self.instant(now, &mut rgb);
-        } else {
-            let mut sum = vec![0_u16; rgb.len()];
-            for k in 0..n {
-                let s = (k as f64 + 0.5) / n as f64 - 0.5;
-                self.instant(now + s * self.plan.exposure, &mut rgb);
-                for (s, &v) in sum.iter_mut().zip(&rgb) {
-                    *s += u16::from(v);
-                }
-            }
-            let n = n as u16;
-            for (o, s) in rgb.iter_mut().zip(&sum) {
-                *o = ((s + n / 2) / n) as u8;
-            }
-        }
-        self.expose(t, &mut rgb);
-        Frame::new(width, height, rgb)
-    }
-
-    fn size(&self) -> (usize, usize) {
-        self.plan.size
-    }
-}
-
 /// Seed of the textures and the noise of a sequence.
 pub fn bits(suite: &str, name: &str) -> u64 {
     seed(0, &["synthetic", suite, name])
@@ -476,6 +471,7 @@ pub fn sequence(suite: &str, plan: &ScenePlan) -> Sequence {
         let ever = frame_attributes.iter().filter(|(_, flags)| flags.contains(&true));
         attributes = ever.map(|(name, _)| name.clone()).collect();
     }
-    let frames = Frames::Rendered(Arc::new(scene), plan.frames);
-    Sequence { truth, attributes, frame_attributes, frames, ..without_frames(&plan.name, plan.frames) }
+    let frames = Frames::Rendered(Arc::new(move |t| scene.render(t)), plan.frames);
+    let size = plan.size.into();
+    Sequence { truth, attributes, frame_attributes, frames, size, ..without_frames(&plan.name, plan.frames) }
 }

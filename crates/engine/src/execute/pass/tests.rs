@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use trackfail_core::region::Rect;
 use trackfail_dataset::frame_cache::FrameCache;
 use trackfail_dataset::user_frames::without_frames;
-use trackfail_dataset::{Frames, Render, Sequence};
+use trackfail_dataset::{Frames, Sequence};
 use trackfail_methods::signal::SIGNALS;
 use trackfail_methods::tracker::{Facts, RunContext, StartResult, Tracker, TrackerConfig, TrackerError};
 
@@ -16,7 +16,7 @@ struct Gray {
     decoded: AtomicUsize,
 }
 
-impl Render for Gray {
+impl Gray {
     fn render(&self, t: usize) -> Frame {
         assert!(t < self.good, "no frame {t}");
         self.decoded.fetch_add(1, Ordering::Relaxed);
@@ -29,9 +29,10 @@ fn gray(good: usize) -> Arc<Gray> {
 }
 
 fn sequence(frames: usize, gray: &Arc<Gray>) -> Arc<Sequence> {
+    let gray = gray.clone();
     Arc::new(Sequence {
         truth: vec![Some(Region::Rect(Rect::new(4.0, 4.0, 12.0, 10.0))); frames],
-        frames: Frames::Rendered(gray.clone(), frames),
+        frames: Frames::Rendered(Arc::new(move |t| gray.render(t)), frames),
         ..without_frames("gray", frames)
     })
 }
