@@ -29,7 +29,7 @@ pub fn zipped(name: impl AsRef<[u8]>, data: &[u8]) -> Zipped {
 
 /// A zip file (PKWARE's APPNOTE 6.3, sections 4.3.7, 4.3.12, 4.3.16, 4.5.3).
 pub fn zip(members: &[Zipped]) -> Vec<u8> {
-    let (mut out, mut list, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut out, mut list, mut starts) = (Vec::<u8>::new(), Vec::<u8>::new(), Vec::new());
     for member in members {
         let mut crc = flate2::Crc::new();
         crc.update(&member.data);
@@ -39,40 +39,28 @@ pub fn zip(members: &[Zipped]) -> Vec<u8> {
         let method = member.method.unwrap_or(if member.deflated { 8 } else { 0 });
         let size = member.size.unwrap_or(member.data.len() as u64);
         let wide = size >= u64::from(u32::MAX);
-        let mut extra = Vec::new();
-        if wide {
-            extra.extend([1, 0, 8, 0]);
-            extra.extend(size.to_le_bytes());
-        }
-        let mut shared = Vec::new();
-        shared.extend(if wide { 45_u16 } else { 20 }.to_le_bytes());
-        [member.flags, method, 0, 33].iter().for_each(|v| shared.extend(v.to_le_bytes()));
-        shared.extend(member.checksum.unwrap_or(crc.sum()).to_le_bytes());
-        shared.extend((packed.len() as u32).to_le_bytes());
-        shared.extend((if wide { u32::MAX } else { size as u32 }).to_le_bytes());
-        shared.extend((member.name.len() as u16).to_le_bytes());
-        shared.extend((extra.len() as u16).to_le_bytes());
+        let extra = if wide { [&[1_u8, 0, 8, 0][..], &size.to_le_bytes()].concat() } else { Vec::new() };
+        let version = u16s(&[if wide { 45 } else { 20 }, member.flags, method, 0, 33]);
+        let size = if wide { u32::MAX } else { size as u32 };
+        let sizes = u32s(&[member.checksum.unwrap_or(crc.sum()), packed.len() as u32, size]);
+        let shared = [version, sizes, u16s(&[member.name.len() as u16, extra.len() as u16])].concat();
         if member.same_as.is_none() {
-            out.extend(b"PK\x03\x04");
-            [&shared, &member.name, &extra, &packed].iter().for_each(|bytes| out.extend(bytes.iter()));
+            out.extend([&b"PK\x03\x04"[..], &shared, &member.name, &extra, &packed].concat());
         }
-        list.extend(b"PK\x01\x02\x14\x03");
-        list.extend(&shared);
-        list.extend([0; 6]);
-        list.extend((member.mode << 16).to_le_bytes());
-        list.extend((start as u32).to_le_bytes());
-        list.extend(&member.name);
-        list.extend(&extra);
+        let place = u32s(&[member.mode << 16, start as u32]);
+        list.extend([&b"PK\x01\x02\x14\x03"[..], &shared, &[0; 6], &place, &member.name, &extra].concat());
     }
-    let start = out.len() as u32;
-    let count = (members.len() as u16).to_le_bytes();
-    out.extend(&list);
-    out.extend(b"PK\x05\x06\0\0\0\0");
-    [count, count].iter().for_each(|c| out.extend(c));
-    out.extend((list.len() as u32).to_le_bytes());
-    out.extend(start.to_le_bytes());
-    out.extend([0; 2]);
-    out
+    let count = members.len() as u16;
+    let end = [u16s(&[count, count]), u32s(&[list.len() as u32, out.len() as u32]), u16s(&[0])].concat();
+    [&out[..], &list, b"PK\x05\x06\0\0\0\0", &end].concat()
+}
+
+fn u16s(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+fn u32s(values: &[u32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
 fn deflate(data: &[u8]) -> Vec<u8> {

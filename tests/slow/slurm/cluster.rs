@@ -47,8 +47,7 @@ impl Cluster {
         for folder in ["state", "spool"] {
             std::fs::create_dir(root.join(folder)).unwrap();
         }
-        let user = Command::new("id").arg("-un").output().unwrap().stdout;
-        let user = String::from_utf8(user).unwrap();
+        let user = self.output(Command::new("id").arg("-un"));
         let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap();
         let host = host.trim().split('.').next().unwrap();
         // Both stay bound until both are known, so that they are two.
@@ -149,9 +148,8 @@ impl Drop for Cluster {
     fn drop(&mut self) {
         if self.daemons.len() == 3 {
             // Jobs first: slurmd leaves their processes running when it ends.
-            let user = Command::new("id").arg("-un").output().map(|o| o.stdout).unwrap_or_default();
-            let user = String::from_utf8_lossy(&user).trim().to_string();
-            self.try_output("scancel", &["--user", &user]);
+            let user = self.try_output("id", &["-un"]);
+            self.try_output("scancel", &["--user", user.trim()]);
             within(GRACE, || self.try_output("squeue", &["-h", "-o", "%i"]).trim().is_empty());
             self.try_output("scontrol", &["shutdown"]);
         }
