@@ -103,13 +103,11 @@ fn run_blocks(need: Option<&str>, place: &Place) {
     }
 }
 
-#[cfg(unix)]
 #[test]
 fn shell_blocks_run() {
     run_blocks(None, &working_folder());
 }
 
-#[cfg(unix)]
 #[needs(real_data)]
 #[test]
 fn shell_blocks_that_need_real_data_run() {
@@ -119,7 +117,6 @@ fn shell_blocks_that_need_real_data_run() {
     run_blocks(Some("real data"), &place);
 }
 
-#[cfg(unix)]
 #[needs(ffmpeg)]
 #[test]
 fn shell_blocks_that_need_ffmpeg_run() {
@@ -128,7 +125,6 @@ fn shell_blocks_that_need_ffmpeg_run() {
     run_blocks(Some("ffmpeg"), &place);
 }
 
-#[cfg(unix)]
 #[needs(parallel)]
 #[test]
 fn shell_blocks_that_need_gnu_parallel_run() {

@@ -103,7 +103,6 @@ fn compact_results_say_that_they_have_no_frames() {
 }
 
 /// The page of an experiment and the command that it names explain a number alike.
-#[cfg(unix)]
 #[test]
 fn numbers_are_explained_as_the_command_explains_them() {
     let place = crate::tools::page::page_of_a_run();

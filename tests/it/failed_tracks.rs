@@ -326,7 +326,6 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
 }
 
 // Before: all cells of its tracker had failed, and those of the trackers that have this one as a companion.
-#[cfg(unix)]
 #[test]
 fn a_signal_that_crashes_has_failed_for_its_own_methods_alone() {
     let plugins = "[signal.bad]\ncommand = [\"false\"]\nversion = \"1\"\n";

@@ -102,7 +102,6 @@ fn a_good_archive_is_placed_and_tells_its_digest() {
     assert!(request.headers["user-agent"].starts_with("trackfail/"));
 }
 
-#[cfg(unix)]
 #[test]
 fn modes_are_the_usual_ones_whatever_the_archive_says() {
     use std::os::unix::fs::PermissionsExt;

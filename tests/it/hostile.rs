@@ -4,6 +4,7 @@ use crate::tools::{Place, Ran, files, needs};
 use polars::prelude::{Column, DataType, ParquetReader, ParquetWriter, SerReader};
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::os::unix::fs::symlink;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 use trackfail::results::Results;
@@ -92,7 +93,7 @@ fn hostile_tables_compile() {
 
 #[test]
 fn hostile_texts_are_texts_everywhere() {
-    let data = if cfg!(windows) { "d" } else { "=<d>&\"'$#|`\u{1b}[31m\u{202e}\\x" };
+    let data = "=<d>&\"'$#|`\u{1b}[31m\u{202e}\\x";
     let (bad, told) = run(&all_words(), data);
     let told = told.says("<script>").says("not there: ");
     assert!(shows_only_text(&told.out), "{:?}", told.out);
@@ -124,7 +125,7 @@ fn hostile_texts_are_texts_everywhere() {
 #[test]
 fn messages_do_not_reach_the_terminal_raw() {
     let place = Place::new();
-    let name = if cfg!(windows) { "a.toml" } else { "\u{1b}[31m\u{202e}a.toml" };
+    let name = "\u{1b}[31m\u{202e}a.toml";
     for text in ["\"\\u001b[2J\\u009b1m\" = 1", "schema = 1\nname = \"\\u001b]0;x\\u0007\"", "\u{1b}[2J"] {
         place.write(name, text);
         let told = ran(place.command("run").arg(name)).ends(2).tells("a.toml:");
@@ -261,69 +262,63 @@ fn absurd_numbers_in_tables_are_drawn_or_refused() {
     report(&place).ends(0);
 }
 
-#[cfg(unix)]
-mod links {
-    use super::*;
-    use std::os::unix::fs::symlink;
-
-    #[test]
-    fn nothing_is_written_through_a_link() {
-        let place = Place::with(&[("a.toml", &spec("word ")), ("outside/kept.txt", "kept")]);
-        let outside = place.path("outside");
-        let is_untouched = || place.list("outside").len() == 1 && place.read("outside/kept.txt") == "kept";
-        let (results, reports) = (place.folder(RESULTS), place.folder("reports/mine/hostile"));
-        for name in ["manifest.json", "scores.csv", "measures.csv", "frames.parquet", "experiment.toml"] {
-            symlink(outside.join("kept.txt"), results.join(name)).unwrap();
-        }
-        for name in ["index.html", "report.md"] {
-            symlink(outside.join("kept.txt"), reports.join(name)).unwrap();
-        }
-        for folder in [results.join("tables"), results.join("stills"), reports.join("figures")] {
-            symlink(&outside, folder).unwrap();
-        }
-        place.folder("d");
-        place.run("run a.toml --allow-missing --data-root d").ends(0);
-        assert!(is_untouched());
-        for name in ["manifest.json", "scores.csv", "tables", "stills"] {
-            assert!(!results.join(name).is_symlink(), "{name}");
-        }
-        assert!(!reports.join("index.html").is_symlink() && reports.join("figures/f.svg").is_file());
-
-        // Rendered alone, the results are somebody else's: their files are replaced, their folders not entered.
-        std::fs::remove_file(results.join("tables/t.csv")).unwrap();
-        symlink(outside.join("kept.txt"), results.join("tables/t.csv")).unwrap();
-        report(&place).ends(0);
-        assert!(is_untouched() && !results.join("tables/t.csv").is_symlink());
-        std::fs::remove_dir_all(results.join("tables")).unwrap();
-        symlink(&outside, results.join("tables")).unwrap();
-        report(&place).ends(1).tells("tables: a link");
-        assert!(is_untouched());
+#[test]
+fn nothing_is_written_through_a_link() {
+    let place = Place::with(&[("a.toml", &spec("word ")), ("outside/kept.txt", "kept")]);
+    let outside = place.path("outside");
+    let is_untouched = || place.list("outside").len() == 1 && place.read("outside/kept.txt") == "kept";
+    let (results, reports) = (place.folder(RESULTS), place.folder("reports/mine/hostile"));
+    for name in ["manifest.json", "scores.csv", "measures.csv", "frames.parquet", "experiment.toml"] {
+        symlink(outside.join("kept.txt"), results.join(name)).unwrap();
     }
-
-    #[test]
-    fn links_are_followed_for_reading_but_not_to_devices() {
-        let place = finished();
-        let results = place.path(RESULTS);
-        std::fs::rename(results.join("measures.csv"), place.path("elsewhere.csv")).unwrap();
-        symlink(place.path("elsewhere.csv"), results.join("measures.csv")).unwrap();
-        report(&place).ends(0);
-        for name in ["measures.csv", "manifest.json"] {
-            place.remove(&format!("{RESULTS}/{name}"));
-            symlink("/dev/zero", results.join(name)).unwrap();
-            report(&place).ends(1).tells(name).tells("not a file");
-        }
+    for name in ["index.html", "report.md"] {
+        symlink(outside.join("kept.txt"), reports.join(name)).unwrap();
     }
-
-    #[test]
-    fn linked_sequences_are_read() {
-        let place = Place::new();
-        place.render("synthetic-otb", "Girl");
-        symlink(place.path("suite/Girl"), place.path("linked")).unwrap();
-        let detect = |frames: &str| {
-            let boxes = "--boxes suite/Girl/groundtruth_rect.txt --method RAW";
-            place.run(&format!("detect --frames {frames} {boxes}")).ends(0).out
-        };
-        let direct = detect("suite/Girl");
-        assert!(!direct.is_empty() && direct == detect("linked"));
+    for folder in [results.join("tables"), results.join("stills"), reports.join("figures")] {
+        symlink(&outside, folder).unwrap();
     }
+    place.folder("d");
+    place.run("run a.toml --allow-missing --data-root d").ends(0);
+    assert!(is_untouched());
+    for name in ["manifest.json", "scores.csv", "tables", "stills"] {
+        assert!(!results.join(name).is_symlink(), "{name}");
+    }
+    assert!(!reports.join("index.html").is_symlink() && reports.join("figures/f.svg").is_file());
+
+    // Rendered alone, the results are somebody else's: their files are replaced, their folders not entered.
+    std::fs::remove_file(results.join("tables/t.csv")).unwrap();
+    symlink(outside.join("kept.txt"), results.join("tables/t.csv")).unwrap();
+    report(&place).ends(0);
+    assert!(is_untouched() && !results.join("tables/t.csv").is_symlink());
+    std::fs::remove_dir_all(results.join("tables")).unwrap();
+    symlink(&outside, results.join("tables")).unwrap();
+    report(&place).ends(1).tells("tables: a link");
+    assert!(is_untouched());
+}
+
+#[test]
+fn links_are_followed_for_reading_but_not_to_devices() {
+    let place = finished();
+    let results = place.path(RESULTS);
+    std::fs::rename(results.join("measures.csv"), place.path("elsewhere.csv")).unwrap();
+    symlink(place.path("elsewhere.csv"), results.join("measures.csv")).unwrap();
+    report(&place).ends(0);
+    for name in ["measures.csv", "manifest.json"] {
+        place.remove(&format!("{RESULTS}/{name}"));
+        symlink("/dev/zero", results.join(name)).unwrap();
+        report(&place).ends(1).tells(name).tells("not a file");
+    }
+}
+
+#[test]
+fn linked_sequences_are_read() {
+    let place = Place::new();
+    place.render("synthetic-otb", "Girl");
+    symlink(place.path("suite/Girl"), place.path("linked")).unwrap();
+    let detect = |frames: &str| {
+        let boxes = "--boxes suite/Girl/groundtruth_rect.txt --method RAW";
+        place.run(&format!("detect --frames {frames} {boxes}")).ends(0).out
+    };
+    let direct = detect("suite/Girl");
+    assert!(!direct.is_empty() && direct == detect("linked"));
 }

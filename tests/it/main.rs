@@ -1,4 +1,7 @@
 //! The program as a user meets it: commands, files, exit codes.
+//! Shells, links and signals of Unix are used throughout.
+
+#![cfg(unix)]
 
 mod archives;
 mod bad_data;
@@ -21,17 +24,13 @@ mod monitor;
 mod needs;
 #[cfg(target_os = "linux")]
 mod outputs;
-#[cfg(unix)]
 mod outside;
 mod packed;
 mod parquet;
-#[cfg(unix)]
 mod process;
-#[cfg(unix)]
 mod readings;
 mod restarts;
 mod sent;
-#[cfg(unix)]
 mod slurm;
 mod synthetic;
 mod tables;

@@ -133,12 +133,9 @@ fn one_monitor_at_a_time_has_a_state() {
         assert_eq!(place.bytes("track.state"), kept);
     };
     second(STATE);
-    #[cfg(unix)]
-    {
-        // Under another name it is the same state.
-        std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
-        second("--method Displacement --state link");
-    }
+    // Under another name it is the same state.
+    std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
+    second("--method Displacement --state link");
     // The first one goes on as if nothing had been, and another state is free.
     assert_eq!(live.ask(&all[1])["index"], 1);
     monitor(&place, "--state other.state", &lines(&all)).ends(0);
@@ -169,23 +166,18 @@ fn a_state_that_cannot_be_used_says_why() {
         (&kept, "--method Displacment", 2, "did you mean `Displacement`?"),
         (&kept, "--method ARTE", 2, "methods that can monitor: "),
         (&kept, "--state-every 3", 2, "--state <FILE>"),
-        #[cfg(unix)]
         (&kept, "--state /dev/null", 2, "no regular file"),
     ] {
         place.write("track.state", file);
         monitor(&place, line, &input).refuses(code, words);
         assert_eq!(place.bytes("track.state"), file, "{line}");
     }
-    #[cfg(unix)]
-    {
-        // A link is written through; what is not said is that of the state.
-        std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
-        monitor(&place, "--state link", &input).ends(0);
-        assert!(place.path("link").is_symlink() && place.bytes("track.state") != kept);
-    }
+    // A link is written through; what is not said is that of the state.
+    std::os::unix::fs::symlink(place.path("track.state"), place.path("link")).unwrap();
+    monitor(&place, "--state link", &input).ends(0);
+    assert!(place.path("link").is_symlink() && place.bytes("track.state") != kept);
 }
 
-#[cfg(unix)]
 #[test]
 fn a_stopped_stream_keeps_its_state() {
     let place = Place::new();

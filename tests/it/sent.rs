@@ -186,7 +186,6 @@ fn changed_results_are_not_packed() {
 }
 
 // A link that leads nowhere is something, too.
-#[cfg(unix)]
 #[test]
 fn nothing_is_replaced_by_sent_results() {
     let (place, _) = packed();

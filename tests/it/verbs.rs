@@ -127,7 +127,6 @@ fn a_dry_run_gives_the_summary_first_and_the_cells_when_asked() {
 }
 
 /// Cells of many sequences that fail for one cause are told in one line, by a whole run and by a share.
-#[cfg(unix)]
 #[test]
 fn cells_that_fail_for_the_same_cause_are_told_once() {
     let program = "[tracker.mine]\nversion = \"1\"\nprotocol = \"lines\"\ncommand = [\"sh\", \"-c\", \"echo Traceback >&2; echo no module named numpy >&2; exit 1\"]\n";

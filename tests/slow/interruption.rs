@@ -58,7 +58,6 @@ fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
     assert!(left.is_empty(), "temporary files are left: {left:?}");
 }
 
-#[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_is_done_and_exits_130() {
     let place = Place::new();

@@ -3,10 +3,8 @@
 // Each of the two programs of tests uses its part.
 #![allow(dead_code, unused_imports)]
 
-#[cfg(unix)]
 #[path = "page.rs"]
 pub mod page;
-#[cfg(unix)]
 #[path = "slurm.rs"]
 pub mod slurm;
 
