@@ -63,19 +63,15 @@ fn one_track_in_every_format_has_one_score() {
     let want = clip.scores();
     assert_eq!(want.len(), FRAMES);
     type Line = fn(usize, [f64; 4]) -> String;
+    // The center as YOLO has it.
+    let yolo: Line = |_, [x, y, w, h]| {
+        let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
+        format!("0 {} {} {} {}", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
+    };
     let cases: [(&str, Line, &str, &str); 4] = [
         ("xyxy.txt", |_, [x, y, w, h]| format!("{x} {y} {} {}", x + w, y + h), "--boxes-format xyxy", ""),
         ("zero.txt", |_, [x, y, w, h]| format!("{},{},{w},{h}", x - 1.0, y - 1.0), "--base 0", ""),
-        // The center as YOLO has it.
-        (
-            "yolo.txt",
-            |_, [x, y, w, h]| {
-                let (x, y) = (x - 1.0 + w / 2.0, y - 1.0 + h / 2.0);
-                format!("0 {} {} {} {}", x / 160.0, y / 120.0, w / 160.0, h / 120.0)
-            },
-            "",
-            "",
-        ),
+        ("yolo.txt", yolo, "", ""),
         ("from0.txt", |t, [x, y, w, h]| format!("{t},1,{x},{y},{w},{h},1,-1,-1,-1"), "", "counted from 0"),
     ];
     for (name, line, more, told) in cases {

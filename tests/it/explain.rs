@@ -3,6 +3,7 @@
 use crate::sent::place_with;
 use crate::tools::{Place, experiment};
 use serde_json::Value;
+use trackfail_testing::hostile::markup;
 
 const SPEC: &str = r#"tracker = [{ name = "ncc" }]
 table = [{ name = "t", rows = ["tp", "recall", "score_mean", "auroc"], columns = "method" }]
@@ -106,18 +107,14 @@ fn compact_results_say_that_they_have_no_frames() {
 #[test]
 fn numbers_are_explained_as_the_command_explains_them() {
     let place = crate::tools::page::page_of_a_run();
-    let html = place.read("reports/mine/page/index.html");
-    let marks =
-        [("&#x27;", "'"), ("&#x2f;", "/"), ("&quot;", "\""), ("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")];
-    let text =
-        |escaped: &str| marks.iter().fold(escaped.to_string(), |text, (from, to)| text.replace(from, to));
-    let links = html.split("<a class=\"origin\"").skip(1);
-    let titles = links.map(|rest| rest.split("title=\"").nth(1).unwrap().split('"').next().unwrap());
-    let titles: Vec<Vec<String>> = titles.map(|title| title.split("&#10;").map(text).collect()).collect();
+    let page = markup(&place.read("reports/mine/page/index.html"));
+    let links = page.split('\u{1}').filter(|element| element.starts_with("a\u{2}class=origin"));
+    let titles = links.map(|link| link.split("\u{2}title=").nth(1).unwrap().split('\u{3}').next().unwrap());
+    let titles: Vec<Vec<&str>> = titles.map(|title| title.split('\n').collect()).collect();
     // Three measures of two methods on two trackers, and of one more on the first.
     assert_eq!(titles.len(), 3 * 5);
     for title in titles {
-        let [number, formula, command] = &title[..] else { panic!("{title:?}") };
+        let [number, formula, command] = title[..] else { panic!("{title:?}") };
         let out = place.shell(command).out;
         assert!(out.lines().any(|line| line.trim() == formula), "{number}: {formula}\n{out}");
         let (method, tracker) = number.split_once(" is ").unwrap().0.split_once(" on ").unwrap();

@@ -79,7 +79,7 @@ fn broken_lines_are_answered_and_the_stream_goes_on() {
 #[test]
 fn one_frame_may_come_in_many_forms() {
     let (place, images, all) = rendered();
-    let mut forms = vec![String::new(); 4];
+    let mut forms: [String; 4] = Default::default();
     for (image, line) in images.iter().zip(&all).take(30) {
         let picture = image::open(image).unwrap().into_rgb8();
         let mut bgr = picture.clone().into_raw();
@@ -97,8 +97,7 @@ fn one_frame_may_come_in_many_forms() {
             *form += &format!("{line}\n");
         }
     }
-    let answers: Vec<String> =
-        forms.iter().map(|input| monitor(&place, "--method 'First colors'", input).out).collect();
+    let answers = forms.map(|input| monitor(&place, "--method 'First colors'", &input).out);
     assert_eq!(answers[0].lines().count(), 30);
     assert!(answers.iter().all(|other| *other == answers[0]));
 }

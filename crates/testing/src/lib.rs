@@ -41,9 +41,6 @@ pub fn real_data() -> PathBuf {
 /// Makes `path` a link to `place`, also while other tests do so.
 #[cfg(unix)]
 fn link(place: &Path, path: &Path) -> std::io::Result<()> {
-    if std::fs::read_link(path).is_ok_and(|known| known == place) {
-        return Ok(());
-    }
     let folder = path.parent().unwrap_or(path);
     std::fs::create_dir_all(folder)?;
     let aside =
