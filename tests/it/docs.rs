@@ -15,13 +15,11 @@ fn read(name: &str) -> String {
 
 /// The Markdown files of a reader, as paths from the checkout.
 fn documents() -> Vec<String> {
-    let pages = std::fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
-    let pages = pages.filter(|path| path.extension().is_some_and(|e| e == "md"));
-    let mut names: Vec<String> =
-        pages.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy())).collect();
-    names.sort();
+    let files = std::fs::read_dir(root().join("docs")).unwrap();
+    let names = files.map(|file| format!("docs/{}", file.unwrap().file_name().display()));
+    let pages: BTreeSet<String> = names.filter(|name| name.ends_with(".md")).collect();
     let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"];
-    others.map(String::from).into_iter().chain(names).collect()
+    others.map(String::from).into_iter().chain(pages).collect()
 }
 
 /// A fenced block, with the comment before it that says whether and how it is run.

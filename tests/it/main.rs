@@ -19,7 +19,6 @@ mod fetch;
 mod frame_measures;
 mod hostile;
 mod learning;
-mod live;
 mod monitor;
 mod needs;
 #[cfg(target_os = "linux")]

@@ -1,6 +1,6 @@
 //! `trackfail monitor`: JSON lines in, JSON lines out.
 
-use crate::live::{Live, answers, jumping, lines, monitor};
+use crate::tools::live::{Live, answers, jumping, lines, monitor};
 #[cfg(target_os = "linux")]
 use crate::tools::memory;
 use crate::tools::{Place, Ran, needs};

@@ -1,6 +1,6 @@
 //! Verbs that tell what there is and what would be done: schema, new, completions, list, dry runs.
 
-use crate::tools::{Place, experiment};
+use crate::tools::{Place, Ran, experiment};
 use serde_json::Value;
 use trackfail::plugin::Entry;
 
@@ -51,11 +51,7 @@ fn shells_complete_every_verb() {
     }
     let script = place.run("completions bash").out;
     let complete = "COMP_WORDS=(trackfail sl); COMP_CWORD=1; _trackfail trackfail sl trackfail; [ \"${COMPREPLY[*]}\" = slurm ]";
-    if let Ok(ran) =
-        std::process::Command::new("bash").args(["-c", &format!("{script}\n{complete}")]).output()
-    {
-        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    }
+    Ran::of(assert_cmd::Command::new("bash").args(["-c", &format!("{script}\n{complete}")])).ends(0);
 }
 
 #[test]

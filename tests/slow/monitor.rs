@@ -1,16 +1,15 @@
 //! A day of `trackfail monitor`: its memory does not grow.
 
-use crate::tools::memory;
-use std::io::{BufRead, BufReader, BufWriter, Write};
-use std::process::{Command, Stdio};
+use crate::tools::live::Live;
+use crate::tools::{Place, memory};
+use std::io::{BufRead, BufWriter, Write};
 use std::sync::mpsc::channel;
 
 /// KiB by which the program grows between `early` lines and `all` of them.
-fn growth(method: &[&str], early: usize, all: usize, line: fn(usize) -> String) -> u64 {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trackfail"));
-    command.arg("monitor").args(method).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut child = command.spawn().unwrap();
-    let mut input = BufWriter::new(child.stdin.take().unwrap());
+fn growth(method: &str, early: usize, all: usize, line: fn(usize) -> String) -> u64 {
+    let place = Place::new();
+    let mut live = Live::start(&place, method);
+    let (mut input, id) = (BufWriter::new(live.input.take().unwrap()), live.child.id());
     // The input stays open until the memory is measured.
     let (done, measured) = channel::<()>();
     let writer = std::thread::spawn(move || {
@@ -18,18 +17,18 @@ fn growth(method: &[&str], early: usize, all: usize, line: fn(usize) -> String) 
         input.flush().unwrap();
         measured.recv().unwrap_err();
     });
-    let mut answers = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut answers = (&mut live.answers).lines();
     let mut last = String::new();
     let mut read = |count: usize| {
         (0..count).for_each(|_| last = answers.next().unwrap().unwrap());
-        (memory(child.id(), "VmRSS:"), last.clone())
+        (memory(id, "VmRSS:"), last.clone())
     };
     let (before, _) = read(early);
     let (after, last) = read(all - early);
     assert!(last.starts_with(&format!("{{\"index\":{},\"probability\":", all - 1)), "{last}");
     drop(done);
     writer.join().unwrap();
-    assert!(child.wait().unwrap().success());
+    assert_eq!(live.end(), 0);
     after.saturating_sub(before)
 }
 
@@ -48,13 +47,12 @@ fn a_day_of_boxes_and_hours_of_frames_leave_nothing_behind() {
         let rest = format!("\"box\": [{}, 6, 9, 8], \"companions\": [[4, 5, 9, 8]]", 2 + t % 9);
         format!("{{\"frame\": {{\"raw\": {raw}}}, {rest}}}")
     };
-    let watchdog = ["--method", "Watchdog"];
     for (method, line, early, all, most) in [
-        (&[][..], boxes as fn(usize) -> String, 100_000, 24 * 3600 * 30, 1024),
-        (&[], frames, 5_000, 45_000, 256),
-        (&watchdog, frames, 20_000, 200_000, 512),
+        ("", boxes as fn(usize) -> String, 100_000, 24 * 3600 * 30, 1024),
+        ("", frames, 5_000, 45_000, 256),
+        ("--method Watchdog", frames, 20_000, 200_000, 512),
     ] {
         let grown = growth(method, early, all, line);
-        assert!(grown < most, "{method:?}: {grown} KiB");
+        assert!(grown < most, "{method}: {grown} KiB");
     }
 }

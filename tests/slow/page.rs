@@ -2,8 +2,8 @@
 //! by keyboard, on a desk and on a phone, light and dark.
 
 use crate::browser::{Browser, PICTURE_WIDTH, READOUT};
-use crate::tools::needs;
 use crate::tools::page::page_of_a_run;
+use crate::tools::{Place, needs};
 use serde_json::json;
 use trackfail::region::{Rect, Region};
 use trackfail::report::sequences::json::{Said, beside, embedded};
@@ -356,10 +356,9 @@ fn names_of_any_kind_are_text_and_break_nothing() {
         series: embedded(&all, usize::MAX).unwrap(),
         ..Page::default()
     };
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("a page with #, % and 'quotes'.html");
-    std::fs::write(&file, render(&page).unwrap()).unwrap();
-    let url = folder.path().join("a page with %23, %25 and 'quotes'.html");
+    let place = Place::new();
+    place.write("a page with #, % and 'quotes'.html", render(&page).unwrap());
+    let url = place.path("a page with %23, %25 and 'quotes'.html");
     for width in [390, 1400] {
         browser.screen(width, 900, false);
         browser.open(&url);
@@ -381,11 +380,9 @@ fn names_of_any_kind_are_text_and_break_nothing() {
 fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     let mut browser = Browser::start();
     let all = series(["Girl", "Bolt"]);
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["data", "figures"] {
-        std::fs::create_dir(folder.path().join(name)).unwrap();
-    }
-    let (series, files) = beside(&all, |name, text| std::fs::write(folder.path().join(name), text)).unwrap();
+    let place = Place::new();
+    ["data", "figures"].iter().for_each(|name| drop(place.folder(name)));
+    let (series, files) = beside(&all, |name, text| std::fs::write(place.path(name), text)).unwrap();
     assert_eq!(files, 2);
     let svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"60\" height=\"40\"><rect width=\"60\" height=\"40\"/></svg>";
     let file = "figures/a #1 50%.svg".to_string();
@@ -399,10 +396,10 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
         beside: true,
         ..Page::default()
     };
-    std::fs::write(folder.path().join(&file), svg).unwrap();
-    std::fs::write(folder.path().join("index.html"), render(&page).unwrap()).unwrap();
+    place.write(&file, svg);
+    place.write("index.html", render(&page).unwrap());
     browser.screen(1400, 900, true);
-    browser.open(&folder.path().join("index.html"));
+    browser.open(&place.path("index.html"));
     browser.becomes(&format!("{READOUT}.includes('hit')"));
     assert_eq!(browser.value("Object.keys(document.querySelectorAll('script[src]')).length"), 1);
     // So is a figure that is not in the page.
@@ -414,7 +411,7 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     browser.press("n");
     assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
     // Without its file a track cannot be shown, which the page says.
-    std::fs::remove_dir_all(folder.path().join("data")).unwrap();
-    browser.open(&folder.path().join("index.html"));
+    std::fs::remove_dir_all(place.path("data")).unwrap();
+    browser.open(&place.path("index.html"));
     browser.becomes(&format!("{READOUT}.includes('data/00-000.js is not beside this page')"));
 }

@@ -3,6 +3,8 @@
 // Each of the two programs of tests uses its part.
 #![allow(dead_code, unused_imports)]
 
+#[path = "live.rs"]
+pub mod live;
 #[path = "page.rs"]
 pub mod page;
 #[path = "slurm.rs"]

@@ -1,6 +1,6 @@
 //! A monitor at work, and lines for it.
 
-use crate::tools::{Place, Ran, words};
+use super::{Place, Ran, words};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 pub struct Live {
     pub child: Child,
     pub input: Option<ChildStdin>,
-    answers: BufReader<ChildStdout>,
+    pub answers: BufReader<ChildStdout>,
 }
 
 impl Live {
