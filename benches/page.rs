@@ -56,8 +56,7 @@ fn packed(tracks: &[(TrackSeries, Vec<Judged>)]) -> Sequences {
         size: Some((640, 480)),
         attributes: ["occlusion", "scale-change", "motion-blur"].map(String::from)[..s % 4].to_vec(),
         truth: (0..FRAMES).map(|t| Some(Region::Rect(Rect::new(t as f64, 99.0, 40.0, 30.0)))).collect(),
-        stills: Default::default(),
-        pictures: Default::default(),
+        ..Sequence::default()
     };
     let track = |(k, (track, said)): (usize, &(TrackSeries, Vec<Judged>))| {
         let pack = |(series, judged): &Judged| Said::new(track, series, judged, Some(0.95));
@@ -74,8 +73,7 @@ fn packed(tracks: &[(TrackSeries, Vec<Judged>)]) -> Sequences {
         methods: (0..METHODS).map(method).collect(),
         sequences: (0..SEQUENCES).map(sequence).collect(),
         tracks: tracks.iter().enumerate().map(track).collect(),
-        note: String::new(),
-        unannotated: false,
+        ..Sequences::default()
     }
 }
 

@@ -12,15 +12,9 @@ fuzz_target!(|data: &[u8]| {
     let (file, into) = (place.path().join("file"), place.path().join("into"));
     std::fs::write(&file, data).expect("a file");
     std::fs::create_dir(&into).expect("a folder");
-    let archive = Archive {
-        name: "fuzz".into(),
-        url: "https://example.org/fuzz".into(),
-        packing: Packing::Zip,
-        size: None,
-        sha256: None,
-        into: "otb".into(),
-        below: None,
-    };
+    let [name, url, into_root] = ["fuzz", "https://example.org/fuzz", "otb"].map(String::from);
+    let packing = Packing::Zip;
+    let archive = Archive { name, url, packing, size: None, sha256: None, into: into_root, below: None };
     let caps = Caps { total: 1 << 20, ratio: 10, slack: 1 << 16, entries: 64 };
     let _ = unpack(&file, &archive, &["otb/seq".into()], &caps, &into);
     let mut names: Vec<_> =

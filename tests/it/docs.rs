@@ -44,13 +44,11 @@ fn blocks(document: &str) -> Vec<Block> {
     let (mut found, mut before) = (Vec::new(), String::new());
     while let Some((number, line)) = lines.next() {
         if let Some(language) = line.strip_prefix("```") {
-            let body: Vec<&str> = lines.by_ref().map(|(_, l)| l).take_while(|l| *l != "```").collect();
-            found.push(Block {
-                place: format!("{document}:{}", number + 1),
-                language: language.into(),
-                text: body.join("\n") + "\n",
-                comment: before.starts_with("<!--").then(|| before.clone()),
-            });
+            let body = lines.by_ref().map(|(_, line)| line).take_while(|line| *line != "```");
+            let text = body.map(|line| format!("{line}\n")).collect();
+            let comment = before.starts_with("<!--").then(|| before.clone());
+            let place = format!("{document}:{}", number + 1);
+            found.push(Block { place, language: language.into(), text, comment });
         }
         before = line.into();
     }

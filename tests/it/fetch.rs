@@ -36,15 +36,8 @@ pub fn job_of(server: &Server) -> FetchJob {
 }
 
 pub fn job(url: &str, packing: Packing) -> FetchJob {
-    let archive = Archive {
-        name: "try".into(),
-        url: url.into(),
-        packing,
-        size: None,
-        sha256: None,
-        into: "otb".into(),
-        below: None,
-    };
+    let [name, url, into] = ["try", url, "otb"].map(String::from);
+    let archive = Archive { name, url, packing, size: None, sha256: None, into, below: None };
     FetchJob { archive, folders: vec!["otb/seq".into()], sequences: Vec::new(), again: Vec::new() }
 }
 

@@ -135,10 +135,9 @@ fn lines_of_the_user_neither_change_the_job_nor_set_what_the_script_sets() {
 #[test]
 fn what_sbatch_refuses_is_told() {
     let second = r#"case $* in *dependency*) echo full >&2; exit 1;; esac; echo 41"#;
-    let refusing = "echo 'no such partition' >&2; exit 1";
     for (sbatch, said, words) in [
         (None, "", ["not found", SCRIPT, "not all is submitted"]),
-        (Some(refusing), "", ["no such partition\n", "exit status: 1", ""]),
+        (Some("echo 'no such partition' >&2; exit 1"), "", ["no such partition\n", "exit status: 1", ""]),
         (Some(second), "shards: job 41\n", ["full\n", "not all is submitted", ""]),
     ] {
         let ran = slurm(Place::new().root(), sbatch, &["--submit"]).ends(1);
