@@ -185,7 +185,8 @@ proptest! {
     #[test]
     fn damaged_bytes_never_crash(at in any::<prop::sample::Index>(), value in any::<u8>()) {
         let mut bytes = zip(&[zipped("seq/a", b"some bytes"), zipped("seq/b", b"")]);
-        bytes[at.index(bytes.len())] = value;
+        let place = at.index(bytes.len());
+        bytes[place] = value;
         let outer = tempfile::tempdir().unwrap();
         match fetched(outer.path(), bytes, Caps::default()) {
             Err(_) => untouched(outer.path()),
