@@ -13,7 +13,7 @@ use crate::report::standings::CHANCE;
 use crate::results::grouped;
 use crate::table::leaderboard::better_first;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use trackfail_core::direction::Direction::HigherIsBetter;
 use trackfail_judge::method::names;
 use trackfail_methods::score::frames::bootstrap::MIN_SEQUENCES;
@@ -43,14 +43,6 @@ struct Experiment<'s> {
     ranks: Vec<String>,
 }
 
-/// Best method of an experiment among those with certain needs, or several equal ones.
-#[derive(Serialize)]
-struct Best<'s> {
-    standings: Vec<&'s Standing>,
-    /// True if the interval of the method is above chance.
-    is_better: bool,
-}
-
 /// A method with its standing in each experiment.
 #[derive(Serialize)]
 struct Row<'s> {
@@ -70,15 +62,15 @@ fn is_large(summary: &Summary) -> bool {
     summary.present >= MIN_SEQUENCES as u64
 }
 
-/// Methods with these needs that have the largest AUROC, as printed.
-fn best<'s>(experiment: &Experiment<'s>, needs: Option<&str>) -> Option<Best<'s>> {
+/// Methods with these needs that have the largest AUROC, as printed, and true if their intervals are above
+/// chance.
+fn best(experiment: &Experiment<'_>, needs: Option<&str>) -> Option<Value> {
     let fits = |s: &&&Standing| !s.anchor && auroc(s).is_some() && needs.is_none_or(|n| s.needs == n);
     let first = experiment.standings.iter().find(fits)?;
     let ties = experiment.standings.iter().filter(fits).filter(|s| auroc(s) == auroc(first));
     let is_above = |s: &&Standing| s.auroc.low.parse::<f64>().is_ok_and(|low| low > CHANCE);
     let standings: Vec<&Standing> = ties.copied().collect();
-    let is_better = standings.iter().all(is_above);
-    Some(Best { standings, is_better })
+    Some(json!({ "standings": standings, "is_better": standings.iter().all(is_above) }))
 }
 
 /// All experiments with standings, the ranking one first: among those on real video with enough sequences,
