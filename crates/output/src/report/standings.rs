@@ -19,8 +19,7 @@ pub use fields::{frames_metric, of_frames};
 pub use frames::{CHANCE, breakdown, differences, of_every_tracker, pair_of};
 pub use tables::ranked;
 
-use super::figures::Captioned;
-use super::pairs;
+use super::{figures::Captioned, pairs, sentences::say};
 use crate::figure::Dot;
 use crate::results::Results;
 use crate::sampling::{BySequence, MIN_SEQUENCES, SAMPLES, Sampling, Units, in_common, sum_of};
@@ -294,9 +293,7 @@ pub fn uncertainty(results: &Results, units: &Units) -> Uncertainty {
     }
     let present = results.manifest.suite.present.len();
     if present < MIN_SEQUENCES {
-        let note = format!(
-            "No intervals, tests and ranks: they need {MIN_SEQUENCES} sequences of the suite, and {present} are here."
-        );
+        let note = say("few sequences", json!({ "needed": MIN_SEQUENCES, "present": present }));
         return Uncertainty { note: Some(note), ..Uncertainty::default() };
     }
     let of_methods = (!experiment.methods.is_empty()).then(|| of_methods(results, units));

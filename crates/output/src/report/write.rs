@@ -260,9 +260,7 @@ pub(super) fn small_enough(
         let keep = |name: &str, text: &str| store::write_derived(&folder.join(name), text.as_bytes());
         let (index, files) = json::beside(sequences, keep)?;
         page.series = index;
-        page.sequences.note.push_str(&format!(
-            " The series of the strips and the viewer are in {files} files in the folder data beside this page."
-        ));
+        page.sequences.note.push_str(&say("series", serde_json::json!({ "files": files })));
     }
     page.figures_beside = page.series.len() + drawn > most;
     let mut html = render(page)?;

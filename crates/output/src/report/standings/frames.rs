@@ -5,12 +5,14 @@
 //! [`crate::results::frame_pairs`] for the statistics.
 
 use super::{Estimate, Standing, Standings};
+use crate::report::sentences::say;
 use crate::results::Results;
 use crate::results::frame_measures::EVERY_TRACKER;
 use crate::results::frame_pairs::Pair;
 use crate::table::build::{group, number, of_suite, suite, table};
 use crate::table::layout::{Cell, Label, TableLayout, is_anchor};
 use crate::table::number::Style;
+use serde_json::json;
 use trackfail_methods::score::FrameMeasures;
 
 /// Area under the ROC curve of a score without information.
@@ -66,15 +68,14 @@ pub fn differences(of: &Standings, results: &Results, pairs: &[Pair]) -> TableLa
         Some((name.clone(), cells))
     };
     let rows = ranked.iter().enumerate().filter_map(row);
-    let caption = "AUROC and share of losses found at 5 false alarms per 1000 good frames, all trackers together, and differences \
-                   from the best method run on the same tracks.";
     let mut columns = ["reads", "AUROC", "found at 5", "compared with"].map(Label::from).to_vec();
     for difference in ["AUROC difference", "found difference"] {
         let bound = |end: &str| Label::shown_as(format!("{difference}, {end}"), format!("95 % {end}"));
         columns.extend([difference.into(), bound("from"), bound("to")]);
     }
     let groups = vec![group("", String::new(), rows)];
-    of_suite(table("differences", caption.into(), "method", columns, groups), results, &suite(results))
+    let caption = say("differences", json!({}));
+    of_suite(table("differences", caption, "method", columns, groups), results, &suite(results))
 }
 
 /// Table `breakdown`; `None` for results with tracks of only one family and one source.
@@ -93,12 +94,10 @@ pub fn breakdown(results: &Results) -> Option<TableLayout> {
     let shown = methods.filter(|m| m.variants.len() == 1 && !is_anchor(&results.experiment, &m.name));
     let rows = shown.map(|m| (&m.name, rows_of(&m.name))).filter(|(_, rows)| rows.len() > 1);
     let groups: Vec<_> = rows.map(|(name, rows)| group(name, name.clone(), rows)).collect();
-    let caption = "Measures by family of trackers and source of videos, with 95 % intervals; found at 5, at 2: losses found at \
-                   so many false alarms per 1000 good frames; within 15: AUROC of a loss within the next 15 frames.";
+    let caption = say("breakdown", json!({}));
     let columns = MEASURES.map(|(name, _)| name);
-    (!groups.is_empty()).then(|| {
-        of_suite(table("breakdown", caption.into(), "tracks", columns, groups), results, &suite(results))
-    })
+    (!groups.is_empty())
+        .then(|| of_suite(table("breakdown", caption, "tracks", columns, groups), results, &suite(results)))
 }
 
 /// Description of a pool of trackers; `None` for a single tracker.
