@@ -206,12 +206,10 @@ pub fn frames(explained: &Explained, traces: &[Trace], (from, to): (i64, i64), d
                     EventOutcome::Hit => String::new(),
                     outcome => format!(" ({})", outcome.words()),
                 };
-                let event = m.event.filter(|e| *e == t).map(|_| ("event", trace.event_word(t)));
-                let detection =
-                    m.detection.filter(|d| *d == t).map(|_| ("detection", trace.detection_word(t)));
-                marks.extend(
-                    event.into_iter().chain(detection).map(|(what, word)| format!("{what}: {word}{end}")),
-                );
+                let event = (m.event == Some(t)).then(|| format!("event: {}{end}", trace.event_word(t)));
+                marks.extend(event);
+                let word = trace.detection_word(t);
+                marks.extend((m.detection == Some(t)).then(|| format!("detection: {word}{end}")));
             }
             let rect = of_track.rects[t];
             let mut row = track(trace).to_vec();

@@ -38,7 +38,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
         for row in &params.panels {
             let mut titled = |kind: &spec::Panel| {
                 let title = format!("({})", letters.next().unwrap_or('z'));
-                Panel { title, ..panel(results, tracker, track, kind) }
+                Panel { title, ..panel(results, track, kind) }
             };
             figure.rows.push(row.iter().map(&mut titled).collect());
         }
@@ -47,7 +47,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
         for (k, kind) in params.panels.iter().flatten().enumerate() {
             let titled = |track: &TrackSeries| {
                 let title = if k == 0 { track.sequence.clone() } else { String::new() };
-                Panel { title, ..panel(results, tracker, track, kind) }
+                Panel { title, ..panel(results, track, kind) }
             };
             figure.rows.push(shown.iter().map(titled).collect());
         }

@@ -102,13 +102,6 @@ pub struct Estimate {
     pub high: String,
 }
 
-impl Estimate {
-    fn printed(style: Style, of: standings::Estimate) -> Self {
-        let [value, low, high] = of.cells(|v| style.format(v)).map(|cell| cell.ours.unwrap_or_default());
-        Self { value, low, high }
-    }
-}
-
 /// Summary of a report with this page.
 pub fn summary(results: &Results, units: &Units, page: &Page) -> Summary {
     let manifest = &results.manifest;
@@ -148,7 +141,11 @@ fn standings(results: &Results, units: &Units) -> Vec<Standing> {
         let frames = of_every_tracker(results, name)?;
         let trackers = results.measures.iter().filter(|m| m.method == *name && m.done > 0);
         let trackers = trackers.filter(|m| results.is_own(&m.tracker)).count();
-        let of = |style, measure| Estimate::printed(style, standings::Estimate::of_frames(frames, measure));
+        let printed = |style: Style, of: standings::Estimate| {
+            let [value, low, high] = of.cells(|v| style.format(v)).map(|cell| cell.ours.unwrap_or_default());
+            Estimate { value, low, high }
+        };
+        let of = |style, measure| printed(style, standings::Estimate::of_frames(frames, measure));
         let (needs, real) = (variant.needs(), Style::DEFAULT);
         (trackers > 0 && is_shown).then(|| Standing {
             method: shown.to_string(),
@@ -158,7 +155,7 @@ fn standings(results: &Results, units: &Units) -> Vec<Standing> {
             auroc: of(real, "auroc"),
             auprc: of(real, "auprc"),
             false_alarms: of(Style { decimals: 1, ..real }, "false_alarms_at_half"),
-            f_over_chance: Estimate::printed(real, f_over_chance(results, units, name)),
+            f_over_chance: printed(real, f_over_chance(results, units, name)),
             cost: cost(results, name),
         })
     };

@@ -16,9 +16,9 @@ pub const LOSS: Style = Style { color: Color::BLACK, dash: Dash::DOTTED, width: 
 pub const RECOVERY: Style = Style { color: Color::GRAY, dash: Dash::DASH_DOT, width: 1.0 };
 
 /// Panel of one kind over the frames of a track.
-pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec::Panel) -> Panel {
+pub fn panel(results: &Results, track: &TrackSeries, kind: &spec::Panel) -> Panel {
     let first = track.numbers.first().and_then(|first| u32::try_from(*first).ok()).unwrap_or(1);
-    let over = Over { results, tracker, track, first };
+    let over = Over { results, track, first };
     match kind {
         spec::Panel::Error => over.error(),
         spec::Panel::Signal(method) => over.signal(method, false),
@@ -32,7 +32,6 @@ pub fn panel(results: &Results, tracker: &str, track: &TrackSeries, kind: &spec:
 /// A track with its results.
 struct Over<'r> {
     results: &'r Results,
-    tracker: &'r str,
     track: &'r TrackSeries,
     /// Number of the first frame, as the sequence counts it.
     first: u32,
@@ -158,7 +157,7 @@ impl Over<'_> {
             lines.push(self.line(m.compared(), style));
             panel.legend.push(Entry::new(Symbol::Line(style, None), method.as_str()));
             let record = self.results.manifest.method(method);
-            levels.extend(record.and_then(|r| r.thresholds.get(self.tracker)).copied());
+            levels.extend(record.and_then(|r| r.thresholds.get(&self.track.tracker)).copied());
             let score = self.judged(method);
             if methods.len() == 1 {
                 let ends = |t: usize| m.changes.get(t).is_some_and(|c| *c < 0);
