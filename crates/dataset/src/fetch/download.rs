@@ -8,7 +8,7 @@
 //! expected. Redirects are followed to http and https, from an https address to https alone.
 
 use super::FetchError;
-use super::part::{Note, Part};
+use super::part::Part;
 use crate::archive::Archive;
 use crate::digest::file_digest;
 use std::io::{self, ErrorKind, Read, Write};
@@ -159,10 +159,10 @@ impl Request<'_> {
     /// Requests the bytes that are missing, and receives them; `None` once the file is whole.
     fn attempt(&self, part: &mut Part) -> Result<Option<Cut>, FetchError> {
         let mut have = part.len()?;
-        if have > 0 && part.note.total.or(self.archive.size) == Some(have) {
+        if have > 0 && part.total.or(self.archive.size) == Some(have) {
             return Ok(None);
         }
-        let is_known = part.note.mark.is_some() || self.archive.sha256.is_some();
+        let is_known = part.mark.is_some() || self.archive.sha256.is_some();
         if have > 0 && (!is_known || self.archive.size.is_some_and(|size| have > size)) {
             part.reset()?;
             have = 0;
@@ -170,7 +170,7 @@ impl Request<'_> {
         let mut request = self.agent.get(self.url);
         if have > 0 {
             request = request.header(header::RANGE, format!("bytes={have}-"));
-            if let Some(mark) = &part.note.mark {
+            if let Some(mark) = &part.mark {
                 request = request.header(header::IF_RANGE, mark.as_str());
             }
         }
@@ -198,7 +198,7 @@ impl Request<'_> {
                 part.begin(etag.or_else(|| text(&headers, header::LAST_MODIFIED)), total)?;
                 self.receive(part, &mut response, 0)
             }
-            206 if have > 0 && goes_on(&part.note, have, &headers) => self.receive(part, &mut response, have),
+            206 if have > 0 && goes_on(part, have, &headers) => self.receive(part, &mut response, have),
             206 | 416 if have > 0 => {
                 part.reset()?;
                 Ok(Some((CHANGED.into(), None)))
@@ -235,7 +235,7 @@ impl Request<'_> {
         response: &mut Response<Body>,
         mut have: u64,
     ) -> Result<Option<Cut>, FetchError> {
-        let total = part.note.total.or(self.archive.size);
+        let total = part.total.or(self.archive.size);
         let mut file = part.append()?;
         let mut body = response.body_mut().as_reader();
         let mut buffer = vec![0; 1 << 16];
@@ -288,13 +288,13 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<String> {
 }
 
 /// True if the answer continues the begun file exactly after the first `have` bytes.
-fn goes_on(note: &Note, have: u64, headers: &HeaderMap) -> bool {
+fn goes_on(part: &Part, have: u64, headers: &HeaderMap) -> bool {
     let range = text(headers, header::CONTENT_RANGE).unwrap_or_default();
     let rest = range.strip_prefix(&format!("bytes {have}-")).and_then(|rest| rest.split_once('/'));
     let Some((_, total)) = rest else { return false };
     let other_total =
-        note.total.zip(total.parse().ok()).is_some_and(|(known, total): (u64, u64)| known != total);
-    let mark = note.mark.as_ref().filter(|mark| mark.starts_with('"'));
+        part.total.zip(total.parse().ok()).is_some_and(|(known, total): (u64, u64)| known != total);
+    let mark = part.mark.as_ref().filter(|mark| mark.starts_with('"'));
     let other_mark = mark.zip(text(headers, header::ETAG)).is_some_and(|(mark, etag)| *mark != etag);
     !other_total && !other_mark
 }
@@ -322,12 +322,12 @@ mod tests {
     // RFC 9110, section 14.4.
     #[test]
     fn only_the_rest_of_the_same_file_goes_on() {
-        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(1234) };
+        let part = Part { mark: Some("\"1\"".into()), total: Some(1234), ..Part::default() };
         let goes_on = |range: &str, etag: &str| {
             let mut headers = HeaderMap::new();
             headers.insert(header::CONTENT_RANGE, range.parse().unwrap());
             headers.insert(header::ETAG, etag.parse().unwrap());
-            goes_on(&note, 42, &headers)
+            goes_on(&part, 42, &headers)
         };
         assert!(goes_on("bytes 42-1233/1234", "\"1\"") && goes_on("bytes 42-1233/*", "\"1\""));
         assert!(!goes_on("bytes 42-1233/1234", "\"2\""));

@@ -9,9 +9,13 @@ use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Facts about a download, kept beside its bytes.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Note {
+/// A download on disk, complete or not, and the facts that are kept beside its bytes.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Part {
+    #[serde(skip)]
+    pub path: PathBuf,
+    #[serde(skip)]
+    beside: PathBuf,
     /// Address that was requested, before redirects.
     pub url: String,
     /// Mark of this state of the file, given by the server: the ETag if it is a strong one, else
@@ -21,23 +25,15 @@ pub(super) struct Note {
     pub total: Option<u64>,
 }
 
-/// A download on disk, complete or not.
-#[derive(Debug)]
-pub(super) struct Part {
-    pub path: PathBuf,
-    beside: PathBuf,
-    pub note: Note,
-}
-
 impl Part {
     /// Opens a download. Bytes from another address, or with an unreadable note, are dropped.
     pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self, FetchError> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
-        let note: Option<Note> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        let note: Option<Self> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
         if let Some(note) = note.filter(|note| note.url == url) {
-            return Ok(Self { path, beside, note });
+            return Ok(Self { path, beside, ..note });
         }
-        let mut part = Self { path, beside, note: Note { url: url.into(), ..Note::default() } };
+        let mut part = Self { path, beside, url: url.into(), ..Self::default() };
         part.reset()?;
         Ok(part)
     }
@@ -59,19 +55,15 @@ impl Part {
                 _ => {}
             }
         }
-        (self.note.mark, self.note.total) = (None, None);
+        (self.mark, self.total) = (None, None);
         Ok(())
     }
 
     /// Starts the file again from its first byte. The note is on disk before the bytes that it describes.
     pub fn begin(&mut self, mark: Option<String>, total: Option<u64>) -> Result<(), FetchError> {
         self.reset()?;
-        (self.note.mark, self.note.total) = (mark, total);
-        self.write_note()
-    }
-
-    fn write_note(&self) -> Result<(), FetchError> {
-        let text: std::io::Result<Vec<u8>> = serde_json::to_vec(&self.note).map_err(Into::into);
+        (self.mark, self.total) = (mark, total);
+        let text: std::io::Result<Vec<u8>> = serde_json::to_vec(self).map_err(Into::into);
         text.and_then(|text| fs::write(&self.beside, text)).map_err(|e| FetchError::disk(&self.beside, e))
     }
 
@@ -90,14 +82,13 @@ mod tests {
     fn a_part_is_kept_for_its_address_and_with_a_whole_note() {
         let folder = tempfile::tempdir().unwrap();
         let [bytes, beside] = ["a.part", "a.json"].map(|name| folder.path().join(name));
-        let note = Note { url: "u".into(), mark: Some("\"1\"".into()), total: Some(9) };
-        let whole = serde_json::to_vec(&note).unwrap();
+        let whole = br#"{"url":"u","mark":"\"1\"","total":9}"#;
         let cuts = (0..whole.len()).map(|cut| ("u", cut, 0));
         for (url, end, length) in cuts.chain([("u", whole.len(), 3), ("v", whole.len(), 0)]) {
             fs::write(&bytes, b"abc").unwrap();
             fs::write(&beside, &whole[..end]).unwrap();
             let part = Part::open(folder.path(), "a", url).unwrap();
-            assert_eq!((part.len().unwrap(), part.note.mark.is_some()), (length, length > 0), "{url} {end}");
+            assert_eq!((part.len().unwrap(), part.mark.is_some()), (length, length > 0), "{url} {end}");
         }
     }
 }

@@ -83,7 +83,11 @@ impl Sprite {
         let mut levels = vec![];
         let (mut w, mut h) = (width, height);
         loop {
-            levels.push(Level::bordered(w, h, &pixels));
+            let mut rgba = vec![[0.0; 4]; (w + 2) * (h + 2)];
+            for j in 0..h {
+                rgba[(j + 1) * (w + 2) + 1..][..w].copy_from_slice(&pixels[j * w..][..w]);
+            }
+            levels.push(Level { width: w + 2, height: h + 2, rgba });
             if w < 8 || h < 8 {
                 return Self { levels };
             }
@@ -156,16 +160,6 @@ fn halved(w: usize, h: usize, pixels: &[[f32; 4]]) -> Vec<[f32; 4]> {
         }
     }
     out
-}
-
-impl Level {
-    fn bordered(w: usize, h: usize, pixels: &[[f32; 4]]) -> Self {
-        let mut rgba = vec![[0.0; 4]; (w + 2) * (h + 2)];
-        for j in 0..h {
-            rgba[(j + 1) * (w + 2) + 1..][..w].copy_from_slice(&pixels[j * w..][..w]);
-        }
-        Self { width: w + 2, height: h + 2, rgba }
-    }
 }
 
 /// Position between two pixels of a bordered row or column: the first pixel, and the distance from it.
