@@ -52,6 +52,9 @@ pub enum DatasetError {
     Unknown(String),
 }
 
+/// Result of what reads a dataset.
+pub(crate) type Result<T, E = DatasetError> = std::result::Result<T, E>;
+
 impl DatasetError {
     /// Error for a file that the system cannot read.
     pub fn io(path: &Path, source: std::io::Error) -> Self {

@@ -75,6 +75,9 @@ impl FetchError {
     }
 }
 
+/// Result of a download or of what comes after it.
+type Result<T, E = FetchError> = std::result::Result<T, E>;
+
 /// Settings of [`fetch`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FetchOptions {
@@ -129,7 +132,7 @@ pub fn fetch(
     job: &FetchJob,
     options: &FetchOptions,
     watch: &dyn FetchWatch,
-) -> Result<Fetched, FetchError> {
+) -> Result<Fetched> {
     let archive = &job.archive;
     let downloads = space.downloads();
     let got = download::download(&downloads, archive, options.mirror.as_deref(), &options.patience, watch)?;

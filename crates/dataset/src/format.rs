@@ -1,4 +1,4 @@
-//! Formats of datasets on disk: one file each, and one list of them.
+//! Formats of datasets on disk: a file each, with that of boxes alone in [`otb`], and one list of them.
 //!
 //! A new format is a file here, its `mod` line, and its line in [`FORMATS`]; suites, `trackfail data add`, help
 //! texts and the fuzz target of ground truth take it from the list.
@@ -7,7 +7,6 @@ pub mod cvml;
 pub mod got10k;
 pub mod lasot;
 pub mod otb;
-pub mod otb_boxes;
 mod shared;
 pub mod vot;
 
@@ -25,7 +24,7 @@ const GROUND_TRUTH: &str = "groundtruth.txt";
 type Truth = Vec<Option<Region>>;
 
 /// Lists the targets of a folder.
-type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
+pub type FindTargets = fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>;
 
 /// A format of sequences on disk, with the functions that recognize and read its folders.
 #[derive(Debug)]
@@ -111,7 +110,7 @@ impl PartialEq for FormatEntry {
 
 /// All formats.
 pub static FORMATS: &[FormatEntry] =
-    &[otb::FORMAT, otb_boxes::FORMAT, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
+    &[otb::FORMAT, otb::BOXES, vot::FORMAT, got10k::FORMAT, lasot::FORMAT, cvml::FORMAT];
 
 /// Returns the format called `word`.
 pub fn find(word: &str) -> Option<&'static FormatEntry> {

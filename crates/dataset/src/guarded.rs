@@ -31,7 +31,7 @@ mod guard {
 pub use guard::serve_if_asked;
 
 use std::collections::VecDeque;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -75,11 +75,7 @@ impl Guarded {
     ///
     /// # Errors
     /// When the program cannot be started. Some systems report that only in [`Self::try_wait`].
-    pub fn start(
-        command: Command,
-        [stdin, stdout]: [Stdio; 2],
-        folder: Option<&Path>,
-    ) -> std::io::Result<Self> {
+    pub fn start(command: Command, [stdin, stdout]: [Stdio; 2], folder: Option<&Path>) -> io::Result<Self> {
         // It is deleted by a process that works in another folder.
         let folder = folder.map(std::path::absolute).transpose()?;
         let folder = folder.as_deref();
@@ -114,17 +110,17 @@ impl Guarded {
     ///
     /// # Errors
     /// When the program could not be started.
-    pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
+    pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
         let status = self.process.try_wait()?;
         let error = status.and_then(|_| self.start_error());
         error.map_or(Ok(status), Err)
     }
 
     /// Error of the system, if the guard could not start the program.
-    fn start_error(&self) -> Option<std::io::Error> {
+    fn start_error(&self) -> Option<io::Error> {
         let text = self.is_guard.then(|| self.stderr())?;
         let number = text.strip_prefix(guard::CANNOT_START)?.trim_end().parse().ok()?;
-        Some(std::io::Error::from_raw_os_error(number))
+        Some(io::Error::from_raw_os_error(number))
     }
 
     /// Waits until the program ends or `check` fails, then ends everything that the program started. Returns
@@ -132,7 +128,7 @@ impl Guarded {
     ///
     /// # Errors
     /// When the program could not be started.
-    pub fn wait<E>(&mut self, check: impl Fn() -> Result<(), E>) -> std::io::Result<Result<ExitStatus, E>> {
+    pub fn wait<E>(&mut self, check: impl Fn() -> Result<(), E>) -> io::Result<Result<ExitStatus, E>> {
         let mut pause = Duration::from_millis(1);
         let outcome = loop {
             if let Some(status) = self.try_wait()? {
@@ -203,7 +199,7 @@ fn remember(mut stream: impl Read, kept: &Mutex<VecDeque<u8>>) {
     let mut buffer = [0; 8 << 10];
     loop {
         match stream.read(&mut buffer) {
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => return,
             Ok(n) => {
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);

@@ -23,6 +23,7 @@ pub mod video;
 
 pub use digest::{Digest, content_digest, file_digest};
 pub use error::DatasetError;
+pub(crate) use error::Result;
 
 pub use trackfail_core::sequence::{Numbering, SequenceInfo};
 

@@ -7,7 +7,7 @@
 //! Such files come from anywhere, so their size and the length of their lines are limited. A larger file is
 //! refused unread. Links are followed, since users may keep a dataset elsewhere and link to it.
 
-use super::DatasetError;
+use super::{DatasetError, Result};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -26,7 +26,7 @@ pub fn is_absent(path: &Path) -> bool {
 ///
 /// # Errors
 /// I/O errors and larger files, which are not read.
-pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
+pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let (file, length) = open(path)?;
     if length > limit { Err(too_large(path, limit)) } else { read_stream(path, file, limit) }
 }
@@ -35,7 +35,7 @@ pub fn read_at_most(path: &Path, limit: u64) -> Result<Vec<u8>, DatasetError> {
 ///
 /// # Errors
 /// I/O errors, and anything but a regular file: a pipe might block.
-pub(crate) fn open(path: &Path) -> Result<(File, u64), DatasetError> {
+pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
     let about = std::fs::metadata(path).map_err(|e| DatasetError::io(path, e))?;
     if !about.is_file() {
         return Err(DatasetError::content(path, "not a file"));
@@ -44,7 +44,7 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), DatasetError> {
 }
 
 /// Reads a stream of unknown length, up to `limit` bytes.
-fn read_stream(path: &Path, stream: impl Read, limit: u64) -> Result<Vec<u8>, DatasetError> {
+fn read_stream(path: &Path, stream: impl Read, limit: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| DatasetError::io(path, e))?;
     if bytes.len() as u64 > limit { Err(too_large(path, limit)) } else { Ok(bytes) }
@@ -58,7 +58,7 @@ fn too_large(path: &Path, limit: u64) -> DatasetError {
 ///
 /// # Errors
 /// I/O errors and larger files.
-pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
+pub fn read_capped(path: &Path) -> Result<Vec<u8>> {
     read_at_most(path, MAX_TEXT_BYTES)
 }
 
@@ -66,7 +66,7 @@ pub fn read_capped(path: &Path) -> Result<Vec<u8>, DatasetError> {
 ///
 /// # Errors
 /// I/O errors, folders, and larger texts.
-pub fn read_named(path: &Path) -> Result<Vec<u8>, DatasetError> {
+pub fn read_named(path: &Path) -> Result<Vec<u8>> {
     if path == Path::new("-") {
         return read_stream(path, std::io::stdin().lock(), MAX_TEXT_BYTES);
     }
@@ -77,7 +77,7 @@ pub fn read_named(path: &Path) -> Result<Vec<u8>, DatasetError> {
 ///
 /// # Errors
 /// I/O errors, files above [`MAX_TEXT_BYTES`], and bytes that are not UTF-8, with their line.
-pub fn read(path: &Path) -> Result<String, DatasetError> {
+pub fn read(path: &Path) -> Result<String> {
     Ok(decode(path, &read_capped(path)?)?.to_owned())
 }
 
@@ -90,7 +90,7 @@ pub fn without_mark(bytes: &[u8]) -> &[u8] {
 ///
 /// # Errors
 /// Bytes that are not UTF-8, with their line.
-pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str, DatasetError> {
+pub fn decode<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
     let bytes = without_mark(bytes);
     std::str::from_utf8(bytes).map_err(|e| {
         let line = line_of(bytes, e.valid_up_to());
@@ -107,11 +107,7 @@ pub fn line_of(text: &[u8], place: usize) -> usize {
 ///
 /// # Errors
 /// The errors of [`decode`], [`lines`] and `read_line`.
-pub fn rows<T>(
-    path: &Path,
-    bytes: &[u8],
-    read_line: impl Fn(&str) -> Result<T, String>,
-) -> Result<Vec<T>, DatasetError> {
+pub fn rows<T>(path: &Path, bytes: &[u8], read_line: impl Fn(&str) -> Result<T, String>) -> Result<Vec<T>> {
     let rows = lines(path, decode(path, bytes)?)?;
     rows.into_iter().map(|(n, row)| read_line(row).map_err(|m| DatasetError::line(path, n, m))).collect()
 }
@@ -120,7 +116,7 @@ pub fn rows<T>(
 ///
 /// # Errors
 /// A text without any line, an empty line among the others, and a line above [`MAX_LINE_BYTES`].
-pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
+pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>> {
     let lines = lines_or_empty(path, text.trim_end())?;
     if let Some(&(line, _)) = lines.iter().find(|(_, l)| l.is_empty()) {
         let message = "an empty line; lines are frames, so none may be empty";
@@ -134,7 +130,7 @@ pub fn lines<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, Da
 ///
 /// # Errors
 /// A text of blanks only, carriage returns as the only line ends, and a line above [`MAX_LINE_BYTES`].
-pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>, DatasetError> {
+pub fn lines_or_empty<'t>(path: &Path, text: &'t str) -> Result<Vec<(usize, &'t str)>> {
     if text.trim_end().is_empty() {
         return Err(DatasetError::content(path, "the file is empty; one line a frame was expected"));
     }

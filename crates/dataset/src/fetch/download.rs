@@ -7,8 +7,8 @@
 //! count as a failure. Every other status ends the download. Nothing is written beyond the size that is
 //! expected. Redirects are followed to http and https, from an https address to https alone.
 
-use super::FetchError;
 use super::part::Part;
+use super::{FetchError, Result};
 use crate::archive::Archive;
 use crate::digest::file_digest;
 use std::io::{self, ErrorKind, Read, Write};
@@ -65,7 +65,7 @@ pub(super) struct Download {
 }
 
 /// Parses a complete http or https address.
-pub(super) fn address(url: &str) -> Result<Uri, FetchError> {
+pub(super) fn address(url: &str) -> Result<Uri> {
     let uri: Option<Uri> = url.parse().ok();
     let is_complete = |uri: &Uri| {
         matches!(uri.scheme_str(), Some("http" | "https")) && uri.host().is_some_and(|host| !host.is_empty())
@@ -89,7 +89,7 @@ pub(super) fn download(
     mirror: Option<&str>,
     patience: &Patience,
     watch: &dyn FetchWatch,
-) -> Result<Download, FetchError> {
+) -> Result<Download> {
     let mut asked = address(&archive.url)?;
     if let Some(mirror) = mirror {
         asked = address(&format!("{}/{}", mirror.trim_end_matches('/'), file_name(&asked)))?;
@@ -116,7 +116,7 @@ pub(super) fn download(
 ///
 /// # Errors
 /// [`FetchError::Disk`].
-pub(super) fn discard(folder: &Path, archive: &Archive) -> Result<(), FetchError> {
+pub(super) fn discard(folder: &Path, archive: &Archive) -> Result<()> {
     Part::open(folder, &archive.name, "")?.reset()
 }
 
@@ -133,7 +133,7 @@ struct Request<'a> {
 type Cut = (String, Option<Duration>);
 
 impl Request<'_> {
-    fn until_whole(&self, part: &mut Part) -> Result<(), FetchError> {
+    fn until_whole(&self, part: &mut Part) -> Result<()> {
         let (mut failures, mut most) = (0_u32, part.len()?);
         loop {
             let Some((what, wait)) = self.attempt(part)? else { return Ok(()) };
@@ -157,7 +157,7 @@ impl Request<'_> {
     }
 
     /// Requests the bytes that are missing, and receives them; `None` once the file is whole.
-    fn attempt(&self, part: &mut Part) -> Result<Option<Cut>, FetchError> {
+    fn attempt(&self, part: &mut Part) -> Result<Option<Cut>> {
         let mut have = part.len()?;
         if have > 0 && part.total.or(self.archive.size) == Some(have) {
             return Ok(None);
@@ -217,7 +217,7 @@ impl Request<'_> {
     }
 
     /// Refuses an answer that has more bytes than expected, before any is written.
-    fn check_size(&self, bytes: u64, announced: Option<u64>) -> Result<(), FetchError> {
+    fn check_size(&self, bytes: u64, announced: Option<u64>) -> Result<()> {
         let (url, limit) = (self.url, self.patience.limit);
         match self.archive.size.or(announced) {
             Some(expected) if bytes > expected => Err(other_size(url, bytes, expected)),
@@ -229,12 +229,7 @@ impl Request<'_> {
     }
 
     /// Appends a body to the `have` bytes already on disk.
-    fn receive(
-        &self,
-        part: &Part,
-        response: &mut Response<Body>,
-        mut have: u64,
-    ) -> Result<Option<Cut>, FetchError> {
+    fn receive(&self, part: &Part, response: &mut Response<Body>, mut have: u64) -> Result<Option<Cut>> {
         let total = part.total.or(self.archive.size);
         let mut file = part.append()?;
         let mut body = response.body_mut().as_reader();

@@ -3,7 +3,7 @@
 //! A part belongs to one state of the file at one address; the note beside it has the address and the server's
 //! mark of that state (ETag, else Last-Modified), so that the rest of another state is never added to it.
 
-use super::FetchError;
+use super::{FetchError, Result};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;
@@ -27,7 +27,7 @@ pub(super) struct Part {
 
 impl Part {
     /// Opens a download. Bytes from another address, or with an unreadable note, are dropped.
-    pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self, FetchError> {
+    pub fn open(folder: &Path, name: &str, url: &str) -> Result<Self> {
         let (path, beside) = (folder.join(format!("{name}.part")), folder.join(format!("{name}.json")));
         let note: Option<Self> = fs::read(&beside).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
         if let Some(note) = note.filter(|note| note.url == url) {
@@ -39,7 +39,7 @@ impl Part {
     }
 
     /// Number of bytes on disk.
-    pub fn len(&self) -> Result<u64, FetchError> {
+    pub fn len(&self) -> Result<u64> {
         match fs::metadata(&self.path) {
             Ok(metadata) => Ok(metadata.len()),
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(0),
@@ -48,7 +48,7 @@ impl Part {
     }
 
     /// Drops the bytes and their note.
-    pub fn reset(&mut self) -> Result<(), FetchError> {
+    pub fn reset(&mut self) -> Result<()> {
         for path in [&self.path, &self.beside] {
             match fs::remove_file(path) {
                 Err(e) if e.kind() != ErrorKind::NotFound => return Err(FetchError::disk(path, e)),
@@ -60,7 +60,7 @@ impl Part {
     }
 
     /// Starts the file again from its first byte. The note is on disk before the bytes that it describes.
-    pub fn begin(&mut self, mark: Option<String>, total: Option<u64>) -> Result<(), FetchError> {
+    pub fn begin(&mut self, mark: Option<String>, total: Option<u64>) -> Result<()> {
         self.reset()?;
         (self.mark, self.total) = (mark, total);
         let text: std::io::Result<Vec<u8>> = serde_json::to_vec(self).map_err(Into::into);
@@ -68,7 +68,7 @@ impl Part {
     }
 
     /// Opens the file for appending.
-    pub fn append(&self) -> Result<File, FetchError> {
+    pub fn append(&self) -> Result<File> {
         let opened = OpenOptions::new().append(true).create(true).open(&self.path);
         opened.map_err(|e| FetchError::disk(&self.path, e))
     }

@@ -1,7 +1,7 @@
 //! The working folder `.trackfail` of a data root, and the moves of unpacked folders from there to their
 //! final place.
 
-use super::FetchError;
+use super::{FetchError, Result};
 use crate::leftover;
 use crate::lock::below;
 use rayon::prelude::*;
@@ -38,7 +38,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`FetchError::Busy`] while another process fetches; [`FetchError::Disk`] on I/O errors.
-    pub fn open(root: &Path) -> Result<Self, FetchError> {
+    pub fn open(root: &Path) -> Result<Self> {
         let folder = root.join(".trackfail");
         let downloads = folder.join("downloads");
         fs::create_dir_all(&downloads).map_err(|e| FetchError::disk(&downloads, e))?;
@@ -72,7 +72,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`FetchError::Disk`] if the record cannot be written.
-    pub fn remember(&self, suite: &str, text: &str) -> Result<(), FetchError> {
+    pub fn remember(&self, suite: &str, text: &str) -> Result<()> {
         let path = self.agreement(suite);
         fs::write(&path, text).map_err(|e| FetchError::disk(&path, e))
     }
@@ -82,7 +82,7 @@ impl Workspace {
     }
 
     /// Creates a folder in the file system of the data root. It is removed when the value is dropped.
-    pub(super) fn temporary(&self) -> Result<TempDir, FetchError> {
+    pub(super) fn temporary(&self) -> Result<TempDir> {
         let made = tempfile::Builder::new().prefix(UNPACK).tempdir_in(&self.folder);
         made.map_err(|e| FetchError::disk(&self.folder, e))
     }
@@ -117,7 +117,7 @@ pub(super) fn folders(
     folders: &[&String],
     again: &[String],
     marker: &str,
-) -> Result<Placed, FetchError> {
+) -> Result<Placed> {
     let mut placed = Placed::default();
     for name in folders.iter().copied() {
         let (source, target) = (below(from, name), below(root, name));
@@ -155,7 +155,7 @@ pub(super) fn folders(
 }
 
 /// True if a folder has a file that the other one lacks.
-fn has_more(folder: &Path, other: &Path) -> Result<bool, FetchError> {
+fn has_more(folder: &Path, other: &Path) -> Result<bool> {
     for entry in walkdir::WalkDir::new(folder) {
         let entry = entry.map_err(|e| FetchError::disk(folder, e.into()))?;
         let Ok(inside) = entry.path().strip_prefix(folder) else { continue };
@@ -184,7 +184,7 @@ fn free_name(folder: &Path) -> PathBuf {
 }
 
 /// Moves a single file to its final place.
-pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, FetchError> {
+pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed> {
     let (target, name) = (below(root, name), name.to_owned());
     if fs::symlink_metadata(&target).is_ok() {
         return Ok(Placed { kept: vec![name], ..Placed::default() });
@@ -195,7 +195,7 @@ pub(super) fn file(source: &Path, root: &Path, name: &str) -> Result<Placed, Fet
 }
 
 /// Flushes all files of a folder to disk, before its final name says that it is complete.
-fn settle(folder: &Path) -> Result<(), FetchError> {
+fn settle(folder: &Path) -> Result<()> {
     let listed: Result<Vec<_>, _> = walkdir::WalkDir::new(folder).into_iter().collect();
     let listed = listed.map_err(|e| FetchError::disk(folder, e.into()))?;
     listed.par_iter().try_for_each(|entry| {
@@ -208,7 +208,7 @@ fn settle(folder: &Path) -> Result<(), FetchError> {
     })
 }
 
-fn rename(source: &Path, target: &Path) -> Result<(), FetchError> {
+fn rename(source: &Path, target: &Path) -> Result<()> {
     let Some(parent) = target.parent() else { return Ok(()) };
     fs::create_dir_all(parent).map_err(|e| FetchError::disk(parent, e))?;
     fs::rename(source, target).map_err(|e| FetchError::disk(target, e))?;

@@ -4,7 +4,7 @@
 //! not, nothing is written. No member may write more than its announced size. A name that could lead out of
 //! the folder is refused. The modes, times and owners in the archive are ignored.
 
-use super::{FetchError, download};
+use super::{FetchError, Result, download};
 use crate::archive::Archive;
 use crate::lock::below;
 use crate::text;
@@ -56,13 +56,7 @@ pub fn is_page(download: &mut impl Read) -> bool {
 ///
 /// # Errors
 /// A member that is refused, wanted or not. The caller then deletes the folder.
-pub fn unpack(
-    file: &Path,
-    archive: &Archive,
-    folders: &[String],
-    caps: &Caps,
-    into: &Path,
-) -> Result<(), FetchError> {
+pub fn unpack(file: &Path, archive: &Archive, folders: &[String], caps: &Caps, into: &Path) -> Result<()> {
     let unreadable = |why: String| {
         FetchError::Data(format!("archive {}: {why}; nothing of it is kept, fetch it again", archive.name))
     };
@@ -160,7 +154,7 @@ fn refused(archive: &Archive, raw: &[u8], why: &str) -> FetchError {
 ///
 /// # Errors
 /// A malformed address, and a name with separators or other characters that a plain file name lacks.
-pub(super) fn single_file(archive: &Archive) -> Result<String, FetchError> {
+pub(super) fn single_file(archive: &Archive) -> Result<String> {
     let address = download::address(&archive.url)?;
     let name = download::file_name(&address);
     let path = if archive.into.is_empty() { name.to_string() } else { format!("{}/{name}", archive.into) };
@@ -207,12 +201,7 @@ fn path_of(raw: &[u8]) -> Result<String, String> {
 }
 
 /// Writes a member: a folder, or a file of exactly the announced size.
-fn write(
-    zip: &mut ZipArchive<impl Read + Seek>,
-    index: usize,
-    path: &Path,
-    archive: &Archive,
-) -> Result<(), FetchError> {
+fn write(zip: &mut ZipArchive<impl Read + Seek>, index: usize, path: &Path, archive: &Archive) -> Result<()> {
     let raw = zip.by_index_data(index).map(|entry| entry.name_raw().to_vec()).unwrap_or_default();
     let failed = |e: io::Error| match e.kind() {
         // Of names that this file system takes for the same, too.

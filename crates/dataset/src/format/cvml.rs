@@ -24,7 +24,7 @@ use super::shared::name_of;
 use crate::files::{entries, is_image};
 use crate::lock::Entry;
 use crate::video::{self, Video};
-use crate::{DatasetError, Frames, Numbering, Sequence, text};
+use crate::{DatasetError, Frames, Numbering, Result, Sequence, text};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackfail_core::region::Region;
@@ -55,7 +55,7 @@ const ANNOTATION: &str = "annotation (.xml)";
 /// # Errors
 /// No or several XML files or videos, a broken annotation, an object that the annotation lacks, a missing
 /// frame.
-pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence> {
     let folder = entry.path(root);
     let names = names(&folder)?;
     let xml = only(&folder, &names, ANNOTATION, is_xml)?;
@@ -96,7 +96,7 @@ const NOBODY: &str = "no object is annotated";
 ///
 /// # Errors
 /// Bytes that are not a CVML annotation, or one without an object.
-fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>> {
     let annotation = parse(path, text::decode(path, bytes)?)?;
     let longest = annotation.longest().and_then(|id| Some(annotation.regions(id, annotation.presence(id)?)));
     longest.ok_or_else(|| DatasetError::content(path, NOBODY))
@@ -108,7 +108,7 @@ fn is_video(folder: &Path, names: &[String]) -> bool {
 }
 
 /// Name of the part, annotation or frames, that a folder lacks. The two are downloaded apart.
-fn absent_part(folder: &Path) -> Result<Option<&'static str>, DatasetError> {
+fn absent_part(folder: &Path) -> Result<Option<&'static str>> {
     let names = names(folder)?;
     if !names.iter().any(|name| is_xml(name)) {
         return Ok(Some(ANNOTATION));
@@ -133,7 +133,7 @@ fn ending(name: &str, endings: &[&str]) -> bool {
 }
 
 /// The names of a folder's files, sorted; names that are not UTF-8 are left out.
-fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
+fn names(folder: &Path) -> Result<Vec<String>> {
     let name = |path: PathBuf| Some(path.file_name()?.to_str()?.to_owned());
     let mut names: Vec<String> = entries(folder)?.into_iter().filter_map(name).collect();
     names.sort();
@@ -141,12 +141,7 @@ fn names(folder: &Path) -> Result<Vec<String>, DatasetError> {
 }
 
 /// The only file of a folder that `fits` accepts; no or several such files are an error.
-fn only(
-    folder: &Path,
-    names: &[String],
-    what: &str,
-    fits: fn(&str) -> bool,
-) -> Result<PathBuf, DatasetError> {
+fn only(folder: &Path, names: &[String], what: &str, fits: fn(&str) -> bool) -> Result<PathBuf> {
     let mut fitting = names.iter().filter(|name| fits(name));
     let message = match (fitting.next(), fitting.next()) {
         (Some(one), None) => return Ok(folder.join(one)),

@@ -15,14 +15,20 @@
 //! official range has frames, it starts at frame 1 (Tiger1 is published both ways).
 //!
 //! Without an `img` folder the images beside the text files are taken.
+//!
+//! Boxes may also come alone, a file for each target without frames ([`BOXES`]). Such sequences serve methods that
+//! read boxes only; methods that read pixels are not run on them.
+//!
+//! ```text
+//! otb-annotations/otb100/Jogging-1.txt  x,y,w,h a line; line 1 is the first official frame
+//! ```
 
-use super::FormatEntry;
 use super::shared::{attribute, boxes, name_of, one_based};
+use super::{FormatEntry, Truth};
 use crate::files::entries;
 use crate::lock::Entry;
-use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
+use crate::{DatasetError, Frames, Numbering, Result, Sequence, sorted, text};
 use std::path::Path;
-use trackfail_core::region::Region;
 
 /// Start of the names of ground-truth files. A folder with several targets has a number before `.txt`.
 const TRUTH_PREFIX: &str = "groundtruth_rect";
@@ -45,6 +51,18 @@ pub const FORMAT: FormatEntry = FormatEntry {
     ..FormatEntry::BASE
 };
 
+/// OTB without frames in the list of formats.
+pub const BOXES: FormatEntry = FormatEntry {
+    word: "otb-boxes",
+    summary: "`Jogging-1.txt`: boxes of OTB for each target, no frames",
+    truth_file: "SEQUENCE.txt",
+    load: load_boxes,
+    parse_truth,
+    reads: |name| Path::new(name).extension().is_some_and(|e| e == "txt"),
+    find_targets: None,
+    ..FormatEntry::BASE
+};
+
 /// True if a file of a folder belongs to an entry's sequence. Text beside the ground truth is optional and
 /// gives attributes only.
 fn belongs(entry: &Entry, name: &str, image: Option<u32>) -> bool {
@@ -57,7 +75,7 @@ fn belongs(entry: &Entry, name: &str, image: Option<u32>) -> bool {
 
 /// Targets of a folder. Some folders have a plain file beside the numbered ones, and some have an empty
 /// numbered one.
-fn find_targets(folder: &Path) -> Result<Vec<Option<u32>>, DatasetError> {
+fn find_targets(folder: &Path) -> Result<Vec<Option<u32>>> {
     let mut numbers: Vec<u32> = Vec::new();
     for path in entries(folder)? {
         let name = path.file_name().and_then(|n| n.to_str());
@@ -81,18 +99,36 @@ fn truth_name(target: Option<u32>) -> String {
 ///
 /// # Errors
 /// A folder without images, a missing frame, a ground truth that is absent, broken or too short.
-pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
+pub fn load(root: &Path, entry: &Entry) -> Result<Sequence> {
     let folder = entry.path(root);
     let without_truth = load_frames(&folder, name_of(&folder, entry), entry.range)?;
     let path = folder.join(truth_name(entry.target));
-    let rows = parse_truth(&path, &text::read_capped(&path)?)?;
-    let first_image = without_truth.numbering.official.0;
-    let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
-    let official =
-        entry.official.unwrap_or((first_image, first_image.saturating_add(lines).saturating_sub(1)));
+    let (rows, official) = read_rows(&path, entry, without_truth.numbering.official.0)?;
     let truth = cut(rows, &path, official, without_truth.range())?;
     let numbering = Numbering { official, ..without_truth.numbering };
     Ok(Sequence { numbering, truth, attributes: read_attributes(&folder)?, ..without_truth })
+}
+
+/// Loads the boxes of one file as a sequence without frames.
+///
+/// # Errors
+/// A file that is absent, broken or does not cover the range.
+fn load_boxes(root: &Path, entry: &Entry) -> Result<Sequence> {
+    let file = entry.path(root);
+    let (rows, official) = read_rows(&file, entry, 1)?;
+    let range = not_empty(&file, entry.range.unwrap_or(official))?;
+    let truth = cut(rows, &file, official, range)?;
+    let name = name_of(&file.with_extension(""), entry);
+    let numbering = Numbering { first: range.0, official };
+    Ok(Sequence { name, numbering, truth, ..Sequence::default() })
+}
+
+/// Regions of a ground-truth file, and the official range of frames: that of the entry, else one from `first` on.
+fn read_rows(path: &Path, entry: &Entry, first: u32) -> Result<(Truth, (u32, u32))> {
+    let rows = parse_truth(path, &text::read_capped(path)?)?;
+    let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
+    let official = (first, first.saturating_add(lines).saturating_sub(1));
+    Ok((rows, entry.official.unwrap_or(official)))
 }
 
 /// Frames of a folder as a sequence without annotation, whatever other files the folder has. The official
@@ -100,11 +136,7 @@ pub fn load(root: &Path, entry: &Entry) -> Result<Sequence, DatasetError> {
 ///
 /// # Errors
 /// A folder without images, or a missing frame.
-pub(crate) fn load_frames(
-    folder: &Path,
-    name: String,
-    range: Option<(u32, u32)>,
-) -> Result<Sequence, DatasetError> {
+pub(crate) fn load_frames(folder: &Path, name: String, range: Option<(u32, u32)>) -> Result<Sequence> {
     let images = FORMAT.images(folder)?;
     let ends = images.files.first_key_value().zip(images.files.last_key_value());
     let official = ends.map_or((1, 0), |((first, _), (last, _))| (*first, *last));
@@ -116,7 +148,7 @@ pub(crate) fn load_frames(
 }
 
 /// Checks that a range of frames is not empty.
-pub(super) fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32), DatasetError> {
+fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32)> {
     if range.0 > range.1 {
         return Err(DatasetError::content(place, format!("the range {} to {} is empty", range.0, range.1)));
     }
@@ -127,17 +159,12 @@ pub(super) fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32), D
 ///
 /// # Errors
 /// The first line that is neither a box nor a mark of a frame without annotation.
-pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Vec<Option<Region>>, DatasetError> {
+pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Truth> {
     boxes(path, bytes, one_based)
 }
 
 /// Entries for frames `first..=last`, out of a file that starts at the official first frame or at frame 1.
-pub(super) fn cut(
-    rows: Vec<Option<Region>>,
-    path: &Path,
-    official: (u32, u32),
-    (first, last): (u32, u32),
-) -> Result<Vec<Option<Region>>, DatasetError> {
+fn cut(rows: Truth, path: &Path, official: (u32, u32), (first, last): (u32, u32)) -> Result<Truth> {
     let count = rows.len() as u64;
     let span = (u64::from(official.1) + 1).saturating_sub(official.0.into());
     let from_one = count == u64::from(official.1) && count > span;
@@ -153,7 +180,7 @@ pub(super) fn cut(
 }
 
 /// Words of `attributes.txt`, sorted, without repetitions; empty if the file is absent.
-fn read_attributes(folder: &Path) -> Result<Vec<String>, DatasetError> {
+fn read_attributes(folder: &Path) -> Result<Vec<String>> {
     let path = folder.join("attributes.txt");
     if text::is_absent(&path) {
         return Ok(Vec::new());

@@ -6,9 +6,12 @@
 use super::GROUND_TRUTH;
 use crate::files::{NumberedImages, folder_name};
 use crate::lock::Entry;
-use crate::{DatasetError, Frames, Numbering, Sequence, sorted, text};
+use crate::{DatasetError, Frames, Numbering, Result, Sequence, sorted, text};
 use std::path::{Path, PathBuf};
 use trackfail_core::region::Region;
+
+/// Converts the row of a box; `None` if it marks a frame without target. The error is the reason why it is neither.
+type BoxOf = fn([f64; 4]) -> Result<Option<Region>, String>;
 
 /// Name of an entry's sequence; the name of the folder if the entry has none.
 pub(super) fn name_of(folder: &Path, entry: &Entry) -> String {
@@ -30,7 +33,7 @@ pub(super) fn attribute(word: &str) -> Result<String, String> {
 ///
 /// # Errors
 /// As [`labels`].
-pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>, DatasetError> {
+pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>> {
     Ok(labels(path, frames, 1)?.map(|labels| labels.into_iter().map(|label| label == 1).collect()))
 }
 
@@ -39,14 +42,14 @@ pub(super) fn flags(path: &Path, frames: usize) -> Result<Option<Vec<bool>>, Dat
 ///
 /// # Errors
 /// An unreadable file, a malformed entry, or a number of entries other than `frames`.
-pub(super) fn labels(path: &Path, frames: usize, largest: u8) -> Result<Option<Vec<u8>>, DatasetError> {
+pub(super) fn labels(path: &Path, frames: usize, largest: u8) -> Result<Option<Vec<u8>>> {
     if text::is_absent(path) {
         return Ok(None);
     }
     parse_labels(path, &text::read_capped(path)?, frames, largest).map(Some)
 }
 
-fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result<Vec<u8>, DatasetError> {
+fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result<Vec<u8>> {
     let mut found = Vec::with_capacity(frames.min(bytes.len()));
     for (k, line) in text::decode(path, bytes)?.lines().enumerate() {
         let words = line.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
@@ -69,13 +72,13 @@ fn parse_labels(path: &Path, bytes: &[u8], frames: usize, largest: u8) -> Result
 ///
 /// # Errors
 /// As [`boxes`].
-pub(super) fn read_rows(folder: &Path) -> Result<(PathBuf, Vec<[f64; 4]>), DatasetError> {
+pub(super) fn read_rows(folder: &Path) -> Result<(PathBuf, Vec<[f64; 4]>)> {
     let path = folder.join(GROUND_TRUTH);
     let rows = rows(&path, &text::read_capped(&path)?)?;
     Ok((path, rows))
 }
 
-fn rows(path: &Path, bytes: &[u8]) -> Result<Vec<[f64; 4]>, DatasetError> {
+fn rows(path: &Path, bytes: &[u8]) -> Result<Vec<[f64; 4]>> {
     text::rows(path, bytes, |row| {
         let values: Vec<f64> = text::numbers(row)?;
         <[f64; 4]>::try_from(values).map_err(|v| format!("{} numbers; a box is x,y,w,h", v.len()))
@@ -91,8 +94,8 @@ pub(super) fn regions(
     path: &Path,
     rows: Vec<[f64; 4]>,
     is_absent: impl Fn(usize) -> bool,
-    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
-) -> Result<Vec<Option<Region>>, DatasetError> {
+    box_of: BoxOf,
+) -> Result<Vec<Option<Region>>> {
     let region = |(t, row): (usize, [f64; 4])| {
         let none = is_absent(t) || row == [0.0; 4] || row.iter().all(|v| v.is_nan());
         // There are no empty lines between rows, so the line is the row's.
@@ -105,11 +108,7 @@ pub(super) fn regions(
 ///
 /// # Errors
 /// The first line that is not four numbers, or neither a box nor a mark of a frame without annotation.
-pub(super) fn boxes(
-    path: &Path,
-    bytes: &[u8],
-    box_of: fn([f64; 4]) -> Result<Option<Region>, String>,
-) -> Result<Vec<Option<Region>>, DatasetError> {
+pub(super) fn boxes(path: &Path, bytes: &[u8], box_of: BoxOf) -> Result<Vec<Option<Region>>> {
     regions(path, rows(path, bytes)?, |_| false, box_of)
 }
 
@@ -132,7 +131,7 @@ pub(super) fn sequence(
     truth: Vec<Option<Region>>,
     mut frame_attributes: Vec<(String, Vec<bool>)>,
     attributes: Vec<String>,
-) -> Result<Sequence, DatasetError> {
+) -> Result<Sequence> {
     let content = |message: String| DatasetError::content(&images.folder, message);
     let (found, lines) = (images.files.len(), truth.len());
     if found != lines {
@@ -158,7 +157,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn parse(text: &[u8], frames: usize) -> Result<Vec<u8>, DatasetError> {
+    fn parse(text: &[u8], frames: usize) -> Result<Vec<u8>> {
         parse_labels(Path::new("a.label"), text, frames, 8)
     }
 

@@ -1,7 +1,7 @@
 //! Builds a user suite from the sequences that `trackfail data add` finds below a folder.
 
 use super::user::{self, USER_LOCK, check_name, is_below};
-use crate::format::FormatEntry;
+use crate::format::{FindTargets, FormatEntry};
 use crate::lock::{Entry, PinnedSuite, below, pinned_suites};
 use crate::{DatasetError, text};
 use rayon::prelude::*;
@@ -116,11 +116,7 @@ fn facts(suite: &PinnedSuite, entry: &Entry, data_root: &Path) -> Result<Entry, 
 }
 
 /// Finds the sequences below a folder.
-fn find(
-    find_targets: impl Fn(&Path) -> Result<Vec<Option<u32>>, DatasetError>,
-    start: &Path,
-    data_root: &Path,
-) -> Result<Vec<Entry>, DatasetError> {
+fn find(find_targets: FindTargets, start: &Path, data_root: &Path) -> Result<Vec<Entry>, DatasetError> {
     let mut found: Vec<Entry> = Vec::new();
     let is_hidden = |name: &OsStr| name.as_encoded_bytes().starts_with(b".");
     let walk = WalkDir::new(start).follow_links(true).max_depth(MAX_DEPTH).sort_by_file_name().into_iter();

@@ -1,7 +1,7 @@
 //! Loads the sequence of an entry from a data root.
 
 use crate::lock::{Entry, PinnedSuite};
-use crate::{DatasetError, Sequence, sorted};
+use crate::{DatasetError, Result, Sequence, sorted};
 use std::path::{Path, PathBuf};
 
 /// Reason why all sequences on disk are missing without a data root, with what to do.
@@ -67,8 +67,8 @@ impl PinnedSuite {
         &self,
         entry: &Entry,
         data_roots: &[PathBuf],
-        look: impl Fn(&Path) -> Result<T, DatasetError>,
-    ) -> Result<T, DatasetError> {
+        look: impl Fn(&Path) -> Result<T>,
+    ) -> Result<T> {
         let mut fault = None;
         for root in data_roots.iter().filter(|root| entry.path(root).exists()) {
             match look(root) {
@@ -86,7 +86,7 @@ impl PinnedSuite {
     }
 
     /// Loads the sequence of an entry from a root. It must have the pinned frames.
-    pub(super) fn load(&self, entry: &Entry, root: &Path) -> Result<Sequence, DatasetError> {
+    pub(super) fn load(&self, entry: &Entry, root: &Path) -> Result<Sequence> {
         let (folder, format) = (entry.path(root), self.format(entry));
         if let Some(part) = (format.absent_part)(&folder)? {
             return Err(self.missing(entry, &format!("no {part} in {}; ", entry.folder)));
@@ -118,11 +118,7 @@ impl PinnedSuite {
 
     /// The entry with the facts of its copy (ranges, number of frames, size, digest), and the sequence. The
     /// copy is that in the first root that has it completely.
-    pub(super) fn facts(
-        &self,
-        entry: &Entry,
-        data_roots: &[PathBuf],
-    ) -> Result<(Entry, Sequence), DatasetError> {
+    pub(super) fn facts(&self, entry: &Entry, data_roots: &[PathBuf]) -> Result<(Entry, Sequence)> {
         let sequence = self.in_first_root(entry, data_roots, |root| self.load(entry, root))?;
         let facts = Entry {
             range: Some(sequence.range()),
@@ -136,7 +132,7 @@ impl PinnedSuite {
     }
 
     /// First and last absent frame of an entry, if all frames from there to its end are absent; else `None`.
-    fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>, DatasetError> {
+    fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>> {
         let (Some((first, last)), format) = (entry.range, self.format(entry)) else { return Ok(None) };
         if !(format.takes_ranges)(folder)? {
             return Ok(None);

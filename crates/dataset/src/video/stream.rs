@@ -10,7 +10,7 @@ use crate::files::{bad_image, of_size};
 use crate::guarded::{self, Guarded};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -114,7 +114,7 @@ impl VideoStream {
     /// Reads the next frame. After the last one, checks that ffmpeg ended well.
     fn read_next(&self, state: &mut State) -> Result<(), DatasetError> {
         let content = |message: String| DatasetError::content(&self.path, message);
-        let io = |e: std::io::Error| not_started(&self.path, &e);
+        let io = |e: io::Error| not_started(&self.path, &e);
         let changed = || content("it has changed since its frames were counted; try it again".into());
         let check = in_time(LIMITS, &guarded::is_interrupted);
         let mut pass = match state.pass.take() {
@@ -161,7 +161,7 @@ struct Pass {
 }
 
 impl Pass {
-    fn start(input: &Path, every_frame: &str, filter: &[&str]) -> std::io::Result<Self> {
+    fn start(input: &Path, every_frame: &str, filter: &[&str]) -> io::Result<Self> {
         let mut command = command(OsStr::new("ffmpeg"), input, every_frame, LIMITS);
         command.args(filter).args(["-c:v", "ppm", "-f", "image2pipe", "pipe:1"]);
         let mut program = Guarded::start(command, [Stdio::null(), Stdio::piped()], None)?;
@@ -193,11 +193,7 @@ impl Pass {
     }
 
     /// Result of the run, after `frames` frames were read.
-    fn outcome(
-        &mut self,
-        check: &impl Fn() -> Result<(), String>,
-        frames: usize,
-    ) -> std::io::Result<Outcome> {
+    fn outcome(&mut self, check: &impl Fn() -> Result<(), String>, frames: usize) -> io::Result<Outcome> {
         let status = self.program.wait(check)?;
         Ok(Outcome { status, said: self.program.stderr(), frames })
     }

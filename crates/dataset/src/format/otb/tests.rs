@@ -52,6 +52,23 @@ fn targets_attributes_and_plain_folders() {
     assert_eq!((s.len(), s.truth, s.numbering.official), (2, vec![None, None], (1, 2)));
 }
 
+#[test]
+fn boxes_are_read_without_frames() {
+    // Six lines for the official frames 3 to 6: the file starts at frame 1.
+    let dir =
+        trackfail_testing::folder([("Tiger1.txt", "1,1,5,5\n2,1,5,5\n3,1,5,5\n4,1,5,5\n0,0,0,0\n6,1,5,5\n")]);
+    let file = dir.path().join("Tiger1.txt");
+    let part = Entry { official: Some((3, 6)), range: Some((4, 6)), ..Entry::default() };
+    let sequence = load_boxes(&file, &part).unwrap();
+    assert_eq!((sequence.name.as_str(), sequence.numbering.first), ("Tiger1", 4));
+    assert_eq!(sequence.truth, [rect(3.0, 0.0, 5.0, 5.0), None, rect(5.0, 0.0, 5.0, 5.0)]);
+    assert!(!sequence.has_frames());
+    assert_says(sequence.frame(0).unwrap_err(), "has no frames");
+    assert_eq!(sequence.digest().unwrap(), sequence.digest_anew().unwrap());
+    let short = Entry { official: Some((1, 7)), ..Entry::default() };
+    assert_says(load_boxes(&file, &short).unwrap_err(), "do not cover");
+}
+
 // Values read off groundtruth_rect.txt and OTB2013.json (an independent copy of the annotation).
 #[trackfail_testing::needs(real_data)]
 #[test]
