@@ -97,8 +97,7 @@ fn what_fits_two_formats_is_asked_with_a_command_for_each() {
     // Both kinds of boxes lie in the frame.
     clip.file("det6.txt", |_, [x, y, w, h]| format!("{x} {y} {} {} 0.87 0", x + w, y + h));
     let message = clip.frames("det6.txt --method CovF").refuses(2, "").err;
-    let commands: Vec<&str> =
-        message.lines().filter_map(|line| line.strip_prefix("  trackfail detect ")).collect();
+    let commands: Vec<&str> = message.lines().filter_map(|l| l.strip_prefix("  trackfail detect ")).collect();
     let ends = ["x,y,w,h,confidence,class", "x1,y1,x2,y2,confidence,class"];
     assert_eq!(commands.len(), ends.len(), "{message}");
     for (command, end) in commands.iter().zip(ends) {

@@ -87,13 +87,11 @@ fn working_folder() -> Place {
 /// all commands until one fails.
 fn run_blocks(need: Option<&str>, place: &Place) {
     let blocks = documents().into_iter().flat_map(|document| blocks(&document));
-    let is_one =
-        |block: &Block| if need.is_some() { block.marked("needs") == need } else { block.comment.is_none() };
+    let is_one = |b: &Block| if need.is_some() { b.marked("needs") == need } else { b.comment.is_none() };
     let blocks: Vec<Block> = blocks.filter(|block| block.language == "sh").filter(is_one).collect();
     assert!(!blocks.is_empty());
     for Block { place: name, text, .. } in blocks {
-        let text =
-            text.replace("cargo run --release -- ", "trackfail ").replace("cargo run -- ", "trackfail ");
+        let text = text.replace("--release -- ", "-- ").replace("cargo run -- ", "trackfail ");
         let ran = place.shell(&format!("set -eu\n{text}"));
         assert_eq!(ran.code, Some(0), "{name}: {}", ran.err);
     }

@@ -165,8 +165,7 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
         assert!(bounds[0] <= difference && difference <= bounds[1] && bounds[1] <= 0.0, "{pair:?}");
     }
     // `compare` has the numbers of the tables, of one experiment and of two.
-    let compare =
-        |words: &str| place.run(&format!("compare {words} --in small --format csv")).rows().remove(0);
+    let compare = |line: &str| place.run(&format!("compare {line} --in small --format csv")).rows().remove(0);
     let auroc = compare("level oracle --metric auroc");
     assert_eq!(number(&auroc, "A - B"), number(pair, "auroc_difference"));
     assert_eq!(number(&auroc, "95% from"), number(pair, "auroc_difference_low"));

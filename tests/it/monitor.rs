@@ -318,8 +318,7 @@ fn trackers_of_opencv_are_monitored_live() {
 /// Frames of a stand-in for a webcam: a speckled target on a plain wall, which is gone in frames 40 to 69 and comes back
 /// elsewhere. Returns where it is in each frame.
 fn goes_and_comes_back(scene: &Place) -> Vec<Option<(u32, u32)>> {
-    let speckle =
-        |x: u32, y: u32| [(x * 97 + y * 61) % 251, (x * 43 + y * 149) % 241, (x * 7 + y * 211) % 239];
+    let grain = |x: u32, y: u32| [(x * 97 + y * 61) % 251, (x * 43 + y * 149) % 241, (x * 7 + y * 211) % 239];
     let wall = |x: u32, y: u32| [90 + (x + y) % 5, 100 + x % 7, 110 + y % 3];
     let place = |t: u32| match t {
         0..40 => Some((40 + t / 2, 50)),
@@ -329,7 +328,7 @@ fn goes_and_comes_back(scene: &Place) -> Vec<Option<(u32, u32)>> {
     scene.frames("0000.png", 120, (260, 160), |t, x, y| {
         let inside = place(t).filter(|(u, v)| (*u..u + 32).contains(&x) && (*v..v + 32).contains(&y));
         // Grains of four pixels, so that correlation trackers have something to hold on to.
-        let color = inside.map_or_else(|| wall(x, y), |(u, v)| speckle((x - u) / 4, (y - v) / 4));
+        let color = inside.map_or_else(|| wall(x, y), |(u, v)| grain((x - u) / 4, (y - v) / 4));
         color.map(|value| value as u8)
     });
     (0..120).map(place).collect()

@@ -31,9 +31,8 @@ fn readings_have_the_published_numbers_of_what_they_are_like_and_are_ranked() {
     place.run("run my.toml --quiet").ends(0);
     let readings = place.rows("results/mine/readings/readings.csv");
     let of = |tracker: &str, method: &str, statistic: &str| {
-        let is_it =
-            |r: &&Row| r["tracker"] == tracker && r["method"] == method && r["statistic"] == statistic;
-        readings.iter().find(is_it).unwrap_or_else(|| panic!("{tracker}, {method}, {statistic}")).clone()
+        let fits = |r: &&Row| r["tracker"] == tracker && r["method"] == method && r["statistic"] == statistic;
+        readings.iter().find(fits).unwrap_or_else(|| panic!("{tracker}, {method}, {statistic}")).clone()
     };
     // Both readings of the tracker and all of the method belong to one group, with the same published numbers and units.
     for tracker in ["NCC", "NCC nearby"] {

@@ -86,14 +86,13 @@ fn wrong_tables_are_refused() {
 fn captions_order_and_selection_change_without_another_run() {
     let level = SPEC.lines().find(|line| line.contains("name = \"level\"")).unwrap();
     let shown = "metric = \"precision\", caption = \"By attribute\", methods = [\"strict\", \"level\"]";
-    let changed = SPEC
+    let later = SPEC
         .replace("title = \"t\"", "title = \"another\"\nnote = \"new\"")
         .replace(level, "")
         .replace("method = [\n", &format!("method = [\n{level}\n"))
         .replace("metric = \"recall\"", shown);
-    let changed = changed + "figure = [{ name = \"soon\", kind = \"delay\" }]\n";
-    let place =
-        Place::with(&[("before/a.toml", SPEC), ("after/a.toml", &changed), ("before/b.toml", &changed)]);
+    let later = later + "figure = [{ name = \"soon\", kind = \"delay\" }]\n";
+    let place = Place::with(&[("before/a.toml", SPEC), ("after/a.toml", &later), ("before/b.toml", &later)]);
     let (before, after) = (place.path("before"), place.path("after"));
     // Runs the program in the folder of the old results.
     let old = |line: &str| Ran::of(place.command(line).current_dir(&before));
@@ -115,7 +114,7 @@ fn captions_order_and_selection_change_without_another_run() {
     // It is kept, and what numbers rest on is no presentation.
     old("report small").ends(0);
     same();
-    place.write("before/b.toml", changed.replace("0.9", "0.8"));
+    place.write("before/b.toml", later.replace("0.9", "0.8"));
     old("report b.toml").ends(2).tells("b.toml").tells("other: method");
     old("report c.toml").ends(2).tells("c.toml").tells("No such file");
 }

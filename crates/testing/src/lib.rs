@@ -167,9 +167,8 @@ pub fn check_pins(section: &str, found: impl IntoIterator<Item = String>) {
     let (known, others): (BTreeSet<String>, BTreeSet<String>) =
         text.lines().map(String::from).partition(|line| line.starts_with(&begins));
     if std::env::var_os("UPDATE").is_some() {
-        let lines: Vec<String> =
-            found.into_iter().chain(others).collect::<BTreeSet<_>>().into_iter().collect();
-        std::fs::write(&path, lines.join("\n") + "\n").expect("tests/pins.txt can be written");
+        let all: Vec<String> = found.into_iter().chain(others).collect::<BTreeSet<_>>().into_iter().collect();
+        std::fs::write(&path, all.join("\n") + "\n").expect("tests/pins.txt can be written");
         return;
     }
     let new: Vec<&String> = found.difference(&known).collect();
