@@ -201,9 +201,16 @@ fn a_damaged_store_is_reported_and_computed_again() {
 }
 
 #[test]
-fn merged_shards_equal_one_run_byte_for_byte() {
+fn merged_shards_and_two_runs_at_once_equal_one_run_byte_for_byte() {
     let place = place();
     run_into(&place, "whole", "");
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| run_into(&place, "results", ""));
+        }
+    });
+    assert_same_files(&place.path("whole"), &place.path("results"));
+    assert_same_files(&place.path("whole-reports"), &place.path("results-reports"));
     // Into one store.
     for share in ["3/3", "1/3", "2/3"] {
         run_into(&place, "shared", &format!("--shard {share}"));
@@ -223,19 +230,6 @@ fn merged_shards_equal_one_run_byte_for_byte() {
     assert_eq!(computed(&tally(&run_into(&place, "joined", ""))), (0, 0, 4));
     assert_same_files(&place.path("whole"), &place.path("joined"));
     place.run("merge /nowhere").ends(2);
-}
-
-#[test]
-fn two_runs_at_once_write_the_same_files() {
-    let place = place();
-    run_into(&place, "whole", "");
-    std::thread::scope(|scope| {
-        for _ in 0..2 {
-            scope.spawn(|| run_into(&place, "results", ""));
-        }
-    });
-    assert_same_files(&place.path("whole"), &place.path("results"));
-    assert_same_files(&place.path("whole-reports"), &place.path("results-reports"));
 }
 
 #[test]

@@ -69,11 +69,8 @@ fn a_number_is_taken_apart_down_to_its_frames() {
     }
     // The mean of all scores does not come from counts; it is computed again from the frames.
     assert!(rows(&place, "t score_mean level").iter().any(|p| p["moves"].as_f64().is_some_and(|m| m != 0.0)));
-    refuses_unknown_names(&place);
-}
 
-/// Unknown names are refused with the nearest known one.
-fn refuses_unknown_names(place: &Place) {
+    // Unknown names are refused with the nearest known one.
     for (words, told) in [
         ("x tp level", "unknown table `x`"),
         ("mine/smal/t tp level", "did you mean `mine/small`?"),

@@ -96,11 +96,8 @@ fn every_method_has_measures_of_frames() {
         number(table.iter().find(|r| r["column"] == "F").unwrap(), "ours")
     });
     assert!([vot, pysot, all].iter().all(|f| (0.0..=1.0).contains(f)) && vot != all, "{vot} {pysot} {all}");
-    are_read_without_the_file(&place);
-}
 
-/// Results of a program that did not have these measures.
-fn are_read_without_the_file(place: &Place) {
+    // Results of a program that did not have these measures.
     let manifest = kept("manifest.json");
     let mut read = place.json(&manifest);
     assert!(read["files"].as_object_mut().unwrap().remove("frame_measures.csv").is_some());

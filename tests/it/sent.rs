@@ -151,6 +151,11 @@ fn damaged_files_are_refused_or_whole() {
         let code = place.run("data verify bad.zip").code;
         assert!(matches!(code, Some(0 | 3)), "{n}: {code:?}");
     }
+    // Nothing is replaced; a link that leads nowhere is something, too.
+    place.folder("got/sanmiguel2015");
+    std::os::unix::fs::symlink("nowhere", place.path(&format!("got/{SMALL}"))).unwrap();
+    place.run(&format!("data verify {PACKED} --unpack got")).refuses(2, "there are results already");
+    assert_eq!(place.list("got").len(), 1);
 }
 
 /// A change of a file of results, its absence and a file of another kind are told, and a change is not packed.
@@ -183,14 +188,4 @@ fn changed_results_are_not_packed() {
     place.folder("results/empty");
     place.run("data verify results/empty").refuses(2, "results/empty: no manifest.json");
     place.run("pack nothing").refuses(2, "nothing");
-}
-
-// A link that leads nowhere is something, too.
-#[test]
-fn nothing_is_replaced_by_sent_results() {
-    let (place, _) = packed();
-    place.folder("got/sanmiguel2015");
-    std::os::unix::fs::symlink("nowhere", place.path(&format!("got/{SMALL}"))).unwrap();
-    place.run(&format!("data verify {PACKED} --unpack got")).refuses(2, "there are results already");
-    assert_eq!(place.list("got").len(), 1);
 }

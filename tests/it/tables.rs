@@ -65,7 +65,21 @@ fn parts_are_pooled_and_ranks_follow_the_measure() {
     }
     // The anchor has a value, and no rank.
     assert!(of("often", "recall").is_some() && of("often", "rank").is_none());
-    are_put_into_one_folder_for_a_paper(&place);
+
+    // Chosen tables and figures, and all, are put into one folder for a paper.
+    for arguments in ["--paper all", "--paper some --only parts --only headline"] {
+        assert_eq!(place.run(&format!("report small {arguments}")).ends(0).err, "");
+    }
+    let names = |folder: &str| -> BTreeSet<String> {
+        place.list(folder).iter().map(|path| path.file_name().unwrap().display().to_string()).collect()
+    };
+    let expected = ["paper.tex", "small-headline.pdf", "small-macros.tex", "small-parts.tex"];
+    assert_eq!(names("some"), expected.map(String::from).into());
+    assert!(names("all").is_superset(&names("some")) && names("all").contains("small-board.tex"));
+    let paper = place.read("some/paper.tex");
+    assert!(paper.contains("\\input{small-parts}") && paper.contains("{small-headline}"), "{paper}");
+    place.run("report small --paper none --only partz").ends(2).tells("parts");
+    assert!(!place.has("none"));
 }
 
 #[test]
@@ -117,21 +131,4 @@ fn captions_order_and_selection_change_without_another_run() {
     place.write("before/b.toml", later.replace("0.9", "0.8"));
     old("report b.toml").ends(2).tells("b.toml").tells("other: method");
     old("report c.toml").ends(2).tells("c.toml").tells("No such file");
-}
-
-/// Chosen tables and figures, and all.
-fn are_put_into_one_folder_for_a_paper(place: &Place) {
-    for arguments in ["--paper all", "--paper some --only parts --only headline"] {
-        assert_eq!(place.run(&format!("report small {arguments}")).ends(0).err, "");
-    }
-    let names = |folder: &str| -> BTreeSet<String> {
-        place.list(folder).iter().map(|path| path.file_name().unwrap().display().to_string()).collect()
-    };
-    let expected = ["paper.tex", "small-headline.pdf", "small-macros.tex", "small-parts.tex"];
-    assert_eq!(names("some"), expected.map(String::from).into());
-    assert!(names("all").is_superset(&names("some")) && names("all").contains("small-board.tex"));
-    let paper = place.read("some/paper.tex");
-    assert!(paper.contains("\\input{small-parts}") && paper.contains("{small-headline}"), "{paper}");
-    place.run("report small --paper none --only partz").ends(2).tells("parts");
-    assert!(!place.has("none"));
 }

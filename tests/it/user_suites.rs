@@ -59,21 +59,16 @@ fn a_folder_becomes_a_suite_an_experiment_and_a_report() {
     let lost = |name: &str| events.iter().filter(|r| r["sequence"] == name && r["events"] == "1").count();
     assert_eq!((lost("GOT-10k_Val_000001"), lost("GOT-10k_Val_000002"), events.len()), (0, 3, 6));
 
-    // The report needs neither the data root nor its suites.
-    place.remove("datasets.lock");
-    place.run("report --results r --reports again").ends(0);
-    assert!(place.has("again/mine/got/index.html"));
-}
-
-#[test]
-fn a_changed_sequence_of_ones_own_is_to_be_restored() {
-    let place = data_root();
-    place.run(ADD).ends(0);
+    // A changed sequence of one's own is to be restored.
     place.write("got/val/GOT-10k_Val_000001/groundtruth.txt", "1,11,16,16\n".repeat(FRAMES));
     let told = place.run("data verify my-got --data-root .").ends(3);
     told.tells("not as pinned: my-got/GOT-10k_Val_000001; this suite is one of your own")
         .tells("restore its folder")
         .never_says("fetch");
+    // The report needs neither the data root nor its suites.
+    place.remove("datasets.lock");
+    place.run("report --results r --reports again").ends(0);
+    assert!(place.has("again/mine/got/index.html"));
 }
 
 #[test]
