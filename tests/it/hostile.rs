@@ -11,14 +11,10 @@ use trackfail::results::Results;
 use trackfail_testing::conditions::{LATEX, runs};
 use trackfail_testing::hostile::{self, shows_only_text};
 
-/// A text of the file in TOML's quotes.
-fn quoted(text: &str) -> String {
-    serde_json::to_string(text).unwrap().replace('\u{7f}', "\\u007f")
-}
-
 /// An experiment in which every free text is `text`; its results are looked for in a folder that is absent.
 fn spec(text: &str) -> String {
-    let text = quoted(text);
+    // In TOML's quotes.
+    let text = serde_json::to_string(text).unwrap().replace('\u{7f}', "\\u007f");
     format!(
         "schema = 1\nname = \"mine/hostile\"\ntitle = {text}\npaper = {text}\nobject = {text}\nnote = {text}\n\
          protocol = \"khalid2016/1\"\n[suites]\ntest = \"synthetic-vot\"\n\

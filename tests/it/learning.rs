@@ -1,6 +1,6 @@
 //! Methods that learn, methods of some trackers only, repetitions, and analyses.
 
-use crate::tools::{Place, Ran, Row, assert_same_files, assert_says, files};
+use crate::tools::{Place, Ran, Row, assert_same_files, assert_says, experiment, files};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -103,12 +103,7 @@ fn a_reduced_number_of_runs_is_noted_in_every_table() {
     assert_says(place.read("reports/mine/learning/report.md"), "was tuned on the test suite itself");
 }
 
-const OTHERS: &str = r#"schema = 1
-name = "mine/others"
-title = "A try"
-protocol = "khalid2016/1"
-seed = 7
-suites.test = "synthetic-d1"
+const OTHERS: &str = r#"seed = 7
 tracker = [{ name = "still" }, { name = "ncc" }, { name = "ncc", label = "NCC that looks near", search = 0.5 }]
 table = [{ name = "f", rows = ["f_score", "tp"], columns = "method" }]
 method = [
@@ -121,10 +116,11 @@ method = [
 #[test]
 fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shards() {
     let (one, two, shards) = (Place::new(), Place::new(), Place::new());
-    run(&one, OTHERS, "--jobs 1").ends(0);
-    run(&two, OTHERS, "--jobs 2");
-    ["--shard 2/2", "--shard 1/2"].into_iter().for_each(|share| drop(run(&shards, OTHERS, share).ends(0)));
-    run(&shards, OTHERS, "").tells("tracks 0 computed, 54 cached");
+    let others = experiment("mine/others", "synthetic-d1", OTHERS);
+    run(&one, &others, "--jobs 1").ends(0);
+    run(&two, &others, "--jobs 2");
+    ["--shard 2/2", "--shard 1/2"].into_iter().for_each(|share| drop(run(&shards, &others, share).ends(0)));
+    run(&shards, &others, "").tells("tracks 0 computed, 54 cached");
     assert_same_files(one.root(), two.root());
     assert_same_files(&one.path("results/mine"), &shards.path("results/mine"));
 
@@ -141,9 +137,9 @@ fn thresholds_come_from_other_videos_and_trackers_the_same_for_threads_and_shard
     let table = one.read("results/mine/others/tables/f.md");
     assert_says(table, "companions, jumps: learned from other videos and other trackers");
 
-    run(&one, OTHERS, "--compact").ends(0);
+    run(&one, &others, "--compact").ends(0);
     assert!(!one.has("results/mine/others/models"));
     // A detector is given as many signals as it reads.
-    let text = OTHERS.replace("below = [0.5, 0.5]", "below = [0.5]");
+    let text = others.replace("below = [0.5, 0.5]", "below = [0.5]");
     run(&one, &text, "").ends(2).tells("method `joint` reads 1 signals, and 2 are given");
 }

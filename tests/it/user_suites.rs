@@ -96,11 +96,7 @@ fn boxes_lock() -> String {
     suite("my-boxes", "otb-boxes", &[("Walk", "truth/Walk.txt")])
 }
 
-const BOXES_SPEC: &str = r#"schema = 1
-name = "mine/boxes"
-title = "Boxes alone"
-protocol = "khalid2016/1"
-suites = { test = "my-boxes", train = "synthetic-d1" }
+const BOXES_SPEC: &str = r#"suites.train = "synthetic-d1"
 tracker = [{ name = "replay", results = "T", label = "T" }, { name = "kcf", label = "KCF" }]
 method = [{ name = "DTEF" }, { name = "Two-MChi" }, { name = "oracle", detector = { kind = "oracle" } }]
 analysis = [
@@ -116,7 +112,8 @@ table = [
 /// A method that needs frames or a posterior is listed as not run; the rest runs, and the exit code is that of success.
 #[test]
 fn boxes_alone_run_the_methods_that_need_no_more() {
-    let place = Place::with(&[("data/datasets.lock", &boxes_lock()), ("spec.toml", BOXES_SPEC)]);
+    let spec = experiment("mine/boxes", "my-boxes", BOXES_SPEC);
+    let place = Place::with(&[("data/datasets.lock", &boxes_lock()), ("spec.toml", &spec)]);
     place.write("data/truth/Walk.txt", "1,1,9,9\n".repeat(30));
     place.write("data/results/T/Walk.txt", "1,1,9,9\n".repeat(20) + &"50,1,9,9\n".repeat(10));
     // The first root has nothing.

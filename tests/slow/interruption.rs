@@ -24,17 +24,13 @@ fn assert_whole_or_unfinished(folder: &Path) {
     }
 }
 
-/// Numbers from 0 to below 1 that look random, the same ones in every run of the tests.
-fn scattered(n: u32) -> impl Iterator<Item = f64> {
-    (1..=n).map(|k| (f64::from(k) * 0.618_033_988_749_895).fract())
-}
-
 #[test]
 fn killed_at_fifty_moments_and_resumed_is_an_uninterrupted_run() {
     let (whole, killed) = (Place::new(), Place::new());
     assert!(start(whole.root()).wait().unwrap().success());
     let (mut kills, mut finished) = (0, 0);
-    for moment in scattered(400) {
+    // Numbers from 0 to below 1 that look random, the same ones in every run of the tests.
+    for moment in (1..=400_u32).map(|k| (f64::from(k) * 0.618_033_988_749_895).fract()) {
         let mut run = start(killed.root());
         std::thread::sleep(Duration::from_secs_f64(moment));
         if run.try_wait().unwrap().is_some() {
