@@ -111,8 +111,7 @@ fn tracks_fail_without_methods_as_with_them() {
         assert!(!text.to_lowercase().contains("failed:") && !text.contains("<dt>Failed"), "{text}");
     }
     assert!(page.contains("not there: no result of"), "{page}");
-    let scores = kept(&place, "scores.csv");
-    assert!(scores.contains("\"missing: no result of `part`") && !scores.contains("failed"), "{scores}");
+    place.holds("r/mine/three/scores.csv", &["\"missing: no result of `part`"], &["failed"]);
     let share = run(&place, &part, "--allow-missing --shard 1/1").ends(0).tells("not there: part, c");
     assert!(!share.err.contains("failed"), "{}", share.err);
 }
@@ -158,8 +157,7 @@ fn trackers_are_compared_on_the_sequences_that_all_have() {
     ] {
         assert!(table.contains(line), "{line}\n{table}");
     }
-    let sequences = kept(&place, "tables/sequences.md");
-    assert!(sequences.contains("part (2 of 3 targets)") && !sequences.contains("| c |"), "{sequences}");
+    place.holds("r/mine/three/tables/sequences.md", &["part (2 of 3 targets)"], &["| c |"]);
 
     // A tracker alone has what it has, and says so.
     run(&place, &spec(&["cut"], ANALYSIS), "--allow-missing").ends(4);
@@ -198,8 +196,7 @@ fn numbers_of_fewer_sequences_have_no_star() {
     let by_tracker = METHOD.replace(shown, "rows = [\"fpr\", \"recall\"], columns = \"tracker\"");
     let spec = spec(&["full", "part"], &by_tracker);
     run(&place, &spec, "--allow-missing").ends(0);
-    let table = kept(&place, "tables/alarms.md");
-    assert!(!table.contains("**1.000"), "{table}");
+    place.holds("r/mine/three/tables/alarms.md", &[], &["**1.000"]);
     exact(&place, "part");
     run(&place, &spec, "");
     assert_says(kept(&place, "tables/alarms.md"), "**1.000** =");
@@ -294,8 +291,7 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
         let declared = cut(spec(&["full", "cut"], rest));
         let line = "cut has no track on c, as declared: its file was cut";
         run(&place, &declared, "").ends(0).shows(&format!("{line}{of_cells}\n"));
-        let page = place.read(PAGE);
-        assert!(page.contains(line) && page.contains("3 targets (2 of them with a track of cut)"), "{page}");
+        place.holds(PAGE, &[line, "3 targets (2 of them with a track of cut)"], &[]);
         run(&place, &declared, "--shard 1/1").ends(0);
         // Nothing else is excused.
         let more = cut(spec(&["full", "cut", "part"], rest));

@@ -88,9 +88,9 @@ fn every_method_has_measures_of_frames() {
     let first = if area > 0.5 { "1.0" } else { "2.0" };
     assert_eq!((value("level", "rank").as_str(), value("level", "low")), (first, level["auroc_low"].clone()));
     assert_eq!((value("oracle", "rank"), value("always", "auroc")), (String::new(), "0.5".to_string()));
-    let page = place.read("reports/small/report.md");
-    assert!(page.contains("Nothing is better than the truth"));
-    assert!(page.contains("The columns low and high are a 95 % interval over sequences"), "{page}");
+    let told =
+        ["Nothing is better than the truth", "columns low and high are a 95 % interval over sequences"];
+    place.holds("reports/small/report.md", &told, &[]);
     let [vot, pysot, all] = ["vot", "pysot", "all"].map(|name| {
         let table = place.rows(&kept(&format!("tables/{name}.csv")));
         number(table.iter().find(|r| r["column"] == "F").unwrap(), "ours")
@@ -148,10 +148,7 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
     assert_eq!(of("level", "* others")["auroc"], of("level", "other")["auroc"]);
     assert!(number(of("level", "*"), "losses") == 2.0 * number(of("level", "* resting"), "losses"));
     assert!(measures.iter().all(|row| !row["tracker"].contains(" on ")));
-    let breakdown = place.read(&kept("tables/breakdown.md"));
-    for row in ["| all |", "| others |", "| resting |"] {
-        assert!(breakdown.contains(row), "{breakdown}");
-    }
+    place.holds(&kept("tables/breakdown.md"), &["| all |", "| others |", "| resting |"], &[]);
     let pairs = place.rows(&kept("frame_pairs.csv"));
     assert!(pairs.iter().all(|r| r["method"] != "losses" && r["other"] != "losses"), "{pairs:?}");
     let pair = pairs.iter().find(|r| r["method"] == "level" && r["other"] == "oracle").unwrap();
@@ -186,6 +183,5 @@ fn methods_of_a_leaderboard_are_compared_on_the_same_tracks_and_compact_results_
     assert_eq!(packed, results::scores::read(scores.into_bytes()).unwrap());
     assert_eq!(place.read(&kept("tables/differences.md")), differences);
     place.run("report").ends(0);
-    let page = place.read("reports/small/index.html");
-    assert!(page.contains("level") && !page.contains("id=\"sequences\""));
+    place.holds("reports/small/index.html", &["level"], &["id=\"sequences\""]);
 }

@@ -114,6 +114,14 @@ impl Place {
         serde_json::from_str(&self.read(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// Asserts that a file has these words, and not the others.
+    #[track_caller]
+    pub fn holds(&self, name: &str, all: &[&str], none: &[&str]) {
+        let text = self.read(name);
+        let has = |words: &&str| text.contains(*words);
+        assert!(all.iter().all(has) && !none.iter().any(has), "{name}: {all:?}, not {none:?}\n{text}");
+    }
+
     pub fn has(&self, name: &str) -> bool {
         self.path(name).exists()
     }
