@@ -44,7 +44,7 @@ impl Cell {
 }
 
 /// Name of a cell or of a track: sequence, tracker, run and, for a cell, the method.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CellName {
     /// Name of the sequence; outside the test suite with the suite's name and `/` before it.
     pub sequence: String,
@@ -73,7 +73,8 @@ impl CellName {
         }
     }
 
-    pub(super) fn of_cell(plan: &ExperimentPlan<'_>, cell: &Cell) -> Self {
+    /// Name of a cell of a plan.
+    pub fn of_cell(plan: &ExperimentPlan<'_>, cell: &Cell) -> Self {
         let (method, params) = (cell.method.clone(), cell.params.clone());
         Self { method, params, ..Self::of_track(plan, (0, cell.sequence, cell.job)) }
     }

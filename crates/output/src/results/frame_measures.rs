@@ -135,17 +135,15 @@ fn pools<'a>(
     outcome: &Outcome<'_>,
     cells: &[&'a Cell],
 ) -> Vec<(String, Vec<&'a Cell>)> {
-    let family = |cell: &Cell| {
-        let tracker = experiment.trackers.iter().find(|tracker| tracker.label == cell.tracker);
-        tracker.and_then(|tracker| tracker.family.as_deref())
-    };
     let sources: Vec<&String> = outcome.test().sequences.iter().map(|s| &s.sequence.origin.source).collect();
     let several = sources.iter().any(|source| *source != sources[0]);
     let mut pools: BTreeMap<String, Vec<&Cell>> = BTreeMap::new();
     for cell in cells {
         let source = sources.get(cell.sequence).filter(|_| several);
         let source = source.map_or(String::new(), |source| format!(" on {source}"));
-        let family = family(cell).map_or(String::new(), |family| format!(" {family}"));
+        let tracker = experiment.trackers.iter().find(|tracker| tracker.label == cell.tracker);
+        let family = tracker.and_then(|tracker| tracker.family.as_ref());
+        let family = family.map_or(String::new(), |family| format!(" {family}"));
         let names = [String::new(), family.clone(), source.clone(), format!("{family}{source}")];
         for name in names.into_iter().collect::<BTreeSet<_>>() {
             pools.entry(format!("{EVERY_TRACKER}{name}")).or_default().push(cell);

@@ -229,12 +229,9 @@ pub struct FailedCell {
 impl FailedCell {
     /// Record of a cell or a track without a result.
     pub fn new(CellName { sequence, tracker, run, method, params }: &CellName, error: &CellError) -> Self {
-        Self::of((sequence, tracker, *run), method_label(method, params), error)
-    }
-
-    fn of((sequence, tracker, run): (&str, &str, u32), method: String, error: &CellError) -> Self {
-        let (sequence, tracker, reason) = (sequence.to_string(), tracker.to_string(), error.to_string());
-        Self { sequence, tracker, run, method, missing: matches!(error, CellError::Missing(_)), reason }
+        let (sequence, tracker, reason) = (sequence.clone(), tracker.clone(), error.to_string());
+        let (method, missing) = (method_label(method, params), matches!(error, CellError::Missing(_)));
+        Self { sequence, tracker, run: *run, method, missing, reason }
     }
 }
 
@@ -334,14 +331,13 @@ impl Manifest {
     pub fn new(experiment: &Experiment, outcome: &Outcome<'_>) -> Self {
         let failed = outcome.cells.iter().filter_map(|cell| {
             let error = cell.result.as_ref().err().filter(|_| cell.has_failed())?;
-            let sequence = &outcome.sequence(cell.sequence).name;
-            let method = method_label(&cell.method, &cell.params);
-            Some(FailedCell::of((sequence, &cell.tracker, cell.run), method, error))
+            Some(FailedCell::new(&CellName::of_cell(outcome.plan, cell), error))
         });
         let tracks = outcome.failed_tracks.iter().map(|(name, e)| FailedCell::new(name, e));
         let not_analysed = outcome.not_analysed.iter().filter(|n| n.error.is_failure());
         let not_analysed = not_analysed.map(|NotAnalysed { analysis, tracker, error }| {
-            FailedCell::of(("*", "", 0), format!("analysis {analysis} of {tracker}"), error)
+            let method = format!("analysis {analysis} of {tracker}");
+            FailedCell::new(&CellName { sequence: "*".to_string(), method, ..CellName::default() }, error)
         });
         let attributed = outcome.sequences().filter(|s| !s.attributes.is_empty());
         let attributes = attributed.map(|s| (s.name.clone(), s.attributes.clone()));
