@@ -183,10 +183,10 @@ fn rows(suite: &Suite, data_roots: &[PathBuf]) -> Vec<Row> {
     let row = |name: &str, entry: Option<&lock::Entry>| {
         let here = loaded.sequences.iter().find(|s| s.name == name);
         let missing = loaded.missing.iter().find(|m| m.name == name);
-        let broken = loaded.broken.iter().find(|b| b.name == name);
+        let broken = loaded.broken.iter().find(|(broken, _)| broken == name);
         let (status, note) = match (missing, broken) {
             (Some(m), _) => ("missing", m.how_to_get.clone()),
-            (_, Some(b)) => ("broken", b.error.to_string()),
+            (_, Some((_, error))) => ("broken", error.to_string()),
             _ => (if entry.is_some() { "present" } else { "rendered" }, String::new()),
         };
         Row {

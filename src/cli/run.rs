@@ -334,8 +334,8 @@ pub(super) fn load(
         .map_err(|e| Failure::data(format!("{}: {e}", experiment.name)))?;
     for (role, suite) in &suites {
         let name = &experiment.suites[role];
-        if let Some(broken) = suite.broken.first() {
-            return Err(Failure::data(format!("{name}/{}: {}", broken.name, broken.error)));
+        if let Some((sequence, error)) = suite.broken.first() {
+            return Err(Failure::data(format!("{name}/{sequence}: {error}")));
         }
         if let Some(first) = suite.missing.first()
             && (!allow_missing || suite.sequences.is_empty())

@@ -37,8 +37,8 @@ pub fn job_of(server: &Server) -> FetchJob {
 
 pub fn job(url: &str, packing: Packing) -> FetchJob {
     let [name, url, into] = ["try", url, "otb"].map(String::from);
-    let archive = Archive { name, url, packing, size: None, sha256: None, into, below: None };
-    FetchJob { archive, folders: vec!["otb/seq".into()], sequences: Vec::new(), again: Vec::new() }
+    let archive = Archive { name, url, packing, into, ..Archive::default() };
+    FetchJob { archive, folders: vec!["otb/seq".into()], ..FetchJob::default() }
 }
 
 /// Fetches into a new workspace in `root`.

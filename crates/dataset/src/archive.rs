@@ -3,17 +3,18 @@
 use serde::Deserialize;
 
 /// How an archive is packed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
     /// A zip file.
+    #[default]
     Zip,
     /// A single file without an archive around it, kept as downloaded.
     File,
 }
 
 /// A file that `trackfail data fetch` downloads.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Archive {
     /// Name of the archive, unique among all. Entries of suites refer to it.

@@ -19,7 +19,7 @@ mod user;
 pub use catalog::Catalog;
 pub use gather::{GatherRequest, gather};
 pub use listing::Finding;
-pub use load::{Broken, Loaded, Missing, NO_DATA_ROOT, Origin};
+pub use load::{Loaded, Missing, NO_DATA_ROOT, Origin};
 pub use user::{USER_LOCK, check_name, with_sections};
 
 use crate::lock::{Entry, PinnedSuite, below};
@@ -112,7 +112,7 @@ impl Suite {
             match pinned.in_first_root(entry, data_roots, |root| pinned.load(entry, root)) {
                 Ok(sequence) => loaded.sequences.push(sequence),
                 Err(DatasetError::Missing(missing)) => loaded.missing.push(missing),
-                Err(error) => loaded.broken.push(Broken { name: entry.name.clone(), error }),
+                Err(error) => loaded.broken.push((entry.name.clone(), error)),
             }
         }
         loaded

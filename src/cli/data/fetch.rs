@@ -258,7 +258,7 @@ impl FetchWatch for Bar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::archive::{Archive, Packing};
+    use crate::dataset::archive::Archive;
     use std::path::Path;
     use trackfail_testing::server::{Server, full};
 
@@ -272,17 +272,10 @@ mod tests {
     }
 
     fn job(url: String) -> FetchJob {
-        let archive = Archive {
-            name: "vot2014-diving".into(),
-            url,
-            packing: Packing::Zip,
-            size: None,
-            sha256: None,
-            into: "vot2014".into(),
-            below: None,
-        };
-        let sequences = vec!["vot2014/diving".into()];
-        FetchJob { archive, folders: vec!["vot2014/diving".into()], sequences, again: Vec::new() }
+        let [name, into] = ["vot2014-diving", "vot2014"].map(String::from);
+        let archive = Archive { name, url, into, ..Archive::default() };
+        let diving = vec!["vot2014/diving".to_string()];
+        FetchJob { archive, folders: diving.clone(), sequences: diving, ..FetchJob::default() }
     }
 
     /// Packs a folder as the archive of `vot2014/diving`.

@@ -19,7 +19,7 @@ pub struct WantedSequences {
 }
 
 /// One archive to download, and the folders and sequences that need it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FetchJob {
     /// The archive to download.
     pub archive: Archive,
@@ -109,7 +109,7 @@ impl FetchPlan {
         let place = known.unwrap_or_else(|| {
             let folders = folders.get(archive.name.as_str()).into_iter().flatten().map(ToString::to_string);
             let (folders, archive) = (folders.collect(), archive.clone());
-            self.jobs.push(FetchJob { archive, folders, sequences: Vec::new(), again: Vec::new() });
+            self.jobs.push(FetchJob { archive, folders, ..FetchJob::default() });
             self.jobs.len() - 1
         });
         &mut self.jobs[place]

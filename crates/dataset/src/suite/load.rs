@@ -18,15 +18,6 @@ pub struct Missing {
     pub how_to_get: String,
 }
 
-/// A sequence that is present but cannot be read.
-#[derive(Debug)]
-pub struct Broken {
-    /// Name of the sequence in the suite.
-    pub name: String,
-    /// First error found while reading.
-    pub error: DatasetError,
-}
-
 /// The video that a sequence is taken from, and the source of that video. Empty where the sequence is of no suite.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
@@ -45,8 +36,8 @@ pub struct Loaded {
     pub sequences: Vec<Sequence>,
     /// Sequences of the suite that no data root has completely.
     pub missing: Vec<Missing>,
-    /// Sequences that are present but cannot be read.
-    pub broken: Vec<Broken>,
+    /// Names of sequences that are present but cannot be read, each with the first error found.
+    pub broken: Vec<(String, DatasetError)>,
     /// Number of all sequences in the suite.
     pub wanted: usize,
 }

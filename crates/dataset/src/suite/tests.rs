@@ -299,7 +299,7 @@ fn a_short_copy_is_broken_and_differs() {
     let vot = suite("vot2014");
     let loaded = vot.load(&at(&root));
     assert_eq!((loaded.broken.len(), loaded.missing.len(), loaded.wanted), (1, 24, 25));
-    assert!(loaded.broken[0].error.to_string().contains("602"));
+    assert!(loaded.broken[0].1.to_string().contains("602"));
     let all = vot.verify(&at(&root), |_| true);
     assert!(matches!(&all[0].1, Finding::Differs(fact) if fact.contains("1 frames")));
     assert!(matches!(all[1].1, Finding::Missing(_)));

@@ -1,11 +1,10 @@
 use super::*;
-use crate::archive::Packing;
 use std::io::Cursor;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 fn archive() -> Archive {
     let [name, url, into, below] = ["try", "http://h/try.zip", "otb", "all/of"].map(String::from);
-    Archive { name, url, packing: Packing::Zip, size: None, sha256: None, into, below: Some(below) }
+    Archive { name, url, into, below: Some(below), ..Archive::default() }
 }
 
 #[test]
