@@ -117,20 +117,12 @@ impl TrackFilter<'_> {
             && is(self.method, method)
             && self.run.is_none_or(|r| r == run)
     }
+}
 
-    /// Series of the method on the track of a row, if the filter accepts it.
-    fn find<'t>(
-        &self,
-        tracks: &'t mut [TrackSeries],
-        track: TrackName<'_>,
-        method: &str,
-    ) -> Option<&'t mut MethodSeries> {
-        if !self.passes(track, method) {
-            return None;
-        }
-        let track = tracks.iter_mut().find(|known| known.name() == track)?;
-        track.methods.iter_mut().find(|known| known.name == method)
-    }
+/// Series of the method on the track of a row; `None` if it was not read.
+fn find<'t>(all: &'t mut [TrackSeries], track: TrackName<'_>, method: &str) -> Option<&'t mut MethodSeries> {
+    let track = all.iter_mut().find(|known| known.name() == track)?;
+    track.methods.iter_mut().find(|known| known.name == method)
 }
 
 /// First run of all trackers.
@@ -149,26 +141,21 @@ impl Results {
         self.read_frames(&FIRST_RUNS)
     }
 
-    /// Copies tracks of a tracker's first run and adds signals and conditions.
+    /// Copies tracks and adds signals and conditions.
     ///
     /// # Errors
     /// When a file is absent or damaged.
-    pub fn with_signals(
-        &self,
-        tracker: &str,
-        tracks: &[&TrackSeries],
-    ) -> Result<Vec<TrackSeries>, ResultsError> {
+    pub fn with_signals(&self, tracks: &[&TrackSeries]) -> Result<Vec<TrackSeries>, ResultsError> {
         let mut tracks: Vec<TrackSeries> = tracks.iter().map(|track| (*track).clone()).collect();
-        let filter = TrackFilter { tracker: Some(tracker), ..FIRST_RUNS };
         self.each_part::<Signal<'_>>(|part| {
             for rows in Signal::rows(&part)?.chunk_by(|a, b| (a.track, a.method) == (b.track, b.method)) {
-                let Some(series) = filter.find(&mut tracks, rows[0].track, rows[0].method) else { continue };
+                let Some(series) = find(&mut tracks, rows[0].track, rows[0].method) else { continue };
                 series.signal.extend(rows.iter().map(|row| row.signal));
                 series.forecast.extend(rows.iter().map(|row| row.forecast.unwrap_or(f64::NAN)));
             }
             Ok(())
         })?;
-        self.add_conditions(&filter, &mut tracks)?;
+        self.add_conditions(&mut tracks)?;
         Ok(tracks)
     }
 
@@ -178,11 +165,11 @@ impl Results {
     /// When a file is absent or damaged.
     pub fn checked_tracks(&self, filter: &TrackFilter<'_>) -> Result<Vec<TrackSeries>, ResultsError> {
         let mut tracks = self.read_frames(filter)?;
-        self.add_conditions(filter, &mut tracks)?;
+        self.add_conditions(&mut tracks)?;
         self.table_if_any(CheckRow::NAME, |bytes| {
             for row in CheckRow::rows(&CheckRow::read(bytes)?)? {
                 let label = method_label(row.method, row.params);
-                let Some(series) = filter.find(&mut tracks, row.track, &label) else { continue };
+                let Some(series) = find(&mut tracks, row.track, &label) else { continue };
                 let CheckRow { frame, reference, error, accepted, .. } = row;
                 series.checks.push(ReverseCheck { frame, reference, error, accepted: accepted == 1 });
             }
@@ -250,15 +237,11 @@ impl Results {
     }
 
     /// Adds conditions, if the experiment has a method that estimates them.
-    fn add_conditions(
-        &self,
-        filter: &TrackFilter<'_>,
-        tracks: &mut [TrackSeries],
-    ) -> Result<(), ResultsError> {
+    fn add_conditions(&self, tracks: &mut [TrackSeries]) -> Result<(), ResultsError> {
         self.each_part::<ConditionRow<'_>>(|part| {
             for rows in ConditionRow::rows(&part)?.chunk_by(|a, b| (a.track, a.method) == (b.track, b.method))
             {
-                let Some(series) = filter.find(tracks, rows[0].track, rows[0].method) else { continue };
+                let Some(series) = find(tracks, rows[0].track, rows[0].method) else { continue };
                 series.condition.extend(rows.iter().map(|row| row.condition));
             }
             Ok(())

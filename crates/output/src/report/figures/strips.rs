@@ -25,7 +25,7 @@ pub(super) fn draw(scope: &Scope<'_>) -> Result<(Figure, String), ReportError> {
     }
     let is_absent = |name: &&String| !shown.iter().any(|t| t.sequence == **name);
     let absent: Vec<&str> = params.sequences.iter().filter(is_absent).map(String::as_str).collect();
-    let shown = results.with_signals(tracker, &shown)?;
+    let shown = results.with_signals(&shown)?;
     let mut figure = Figure {
         note: format!("{tracker}, {}", scope.note),
         stills: load_stills(scope, &tracks)?,
