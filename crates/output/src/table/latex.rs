@@ -127,27 +127,39 @@ struct Part {
     lines: Vec<Line>,
 }
 
-/// Lines of the rows that `keep` accepts, under the given columns.
+/// Lines of the rows that `keep` accepts, under the given columns. The two bounds of an interval become one
+/// column: `[low, high]`.
 fn part(layout: &TableLayout, columns: &[usize], keep: fn(LabelKind) -> bool) -> Part {
+    let are_bounds = |a: &usize, b: &usize| [a, b].map(|k| layout.columns[*k].shown.as_str()) == BOUNDS[..2];
+    let columns: Vec<&[usize]> = columns.chunk_by(are_bounds).collect();
+    let column = |of: &&[usize]| match of {
+        [k] => layout.columns[*k].shown.clone(),
+        _ => BOUNDS[2].to_string(),
+    };
     let mut lines_of_part = Vec::new();
     for (k, group) in layout.groups.iter().enumerate() {
         let rows = group.rows.iter().filter(|row| keep(row.label.kind));
         for (heading, cells) in rows.flat_map(|row| lines(group, row)) {
-            let shown = columns.iter().filter_map(|k| cells.get(*k));
-            let cells = shown.map(|(text, mark)| (text.clone(), !mark.is_empty())).collect();
+            let cell = |of: &&[usize]| {
+                let (text, mark) = cells.get(of[0])?;
+                let high = of.get(1).and_then(|k| cells.get(*k)).map(|(high, _)| high);
+                let high = high.filter(|high| !(text.is_empty() && high.is_empty()));
+                let text = high.map_or_else(|| text.clone(), |high| format!("[{text}, {high}]"));
+                Some((text, !mark.is_empty()))
+            };
+            let cells = columns.iter().filter_map(cell).collect();
             lines_of_part.push(Line { group: k, heading, cells });
         }
     }
     // Long headings have notes for readers of the page.
     let is_short = |label: &str| label.chars().count() <= MAX_HEADING;
     let heading = layout.groups.iter().map(|g| if is_short(&g.label) { &g.label } else { &g.key });
-    let part = Part {
+    Part {
         corner: layout.corner.clone(),
-        columns: columns.iter().filter_map(|k| layout.columns.get(*k)).map(|c| c.shown.clone()).collect(),
+        columns: columns.iter().map(column).collect(),
         groups: heading.cloned().collect(),
         lines: lines_of_part,
-    };
-    part.with_intervals()
+    }
 }
 
 /// Indices of the columns to show: those named by the experiment, or all but anchors.
@@ -172,26 +184,6 @@ const MAX_LINES: usize = 50;
 const BOUNDS: [&str; 3] = ["95 % from", "95 % to", "95 %"];
 
 impl Part {
-    /// Merges the two bounds of each interval into one column: `[low, high]`.
-    fn with_intervals(mut self) -> Self {
-        let mut k = 0;
-        while k + 1 < self.columns.len() {
-            if self.columns[k..k + 2] == BOUNDS[..2] {
-                self.columns[k] = BOUNDS[2].to_string();
-                self.columns.remove(k + 1);
-                for line in self.lines.iter_mut().filter(|line| k + 1 < line.cells.len()) {
-                    let (high, _) = line.cells.remove(k + 1);
-                    let low = &mut line.cells[k].0;
-                    if !(low.is_empty() && high.is_empty()) {
-                        *low = format!("[{low}, {high}]");
-                    }
-                }
-            }
-            k += 1;
-        }
-        self
-    }
-
     /// Column ranges of the tables below each other. An interval stays with its value.
     fn side_by_side(&self, width: Width) -> Vec<Range<usize>> {
         // Most columns beside the row headings, at eight points.

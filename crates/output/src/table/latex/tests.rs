@@ -1,4 +1,6 @@
 use super::*;
+use crate::table::build;
+use crate::table::layout::Cell;
 use crate::table::render::tests::sample;
 
 #[test]
@@ -48,29 +50,25 @@ fn numbers_have_a_minus_and_words_a_hyphen() {
 
 /// Part with lines whose cells are named like their columns, in groups of these sizes.
 fn part_of(columns: &[&str], groups: &[usize]) -> Part {
-    let line = |(group, k): (usize, usize)| {
-        let cells = columns.iter().map(|c| (format!("{c} {k}"), false)).collect();
-        Line { group, heading: format!("row {k}"), cells }
+    let row = |k: usize| {
+        let cell = |c: &&str| Cell { ours: Some(format!("{c} {k}")), ..Cell::default() };
+        (format!("row {k}"), columns.iter().map(cell).collect())
     };
-    let places = groups.iter().enumerate().flat_map(|(group, n)| (0..*n).map(move |k| (group, k)));
-    Part {
-        corner: "method".into(),
-        columns: columns.iter().map(|c| (*c).to_string()).collect(),
-        groups: vec!["group".into(); groups.len()],
-        lines: places.map(line).collect(),
-    }
+    let groups = groups.iter().map(|n| build::group("", "group".into(), (0..*n).map(row)));
+    let layout = build::table("", String::new(), "method", columns.iter().copied(), groups.collect());
+    part(&layout, &(0..columns.len()).collect::<Vec<_>>(), |_| true)
 }
 
 #[test]
 fn bounds_are_one_column_that_stays_with_its_value() {
     let columns =
         ["reads", "AUROC", "95 % from", "95 % to", "a", "b", "c", "95 % from", "95 % to", "d", "e", "f"];
-    let part = part_of(&columns, &[1]).with_intervals();
+    let part = part_of(&columns, &[1]);
     assert_eq!(part.columns, ["reads", "AUROC", "95 %", "a", "b", "c", "95 %", "d", "e", "f"]);
     assert_eq!(part.lines[0].cells[2].0, "[95 % from 0, 95 % to 0]");
     assert_eq!(part.side_by_side(Width::Column), [0..5, 5..10]);
     let ends_in_interval = part_of(&["a", "b", "c", "d", "e", "95 % from", "95 % to", "f"], &[1]);
-    assert_eq!(ends_in_interval.with_intervals().side_by_side(Width::Column), [0..6, 6..7]);
+    assert_eq!(ends_in_interval.side_by_side(Width::Column), [0..6, 6..7]);
     assert_eq!(part.side_by_side(Width::Text).len(), 1);
 }
 
