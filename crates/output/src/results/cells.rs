@@ -66,19 +66,15 @@ pub(super) fn done<'a>(
 /// Splits a list into parts of total size at most `most`. `size` is that of an item after those before it in
 /// its part. There is at least one part, and an item that is too large forms its own part.
 pub(crate) fn in_parts<T>(all: &[T], most: usize, size: impl Fn(&[T], &T) -> usize) -> Vec<&[T]> {
-    let mut parts = Vec::new();
-    let mut rest = all;
-    while !rest.is_empty() || parts.is_empty() {
-        let mut used = 0;
-        let fits = |k: &usize| {
-            used += size(&rest[..*k], &rest[*k]);
-            used <= most
-        };
-        let fitting = (0..rest.len()).take_while(fits).count();
-        let (part, later) = rest.split_at(fitting.max(1).min(rest.len()));
-        parts.push(part);
-        rest = later;
+    let (mut parts, mut from, mut used) = (Vec::new(), 0, 0);
+    for (k, item) in all.iter().enumerate() {
+        used += size(&all[from..k], item);
+        if used > most && k > from {
+            parts.push(&all[from..k]);
+            (from, used) = (k, size(&[], item));
+        }
     }
+    parts.push(&all[from..]);
     parts
 }
 

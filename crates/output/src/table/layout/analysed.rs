@@ -1,7 +1,7 @@
 //! Tables of the findings of an analysis.
 
 use super::printed::Printed;
-use super::{Cell, Group, Label, Row, TableLayout, arrow, mark_best, sentence};
+use super::{Cell, Group, Label, TableLayout, arrow, mark_best, sentence};
 use crate::table::build;
 use crate::table::number::{Style, style_of_column};
 use crate::table::suites::{suites_note, tracker_note};
@@ -11,6 +11,9 @@ use trackfail_engine::spec::Experiment;
 use trackfail_engine::spec::table::{FindingName, Table};
 use trackfail_methods::analysis::Grid;
 use trackfail_methods::score::TrackerMetric;
+
+/// Heading and cells of a row.
+type Row = (Label, Vec<Cell>);
 
 /// Makes a table of an analysis, with one group for each tracker.
 pub fn analysed(
@@ -35,13 +38,13 @@ pub fn analysed(
     let styles: Vec<Option<Style>> = (0..widest).map(style).collect();
     let rows = |(analysed, grid): &(&Analysed, &Grid)| -> Vec<Row> {
         let source = printed.beside(Some(&analysed.tracker));
-        let row = |(label, values): &(String, Vec<Option<f64>>)| {
+        let row = |(label, values): &(String, Vec<Option<f64>>)| -> Row {
             let texts: Vec<Option<&str>> =
                 grid.columns.iter().map(|column| printed.text(source, label, column)).collect();
             let of_row = texts.iter().flatten().next().map(|text| Style::of(text));
             let cells = values.iter().zip(&texts).zip(&styles);
             let cells = cells.map(|((value, text), style)| printed.cell(*value, of_row.or(*style), *text));
-            Row { label: label.as_str().into(), direction: Direction::Neither, cells: cells.collect() }
+            (label.as_str().into(), cells.collect())
         };
         grid.rows.iter().map(row).collect()
     };
@@ -59,24 +62,23 @@ pub fn analysed(
         });
         let of_trackers: Vec<Vec<Row>> = found.iter().map(rows).collect();
         let mut rows = place.map_or_else(Vec::new, |k| side_by_side(&of_trackers, k));
-        rows.iter_mut().for_each(|r| mark_best(r.cells.iter_mut(), direction(column), |_, _| true));
-        vec![ungrouped(rows)]
+        rows.iter_mut().for_each(|(_, cells)| mark_best(cells.iter_mut(), direction(column), |_, _| true));
+        vec![build::group("", String::new(), rows)]
     } else if found.iter().all(is_one_row) {
         let named = |one: &(&Analysed, &Grid)| -> Vec<Row> {
-            rows(one).into_iter().map(|row| Row { label: tracker_heading(one.0), ..row }).collect()
+            rows(one).into_iter().map(|(_, cells)| (tracker_heading(one.0), cells)).collect()
         };
         let mut rows: Vec<Row> = found.iter().flat_map(named).collect();
         for (k, column) in columns.iter().enumerate() {
-            let cells = rows.iter_mut().filter_map(|row| row.cells.get_mut(k));
+            let cells = rows.iter_mut().filter_map(|(_, cells)| cells.get_mut(k));
             mark_best(cells, direction(column), |_, _| true);
         }
-        vec![ungrouped(rows)]
+        vec![build::group("", String::new(), rows)]
     } else {
-        let group = |one: &(&Analysed, &Grid)| Group {
-            key: one.0.tracker.clone(),
-            label: if found.len() == 1 { String::new() } else { tracker_note(one.0) },
-            published_tracker: printed.beside(Some(&one.0.tracker)).map(|label| printed.name(label)),
-            ..ungrouped(rows(one))
+        let group = |one: &(&Analysed, &Grid)| {
+            let label = if found.len() == 1 { String::new() } else { tracker_note(one.0) };
+            let published_tracker = printed.beside(Some(&one.0.tracker)).map(|label| printed.name(label));
+            Group { published_tracker, ..build::group(&one.0.tracker, label, rows(one)) }
         };
         found.iter().map(group).collect()
     };
@@ -106,21 +108,16 @@ fn tracker_heading(analysed: &Analysed) -> Label {
     Label::shown_as(analysed.tracker.clone(), tracker_note(analysed))
 }
 
-/// Group without a heading, for rows of all trackers together.
-fn ungrouped(rows: Vec<Row>) -> Group {
-    Group { label: String::new(), key: String::new(), published_tracker: None, has_ours: true, rows }
-}
-
 /// Column `k` of all trackers side by side. Rows are in order of first occurrence.
 fn side_by_side(of_trackers: &[Vec<Row>], k: usize) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
-    for row in of_trackers.iter().flatten() {
-        if rows.iter().all(|known| known.label != row.label) {
+    for (label, _) in of_trackers.iter().flatten() {
+        if rows.iter().all(|(known, _)| known != label) {
             let cell = |of_tracker: &Vec<Row>| -> Cell {
-                let mine = of_tracker.iter().find(|r| r.label == row.label);
-                mine.and_then(|r| r.cells.get(k).cloned()).unwrap_or_default()
+                let mine = of_tracker.iter().find(|(known, _)| known == label);
+                mine.and_then(|(_, cells)| cells.get(k).cloned()).unwrap_or_default()
             };
-            rows.push(Row { cells: of_trackers.iter().map(cell).collect(), ..row.clone() });
+            rows.push((label.clone(), of_trackers.iter().map(cell).collect()));
         }
     }
     rows
