@@ -49,11 +49,9 @@ pub struct FormatEntry {
     pub belongs: fn(&Entry, &str, Option<u32>) -> bool,
     /// True if a file of this name holds labels. The files digest of a sequence does not cover those.
     pub is_label: fn(&str) -> bool,
-    /// True if a sequence may be only a range of the folder's images, so that later ones may be absent.
-    pub takes_ranges: fn(&Path) -> Result<bool, DatasetError>,
-    /// Name of the part (annotation or frames) that a folder lacks. Only for formats whose parts are
-    /// downloaded apart.
-    pub absent_part: fn(&Path) -> Result<Option<&'static str>, DatasetError>,
+    /// Tells what of an entry's sequence is not in the folder: a part that is downloaded apart (annotation or
+    /// frames), or the last frames where a sequence may be only a range of the folder's images.
+    pub absent: fn(&Self, &Path, &Entry) -> Result<Option<String>, DatasetError>,
     /// Targets of a folder: `[None]` for a single unnumbered one, empty if the folder holds no sequence.
     /// `None` for formats whose suites are written by hand.
     pub find_targets: Option<FindTargets>,
@@ -72,8 +70,7 @@ impl FormatEntry {
         reads: |name| name == GROUND_TRUTH,
         belongs: |_, _, _| true,
         is_label: |_| false,
-        takes_ranges: |_| Ok(false),
-        absent_part: |_| Ok(None),
+        absent: |_, _, _| Ok(None),
         find_targets: Some(|folder| {
             Ok(if folder.join(GROUND_TRUTH).is_file() { vec![None] } else { Vec::new() })
         }),
@@ -99,6 +96,15 @@ impl FormatEntry {
             return Err(DatasetError::content(&folder, "no .jpg or .png file in this folder"));
         }
         Ok(NumberedImages { folder, files: numbered(paths)? })
+    }
+
+    /// The frames of an entry from the first without image on, if all to its end have none.
+    fn cut_off(&self, folder: &Path, entry: &Entry) -> Result<Option<String>, DatasetError> {
+        let Some((first, last)) = entry.range else { return Ok(None) };
+        let images = self.images(folder)?.files;
+        let absent = (first..=last).find(|n| !images.contains_key(n));
+        let absent = absent.filter(|&n| images.range(n..=last).next().is_none());
+        Ok(absent.map(|n| format!("frames {n} to {last} are not")))
     }
 }
 

@@ -123,25 +123,20 @@ pub(crate) fn numbered(paths: Vec<PathBuf>) -> Result<BTreeMap<u32, PathBuf>, Da
 fn named(paths: Vec<PathBuf>) -> Vec<Name> {
     let whole = paths.windows(2).any(|pair| pair[0].parent() != pair[1].parent());
     let mut names: Vec<Name> = paths.into_iter().map(|path| Name::new(path, whole).on_24_hours()).collect();
-    names.sort_by(|a, b| natural(a, b).then_with(|| a.path.cmp(&b.path)));
+    names.sort_by(|a, b| compare(a, b, false).then_with(|| a.path.cmp(&b.path)));
     names
 }
 
-/// Compares names part by part, texts and numbers in turn. A name that is the start of another comes first.
-fn natural(a: &Name, b: &Name) -> Ordering {
-    let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| a.value(k).cmp(&b.value(k)));
-    (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-}
-
-/// Like [`natural`], for names that differ in numbers alone, and with digits after a decimal point compared
-/// as fractions.
-fn decimal(a: &Name, b: &Name) -> Ordering {
-    let part = |k: usize| match a.is_fraction(k) {
+/// Compares names part by part, texts and numbers in turn. A name that is the start of another comes first. In
+/// names that differ in numbers alone, digits after a decimal point may be taken as fractions.
+fn compare(a: &Name, b: &Name, has_fractions: bool) -> Ordering {
+    let number = |k: usize| match has_fractions && a.is_fraction(k) {
         // Without zeros at their ends.
         true => a.digits(k).trim_end_matches('0').cmp(b.digits(k).trim_end_matches('0')),
         false => a.value(k).cmp(&b.value(k)),
     };
-    (0..a.runs.len()).map(part).fold(Ordering::Equal, Ordering::then)
+    let part = |k: usize| a.texts.get(k).cmp(&b.texts.get(k)).then_with(|| number(k));
+    (0..a.texts.len().max(b.texts.len())).map(part).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
 /// Frame numbers of the names, which are in natural order.
@@ -161,7 +156,7 @@ fn numbers(names: &[Name]) -> Result<Vec<u32>, DatasetError> {
         return Err(DatasetError::content(&other.path, message));
     }
     let last: Vec<Value<'_>> = names.iter().filter_map(Name::last).collect();
-    let twice = |pair: &&[Name]| natural(&pair[0], &pair[1]).is_eq();
+    let twice = |pair: &&[Name]| compare(&pair[0], &pair[1], false).is_eq();
     if let Some(pair) = names.windows(2).find(twice) {
         return Err(again(&pair[0], &pair[1], pair[1].last()));
     }
@@ -244,7 +239,7 @@ fn first_that_varies(names: &[Name]) -> Option<usize> {
 /// [`DatasetError::FrameOrder`] if fractions of different lengths would have another order as whole numbers.
 fn counts_down(names: &[Name], run: usize) -> Result<bool, DatasetError> {
     let mut by_decimal: Vec<&Name> = names.iter().collect();
-    by_decimal.sort_by(|a, b| decimal(a, b));
+    by_decimal.sort_by(|a, b| compare(a, b, true));
     if by_decimal.iter().zip(names).any(|(a, b)| a.path != b.path) {
         return Err(doubt(names, &by_decimal, "decimal numbers"));
     }

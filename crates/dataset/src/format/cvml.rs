@@ -42,8 +42,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
         (Some(n), Some((first, last))) => first <= n && n <= last,
         _ => true,
     },
-    takes_ranges: |folder| Ok(!is_video(folder, &names(folder)?)),
-    absent_part,
+    absent,
     find_targets: None,
     ..FormatEntry::BASE
 };
@@ -107,15 +106,19 @@ fn is_video(folder: &Path, names: &[String]) -> bool {
     FORMAT.image_folder(folder) == folder && names.iter().any(|name| is_video_name(name))
 }
 
-/// Name of the part, annotation or frames, that a folder lacks. The two are downloaded apart.
-fn absent_part(folder: &Path) -> Result<Option<&'static str>> {
+/// Tells what a folder lacks: annotation or frames, which are downloaded apart, or the last images of a range.
+fn absent(format: &FormatEntry, folder: &Path, entry: &Entry) -> Result<Option<String>> {
     let names = names(folder)?;
     if !names.iter().any(|name| is_xml(name)) {
-        return Ok(Some(ANNOTATION));
+        return Ok(Some(format!("no {ANNOTATION}")));
     }
     let has_frames = FORMAT.image_folder(folder) != folder
         || names.iter().any(|name| is_video_name(name) || is_image(Path::new(name)));
-    Ok((!has_frames).then_some("images or video"))
+    match is_video(folder, &names) {
+        _ if !has_frames => Ok(Some("no images or video".into())),
+        true => Ok(None),
+        false => format.cut_off(folder, entry),
+    }
 }
 
 fn is_xml(name: &str) -> bool {

@@ -46,7 +46,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
             || name == "attributes.txt"
     },
     belongs,
-    takes_ranges: |_| Ok(true),
+    absent: FormatEntry::cut_off,
     find_targets: Some(find_targets),
     ..FormatEntry::BASE
 };

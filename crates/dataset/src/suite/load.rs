@@ -79,12 +79,8 @@ impl PinnedSuite {
     /// Loads the sequence of an entry from a root. It must have the pinned frames.
     pub(super) fn load(&self, entry: &Entry, root: &Path) -> Result<Sequence> {
         let (folder, format) = (entry.path(root), self.format(entry));
-        if let Some(part) = (format.absent_part)(&folder)? {
-            return Err(self.missing(entry, &format!("no {part} in {}; ", entry.folder)));
-        }
-        if let Some((first, last)) = self.cut_off(entry, &folder)? {
-            let hint = format!("frames {first} to {last} are not in {}; ", entry.folder);
-            return Err(self.missing(entry, &hint));
+        if let Some(what) = (format.absent)(format, &folder, entry)? {
+            return Err(self.missing(entry, &format!("{what} in {}; ", entry.folder)));
         }
         let mut sequence = (format.load)(root, entry)?;
         let (video, source) = (entry.video().to_string(), entry.source().to_string());
@@ -120,16 +116,5 @@ impl PinnedSuite {
             ..entry.clone()
         };
         Ok((facts, sequence))
-    }
-
-    /// First and last absent frame of an entry, if all frames from there to its end are absent; else `None`.
-    fn cut_off(&self, entry: &Entry, folder: &Path) -> Result<Option<(u32, u32)>> {
-        let (Some((first, last)), format) = (entry.range, self.format(entry)) else { return Ok(None) };
-        if !(format.takes_ranges)(folder)? {
-            return Ok(None);
-        }
-        let images = format.images(folder)?.files;
-        let absent = (first..=last).find(|n| !images.contains_key(n));
-        Ok(absent.filter(|&n| images.range(n..=last).next().is_none()).map(|n| (n, last)))
     }
 }
