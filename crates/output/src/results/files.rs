@@ -6,24 +6,8 @@
 use super::cells::TrackName;
 use super::frame_measures::MEASURES;
 use super::frame_pairs::Difference;
-use super::rows::{Column, Kind, Rows, rows};
+use super::rows::{Column, Rows, integer, real, rows, small, text};
 use trackfail_methods::score::{Counts, FrameMeasures};
-
-const fn text(name: &'static str) -> Column {
-    Column::new(Kind::Text, name)
-}
-
-pub(super) const fn integer(name: &'static str) -> Column {
-    Column::new(Kind::Integer, name)
-}
-
-const fn small(name: &'static str) -> Column {
-    Column::new(Kind::Small, name)
-}
-
-pub(super) const fn real(name: &'static str) -> Column {
-    Column::new(Kind::Real, name)
-}
 
 const SUITE: Column = text("suite");
 const SEQUENCE: Column = text("sequence");

@@ -95,13 +95,10 @@ fn is_shared(outcome: &Outcome<'_>, points: &[&Cell]) -> Result<bool, StoreError
     Ok(same_signal && done(outcome, [*first])?.iter().all(|one| one.output.forecast.is_none()))
 }
 
-/// Rows of cells, each with a label of its grid point.
+/// Rows of cells with a result, each with a label of its grid point.
 fn signals_of(outcome: &Outcome<'_>, cells: &[(&Cell, &str)]) -> Result<DataFrame, ResultsError> {
-    let mut shown = Vec::new();
-    for (cell, params) in cells {
-        shown.extend(done(outcome, [*cell])?.into_iter().map(|one| (one, *params)));
-    }
-    let rows = shown.iter().flat_map(|(Done { cell, track, output, .. }, params)| {
+    let shown = done(outcome, cells.iter().map(|(cell, _)| *cell))?;
+    let rows = shown.iter().zip(cells).flat_map(|(Done { cell, track, output, .. }, (_, params))| {
         let signal = track.signal(cell.signal);
         (0..signal.len()).map(move |t| Signal {
             track: track_name(outcome, cell),

@@ -1,9 +1,9 @@
 //! `frame_measures.csv`: measures of scores and alarms by frame, pooled over sequences and runs.
 
 use super::cells::{Done, done, grouped};
-use super::files::{Measured, integer, real};
+use super::files::Measured;
 use super::measures::Measure;
-use super::rows::{Column, Field, Rows, TableError, group, ungroup};
+use super::rows::{Column, Field, Rows, TableError, group, integer, real, ungroup};
 use polars::prelude::{Column as Values, DataFrame};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -53,11 +53,10 @@ pub const EVERY_TRACKER: &str = "*";
 /// Meaning of a method's scores at a grid point.
 pub fn reading(experiment: &Experiment, method: &str, params: &str) -> Method {
     let mine = experiment.methods.iter().filter(|m| m.name == method).flat_map(|m| &m.variants);
-    let Some(variant) = mine.into_iter().find(|v| v.params() == params) else {
-        return Method { direction: Direction::LowerIsBetter, is_probability: false };
-    };
-    let facts = variant.detector.example.detector.facts();
-    Method { direction: facts.direction, is_probability: facts.gives_probability }
+    let variant = mine.into_iter().find(|v| v.params() == params);
+    let facts = variant.map(|variant| variant.detector.example.detector.facts());
+    let read = facts.map(|f| Method { direction: f.direction, is_probability: f.gives_probability });
+    read.unwrap_or(Method { direction: Direction::LowerIsBetter, is_probability: false })
 }
 
 /// Measures of a tracker and a method at a grid point.

@@ -63,11 +63,6 @@ pub struct Column {
 }
 
 impl Column {
-    /// Column of values of a type.
-    pub const fn new(kind: Kind, name: &'static str) -> Self {
-        Self { name, kind, is_optional: false, recent: false }
-    }
-
     /// The column, in which an empty text is a missing value.
     pub const fn optional(self) -> Self {
         Self { is_optional: true, ..self }
@@ -101,6 +96,26 @@ impl Column {
             Kind::Real => Values::new(name(), self.parse::<f64>(found)?),
         })
     }
+}
+
+/// Column of texts.
+pub(super) const fn text(name: &'static str) -> Column {
+    Column { name, kind: Kind::Text, is_optional: false, recent: false }
+}
+
+/// Column of integers of 64 bits.
+pub(super) const fn integer(name: &'static str) -> Column {
+    Column { kind: Kind::Integer, ..text(name) }
+}
+
+/// Column of integers of 32 bits.
+pub(super) const fn small(name: &'static str) -> Column {
+    Column { kind: Kind::Small, ..text(name) }
+}
+
+/// Column of floating-point numbers.
+pub(super) const fn real(name: &'static str) -> Column {
+    Column { kind: Kind::Real, ..text(name) }
 }
 
 /// Name of a file in compact results, which store it as Parquet.
@@ -384,10 +399,10 @@ mod tests {
     use crate::results::bytes::parts_to_parquet;
     use polars_parquet::write::schema_to_metadata_key;
 
-    const SUITE: Column = Column::new(Kind::Text, "suite");
-    const NAME: Column = Column::new(Kind::Text, "name");
-    const V: Column = Column::new(Kind::Real, "v");
-    const W: Column = Column::new(Kind::Integer, "w");
+    const SUITE: Column = text("suite");
+    const NAME: Column = text("name");
+    const V: Column = real("v");
+    const W: Column = integer("w");
 
     rows! {
         struct One in "one.csv", [] { v: f64 = [V], } []

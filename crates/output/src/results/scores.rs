@@ -116,10 +116,9 @@ pub fn read(bytes: Vec<u8>) -> Result<Vec<CellScore>, TableError> {
     let rows = Score::rows(&frame)?;
     let done = rows.into_iter().filter(|row| row.track.0 != "*" && row.status == "ok");
     let cell = |Score { track: (sequence, tracker, run), method, params, counts, .. }: Score<'_>| {
-        let lacking = || TableError::not_a_number("tp", "");
         let [sequence, tracker, method, params] = [sequence, tracker, method, params].map(str::to_string);
-        let of = |counts| CellScore { sequence, tracker, run, method, params, counts };
-        counts.map(of).ok_or_else(lacking)
+        let score = counts.map(|counts| CellScore { sequence, tracker, run, method, params, counts });
+        score.ok_or_else(|| TableError::not_a_number("tp", ""))
     };
     done.map(cell).collect()
 }
