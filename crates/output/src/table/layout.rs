@@ -168,11 +168,6 @@ impl TableLayout {
 }
 
 impl Label {
-    /// Heading of results with a name for programs and a text for people.
-    pub fn shown_as(name: String, shown: String) -> Self {
-        Self { name, shown, kind: LabelKind::Result }
-    }
-
     /// Heading of a metric, with an arrow for its direction.
     pub fn of_metric(metric: Metric) -> Self {
         let shown = format!("{}{}", metric.title(), arrow(metric.direction()));
@@ -250,12 +245,8 @@ pub fn measure_of<'m>(
 
 /// True if a method is an anchor, that is, its detector reads no signal.
 pub fn is_anchor(experiment: &Experiment, method: &str) -> bool {
-    experiment
-        .methods
-        .iter()
-        .filter(|m| m.name == method)
-        .flat_map(|m| &m.variants)
-        .all(|v| !v.detector.example.detector.facts().needs_signal)
+    let mut variants = experiment.methods.iter().filter(|m| m.name == method).flat_map(|m| &m.variants);
+    variants.all(|v| !v.detector.example.detector.facts().needs_signal)
 }
 
 /// Makes a table of pooled numbers; `data_note` names the data behind them.

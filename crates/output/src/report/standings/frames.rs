@@ -70,7 +70,8 @@ pub fn differences(of: &Standings, results: &Results, pairs: &[Pair]) -> TableLa
     let rows = ranked.iter().enumerate().filter_map(row);
     let mut columns = ["reads", "AUROC", "found at 5", "compared with"].map(Label::from).to_vec();
     for difference in ["AUROC difference", "found difference"] {
-        let bound = |end: &str| Label::shown_as(format!("{difference}, {end}"), format!("95 % {end}"));
+        let bound =
+            |end: &str| Label { shown: format!("95 % {end}"), ..format!("{difference}, {end}").into() };
         columns.extend([difference.into(), bound("from"), bound("to")]);
     }
     let groups = vec![group("", String::new(), rows)];

@@ -24,11 +24,9 @@ pub fn analysed(
     data_note: &str,
 ) -> TableLayout {
     let printed = Printed::of(experiment, table);
-    let found: Vec<(&Analysed, &Grid)> = analyses
-        .iter()
-        .filter(|a| a.analysis == shows.analysis)
-        .filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)))
-        .collect();
+    let found = analyses.iter().filter(|a| a.analysis == shows.analysis);
+    let found = found.filter_map(|a| Some((a, a.findings.tables.iter().find(|t| t.name == shows.part)?)));
+    let found: Vec<(&Analysed, &Grid)> = found.collect();
     // A column has one rounding for all trackers.
     let style = |k: usize| {
         let rows = found.iter().flat_map(|(_, grid)| &grid.rows);
@@ -100,12 +98,12 @@ fn direction(column: &str) -> Direction {
 
 /// Heading of a column, with an arrow if it is a metric of trackers with a direction.
 fn heading(column: &str) -> Label {
-    Label::shown_as(column.to_string(), format!("{column}{}", arrow(direction(column))))
+    Label { shown: format!("{column}{}", arrow(direction(column))), ..column.into() }
 }
 
 /// Heading of a tracker's row or column.
 fn tracker_heading(analysed: &Analysed) -> Label {
-    Label::shown_as(analysed.tracker.clone(), tracker_note(analysed))
+    Label { shown: tracker_note(analysed), ..analysed.tracker.as_str().into() }
 }
 
 /// Column `k` of all trackers side by side. Rows are in order of first occurrence.
