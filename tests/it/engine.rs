@@ -201,7 +201,7 @@ fn a_damaged_store_is_reported_and_computed_again() {
 }
 
 #[test]
-fn merged_shards_and_two_runs_at_once_equal_one_run_byte_for_byte() {
+fn shards_and_two_runs_equal_one_run() {
     let place = place();
     run_into(&place, "whole", "");
     std::thread::scope(|scope| {

@@ -139,7 +139,7 @@ fn faults_of_sent_results_are_named() {
 }
 
 #[test]
-fn damaged_files_are_refused_or_whole() {
+fn damaged_files_are_refused_and_nothing_replaced() {
     let (place, whole) = packed();
     for k in 0..12 {
         let n = whole.len() * k / 12;

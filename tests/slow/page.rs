@@ -74,19 +74,14 @@ fn a_page_works_from_disk() {
     let place = page_of_a_run();
     let page = place.path("reports/mine/page/index.html");
     let own = format!("file://{}", page.parent().unwrap().display());
-    browser.on_all_screens(
-        "page",
-        &page,
-        |url| url.starts_with(&own),
-        |browser, dark| {
-            browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
-            let ground = browser.text("getComputedStyle(document.body).backgroundColor");
-            assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
-            assert_eq!(browser.text(FAINT), "");
-            works(browser);
-            assert_eq!(browser.text(FAINT), "");
-        },
-    );
+    browser.on_all_screens("page", &page, &own, |browser, dark| {
+        browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
+        let ground = browser.text("getComputedStyle(document.body).backgroundColor");
+        assert_eq!(ground, if dark { "rgb(22, 22, 24)" } else { "rgb(255, 255, 255)" });
+        assert_eq!(browser.text(FAINT), "");
+        works(browser);
+        assert_eq!(browser.text(FAINT), "");
+    });
     // All numbers are there without JavaScript, and nothing that does not work.
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
@@ -136,7 +131,7 @@ fn it_plays(browser: &mut Browser) {
     let before = browser.frame();
     let button = "document.getElementById('play')";
     choose(browser, "speed", "60 frames/s");
-    browser.click(button, 0.5);
+    browser.click(button);
     browser.becomes(&format!("Number({READOUT}.split(' ')[1]) > {before}"));
     assert_eq!(browser.text(&format!("{button}.ariaPressed")), "true");
     browser.becomes(&format!("{button}.ariaPressed === 'false'"));
@@ -169,12 +164,12 @@ fn headings_sort(browser: &mut Browser) {
         format!("[...{row}.cells].slice(1).map(c => c.dataset.v === undefined ? -1 : Number(c.dataset.v))");
     let button = format!("{row}.querySelector('th button')");
     for (order, sign) in [("descending", ">="), ("ascending", "<=")] {
-        browser.click(&button, 0.5);
+        browser.click(&button);
         assert_eq!(browser.text(&format!("{row}.cells[0].ariaSort")), order);
         let is_sorted = format!("{values}.every((v, k, all) => k === 0 || all[k - 1] {sign} v)");
         assert_eq!(browser.value(&is_sorted), true);
     }
-    browser.click(&button, 0.5);
+    browser.click(&button);
     assert_eq!(browser.text(heads), before);
 }
 
@@ -182,7 +177,7 @@ fn headings_sort(browser: &mut Browser) {
 fn folded_table_opens(browser: &mut Browser) {
     let last = "[...document.querySelectorAll('details.table')].at(-1)";
     browser.value(&format!("{last}.open = false"));
-    browser.click("document.querySelector('.contents li:last-child a')", 0.5);
+    browser.click("document.querySelector('.contents li:last-child a')");
     assert_eq!(browser.value(&format!("{last}.open")), true);
 }
 
@@ -207,7 +202,7 @@ fn filters_hide_rows(browser: &mut Browser) {
     assert!(browser.value(&listed) == true && browser.value(SHOWN).as_u64().unwrap() > 0);
     choose(browser, "by-sequence", "no such name");
     assert_eq!(browser.value(SHOWN), 0);
-    browser.click("document.getElementById('clear')", 0.5);
+    browser.click("document.getElementById('clear')");
     assert_eq!(browser.value(SHOWN), all);
 }
 
@@ -231,18 +226,18 @@ fn viewer_moves(browser: &mut Browser) {
     browser.press("p");
     browser.press("End");
     let last = browser.frame();
-    browser.click("document.querySelector('[data-do=back]')", 0.5);
+    browser.click("document.querySelector('[data-do=back]')");
     assert_eq!(browser.frame(), last - 1);
     assert_eq!(browser.text("document.querySelector('.strip').ariaValueNow"), (last - 1).to_string());
 
     // By mouse: a mark of the strip, a place of the strip, an entry of the list.
     let mark = browser.value(&format!("{marks}.at(-1)")).as_i64().unwrap();
-    browser.click("document.querySelector('#strip .jump:last-of-type .hit-area')", 0.5);
+    browser.click("document.querySelector('#strip .jump:last-of-type .hit-area')");
     assert_eq!(browser.frame(), first + mark);
-    browser.click("document.getElementById('strip')", 0.5);
+    browser.click("document.getElementById('strip')");
     let middle = browser.frame();
     assert!((last / 4..=3 * last / 4).contains(&middle), "{middle} of {last}");
-    browser.click("document.querySelector('#marks button')", 0.5);
+    browser.click("document.querySelector('#marks button')");
     assert_eq!(browser.frame(), first + browser.value(&format!("{marks}[0]")).as_i64().unwrap());
 }
 
@@ -307,12 +302,12 @@ fn number_leads_to_its_sequences(browser: &mut Browser) {
     assert_eq!(formula, format!("TP / (TP + FN) = {0} / ({0} + {1})", counts[0], counts[1]));
     let top = "document.querySelector('#sequence-table tbody tr:not([hidden])')";
     assert_eq!(browser.value(&format!("{top}.classList.contains('open')")), true);
-    browser.click("document.getElementById('explained-back')", 0.5);
+    browser.click("document.getElementById('explained-back')");
     assert_eq!(browser.value(&format!("document.activeElement === {link}")), true);
-    browser.click("document.getElementById('clear')", 0.5);
+    browser.click("document.getElementById('clear')");
     assert_eq!(browser.value("document.getElementById('explained').hidden"), true);
     for _ in 0..2 {
-        browser.click("document.querySelector('#sequence-table thead th[aria-sort] button')", 0.5);
+        browser.click("document.querySelector('#sequence-table thead th[aria-sort] button')");
     }
     assert_eq!(browser.value("document.querySelectorAll('#sequence-table [aria-sort]').length"), 0);
 }
@@ -370,7 +365,7 @@ fn names_of_any_kind_are_text_and_break_nothing() {
         assert_eq!(browser.value("document.querySelectorAll('img, b').length"), 0);
         choose(&mut browser, "by-tracker", "<b>&'\"</b>");
         assert_eq!(browser.value(SHOWN), 2);
-        assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+        assert_eq!(browser.complaints("file://"), Vec::<String>::new());
         browser.picture(&format!("names-{width}"));
     }
 }
@@ -409,7 +404,7 @@ fn series_beside_the_page_are_loaded_from_disk_when_they_are_shown() {
     browser.becomes("document.querySelectorAll('script[src]').length === 2");
     browser.becomes(&format!("{READOUT}.includes('hit')"));
     browser.press("n");
-    assert_eq!(browser.complaints(|url| url.starts_with("file://")), Vec::<String>::new());
+    assert_eq!(browser.complaints("file://"), Vec::<String>::new());
     // Without its file a track cannot be shown, which the page says.
     std::fs::remove_dir_all(place.path("data")).unwrap();
     browser.open(&place.path("index.html"));

@@ -48,13 +48,12 @@ fn the_site_works_in_a_browser() {
     let reports = root.path().join("reports");
     gallery(&reports);
     assert_eq!(site::write_index(&reports).unwrap().len(), 1);
-    let is_file = |url: &str| url.starts_with("file://");
-    browser.on_all_screens("site", &reports.join("index.html"), is_file, |browser, _| {
+    browser.on_all_screens("site", &reports.join("index.html"), "file://", |browser, _| {
         assert_eq!(browser.value("document.querySelectorAll('#reports .list > li').length"), 3);
         assert_eq!(browser.value("document.querySelectorAll('#reports b').length"), 0);
     });
-    browser.click("document.querySelector('#reports .links a')", 0.5);
+    browser.click("document.querySelector('#reports .links a')");
     browser
         .becomes("document.title === 'page' && location.pathname.endsWith('/khalid2016/table1/index.html')");
-    assert_eq!(browser.complaints(is_file), Vec::<String>::new());
+    assert_eq!(browser.complaints("file://"), Vec::<String>::new());
 }

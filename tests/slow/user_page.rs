@@ -31,15 +31,10 @@ fn the_page_of_a_users_track_works_from_disk() {
     assert!(std::fs::metadata(&page).unwrap().len() < 3_000_000);
     let mut browser = Browser::start();
     let own = format!("file://{}", page.display());
-    browser.on_all_screens(
-        "user-page",
-        &page,
-        |url| url == own,
-        |browser, _| {
-            browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
-            works(browser);
-        },
-    );
+    browser.on_all_screens("user-page", &page, &own, |browser, _| {
+        browser.becomes(&format!("{READOUT}.startsWith('Frame ')"));
+        works(browser);
+    });
     browser.call("Emulation.setScriptExecutionDisabled", json!({"value": true}));
     browser.open(&page);
     let text = browser.text("document.body.innerText");
@@ -88,15 +83,15 @@ fn works(browser: &mut Browser) {
     let all = "[...document.querySelectorAll('#thumbnails button')].map(b => b.textContent).join(', ')";
     let thumbnails = browser.text(all);
     assert!(thumbnails.starts_with("1 tracking, 41 lost, 51 tracking"), "{thumbnails}");
-    browser.click("document.querySelectorAll('#thumbnails button')[1]", 0.5);
+    browser.click("document.querySelectorAll('#thumbnails button')[1]");
     assert_eq!(browser.frame(), 41);
 
     // By mouse: a place of the strip, another method.
-    browser.click("document.getElementById('strip')", 0.5);
+    browser.click("document.getElementById('strip')");
     let middle = browser.frame();
     assert!(middle > 41, "{middle}");
-    browser.click("document.querySelectorAll('#sequence-table tbody td')[4]", 0.5);
+    browser.click("document.querySelectorAll('#sequence-table tbody td')[4]");
     browser.becomes("document.getElementById('show-method').selectedOptions[0].text === 'CovF'");
-    browser.click("document.querySelectorAll('#sequence-table tbody td')[3]", 0.5);
+    browser.click("document.querySelectorAll('#sequence-table tbody td')[3]");
     browser.becomes("document.getElementById('show-method').selectedOptions[0].text === 'Displacement'");
 }
