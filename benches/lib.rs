@@ -48,16 +48,11 @@ pub fn frame_with_target([a, b]: [f64; 2]) -> Frame {
 ///
 /// # Panics
 /// When it refuses the parameters or does not start.
-pub fn started(
-    entry: &Entry<dyn TrackerConfig>,
-    params: &str,
-    frame: &Frame,
-    target: Rect,
-) -> Box<dyn Tracker> {
-    let setup = entry.build_from_text(params).expect("the parameters are valid");
+pub fn started(entry: &Entry<dyn TrackerConfig>, text: &str, frame: &Frame, place: Rect) -> Box<dyn Tracker> {
+    let setup = entry.build_from_text(text).expect("the parameters are valid");
     let sequence = synthetic::suite("synthetic-otb").expect("it is built in").swap_remove(0);
     let context = RunContext { sequence: &sequence, start_frame: 0, run: 0, seed: 1, data_roots: &[] };
-    setup.start(&context, frame, &Region::Rect(target)).expect("it starts").0
+    setup.start(&context, frame, &Region::Rect(place)).expect("it starts").0
 }
 
 /// An experiment of 20 sequences x `runs` runs of a tracker x 100 thresholds.

@@ -4,6 +4,7 @@ use crate::fetch::{arrives, job, job_of, nothing_left, options, run, sample, sha
 use crate::tools::files;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use tempfile::TempDir;
 use trackfail::dataset::archive::Packing;
 use trackfail::dataset::fetch::{FetchError, FetchJob, FetchOptions};
 use trackfail_testing::put;
@@ -23,10 +24,7 @@ fn leave(root: &Path, server: &Server, bytes: &[u8], etag: &str) {
 }
 
 #[track_caller]
-pub fn fails(
-    server: &Server,
-    change: impl Fn(&mut FetchJob, &mut FetchOptions),
-) -> (FetchError, tempfile::TempDir) {
+pub fn fails(server: &Server, change: impl Fn(&mut FetchJob, &mut FetchOptions)) -> (FetchError, TempDir) {
     let root = tempfile::tempdir().unwrap();
     let (mut job, mut options) = (job_of(server), options());
     change(&mut job, &mut options);

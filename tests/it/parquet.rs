@@ -33,7 +33,7 @@ fn results() -> Place {
     let boxes =
         |of: fn(usize) -> usize| -> String { (0..FRAMES).map(|t| format!("{},1,9,9\n", of(t))).collect() };
     place.write("frames/Walk/groundtruth_rect.txt", boxes(|t| t + 1));
-    place.frames("frames/Walk/img/0000.png", FRAMES, (120, 12), |t, x, y| {
+    place.frames("frames/Walk/img/0000.png", FRAMES as u32, (120, 12), |t, x, y| {
         if (t..t + 9).contains(&x) && y < 9 { [250, 80, 10] } else { [x as u8, y as u8, 99] }
     });
     place.write("results/T/Walk.txt", boxes(|t| t + 1 + if t < 40 { 0 } else { 30 }));

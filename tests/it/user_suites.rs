@@ -10,7 +10,7 @@ fn data_root() -> Place {
     let place = Place::new();
     for (name, lost) in [("GOT-10k_Val_000001", FRAMES), ("GOT-10k_Val_000002", 15)] {
         let folder = format!("got/val/{name}");
-        place.frames(&format!("{folder}/00000000.png"), FRAMES, (96, 48), |t, x, y| {
+        place.frames(&format!("{folder}/00000000.png"), FRAMES as u32, (96, 48), |t, x, y| {
             let inside = (2 * t..2 * t + 16).contains(&x) && (10..26).contains(&y);
             [x as u8, y as u8, if inside { 255 } else { 0 }]
         });

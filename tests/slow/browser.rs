@@ -159,21 +159,15 @@ impl Browser {
         assert!(widths[0].as_i64() <= widths[1].as_i64(), "{widths}");
     }
 
-    /// Opens a file on a desk and on a phone, light and dark; it must fit, and neither complain nor ask for addresses other
-    /// than `allowed`.
-    pub fn on_all_screens(
-        &mut self,
-        name: &str,
-        file: &Path,
-        allowed: &str,
-        works: impl Fn(&mut Self, bool),
-    ) {
+    /// Opens a file on a desk and on a phone, light and dark; it must fit, and neither complain nor ask for addresses that do
+    /// not begin with `own`.
+    pub fn on_all_screens(&mut self, name: &str, file: &Path, own: &str, works: impl Fn(&mut Self, bool)) {
         for (width, dark) in [(1400, false), (1400, true), (390, false), (390, true)] {
             self.screen(width, 900, dark);
             self.open(file);
             self.has_no_sideways_scroll();
             works(self, dark);
-            assert_eq!(self.complaints(allowed), Vec::<String>::new());
+            assert_eq!(self.complaints(own), Vec::<String>::new());
             self.picture(&format!("{name}-{width}-{}", if dark { "dark" } else { "light" }));
         }
     }

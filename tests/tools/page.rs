@@ -30,7 +30,7 @@ pub fn page_of_a_run() -> Place {
             [x as u8, 5 * y as u8, if inside { 255 } else { 0 }]
         });
         // Pixels count from 1.
-        let truth: String = (0..frames as u32).map(|t| format!("{},11,16,16\n", left(t) + 1)).collect();
+        let truth: String = (0..frames).map(|t| format!("{},11,16,16\n", left(t) + 1)).collect();
         place.write(&format!("{folder}/groundtruth_rect.txt"), truth);
         place.write(&format!("{folder}/attributes.txt"), attributes);
     }

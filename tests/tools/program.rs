@@ -77,18 +77,12 @@ impl Place {
         self.path(name)
     }
 
-    /// Writes frames with numbers from 1 in place of the zeros of `name`; a pixel is one of the index of the frame and a place.
-    pub fn frames(
-        &self,
-        name: &str,
-        count: usize,
-        size: (u32, u32),
-        pixel: impl Fn(u32, u32, u32) -> [u8; 3],
-    ) {
+    /// Writes frames with numbers from 1 to `last` in place of the zeros of `name`; a pixel is one of the index of the frame and a place.
+    pub fn frames(&self, name: &str, last: u32, size: (u32, u32), pixel: impl Fn(u32, u32, u32) -> [u8; 3]) {
         let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
         let (zeros, ending) = file.split_once('.').unwrap();
         let (folder, width) = (self.folder(folder), zeros.len());
-        for t in 0..count as u32 {
+        for t in 0..last {
             let frame = image::RgbImage::from_fn(size.0, size.1, |x, y| image::Rgb(pixel(t, x, y)));
             frame.save(folder.join(format!("{:0width$}.{ending}", t + 1))).unwrap();
         }
@@ -266,7 +260,7 @@ pub fn corner(t: u32) -> (u32, u32) {
 
 /// Writes a sequence in the layout of OTB into the data root `data`: a textured target of 16 x 12 pixels that moves.
 pub fn sequence(place: &Place, name: &str, frames: u32) {
-    place.frames(&format!("data/otb/{name}/img/0000.png"), frames as usize, (64, 48), |t, column, row| {
+    place.frames(&format!("data/otb/{name}/img/0000.png"), frames, (64, 48), |t, column, row| {
         let (x, y) = corner(t);
         if (x..x + 16).contains(&column) && (y..y + 12).contains(&row) {
             [200, 3 * (((column - x) * 31 + (row - y) * 17) % 64) as u8, 60]
