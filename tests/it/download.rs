@@ -39,9 +39,14 @@ fn refused(server: &Server, change: impl Fn(&mut FetchJob, &mut FetchOptions), w
     nothing_left(root.path());
 }
 
+/// Bytes behind a head of an answer.
+fn part(status: &str, fields: &[(&str, &str)], bytes: &[u8]) -> Vec<Step> {
+    vec![head(status, fields), Step::Send(bytes.to_vec())]
+}
+
 /// The bytes of the sample behind a head of an answer.
 fn behind(fields: &[(&str, &str)]) -> Vec<Step> {
-    vec![head("200 OK", fields), Step::Send(sample())]
+    part("200 OK", fields, &sample())
 }
 
 #[test]
@@ -49,16 +54,10 @@ fn a_cut_download_goes_on_where_it_was_cut() {
     let root = tempfile::tempdir().unwrap();
     let body = sample();
     let server = Server::new(move |n, request| match n {
-        0 => vec![
-            head("200 OK", &[("Content-Length", "5262"), ("ETag", "\"1\"")]),
-            Step::Send(body[..999].to_vec()),
-        ],
+        0 => part("200 OK", &[("Content-Length", "5262"), ("ETag", "\"1\"")], &body[..999]),
         1 => {
             let range = format!("bytes 999-{}/{}", body.len() - 1, body.len());
-            vec![
-                head("206 Partial Content", &[("Content-Range", &range)]),
-                Step::Send(body[999..2000].to_vec()),
-            ]
+            part("206 Partial Content", &[("Content-Range", &range)], &body[999..2000])
         }
         _ => file(request, &body, "\"1\""),
     });

@@ -10,10 +10,7 @@ title = "A try"
 protocol = "khalid2016/1"
 seed = 7
 suites = { test = "otb-dtef20", train = "otb-dtef20" }
-tracker = [
-    { name = "ncc" },
-    { name = "scripted", losses = [{ frame = 40, length = 10 }], jitter = 2.0 },
-]
+tracker = [{ name = "ncc" }, { name = "scripted", losses = [{ frame = 40, length = 10 }], jitter = 2.0 }]
 table = [{ name = "t", rows = ["recall"], columns = "method" }]
 method = [
     { name = "RAW", signal = { kind = "distribution-field", layers = 8 }, detector = { kind = "level", below = 0.5 } },
