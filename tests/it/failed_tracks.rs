@@ -1,6 +1,6 @@
 //! Tracks that are missing, cut, empty or crashed: failure as data, with methods and without.
 
-use crate::tools::{Place, Ran, assert_says, suite};
+use crate::tools::{Place, Ran, assert_says, experiment, suite};
 
 /// Frames of every sequence.
 const FRAMES: usize = 10;
@@ -132,11 +132,9 @@ fn a_share_names_tracks_whatever_their_trackers_are_called() {
 // Before: "no track in role `test` to analyse".
 #[test]
 fn the_file_is_named_where_a_tracker_has_none() {
-    run(&place(), &spec(&["gone"], ANALYSIS), "")
-        .ends(3)
-        .shows("not there: 3 tracks: no result of `gone` for a, run 0: none of a.json")
-        .shows("*, analysis ope of gone: no result of `gone` for a, run 0")
-        .never_says("no track in role");
+    let ran = run(&place(), &spec(&["gone"], ANALYSIS), "").ends(3).never_says("no track in role");
+    let ran = ran.shows("not there: 3 tracks: no result of `gone` for a, run 0: none of a.json");
+    ran.shows("*, analysis ope of gone: no result of `gone` for a, run 0");
 }
 
 // By hand: the success AUC of a target in all ten frames is 20/21, of one in the first frame 2/21, in five frames 10/21.
@@ -326,11 +324,7 @@ fn a_declared_absence_is_no_failure_and_a_wrong_declaration_is_one() {
 fn a_signal_that_crashes_has_failed_for_its_own_methods_alone() {
     let plugins = "[signal.bad]\ncommand = [\"false\"]\nversion = \"1\"\n";
     let place = Place::with(&[("plugins.toml", plugins)]);
-    let spec = r#"schema = 1
-name = "mine/three"
-title = "Three"
-protocol = "khalid2016/1"
-suites = { test = "synthetic-vot", train = "synthetic-otb" }
+    let rest = r#"suites.train = "synthetic-otb"
 tracker = [{ name = "ncc" }, { name = "still" }]
 method = [
     { name = "companions", signal.kind = "companion-overlap", detector = { kind = "level", below = 0.1 } },
@@ -338,12 +332,10 @@ method = [
     { name = "broken", trackers = ["still"], signal = { kind = "process", program = "bad" }, detector = { kind = "level", below = { train = "train", maximise = "f_score", grid = { quantiles = 5 } } } },
 ]
 "#;
+    let spec = experiment("mine/three", "synthetic-vot", rest);
     for _ in ["computed", "from the store"] {
-        run(&place, spec, "")
-            .ends(4)
-            .shows("9 of 45 cells failed")
-            .shows("broken")
-            .never_says("companion still");
+        let ran = run(&place, &spec, "").ends(4).shows("9 of 45 cells failed");
+        ran.shows("broken").never_says("companion still");
     }
 }
 

@@ -59,11 +59,8 @@ fn times_are_told_by_stage() {
     let manifest = place.json(&format!("{results}/manifest.json"));
     let present = manifest["suite"]["present"].as_array().unwrap();
     let frames: u64 = present.iter().map(|s| s[1].as_u64().unwrap()).sum();
-    let shown: Vec<f64> = table
-        .lines()
-        .filter_map(|line| line.split_once("reverse runs,"))
-        .filter_map(|(_, rest)| rest.split(',').nth(1)?.parse().ok())
-        .collect();
+    let counts = table.lines().filter_map(|line| line.split_once("reverse runs,")?.1.split(',').nth(1));
+    let shown: Vec<f64> = counts.filter_map(|count| count.parse().ok()).collect();
     for (runs, shown) in runs.iter().zip(&shown) {
         assert!((1000.0 * runs / frames as f64 - shown).abs() < 0.01, "{runs} in {frames} frames: {shown}");
     }
