@@ -20,27 +20,11 @@ const SCORES: &str = "results/mine/try/scores.csv";
 const STILL: &str = "while read -r line; do case $line in quit) exit;; init*) region=$(printf '%s' \"$line\" | \
                      cut -f 3);; esac; echo \"$region\"; done\n";
 
-const PLUGINS: &str = r#"[tracker.still-in-sh]
-command = ["sh", "tracker.sh"]
-protocol = "lines"
-version = "1"
-deterministic = true
-digest = ["tracker.sh"]
-
-[tracker.served]
-command = ["PROGRAM", "serve-trax", "ncc"]
-version = "1"
-confidence = "confidence"
-
-[tracker.hanging]
-command = ["sh", "-c", "echo $$ > hanging.pid; (setsid sh -c 'echo $$ > away.pid; exec sleep 1000' &); sleep 1000 & echo $! > sleeping.pid; wait"]
-protocol = "lines"
-version = "1"
-
-[tracker.leaving]
-command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); while [ ! -s left.pid ]; do sleep 0.01; done; exec sh tracker.sh"]
-protocol = "lines"
-version = "1"
+const PLUGINS: &str = r#"[tracker]
+still-in-sh = { command = ["sh", "tracker.sh"], protocol = "lines", version = "1", deterministic = true, digest = ["tracker.sh"] }
+served = { command = ["PROGRAM", "serve-trax", "ncc"], version = "1", confidence = "confidence" }
+hanging = { command = ["sh", "-c", "echo $$ > hanging.pid; (setsid sh -c 'echo $$ > away.pid; exec sleep 1000' &); sleep 1000 & echo $! > sleeping.pid; wait"], protocol = "lines", version = "1" }
+leaving = { command = ["sh", "-c", "(setsid sh -c 'echo $$ > left.pid; exec sleep 1000' &); while [ ! -s left.pid ]; do sleep 0.01; done; exec sh tracker.sh"], protocol = "lines", version = "1" }
 "#;
 
 /// The target.
@@ -141,7 +125,7 @@ fn a_program_is_run_once_until_it_or_its_version_changes() {
     // Where it is kept is of no importance, nor how long it is waited for.
     std::fs::rename(place.path("programs"), place.path("elsewhere")).unwrap();
     let plugins = |from: &str, to: &str| place.write("elsewhere/plugins.toml", PLUGINS.replacen(from, to, 1));
-    plugins("deterministic", "answer_timeout = 9\ndeterministic");
+    plugins("deterministic", "answer_timeout = 9, deterministic");
     assert_eq!(computed("elsewhere"), 0);
     plugins("version = \"1\"", "version = \"2\"");
     assert_eq!(computed("elsewhere"), 1);
