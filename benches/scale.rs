@@ -32,14 +32,9 @@ const RUNS: usize = 500;
 
 /// A suite must be known by name; its sequences are made here.
 const SUITE: &str = r#"schema = 2
-[[suite]]
-name = "boxes"
-title = "Boxes alone"
-format = "otb"
-source = ""
-licence = ""
-how_to_get = ""
-sequence = [{ name = "q000", folder = "boxes/q000" }]
+suite = [{ name = "boxes", title = "Boxes alone", format = "otb", source = "", licence = "", sequence = [
+    { name = "q000", folder = "boxes/q000" },
+], how_to_get = "" }]
 "#;
 
 const BOXES: &str = r#"
