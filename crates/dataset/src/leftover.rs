@@ -16,14 +16,6 @@ pub struct TemporaryFolder {
 }
 
 impl TemporaryFolder {
-    /// Creates a folder in the system's temporary folder, as [`TemporaryFolder::new_in`] does.
-    ///
-    /// # Errors
-    /// When the folder cannot be created.
-    pub fn new(prefix: &str) -> std::io::Result<Self> {
-        Self::new_in(&std::env::temp_dir(), prefix)
-    }
-
     /// Creates a folder in `parent`, empty but for the file [`LOCK`], whose name starts with `prefix`. Folders of
     /// the prefix that killed processes left are deleted; those without a lock file are not touched.
     ///

@@ -39,7 +39,7 @@ pub const FORMAT: FormatEntry = FormatEntry {
     summary: "`img/0001.jpg` and `groundtruth_rect.txt`",
     truth_file: "groundtruth_rect.txt",
     load,
-    parse_truth,
+    parse_truth: |path, bytes| boxes(path, bytes, one_based),
     image_folders: &["img"],
     reads: |name| {
         name.starts_with(TRUTH_PREFIX) && Path::new(name).extension().is_some_and(|e| e == "txt")
@@ -57,7 +57,7 @@ pub const BOXES: FormatEntry = FormatEntry {
     summary: "`Jogging-1.txt`: boxes of OTB for each target, no frames",
     truth_file: "SEQUENCE.txt",
     load: load_boxes,
-    parse_truth,
+    parse_truth: |path, bytes| boxes(path, bytes, one_based),
     reads: |name| Path::new(name).extension().is_some_and(|e| e == "txt"),
     find_targets: None,
     ..FormatEntry::BASE
@@ -125,7 +125,7 @@ fn load_boxes(root: &Path, entry: &Entry) -> Result<Sequence> {
 
 /// Regions of a ground-truth file, and the official range of frames: that of the entry, else one from `first` on.
 fn read_rows(path: &Path, entry: &Entry, first: u32) -> Result<(Truth, (u32, u32))> {
-    let rows = parse_truth(path, &text::read_capped(path)?)?;
+    let rows = boxes(path, &text::read_capped(path)?, one_based)?;
     let lines = u32::try_from(rows.len()).unwrap_or(u32::MAX);
     let official = (first, first.saturating_add(lines).saturating_sub(1));
     Ok((rows, entry.official.unwrap_or(official)))
@@ -153,14 +153,6 @@ fn not_empty(place: &Path, range: (u32, u32)) -> Result<(u32, u32)> {
         return Err(DatasetError::content(place, format!("the range {} to {} is empty", range.0, range.1)));
     }
     Ok(range)
-}
-
-/// Regions of a ground-truth file, one per line, 0-based pixels; `path` is for messages.
-///
-/// # Errors
-/// The first line that is neither a box nor a mark of a frame without annotation.
-pub fn parse_truth(path: &Path, bytes: &[u8]) -> Result<Truth> {
-    boxes(path, bytes, one_based)
 }
 
 /// Entries for frames `first..=last`, out of a file that starts at the official first frame or at frame 1.

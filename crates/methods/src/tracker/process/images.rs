@@ -19,7 +19,7 @@ impl Images {
     /// Creates the folder, which is empty.
     pub fn new() -> Result<Self, String> {
         let fault = |e: std::io::Error| format!("no temporary folder for its images: {e}");
-        let folder = TemporaryFolder::new("trackfail-frames-").map_err(fault)?;
+        let folder = TemporaryFolder::new_in(&std::env::temp_dir(), "trackfail-frames-").map_err(fault)?;
         Ok(Self { folder, written: VecDeque::new(), count: 0 })
     }
 

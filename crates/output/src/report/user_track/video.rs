@@ -71,7 +71,7 @@ pub fn write<E: std::error::Error + Send + 'static>(
     frame: impl Fn(usize) -> Result<Frame, E> + Sync,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), VideoError<E>> {
-    let folder = TemporaryFolder::new("trackfail-video-");
+    let folder = TemporaryFolder::new_in(&std::env::temp_dir(), "trackfail-video-");
     let folder = folder.map_err(|e| StoreError::new(&std::env::temp_dir(), e))?;
     let encoded = folder.path().join("video");
     let format = container(path).unwrap_or("mp4");
