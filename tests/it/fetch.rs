@@ -8,20 +8,12 @@ use std::path::Path;
 use std::time::Duration;
 use trackfail::dataset::archive::{Archive, Packing};
 use trackfail::dataset::fetch::{
-    Caps, FetchError, FetchJob, FetchOptions, FetchWatch, Fetched, MARKER, Patience, Workspace, fetch,
+    Caps, FetchError, FetchJob, FetchOptions, Fetched, MARKER, Patience, Workspace, fetch,
 };
 use trackfail::dataset::lock;
 use trackfail::dataset::suite::Catalog;
 use trackfail_testing::put;
 use trackfail_testing::server::{Server, full};
-
-/// Tells nobody.
-struct Silent;
-
-impl FetchWatch for Silent {
-    fn arrived(&self, _: &str, _: u64, _: Option<u64>) {}
-    fn note(&self, _: &str) {}
-}
 
 /// Pauses that cost no time; nothing here waits for a timeout unless a test makes one short.
 pub fn options() -> FetchOptions {
@@ -43,7 +35,7 @@ pub fn job(url: &str, packing: Packing) -> FetchJob {
 
 /// Fetches into a new workspace in `root`.
 pub fn run(root: &Path, job: &FetchJob, options: &FetchOptions) -> Result<Fetched, FetchError> {
-    fetch(&Workspace::open(root)?, job, options, &Silent)
+    fetch(&Workspace::open(root)?, job, options, &|_| {})
 }
 
 pub fn sha256(bytes: &[u8]) -> String {

@@ -25,7 +25,7 @@ mod place;
 mod plan;
 mod unpack;
 
-pub use download::{FetchWatch, Patience};
+pub use download::{Patience, Told};
 pub use place::{MARKER, Placed, Workspace};
 pub use plan::{FetchJob, FetchPlan, WantedSequences, plan};
 pub use unpack::{Caps, unpack};
@@ -131,7 +131,7 @@ pub fn fetch(
     space: &Workspace,
     job: &FetchJob,
     options: &FetchOptions,
-    watch: &dyn FetchWatch,
+    watch: &dyn Fn(Told<'_>),
 ) -> Result<Fetched> {
     let archive = &job.archive;
     let downloads = space.downloads();

@@ -3,11 +3,10 @@
 use super::{Checks, first_root};
 use crate::cli::{Exit, Failure, output};
 use crate::dataset::fetch::{
-    self, FetchError, FetchJob, FetchOptions, FetchPlan, FetchWatch, Fetched, WantedSequences, Workspace,
+    self, FetchError, FetchJob, FetchOptions, FetchPlan, Fetched, Told, WantedSequences, Workspace,
 };
 use crate::dataset::suite::{Catalog, Suite};
 use crate::plugin::unknown;
-use indicatif::ProgressBar;
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -146,9 +145,17 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
     let mut failed = Failed::default();
     for job in jobs {
         let name = &job.archive.name;
-        let bar = Bar(output::progress_bar(name, "{bytes}/{total_bytes}, {bytes_per_sec}, {eta} left"));
-        let outcome = fetch::fetch(space, job, options, &bar);
-        bar.0.finish_and_clear();
+        // On stderr, if that is a terminal.
+        let bar = output::progress_bar(name, "{bytes}/{total_bytes}, {bytes_per_sec}, {eta} left");
+        let watch = |told: Told<'_>| match told {
+            Told::Arrived(bytes, total) => {
+                total.into_iter().for_each(|total| bar.set_length(total));
+                bar.set_position(bytes);
+            }
+            Told::Note(text) => bar.suspend(|| output::note(text)),
+        };
+        let outcome = fetch::fetch(space, job, options, &watch);
+        bar.finish_and_clear();
         match outcome {
             Ok(fetched) => {
                 output::write(&brought(job, &fetched))?;
@@ -162,7 +169,7 @@ fn download(space: &Workspace, jobs: &[FetchJob], options: &FetchOptions) -> Res
             Err(e) => {
                 let list = if e.is_data() { &mut failed.data } else { &mut failed.network };
                 list.push(name.clone());
-                bar.note(&e.to_string());
+                watch(Told::Note(&e.to_string()));
             }
         }
     }
@@ -237,22 +244,6 @@ fn failure(e: FetchError) -> Failure {
         _ => Exit::Io,
     };
     Failure::new(exit, e.to_string())
-}
-
-/// Progress bar on stderr, if that is a terminal.
-struct Bar(ProgressBar);
-
-impl FetchWatch for Bar {
-    fn arrived(&self, _: &str, bytes: u64, total: Option<u64>) {
-        if let Some(total) = total {
-            self.0.set_length(total);
-        }
-        self.0.set_position(bytes);
-    }
-
-    fn note(&self, text: &str) {
-        self.0.suspend(|| output::note(text));
-    }
 }
 
 #[cfg(test)]

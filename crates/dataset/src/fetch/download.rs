@@ -25,12 +25,12 @@ const CONNECT: Duration = Duration::from_secs(20);
 
 const CHANGED: &str = "the answer does not continue what was begun, the file is fetched from its start";
 
-/// Observer of a download.
-pub trait FetchWatch {
-    /// Called as bytes arrive, with the number of bytes on disk and the size of the whole file, if known.
-    fn arrived(&self, archive: &str, bytes: u64, total: Option<u64>);
-    /// Called with a line of text that users should see.
-    fn note(&self, text: &str);
+/// What is told of a download.
+pub enum Told<'t> {
+    /// The number of bytes on disk, and the size of the whole file, if known.
+    Arrived(u64, Option<u64>),
+    /// A line of text that users should see.
+    Note(&'t str),
 }
 
 /// Timeouts and retries for one server.
@@ -88,7 +88,7 @@ pub(super) fn download(
     archive: &Archive,
     mirror: Option<&str>,
     patience: &Patience,
-    watch: &dyn FetchWatch,
+    watch: &dyn Fn(Told<'_>),
 ) -> Result<Download> {
     let mut asked = address(&archive.url)?;
     if let Some(mirror) = mirror {
@@ -126,7 +126,7 @@ struct Request<'a> {
     url: &'a str,
     agent: Agent,
     patience: &'a Patience,
-    watch: &'a dyn FetchWatch,
+    watch: &'a dyn Fn(Told<'_>),
 }
 
 /// Reason why an attempt did not bring the whole file though a further one may, and the pause that the server asks for.
@@ -151,7 +151,8 @@ impl Request<'_> {
             let doubled = self.patience.pause.saturating_mul(1 << (failures - 1).min(16));
             let pause = wait.unwrap_or(doubled).min(self.patience.longest);
             let name = &self.archive.name;
-            self.watch.note(&format!("{name}: {what}; trying again in {:.0} s", pause.as_secs_f64()));
+            let note = format!("{name}: {what}; trying again in {:.0} s", pause.as_secs_f64());
+            (self.watch)(Told::Note(&note));
             std::thread::sleep(pause);
         }
     }
@@ -244,7 +245,7 @@ impl Request<'_> {
             self.check_size(have + n as u64, total)?;
             file.write_all(&buffer[..n]).map_err(|e| FetchError::disk(&part.path, e))?;
             have += n as u64;
-            self.watch.arrived(&self.archive.name, have, total);
+            (self.watch)(Told::Arrived(have, total));
         }
         let total = total.filter(|total| have < *total);
         Ok(total.map(|total| (format!("cut after {have} of {total} bytes"), None)))
