@@ -4,7 +4,6 @@
 //! |---|---|
 //! | [`supervise`] | jobs that may panic, take too long or be interrupted |
 //! | [`tracker_run`] | one run of a tracker on a sequence |
-//! | `track_signal` | a signal on a track, with restarts |
 //! | [`pass`](mod@pass) | one pass over the frames of a sequence, for all its trackers and signals |
 //! | [`reverse`] | trackers run backwards in time |
 //! | [`track`] | a track with its signals |
@@ -31,7 +30,6 @@ pub mod run;
 pub mod supervise;
 pub mod timing;
 pub mod track;
-mod track_signal;
 pub mod tracker_run;
 pub mod tracking;
 pub mod train;

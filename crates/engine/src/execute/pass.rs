@@ -8,7 +8,6 @@
 //! that read companions use the regions that all trackers gave in earlier steps.
 
 use super::supervise::Job;
-use super::track_signal::TrackSignal;
 use super::tracker_run::TrackerRun;
 use crate::error::{CellError, RunError, StepError};
 use crate::limits::RunLimits;
@@ -19,8 +18,10 @@ use std::sync::Arc;
 use std::time::Duration;
 use trackfail_core::image::Frame;
 use trackfail_core::region::Region;
+use trackfail_judge::reader::{SignalFault, SignalReader};
+use trackfail_methods::score::Restarts;
 use trackfail_methods::signal::Reads;
-use trackfail_methods::tracker::{Tracker, TrackerState};
+use trackfail_methods::tracker::{Status, Tracker, TrackerState};
 
 /// Most frames of a step. Three steps are in memory at once.
 const MAX_FRAMES: usize = 5;
@@ -165,6 +166,56 @@ impl<'a> Strand<'a> {
             }
         }
         Ok(true)
+    }
+}
+
+/// A signal that is computed frame by frame on a track. Depending on its choice it begins again at each
+/// restart of the tracker.
+struct TrackSignal<'a> {
+    choice: &'a SignalChoice,
+    run: &'a TrackerRun,
+    reader: SignalReader,
+    /// Values of the last frame since the tracker was started. Skipped frames repeat them if restarts begin
+    /// new tracks.
+    last: Option<Vec<f64>>,
+}
+
+impl<'a> TrackSignal<'a> {
+    /// Starts a signal on the track of a run.
+    ///
+    /// # Errors
+    /// When the signal cannot start, for example because a file that it reads is absent.
+    fn start(choice: &'a SignalChoice, run: &'a TrackerRun) -> Result<Self, StepError> {
+        Ok(Self { choice, run, reader: SignalReader::start(choice, &run.context())?, last: None })
+    }
+
+    /// Values of the signal in the next frame, whose file name has this number. `companions` are the regions
+    /// of other trackers, for signals that read them.
+    ///
+    /// # Errors
+    /// When the signal has no value in the frame.
+    fn values(
+        &mut self,
+        frame: &Frame,
+        state: &TrackerState,
+        companions: &[&Region],
+        number: u32,
+    ) -> Result<Vec<f64>, StepError> {
+        match (state.status, &self.last) {
+            (Status::Skipped, Some(last)) => return Ok(last.clone()),
+            (Status::Initialized, Some(_)) => *self = Self::start(self.choice, self.run)?,
+            _ => {}
+        }
+        let values = self.reader.push(Some(frame), state, companions).map_err(|fault| match fault {
+            SignalFault::Broke(fault) => fault.into(),
+            fault => StepError::Here(fault.in_frame(number)),
+        })?;
+        if self.choice.restarts == Restarts::NewTrack
+            && (self.last.is_some() || state.status == Status::Initialized)
+        {
+            self.last = Some(values.clone());
+        }
+        Ok(values)
     }
 }
 

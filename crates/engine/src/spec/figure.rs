@@ -4,17 +4,12 @@
 //! report's drawers; a test there compares both lists. Each key has one reader here for all kinds, so a kind
 //! needs code here only if it has a new key.
 
-mod panel;
-
-pub use panel::Panel;
-
 use super::error::{At, MAX_WORD};
 use super::limits::MAX_PARTS;
 use super::name::check_file_name;
 use super::table::{FindingName, Words, all_known, grid_axis, read_methods, read_shows};
 use super::width::Width;
 use super::wire;
-use panel::read_panel;
 use std::collections::BTreeSet;
 use trackfail_dataset::text::shorten_to;
 use trackfail_methods::score::Metric;
@@ -151,6 +146,23 @@ pub struct FigureParams {
     pub shows: Option<FindingName>,
     /// Column of that table.
     pub column: Option<String>,
+}
+
+/// Content of one panel of a strip figure, such as `score:DTEF+RAW`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Panel {
+    /// Overlap error O_t.
+    Error,
+    /// Signal of a method.
+    Signal(String),
+    /// Signal of a method, with its forecast.
+    Forecast(String),
+    /// Scores of one or more methods, with their thresholds.
+    Score(Vec<String>),
+    /// Labels of one or more methods, one lane each.
+    Labels(Vec<String>),
+    /// Condition of the tracker, as one or more methods estimate it.
+    Condition(Vec<String>),
 }
 
 /// Most video frames above a strip figure.
@@ -294,6 +306,40 @@ impl Figure {
         }
         Some(Self { name: wire.name.clone(), caption: wire.caption.clone(), width, kind, params })
     }
+}
+
+/// Checks a panel of a figure.
+fn read_panel(at: At<'_>, text: &str, words: &Words) -> Option<Panel> {
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let is_in = |list: &[String], name: &str| list.iter().any(|known| known == name);
+    let method = |name: &str| {
+        if !is_in(&words.methods, name) {
+            at.tell_unknown("method", name, words.methods.iter().map(String::as_str));
+        } else if !is_in(&words.drawn, name) {
+            at.tell(format!("`{name}` has a grid; only methods without one can be drawn over frames"));
+        }
+        name.to_string()
+    };
+    let signal = |name: &str| {
+        if is_in(&words.drawn, name) && !is_in(&words.with_signal, name) {
+            at.tell(format!("`{name}` reads no signal that could be drawn"));
+        }
+        method(name)
+    };
+    let methods = || rest.split('+').map(method).collect();
+    Some(match kind {
+        "error" if rest.is_empty() => Panel::Error,
+        "signal" => Panel::Signal(signal(rest)),
+        "forecast" => Panel::Forecast(signal(rest)),
+        "score" => Panel::Score(methods()),
+        "labels" => Panel::Labels(methods()),
+        "condition" => Panel::Condition(methods()),
+        _ => {
+            let known = ["error", "signal", "forecast", "score", "labels", "condition"];
+            at.tell_unknown("panel", kind, known);
+            return None;
+        }
+    })
 }
 
 #[cfg(test)]

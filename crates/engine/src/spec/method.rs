@@ -1,22 +1,19 @@
 //! Methods: a signal and a detector under a name, with a grid of parameters and with trained parameters.
 
-mod training;
-
 pub use trackfail_judge::method::{FixedDetector, SignalChoice};
-pub(super) use training::can_be_maximised;
 
 use super::error::At;
 use super::limits::MAX_DETECTORS;
-use super::raw_plugin::RawPlugin;
+use super::raw_plugin::{RawPlugin, build, tell};
 use super::wire;
 use serde_json::{Number, Value};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use trackfail_core::direction::Direction;
 use trackfail_core::num::readable;
 use trackfail_core::plugin::ParamError;
 use trackfail_methods::detector::{DETECTORS, Detector, Facts};
-use trackfail_methods::score::Metric;
-use trackfail_methods::score::{Protocol, Restarts};
+use trackfail_methods::score::{Metric, Protocol, Restarts};
 use trackfail_methods::signal::{Reads, SIGNALS, Signal};
 use trackfail_methods::tracker::process::Programs;
 
@@ -156,6 +153,8 @@ impl Method {
 
 /// Most combinations in the grid of a method.
 const MAX_VARIANTS: usize = 10_000;
+/// Most candidates of a trained parameter.
+const MAX_CANDIDATES: usize = 1_000;
 
 /// Checks a `[[method]]` of at most `room` detectors, which is run on all trackers and scored by `protocol`.
 ///
@@ -180,7 +179,7 @@ pub(super) fn read(
     let signals: Option<Vec<RawPlugin<'_, dyn Signal>>> = signals.iter().enumerate().map(read).collect();
     let detector = RawPlugin::read(at.key("detector"), programs, detector, "detector", DETECTORS);
     let (signals, detector) = (signals?, detector?);
-    let training = training::trained(&detector).ok()?;
+    let training = trained(&detector).ok()?;
     let parts = Parts { at, name, detector, signals, training, restarts: protocol.restarts };
     let axes = parts.axes(wire.grid.as_ref())?;
     let mut variants = Vec::new();
@@ -290,7 +289,7 @@ impl Parts<'_> {
         // All are built before one that is refused ends it.
         let signals: Vec<Option<SignalChoice>> = signals.iter().enumerate().map(built).collect();
         let detector = match training {
-            Some(training) => training::train_choice(detector, training, &set(false), restarts),
+            Some(training) => train_choice(detector, training, &set(false), restarts),
             None => detector.build(&set(false), grid).map(|built| {
                 let example = FixedDetector { restarts, ..FixedDetector::new(detector.entry, built) };
                 DetectorChoice { example, training: None }
@@ -310,4 +309,86 @@ impl Parts<'_> {
         let point = point.iter().filter_map(number).collect();
         Some(Variant { point, signals, detector })
     }
+}
+
+/// True if training can maximize the metric, that is, if it is computed from counts and larger values are
+/// better.
+pub(super) fn can_be_maximised(metric: &Metric) -> bool {
+    metric.direction() == Direction::HigherIsBetter && metric.is_of_counts()
+}
+
+/// Builds the choice among candidates of the parameter `key`, which treat restarts as the protocol does; `set`
+/// has the values of other parameters.
+fn train_choice(
+    raw: &RawPlugin<'_, dyn Detector>,
+    (key, train): &(String, wire::Train),
+    set: &[(String, Value)],
+    restarts: Restarts,
+) -> Option<DetectorChoice> {
+    let refuse = |message: String| raw.at.key(key).key("grid").refuse(message);
+    let (entry, params) = (raw.entry, raw.with(set));
+    let (programs, trained) = (raw.programs.cloned(), key.clone());
+    let build: BuildWith = Arc::new(move |value| {
+        let mut params = params.clone();
+        params.insert(trained.clone(), value.into());
+        let built = build(entry, params, programs.as_ref())?;
+        Ok(FixedDetector { restarts, ..FixedDetector::new(entry, built) })
+    });
+    let grid = &train.grid;
+    let listed = match (grid.from, grid.to, grid.step, &grid.values, grid.quantiles) {
+        (Some(from), Some(to), Some(step), None, None) => {
+            let count = ((to - from) / step + 1e-9).floor();
+            if !(step > 0.0 && (0.0..MAX_CANDIDATES as f64).contains(&count)) {
+                let message =
+                    format!("the grid needs from <= to, step > 0 and at most {MAX_CANDIDATES} values");
+                return refuse(message);
+            }
+            Some((0..=count as usize).map(|i| from + i as f64 * step).collect())
+        }
+        (None, None, None, Some(values), None) => {
+            if !(1..=MAX_CANDIDATES).contains(&values.len()) || !values.is_sorted_by(|a, b| a < b) {
+                return refuse(format!("`values` must be 1 to {MAX_CANDIDATES} ascending numbers"));
+            }
+            Some(values.clone())
+        }
+        (None, None, None, None, Some(count)) => {
+            if !(2..=MAX_CANDIDATES).contains(&count) {
+                return refuse(format!("`quantiles` must be 2 to {MAX_CANDIDATES}, not {count}"));
+            }
+            None
+        }
+        _ => {
+            let rule = "`grid` needs `from`, `to` and `step`, or `values` alone, or `quantiles` alone";
+            return refuse(rule.to_string());
+        }
+    };
+    let candidates = || -> Result<(FixedDetector, Candidates), ParamError> {
+        let Some(values) = listed else {
+            // The quantiles are not known yet; any number shows whether the parameter takes one.
+            let count = grid.quantiles.unwrap_or_default();
+            return Ok((build(1.0)?, Candidates::Quantiles { count, build }));
+        };
+        // Twelve digits, so that .003 + .001 is the .004 a person would write.
+        let rounded = |value: f64| format!("{value:.12e}").parse().unwrap_or(value);
+        let list = values.into_iter().map(rounded).map(|value| Ok((value, build(value)?)));
+        let list: Vec<(f64, FixedDetector)> = list.collect::<Result<_, ParamError>>()?;
+        Ok((list[0].1.clone(), Candidates::Listed(list)))
+    };
+    let (example, candidates) = candidates().map_err(|e| tell(raw.at, &e)).ok()?;
+    let (key, role) = (key.clone(), train.train.clone());
+    let maximise = Metric::from_name(&train.maximise)?;
+    Some(DetectorChoice { example, training: Some(Training { key, role, maximise, candidates }) })
+}
+
+/// Trained parameter of a detector, if it has one. Errors have already been reported.
+fn trained(raw: &RawPlugin<'_, dyn Detector>) -> Result<Option<(String, wire::Train)>, ()> {
+    let is_trained = |value: &Value| value.get("train").is_some() || value.get("maximise").is_some();
+    let mut all = raw.params.iter().filter(|(_, value)| is_trained(value));
+    let Some((key, value)) = all.next() else { return Ok(None) };
+    if let Some((second, _)) = all.next() {
+        raw.at.key(second).tell("only one parameter of a method can be trained");
+        return Err(());
+    }
+    let train = serde_json::from_value(value.clone()).map_err(|e| raw.at.key(key).tell(e.to_string()))?;
+    Ok(Some((key.clone(), train)))
 }

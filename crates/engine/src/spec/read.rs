@@ -2,8 +2,6 @@
 //! References to wrong parts still find the name, so that errors which only follow from others are not
 //! reported.
 
-mod trackers;
-
 use super::analysis::{self, Analysis};
 use super::check;
 use super::error::{At, Errors, Source, SourceFile, SpecError};
@@ -15,14 +13,17 @@ use super::name::{self, check_file_name, check_label, named};
 use super::schema::OF_WHOLE_FILES;
 use super::table::{self, Published, Table, Words, all_known};
 use super::words::Known;
-use super::{Experiment, OTHERS, TEST, builtin, claim, wire, written_out};
-use std::collections::BTreeMap;
+use super::{Experiment, OTHERS, TEST, Tracker, builtin, claim, raw_plugin, wire, written_out};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::DeTable;
+use trackfail_core::plugin;
 use trackfail_dataset::suite::Catalog;
 use trackfail_methods::score;
+use trackfail_methods::tracker::TRACKERS;
 use trackfail_methods::tracker::process::Programs;
+use trackfail_methods::tracker::protocol::RunProtocol;
 
 /// Version of the format.
 pub(super) const SCHEMA: u32 = 1;
@@ -132,8 +133,8 @@ impl Reader<'_> {
         let protocol = wire.protocol.as_deref().and_then(score::protocol).or(in_place);
         read_suites(at.key("suites"), &wire.suites, self.catalog);
         let known = Known { programs: self.programs, suites: &wire.suites, words, protocol };
-        let trackers = trackers::read_trackers(in_trackers, &wire.tracker, &known);
-        trackers::check_data(in_trackers, &wire.tracker, &known, self.catalog);
+        let trackers = read_trackers(in_trackers, &wire.tracker, &known);
+        check_data(in_trackers, &wire.tracker, &known, self.catalog);
         if wire.tracker.is_empty() && at.is_fine() {
             in_trackers.tell("there is no [[tracker]]");
         }
@@ -203,6 +204,98 @@ fn without_directive(text: &str) -> &str {
 
 /// Defaults for required keys that a wrong file lacks, so that the rest can be checked.
 const STAND_INS: &str = "schema = 1\nname = \"unnamed\"\ntitle = \"\"\nsuites = {}\ntracker = []\n";
+
+/// Name of a tracker in tables.
+fn label_of(wire: &wire::Tracker) -> &String {
+    wire.label.as_ref().unwrap_or(&wire.name)
+}
+
+/// Checks all `[[tracker]]` items; `at` is their list.
+fn read_trackers(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>) -> Vec<Tracker> {
+    let mut trackers: Vec<Tracker> = Vec::new();
+    for (k, tracker) in all.iter().enumerate() {
+        let (at, label) = (at.item(k), label_of(tracker));
+        let in_label = at.key(if tracker.label.is_some() { "label" } else { "name" });
+        check_label(in_label, label, false);
+        tracker.family.iter().for_each(|family| check_label(at.key("family"), family, false));
+        if all[..k].iter().any(|other| label_of(other) == label) {
+            in_label.tell(format!("two trackers are called `{label}`; give one a `label`"));
+        }
+        let before = known.words.trackers.iter().map(String::as_str).take_while(|other| *other != label);
+        if let Some(like) = &tracker.like {
+            at.key("like").knows("tracker before this one", like, before);
+        }
+        trackers.extend(read_tracker(at, tracker, known));
+    }
+    trackers
+}
+
+fn read_tracker(at: At<'_>, wire: &wire::Tracker, known: &Known<'_>) -> Option<Tracker> {
+    let entry = plugin::find(TRACKERS, &wire.name)?;
+    let is_replayed = entry.kind == "replay";
+    if wire.protocol.is_some() && is_replayed {
+        let message =
+            "results that are replayed were made under a protocol already; it cannot be chosen here";
+        at.key("protocol").tell(message);
+    }
+    let protocol = wire.protocol.as_deref().and_then(RunProtocol::from_name).unwrap_or(RunProtocol::OnePass);
+    let runs = wire.runs.unwrap_or(protocol.runs().unwrap_or(1));
+    let training_runs = wire.training_runs.unwrap_or(runs);
+    let max_runs = protocol.runs().unwrap_or(MAX_RUNS);
+    if runs.max(training_runs) > max_runs {
+        at.key("runs").tell(format!("`{}` has {max_runs} runs", protocol.name()));
+    }
+    let absent = wire.absent.clone().unwrap_or_default();
+    for (k, absence) in absent.iter().enumerate() {
+        let at = at.key("absent").item(k);
+        // Only results that are replayed are known beforehand.
+        if !is_replayed {
+            let message =
+                "only results that are replayed can be declared `absent`; a tracker that is run has failed";
+            at.key("sequence").tell(message);
+        } else if absence.reason.trim().is_empty() {
+            at.key("reason").tell("`reason` must say why there is no track");
+        }
+    }
+    let setup = raw_plugin::build(entry, wire.params.clone(), known.programs);
+    let setup = setup.map_err(|fault| raw_plugin::tell(at, &fault)).ok()?;
+    Some(Tracker {
+        label: label_of(wire).clone(),
+        family: wire.family.clone(),
+        like: wire.like.clone(),
+        kind: entry.kind,
+        version: entry.version,
+        runs,
+        training_runs,
+        sources: wire.sources.clone(),
+        absent,
+        protocol,
+        setup: protocol.over(setup),
+    })
+}
+
+/// Checks that tracks are declared absent, and trackers limited to sources, only for sequences and sources of
+/// the experiment; `at` is the list of trackers.
+fn check_data(at: At<'_>, all: &[wire::Tracker], known: &Known<'_>, catalog: &Catalog) {
+    let suites = known.suites.values().map(|name| catalog.suite(name).ok());
+    // Where a suite is wrong, its sequences are not known.
+    let Some(suites) = suites.collect::<Option<Vec<_>>>().filter(|suites| !suites.is_empty()) else { return };
+    let names: BTreeSet<String> = suites.iter().flat_map(|suite| suite.sequence_names()).collect();
+    let sources: BTreeSet<String> = suites.iter().flat_map(|suite| suite.sources()).collect();
+    for (k, tracker) in all.iter().enumerate() {
+        let at = at.item(k);
+        for (k, absence) in tracker.absent.iter().flatten().enumerate() {
+            if !names.is_empty() && !names.contains(&absence.sequence) {
+                let at = at.key("absent").item(k).key("sequence");
+                at.tell_unknown("sequence", &absence.sequence, names.iter().map(String::as_str));
+            }
+        }
+        for (k, name) in tracker.sources.iter().flatten().enumerate() {
+            let at = at.key("sources").item(k);
+            at.knows("source of videos", name, sources.iter().map(String::as_str));
+        }
+    }
+}
 
 fn read_methods(at: At<'_>, wire: &[wire::Method], known: &Known<'_>) -> Vec<Method> {
     let words = known.words;
