@@ -15,7 +15,7 @@ pub(super) struct Part {
     #[serde(skip)]
     pub path: PathBuf,
     #[serde(skip)]
-    beside: PathBuf,
+    pub(super) beside: PathBuf,
     /// Address that was requested, before redirects.
     pub url: String,
     /// Mark of this state of the file, given by the server: the ETag if it is a strong one, else
