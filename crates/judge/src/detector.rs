@@ -59,6 +59,7 @@ mod prelude {
     pub(super) use crate::direction::Direction;
     pub(super) use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
     pub(super) use serde::{Deserialize, Serialize};
+    pub(super) use smart_default::SmartDefault;
 }
 
 /// Runs a tracker backwards in time, for detectors that compare a track with itself.

@@ -52,6 +52,7 @@ mod prelude {
     pub use crate::tracker::{RunContext, TrackerError};
     pub use schemars::JsonSchema;
     pub use serde::{Deserialize, Serialize};
+    pub use smart_default::SmartDefault;
 }
 
 /// Input of a signal.

@@ -43,6 +43,7 @@ mod prelude {
     pub use crate::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
     pub use crate::region::{Rect, Region};
     pub use serde::{Deserialize, Serialize};
+    pub use smart_default::SmartDefault;
 }
 
 /// Status of the tracker in a frame.

@@ -38,6 +38,7 @@ mod prelude {
     pub(super) use crate::tracker::Status;
     pub(super) use schemars::JsonSchema;
     pub(super) use serde::{Deserialize, Serialize};
+    pub(super) use smart_default::SmartDefault;
     pub(super) use trackfail_core::plugin::{Entry, ParamError, PlainParams, Plugin, Range};
     pub(super) use trackfail_core::region::{Areas, Region};
 }

@@ -49,12 +49,14 @@ pub enum Approximation {
     Empirical,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Length of the sum in frames, L, 1 to 10000.
+    #[default(20)]
     pub length: usize,
     /// Rate of false alarms of a consistent filter, above 0 and below 0.5.
+    #[default(0.005)]
     pub alpha: f64,
     /// Threshold; if it is given, nothing is learned.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -63,32 +65,20 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub train: Option<String>,
     /// Error below which a frame is consistent, above 0 and at most 1.
+    #[default(0.9)]
     pub tau: f64,
     /// Order of the mixture, 1 to 20; by default chosen by `criterion`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub components: Option<usize>,
     /// Largest order to try, 1 to 20.
+    #[default(10)]
     pub max_components: usize,
     /// Criterion that chooses the order: `aic` (dAIC) or `bic` (dBIC).
+    #[default(Criterion::Bic)]
     pub criterion: Criterion,
     /// Method by which the distribution of the sum is computed.
+    #[default(Approximation::Convolution)]
     pub approximation: Approximation,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            length: 20,
-            alpha: 0.005,
-            beta: None,
-            train: None,
-            tau: 0.9,
-            components: None,
-            max_components: 10,
-            criterion: Criterion::Bic,
-            approximation: Approximation::Convolution,
-        }
-    }
 }
 
 /// Number of values that `sampled` draws.

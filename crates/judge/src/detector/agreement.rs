@@ -44,22 +44,18 @@ const EVEN: f64 = 20.0;
 const THRESHOLDS: [(f64, f64); 6] =
     [(1.0, 0.997), (2.0, 0.9894), (5.0, 0.9486), (10.0, 0.8823), (20.0, 0.7271), (50.0, 0.3986)];
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Most false alarms per 1000 good frames, 0.000001 to 1000.
+    #[default(5.0)]
     pub budget: f64,
     /// Threshold, above 0 and at most 1; replaces that for the budget.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
     /// Number of frames during which a disagreement is news, 0 to 10000.
+    #[default(20)]
     pub window: u32,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { budget: 5.0, threshold: None, window: 20 }
-    }
 }
 
 impl PlainParams for Params {

@@ -64,16 +64,20 @@ pub enum Decrease {
     OverReference,
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Length in frames of the window for slow changes, 1 to 100000.
+    #[default(25)]
     pub long: usize,
     /// Length in frames of the window for sudden changes, 1 to `long`.
+    #[default(10)]
     pub short: usize,
     /// Number of frames over which the uncertainty is averaged, 1 to 100000.
+    #[default(5)]
     pub smoothing: usize,
     /// Threshold of a large increase; above 0.
+    #[default(2.05)]
     pub tau_1: f64,
     /// Threshold of a large decrease; below 0, by default -tau_1.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -82,40 +86,25 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_3: Option<f64>,
     /// Reference value by which a fall is divided.
+    #[default(Decrease::OverCurrent)]
     pub decrease: Decrease,
     /// Frames at the start of a track that are no reference and cause no event, 0 to 100000.
     pub settling: usize,
     /// Floor of the signal, 1e-100 to 1; frames at or below it are no reference.
+    #[default(uncertainty::Params::default().floor)]
     pub floor: f64,
     /// Error below which a recovery check is accepted, tau_4, above 0 and at most 1.
+    #[default(0.8)]
     pub accept_below: f64,
     /// Most frames of a run backwards, 0 to 100000.
+    #[default(200)]
     pub reverse_limit: usize,
     /// Number of frames after which LOCKING-IN ends, 1 to 100000; by default `long`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub locking_in_limit: Option<usize>,
     /// Number of frames from the reference of a check to the frame in which the track was lost, 1 to 100000.
+    #[default(1)]
     pub reference_lag: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            long: 25,
-            short: 10,
-            smoothing: 5,
-            tau_1: 2.05,
-            tau_2: None,
-            tau_3: None,
-            decrease: Decrease::OverCurrent,
-            settling: 0,
-            floor: uncertainty::Params::default().floor,
-            accept_below: 0.8,
-            reverse_limit: 200,
-            locking_in_limit: None,
-            reference_lag: 1,
-        }
-    }
 }
 
 impl PlainParams for Params {

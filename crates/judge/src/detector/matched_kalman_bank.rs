@@ -50,51 +50,42 @@ pub(crate) const ENTRY: Entry<dyn Detector> = Entry::of::<Params>(
     "{ life = 3, models = 7, forgetting = 0.5, start_window = 9, merge = 4 }",
 ]);
 
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Probability q of a jump in a frame, 1e-9 to 0.5.
+    #[default(0.01)]
     pub jump_probability: f64,
     /// Number M of filters that are kept, at least `life` + 2, at most 1000.
+    #[default(5)]
     pub models: usize,
     /// Least number of frames that a new filter is kept, 0 to 998.
+    #[default(1)]
     pub life: usize,
     /// Variance P of the level before the first frame, 1e-12 to 1e12.
+    #[default(10.0)]
     pub start_variance: f64,
     /// Variance R1 of a jump, 1e-12 to 1e12.
+    #[default(1.0)]
     pub jump_variance: f64,
     /// Fixed noise variance R2, 1e-12 to 1e12; by default estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_variance: Option<f64>,
     /// Forgetting of the estimated noise variance, 0 to 1.
+    #[default(0.97)]
     pub forgetting: f64,
     /// Least estimated noise variance, 1e-12 to 1e12.
+    #[default(1e-8)]
     pub least_noise: f64,
     /// Number of samples for the first estimate of the noise variance, 2 to 1000.
+    #[default(25)]
     pub start_window: usize,
     /// Number of frames below which two jumps count as one, at least 1.
+    #[default(2)]
     pub merge: usize,
     /// Level before the first frame, between -1e100 and 1e100; by default the first sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_level: Option<f64>,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            jump_probability: 0.01,
-            models: 5,
-            life: 1,
-            start_variance: 10.0,
-            jump_variance: 1.0,
-            noise_variance: None,
-            forgetting: 0.97,
-            least_noise: 1e-8,
-            start_window: 25,
-            merge: 2,
-            start_level: None,
-        }
-    }
 }
 
 /// Largest magnitude of a sample. Larger ones are clipped.

@@ -47,7 +47,7 @@ pub enum Rule {
 }
 
 /// Parameters; exactly one of `below` and `above` is given.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Alarm if the score is less than this; below 1 for `ratio`, below 0 for `excess`.
@@ -57,19 +57,15 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
     /// Rule by which a value is compared with the mean.
+    #[default(Rule::Ratio)]
     pub rule: Rule,
     /// Number of latest good frames over which the mean is taken, 1 to 10000; by default all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
     /// Number of good frames before the first decision, 1 to 10000 and at most `window`. Frames before it
     /// count as good.
+    #[default(1)]
     pub least: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { below: None, above: None, rule: Rule::Ratio, window: None, least: 1 }
-    }
 }
 
 #[derive(Debug, Clone)]

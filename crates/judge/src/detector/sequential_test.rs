@@ -51,7 +51,7 @@ pub enum After {
 }
 
 /// Parameters; exactly one of `below` and `above` is given.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Least good mean of the signal, in the signal's unit, between `low` and `high`. A lower mean is an
@@ -65,31 +65,20 @@ pub struct Params {
     /// Least possible value of the signal. Smaller values count as this.
     pub low: f64,
     /// Largest possible value of the signal, above `low`. Larger values count as this.
+    #[default(1.0)]
     pub high: f64,
     /// Largest probability of an alarm on a good track, 1e-12 to 0.5.
+    #[default(0.05)]
     pub alpha: f64,
     /// Largest bet, as a share of the bet that could lose everything, 0.01 to 0.99.
+    #[default(0.5)]
     pub largest_bet: f64,
     /// Number of latest frames from which the bets are computed, 1 to 100000; by default all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<usize>,
     /// Behavior after an alarm.
+    #[default(After::Continue)]
     pub after: After,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            below: None,
-            above: None,
-            low: 0.0,
-            high: 1.0,
-            alpha: 0.05,
-            largest_bet: 0.5,
-            window: None,
-            after: After::Continue,
-        }
-    }
 }
 
 #[derive(Debug, Clone)]

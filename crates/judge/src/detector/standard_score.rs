@@ -37,7 +37,7 @@ pub enum Over {
 }
 
 /// Parameters; exactly one of `below` and `above` is given.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Alarm if z is less than this.
@@ -47,15 +47,11 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
     /// Frames over which mean and deviation are taken.
+    #[default(Over::FramesBefore)]
     pub over: Over,
     /// Number of frames before the current one, 2 to 100000.
+    #[default(25)]
     pub span: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { below: None, above: None, over: Over::FramesBefore, span: 25 }
-    }
 }
 
 #[derive(Debug, Clone)]

@@ -42,22 +42,18 @@ pub enum Scale {
 }
 
 /// Parameters of the signal.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Scale of the values.
+    #[default(Scale::Raw)]
     pub scale: Scale,
     /// Index of the last frame in the mean of a ratio, at least 1.
+    #[default(19)]
     pub early: usize,
     /// Value in the first frame, except for ratios; by default that of the tracker, or 1 if it gives none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub first: Option<f64>,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { scale: Scale::Raw, early: 19, first: None }
-    }
 }
 
 impl PlainParams for Params {
@@ -71,21 +67,16 @@ impl PlainParams for Params {
 }
 
 /// Course of a track up to a frame.
-#[derive(Serialize, Deserialize)]
+#[derive(SmartDefault, Serialize, Deserialize)]
 pub struct Course {
     /// Index of the next frame.
     frame: usize,
     /// Last value of the signal.
+    #[default(1.0)]
     last: f64,
     /// Sum and number of the values in the mean of a ratio.
     sum: f64,
     count: usize,
-}
-
-impl Default for Course {
-    fn default() -> Self {
-        Self { frame: 0, last: 1.0, sum: 0.0, count: 0 }
-    }
 }
 
 /// True if numbers can be relative to this mean.

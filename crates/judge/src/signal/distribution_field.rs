@@ -101,55 +101,48 @@ pub enum Outside {
 }
 
 /// Parameters of y_t; the defaults are the paper's values and the choices of the module's text.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number M of layers in a field, 2 to 256.
+    #[default(32)]
     pub layers: usize,
     /// Standard deviation of the spatial Gaussian along u (columns) in pixels, above 0.
+    #[default(1.0)]
     pub sigma_u: f64,
     /// Standard deviation of the spatial Gaussian along v (rows) in pixels, above 0.
+    #[default(2.0)]
     pub sigma_v: f64,
     /// Standard deviation of the Gaussian over layers, in layers, above 0.
+    #[default(0.625)]
     pub sigma_layer: f64,
     /// Number of displacements averaged for the prediction (Delta t_1), 1 to 1000.
+    #[default(10)]
     pub history: usize,
     /// Support of the Gaussian along u in pixels, odd, 1 to 63.
+    #[default(9)]
     pub support_u: usize,
     /// Support of the Gaussian along v in pixels, odd, 1 to 63.
+    #[default(15)]
     pub support_v: usize,
     /// Support of the Gaussian over layers, odd, 1 to 63.
+    #[default(5)]
     pub support_layer: usize,
     /// Use of sigma_u and sigma_v.
+    #[default(SmoothingRule::Anisotropic)]
     pub smoothing: SmoothingRule,
     /// Values around a patch when it is smoothed.
+    #[default(BorderRule::Uniform)]
     pub border: BorderRule,
     /// Positions of the four background windows.
+    #[default(Regions::Corners)]
     pub regions: Regions,
     /// Displacements that are averaged.
+    #[default(Displacement::Past)]
     pub displacement: Displacement,
     /// Values of a window outside the frame.
+    #[default(Outside::Shift)]
     pub outside: Outside,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            layers: 32,
-            sigma_u: 1.0,
-            sigma_v: 2.0,
-            sigma_layer: 0.625,
-            history: 10,
-            support_u: 9,
-            support_v: 15,
-            support_layer: 5,
-            smoothing: SmoothingRule::Anisotropic,
-            border: BorderRule::Uniform,
-            regions: Regions::Corners,
-            displacement: Displacement::Past,
-            outside: Outside::Shift,
-        }
-    }
 }
 
 impl PlainParams for Params {

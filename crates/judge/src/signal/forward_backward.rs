@@ -54,49 +54,42 @@ pub enum Measure {
 }
 
 /// Parameters of the signal.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Measure of the points.
+    #[default(Measure::Error)]
     pub measure: Measure,
     /// Number of points along each side of the box, 1 to 50.
+    #[default(10)]
     pub grid: usize,
     /// Distance in pixels between the box and the outer points, 0 to 100.
+    #[default(5.0)]
     pub margin: f64,
     /// Side of the window around a point in pixels, odd, 3 to 63.
+    #[default(3)]
     pub window: usize,
     /// Number of smaller levels of the pyramid, 0 to 10.
+    #[default(5)]
     pub levels: usize,
     /// Most steps of a point on each level, 1 to 100.
+    #[default(20)]
     pub iterations: usize,
     /// Length of a step at which a level ends, in pixels of the level, 0 to 10.
+    #[default(0.3)]
     pub epsilon: f64,
     /// Size of the search region beyond the box, in units of the box, 0 to 10.
+    #[default(1.0)]
     pub reach: f64,
     /// Side of the patches that are compared, in pixels, 2 to 100.
+    #[default(10)]
     pub patch: usize,
     /// Largest error of an inlier in pixels, 0 to 100.
+    #[default(1.0)]
     pub max_error: f64,
     /// Least correlation of an inlier, -1 to 1.
+    #[default(0.5)]
     pub min_correlation: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            measure: Measure::Error,
-            grid: 10,
-            margin: 5.0,
-            window: 3,
-            levels: 5,
-            iterations: 20,
-            epsilon: 0.3,
-            reach: 1.0,
-            patch: 10,
-            max_error: 1.0,
-            min_correlation: 0.5,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -37,23 +37,30 @@ pub enum Channels {
 }
 
 /// Parameters of the RGB histogram.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Bins a channel, 1 to 64; a joint histogram has the third power of it.
+    #[default(8)]
     pub bins: usize,
     /// Reference histogram.
+    #[default(Reference::Previous)]
     pub reference: Reference,
     /// Share of a frame in the slow model, above 0 and at most 1.
+    #[default(0.05)]
     pub rate: f64,
     /// Color space whose channels are binned.
+    #[default(Colors::Rgb)]
     pub colors: Colors,
     /// Weights of the pixels.
+    #[default(Weights::Parabola)]
     pub weights: Weights,
     /// Similarity of two histograms.
+    #[default(Similarity::Bhattacharyya)]
     pub similarity: Similarity,
     /// Joint or separate bins of the channels.
     #[serde(skip_serializing_if = "is_default")]
+    #[default(Channels::Joint)]
     pub channels: Channels,
     /// Number of frames before whose boxes' sides are averaged with the box's own, 0 to 1000.
     #[serde(skip_serializing_if = "is_default")]
@@ -66,21 +73,6 @@ impl Params {
         match self.channels {
             Channels::Joint => self.bins.pow(3),
             Channels::Separate => 3 * self.bins,
-        }
-    }
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            bins: 8,
-            reference: Reference::Previous,
-            rate: 0.05,
-            colors: Colors::Rgb,
-            weights: Weights::Parabola,
-            similarity: Similarity::Bhattacharyya,
-            channels: Channels::Joint,
-            size_history: 0,
         }
     }
 }

@@ -57,28 +57,38 @@ impl Codes {
 }
 
 /// Parameters of the signal.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number of bins for red, 1 to 256.
+    #[default(8)]
     pub red_bins: usize,
     /// Number of bins for green, 1 to 256.
+    #[default(8)]
     pub green_bins: usize,
     /// Number of bins for blue, 1 to 256; the product of all three is at most 262144.
+    #[default(1)]
     pub blue_bins: usize,
     /// Least difference in gray values at which a neighbor counts as brighter, 0 to 255.
+    #[default(8.0)]
     pub lbp_threshold: f64,
     /// Reference histogram.
+    #[default(Reference::Previous)]
     pub reference: Reference,
     /// Share of a frame in the slow model, above 0 and at most 1.
+    #[default(0.05)]
     pub rate: f64,
     /// Color space whose channels are binned.
+    #[default(Colors::Rgb)]
     pub colors: Colors,
     /// Weights of the pixels.
+    #[default(Weights::Parabola)]
     pub weights: Weights,
     /// Similarity of two histograms.
+    #[default(Similarity::Bhattacharyya)]
     pub similarity: Similarity,
     /// Codes that are kept.
+    #[default(Codes::Edges)]
     pub codes: Codes,
     /// Number of frames before whose boxes' sides are averaged with the box's own, 0 to 1000.
     #[serde(skip_serializing_if = "is_default")]
@@ -94,24 +104,6 @@ impl Params {
     /// Number of bins of the joint histogram.
     fn bins(&self) -> usize {
         self.color_bins().iter().product::<usize>() * self.codes.kept().len()
-    }
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            red_bins: 8,
-            green_bins: 8,
-            blue_bins: 1,
-            lbp_threshold: 8.0,
-            reference: Reference::Previous,
-            rate: 0.05,
-            colors: Colors::Rgb,
-            weights: Weights::Parabola,
-            similarity: Similarity::Bhattacharyya,
-            codes: Codes::Edges,
-            size_history: 0,
-        }
     }
 }
 

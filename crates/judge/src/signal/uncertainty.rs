@@ -47,7 +47,7 @@ pub enum Normalize {
 pub const FLOOR: Range = Range::within("floor", 1e-100, 1.0);
 
 /// Parameters of the signal.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// State components that are used, 0-based, without repetitions; by default all.
@@ -55,15 +55,11 @@ pub struct Params {
     pub components: Option<Vec<usize>>,
     /// Size C by which uncertainty is divided.
     #[serde(rename = "normalise")]
+    #[default(Normalize::FirstSize)]
     pub normalize: Normalize,
     /// Least value, 1e-100 to 1.
+    #[default(1e-12)]
     pub floor: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { components: None, normalize: Normalize::FirstSize, floor: 1e-12 }
-    }
 }
 
 impl PlainParams for Params {

@@ -68,19 +68,14 @@ impl Value {
     }
 }
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Version of the watchdog's network.
     pub version: Version,
     /// Values that the signal gives for each frame, each at most once.
+    #[default(vec![Value::Disagreement])]
     pub values: Vec<Value>,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { version: Version::default(), values: vec![Value::Disagreement] }
-    }
 }
 
 impl PlainParams for Params {

@@ -94,43 +94,36 @@ impl Grid {
 }
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number of candidates per frame, from 2 to 10000.
+    #[default(600)]
     pub samples: usize,
     /// Deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
+    #[default([4.0, 4.0, 0.01, 0.0, 0.005, 0.0])]
     pub noise: [f64; 6],
     /// Weight of the L1 norm, from 0.0001 to 1.
+    #[default(0.01)]
     pub lambda: f64,
     /// Largest violation of the optimality conditions in a code, from 1e-6 to 1.
+    #[default(1e-4)]
     pub tolerance: f64,
     /// Most rounds of a coding ([`crate::num::lasso`]), from 1 to 100000.
+    #[default(1000)]
     pub rounds: usize,
     /// Where the template's pixels lie: `program` as in the authors' program, or `centered` in the box.
+    #[default(Grid::Program)]
     pub grid: Grid,
     /// Exponent q of the weights, from 0.1 to 1000.
+    #[default(10.0)]
     pub weight_exponent: f64,
     /// Number of frames between updates, from 1 to 1000.
+    #[default(5)]
     pub batch: usize,
     /// Maximum number of principal components, from 1 to 256.
+    #[default(10)]
     pub max_basis: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            samples: 600,
-            noise: [4.0, 4.0, 0.01, 0.0, 0.005, 0.0],
-            lambda: 0.01,
-            tolerance: 1e-4,
-            rounds: 1000,
-            grid: Grid::Program,
-            weight_exponent: 10.0,
-            batch: 5,
-            max_basis: 10,
-        }
-    }
 }
 
 impl PlainParams for Params {

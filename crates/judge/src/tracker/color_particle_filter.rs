@@ -81,32 +81,43 @@ pub enum Kernel {
 }
 
 /// Parameters.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number of particles N, from 2 to 10000.
+    #[default(400)]
     pub particles: usize,
     /// Color space of the histograms.
+    #[default(ColorSpace::Auto)]
     pub color_space: ColorSpace,
     /// Numbers of bins in the three channels, each from 1 to 16.
+    #[default([8; 3])]
     pub bins: [u8; 3],
     /// Weight of a pixel in a histogram.
+    #[default(Kernel::Epanechnikov)]
     pub kernel: Kernel,
     /// Number of points for the kernel `points`, from 1 to 10000.
+    #[default(120)]
     pub points: u32,
     /// Standard deviation of the center's noise in x and in y, in pixels per frame, from 0 to 1000.
+    #[default(5.0)]
     pub sigma_position: f64,
     /// Standard deviation of the noise of each half axis, in pixels per frame, from 0 to 1000.
+    #[default(0.75)]
     pub sigma_axes: f64,
     /// Standard deviation of the orientation's noise, in degrees per frame, from 0 to 180.
+    #[default(4.0)]
     pub sigma_orientation: f64,
     /// True to read the three numbers above as variances (square pixels, square degrees).
     pub noise_is_variance: bool,
     /// Standard deviation `sigma_c` of the color likelihood, from 0.01 to 10.
+    #[default(0.2)]
     pub sigma_color: f64,
     /// Share of N below which the effective number triggers resampling, from 0 (never) to 1.
+    #[default(0.6)]
     pub resample_below: f64,
     /// Scheme by which the next generation is drawn.
+    #[default(Resampling::Systematic)]
     pub resampling: Resampling,
     /// Share of the estimate's histogram in the next `q` (Nummiaro et al.'s update), 0 (fixed) to 1. Only frames in
     /// which the estimate's likelihood is above 0.5 update it.
@@ -115,29 +126,8 @@ pub struct Params {
     /// from 0 to 100.
     pub initial_spread: f64,
     /// Least half axis, in pixels, from 1 to 1000.
+    #[default(3.0)]
     pub minimum_axis: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            particles: 400,
-            color_space: ColorSpace::Auto,
-            bins: [8; 3],
-            kernel: Kernel::Epanechnikov,
-            points: 120,
-            sigma_position: 5.0,
-            sigma_axes: 0.75,
-            sigma_orientation: 4.0,
-            noise_is_variance: false,
-            sigma_color: 0.2,
-            resample_below: 0.6,
-            resampling: Resampling::Systematic,
-            model_update: 0.0,
-            initial_spread: 0.0,
-            minimum_axis: 3.0,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -57,46 +57,38 @@ const CELL: usize = 4;
 const MAX_WINDOW_AREA: f64 = 262_144.0;
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Side of the window in multiples of the target's side, from 1 to 6.
+    #[default(2.0)]
     pub window: f64,
     /// Regularization of both filters, from 1e-6 to 100.
+    #[default(0.01)]
     pub lambda: f64,
     /// Share of the newest sample, 0 to 1.
+    #[default(0.025)]
     pub rate: f64,
     /// Standard deviation of the place's label in multiples of the target's mean side, from 0.01 to 1.
+    #[default(1.0 / 16.0)]
     pub label_width: f64,
     /// Number of scales, odd, from 1 (fixed size) to 99.
+    #[default(33)]
     pub scales: usize,
     /// Ratio of two neighboring scales, from 1.001 to 1.2.
+    #[default(1.02)]
     pub scale_step: f64,
     /// Standard deviation of the scale's label in multiples of the root of `scales`, from 0.01 to 2.
+    #[default(0.25)]
     pub scale_label_width: f64,
     /// Largest area of a scale's sample, in square pixels, from 16 to 10000.
+    #[default(512.0)]
     pub scale_area: f64,
     /// Rule that rounds the first region to whole pixels: `release` or `vot2014`.
+    #[default(Start::Release)]
     pub start: Start,
     /// Options for reading the place's response map.
     pub response: MapOptions,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            window: 2.0,
-            lambda: 0.01,
-            rate: 0.025,
-            label_width: 1.0 / 16.0,
-            scales: 33,
-            scale_step: 1.02,
-            scale_label_width: 0.25,
-            scale_area: 512.0,
-            start: Start::Release,
-            response: MapOptions::default(),
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -16,34 +16,27 @@ use super::sparse_prototypes::{self, Tracking};
 use crate::tracker::prelude::*;
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Number of candidates per frame, from 2 to 10000.
+    #[default(600)]
     pub samples: usize,
     /// Standard deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000.
+    #[default([4.0, 4.0, 0.02, 0.02, 0.005, 0.001])]
     pub noise: [f64; 6],
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
+    #[default(0.25)]
     pub likelihood_scale: f64,
     /// Maximum number of basis vectors, from 1 to 256.
+    #[default(16)]
     pub max_basis: usize,
     /// Number of windows that are learned together, from 1 to 1000.
+    #[default(5)]
     pub batch: usize,
     /// Weight of old windows when new ones are learned, above 0 and at most 1.
+    #[default(1.0)]
     pub forgetting: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            samples: 600,
-            noise: [4.0, 4.0, 0.02, 0.02, 0.005, 0.001],
-            likelihood_scale: 0.25,
-            max_basis: 16,
-            batch: 5,
-            forgetting: 1.0,
-        }
-    }
 }
 
 impl PlainParams for Params {

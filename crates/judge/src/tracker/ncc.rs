@@ -28,18 +28,13 @@ use crate::num::fourier::{Complex64, LineFourier};
 use crate::tracker::prelude::*;
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Extent of the search beyond the target, in multiples of the target's mean side (root of the area): 1
     /// searches half a side in each direction. Above 0, at most 8.
+    #[default(1.0)]
     pub search: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { search: 1.0 }
-    }
 }
 
 impl PlainParams for Params {

@@ -54,49 +54,42 @@ use model::{Example, Model, Pattern};
 const FOLLOW: f32 = 0.05;
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Maximum number of cells per side of the template, from 2 to 64.
+    #[default(16)]
     pub cells: usize,
     /// Search radius in every direction, in pixels, from 1 to 100.
+    #[default(30)]
     pub search_radius: usize,
     /// Length of the gradient below which a pixel is flat, in gray levels over two pixels, from 0 to 400.
+    #[default(16.0)]
     pub flat_below: f64,
     /// Largest step C of the passive-aggressive update, from 0.001 to 1000.
+    #[default(0.2)]
     pub aggressiveness: f64,
     /// Number of windows per frame for learning, from 1 to 200.
+    #[default(12)]
     pub violators: usize,
     /// Number of frames that are rehearsed, from 2 to 500, including the first frame.
+    #[default(40)]
     pub memory: usize,
     /// Interval at which frames are remembered, from 1 to 1000 frames.
+    #[default(4)]
     pub remember_every: usize,
     /// Number of steps over the windows of the newest frame, from 1 to 100.
+    #[default(8)]
     pub rounds: usize,
     /// Least share of the usual score for learning from a frame, from 0 to 1.
+    #[default(0.4)]
     pub learn_above: f64,
     /// Least weight of a cell in learning, from 0.01 to 1 (1: all equal).
+    #[default(0.2)]
     pub mask_floor: f64,
     /// Rate at which the color histograms are updated, from 0 to 1.
+    #[default(0.05)]
     pub color_rate: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            cells: 16,
-            search_radius: 30,
-            flat_below: 16.0,
-            aggressiveness: 0.2,
-            violators: 12,
-            memory: 40,
-            remember_every: 4,
-            rounds: 8,
-            learn_above: 0.4,
-            mask_floor: 0.2,
-            color_rate: 0.05,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -45,37 +45,29 @@ use crate::tracker::prelude::*;
 const CELL: usize = 4;
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Side of the window in multiples of the target's side, from 1 to 6.
+    #[default(2.5)]
     pub window: f64,
     /// Regularization, from 1e-6 to 1.
+    #[default(1e-4)]
     pub lambda: f64,
     /// Share of the newest look, 0 to 1.
+    #[default(0.01)]
     pub rate: f64,
     /// Standard deviation of the label in multiples of the target's mean side, from 0.01 to 1.
+    #[default(0.1)]
     pub label_width: f64,
     /// Standard deviation `sigma` of the kernel, from 0.01 to 10.
+    #[default(0.5)]
     pub kernel_width: f64,
     /// Scales to try, 1 to 99 numbers from 0.5 to 2; among equal responses the first one wins.
+    #[default(vec![1.0, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015])]
     pub scales: Vec<f64>,
     /// How the response map is read.
     pub response: MapOptions,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            window: 2.5,
-            lambda: 1e-4,
-            rate: 0.01,
-            label_width: 0.1,
-            kernel_width: 0.5,
-            scales: vec![1.0, 0.985, 0.99, 0.995, 1.005, 1.01, 1.015],
-            response: MapOptions::default(),
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -34,21 +34,16 @@ pub struct Loss {
 }
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Losses in order of time, with at least one frame between the end of one and the next.
     pub losses: Vec<Loss>,
     /// Speed at which the box slides off before a loss, in widths per frame: above 0, at most 1.
+    #[default(0.1)]
     pub drift: f64,
     /// Largest deviation of a good answer in pixels, at least 0.
     pub jitter: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { losses: vec![], drift: 0.1, jitter: 0.0 }
-    }
 }
 
 impl PlainParams for Params {

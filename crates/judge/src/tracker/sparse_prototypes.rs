@@ -107,67 +107,59 @@ pub enum Form {
 }
 
 /// Parameters of the tracker.
-#[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Preset for the noise, used if `noise` is left out.
+    #[default(Preset::Program)]
     pub preset: Preset,
     /// Number of candidates per frame, from 2 to 10000.
+    #[default(600)]
     pub samples: usize,
     /// Standard deviations of the candidates' noise in x, y, s, theta, r and phi, each from 0 to 1000; by
     /// default those of the preset.
     pub noise: Option<[f64; 6]>,
     /// Scale `c` of the likelihood, from 0.0001 to 1000.
+    #[default(0.25)]
     pub likelihood_scale: f64,
     /// Maximum number K of basis vectors, from 1 to 256.
+    #[default(16)]
     pub max_basis: usize,
     /// Number of windows that are learned together, from 1 to 1000.
+    #[default(5)]
     pub batch: usize,
     /// Weight of old windows when new ones are learned, above 0 and at most 1.
+    #[default(1.0)]
     pub forgetting: f64,
     /// Threshold and cost `lambda` of an occluded pixel, in gray levels scaled to 1, above 0 and at most 1.
+    #[default(0.05)]
     pub lambda: f64,
     /// Maximum number of iterations of the alternation, from 1 to 1000.
+    #[default(20)]
     pub iterations: usize,
     /// Change of the objective at which the alternation stops, from 0 to 1.
+    #[default(1e-3)]
     pub tolerance: f64,
     /// Occluded share below which a window is learned unchanged, from 0 to 1.
+    #[default(0.1)]
     pub low: f64,
     /// Occluded share above which a window is not learned, from `low` to 1.
+    #[default(0.6)]
     pub high: f64,
     /// Least side of the target, in pixels, from 1 to 1000.
+    #[default(1.0)]
     pub smallest_side: f64,
     /// Form of the reported region.
+    #[default(Form::Turned)]
     pub region: Form,
     /// The estimate where the likelihoods of all candidates are too small for a number.
     #[serde(skip_serializing_if = "is_default")]
+    #[default(Underflow::Best)]
     pub underflow: Underflow,
 }
 
 fn is_default(underflow: &Underflow) -> bool {
     *underflow == Underflow::default()
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            preset: Preset::Program,
-            samples: 600,
-            noise: None,
-            likelihood_scale: 0.25,
-            max_basis: 16,
-            batch: 5,
-            forgetting: 1.0,
-            lambda: 0.05,
-            iterations: 20,
-            tolerance: 1e-3,
-            low: 0.1,
-            high: 0.6,
-            smallest_side: 1.0,
-            region: Form::Turned,
-            underflow: Underflow::Best,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -21,17 +21,12 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
 )
 .example("{ side = 4.0 }");
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Side below which a box has collapsed, in pixels, above 0 and at most 1000.
+    #[default(4.0)]
     pub side: f64,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { side: 4.0 }
-    }
 }
 
 impl PlainParams for Params {

@@ -26,31 +26,24 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "cut values of sums of c_t: empirical, by convolution of the mixture, by the central limit theorem",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Error below which a frame is consistent.
+    #[default(0.9)]
     pub tau: f64,
     /// Lengths of the sums.
+    #[default(vec![1, 5, 10, 20, 30, 40, 50, 60])]
     pub lengths: Vec<usize>,
     /// Lengths of the sums that the charts show.
+    #[default([5, 20, 60])]
     pub shown_lengths: [usize; 3],
     /// Rates of false alarms.
+    #[default(vec![0.001, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05])]
     pub alphas: Vec<f64>,
     /// Largest number of components of the mixture that is tried, 2 to 20.
+    #[default(10)]
     pub max_components: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            tau: 0.9,
-            lengths: vec![1, 5, 10, 20, 30, 40, 50, 60],
-            shown_lengths: [5, 20, 60],
-            alphas: vec![0.001, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05],
-            max_components: 10,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -29,21 +29,16 @@ const RULES: &str = "oxuva/1";
 /// Largest number of points in the chart.
 const POINTS: usize = 101;
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Rules of the evaluation: `oxuva/1`.
+    #[default(RULES.to_string())]
     pub rules: String,
     /// If the confidence is below this, the target is taken as absent; without a threshold only the status
     /// decides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threshold: Option<f64>,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { rules: RULES.to_string(), threshold: None }
-    }
 }
 
 impl PlainParams for Params {

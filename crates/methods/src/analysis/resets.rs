@@ -25,38 +25,31 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "accuracy, failures and expected average overlap of trackers, VOT reset protocol",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// How areas are measured: `exact`, `raster-2014` or `vot-toolkit`.
+    #[default(Areas::Exact)]
     pub areas: Areas,
     /// If true, only the part of a region on the frame counts.
+    #[default(true)]
     pub bounded: bool,
     /// Number of frames after each start that do not count for the accuracy.
+    #[default(10)]
     pub burn_in: usize,
     /// Shortest run of the expected average overlap, in frames.
+    #[default(108)]
     pub low: usize,
     /// Longest run of the expected average overlap, in frames.
+    #[default(371)]
     pub high: usize,
     /// Frames S of the robustness, above 0.
+    #[default(30.0)]
     pub sensitivity: f64,
     /// Weights of the attributes in the mean over attributes: `frames` (number of frames with the attribute,
     /// as in published results) or `equal`.
+    #[default(Weights::Frames)]
     pub attribute_weights: Weights,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            areas: Areas::Exact,
-            bounded: true,
-            burn_in: 10,
-            low: 108,
-            high: 371,
-            sensitivity: 30.0,
-            attribute_weights: Weights::Frames,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -20,17 +20,12 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Success>(
 )
 .example("{ rules = \"otb-matlab/1\" }");
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Rules of the evaluation: `otb-matlab/1`, `pysot/1`, `got10k/1`, `pysot-toolkit/1` or `lasot/1`.
+    #[default(RULES[0].name.to_string())]
     pub rules: String,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self { rules: RULES[0].name.to_string() }
-    }
 }
 
 struct Success {

@@ -39,34 +39,27 @@ pub(crate) const ENTRY: Entry<dyn Analysis> = Entry::of::<Params>(
     "distribution of c_t of a consistent filter: densities, mixture of Gammas, rival families, two suites",
 );
 
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, SmartDefault, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Params {
     /// Error below which a frame is consistent, for the model.
+    #[default(0.9)]
     pub tau: f64,
     /// Errors below which a frame is consistent, for the densities and the comparison of two suites; ascending.
+    #[default((1..=10).map(|k| f64::from(k) / 10.0).collect())]
     pub taus: Vec<f64>,
     /// Errors below which a frame is consistent, for the fits of other families: low, middle and high.
+    #[default([0.3, 0.6, 0.9])]
     pub family_taus: [f64; 3],
     /// Lengths of the sums that are compared.
+    #[default(vec![1, 5, 10, 20, 30, 40, 50, 60])]
     pub lengths: Vec<usize>,
     /// Rate of false alarms of the cut values.
+    #[default(0.005)]
     pub alpha: f64,
     /// Largest number of components of the mixture that is tried, 2 to 20.
+    #[default(10)]
     pub max_components: usize,
-}
-
-impl Default for Params {
-    fn default() -> Self {
-        Self {
-            tau: 0.9,
-            taus: (1..=10).map(|k| f64::from(k) / 10.0).collect(),
-            family_taus: [0.3, 0.6, 0.9],
-            lengths: vec![1, 5, 10, 20, 30, 40, 50, 60],
-            alpha: 0.005,
-            max_components: 10,
-        }
-    }
 }
 
 impl PlainParams for Params {

@@ -32,22 +32,19 @@ use super::{Peak, signed};
 use crate::plugin;
 use crate::tracker::{Moments, Response, TrackerState, first_largest};
 use serde::{Deserialize, Serialize};
+use smart_default::SmartDefault;
 use std::ops::Range;
 
 /// Options for reading a response map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, SmartDefault, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapOptions {
     /// Side of the box around the peak that excludes second peaks, as a share of the map's side, from 0 to 1.
+    #[default(0.44)]
     pub neighborhood: f64,
     /// Number of standard deviations above the mean from which on a value counts as density, from 0 to 10.
+    #[default(1.0)]
     pub threshold: f64,
-}
-
-impl Default for MapOptions {
-    fn default() -> Self {
-        Self { neighborhood: 0.44, threshold: 1.0 }
-    }
 }
 
 impl MapOptions {
