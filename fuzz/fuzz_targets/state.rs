@@ -19,6 +19,6 @@ fn resume(saved: &[u8]) {
 fuzz_target!(|data: &[u8]| {
     resume(data);
     let Some((first, memory)) = data.split_first() else { return };
-    let head: &[u8] = if first % 2 == 0 { b"trackfail-monitor 3\n" } else { b"trackfail-monitors 1\n" };
+    let head: &[u8] = if first % 2 == 0 { b"trackfail-monitor 4\n" } else { b"trackfail-monitors 2\n" };
     resume(&[head, Sha256::digest(memory).as_slice(), memory].concat());
 });

@@ -79,7 +79,7 @@ impl Track {
 
     /// The track with the signals of a method, in the form of training data.
     pub fn example_of(&self, signals: &[usize], origin: &Origin) -> Example<'_> {
-        let Origin { video, source, .. } = origin.clone();
+        let (video, source) = (origin.video.clone(), origin.source.clone());
         Example { more: self.more(signals), video, source, ..self.example(signals.first().copied()) }
     }
 }

@@ -91,7 +91,9 @@ proptest! {
                 in_units.iter().for_each(|(key, value, power)| {
                     text += &format!(", {key} = {:?}", value * unit.powi(*power));
                 });
-                let signal: Vec<f64> = signal.iter().map(|y| y * unit).collect();
+                // Uncertainty is never negative.
+                let of_kind = |y: f64| if kind == "arte" { y.abs() } else { y };
+                let signal: Vec<f64> = signal.iter().map(|y| of_kind(*y) * unit).collect();
                 built(entry(kind), &format!("{{ {text} }}")).detect(&with(&signal, &Fake::mixed()))
             };
             let unit = 2.0_f64.powi(power);

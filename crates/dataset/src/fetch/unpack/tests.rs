@@ -1,5 +1,7 @@
 use super::*;
+use proptest::prelude::*;
 use std::io::Cursor;
+use std::path::Component;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 fn archive() -> Archive {
@@ -56,4 +58,22 @@ fn members_go_where_the_list_says() {
     let mut files: Vec<_> = files.filter(|e| e.file_type().is_file()).map(|e| e.into_path()).collect();
     files.sort();
     assert_eq!(files, [into.join("otb/a/1"), into.join("otb/b/c/1")]);
+}
+
+proptest! {
+    // The standard library's own reading of paths is the judge.
+    #[test]
+    fn a_name_that_is_taken_stays_inside(raw in prop_oneof![
+        proptest::collection::vec(any::<u8>(), 0..40),
+        "[./\\\\:aA ~\u{0}é]{0,12}".prop_map(String::into_bytes),
+    ]) {
+        let Ok(name) = path_of(&raw) else { return Ok(()) };
+        let path = Path::new("/root").join(&name);
+        let parts = if name.is_empty() { 0 } else { name.split('/').count() };
+        let inside: Vec<Component> = path.components().collect();
+        prop_assert!(path.starts_with("/root"));
+        prop_assert_eq!(inside.len(), parts + 2);
+        prop_assert!(inside[1..].iter().all(|c| matches!(c, Component::Normal(_))));
+        prop_assert!(!name.contains(['\\', ':', '\0']) && name.split('/').all(|part| part.len() <= 255));
+    }
 }
