@@ -3,7 +3,7 @@
 use super::font;
 use super::output::document;
 use super::page::{Area, Page, Point};
-use super::render::{PIXELS, paint};
+use super::render::{PIXELS, paint, tree};
 use super::still::pixels;
 use super::style::{CASING, Color, Dash, Style};
 use plotters::style::text_anchor::HPos;
@@ -48,7 +48,7 @@ pub fn annotate(frame: &Frame, boxes: &[AnnotatedBox], text: &str, color: Color)
             plate(&mut page, label, (left, top), size, *color);
         }
     }
-    let drawn = document(&page, "", "").and_then(|svg| paint(pixels(frame), &page, &svg));
+    let drawn = document(&page, "", "").and_then(|svg| paint(pixels(frame), &page, &tree(&svg)?));
     let image = drawn.expect("what is drawn here is SVG, and a frame has pixels");
     Frame::new(frame.width(), frame.height(), image.into_raw())
 }

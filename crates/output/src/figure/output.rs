@@ -4,7 +4,7 @@ use super::error::{FigureError, failed};
 use super::font;
 use super::layout::Figure;
 use super::page::{Page, Shape, strokes, whole, whole_width};
-use super::render::{encode, pdf, png};
+use super::render::{encode, pdf, png, tree};
 use super::still::reduced;
 use super::style::{COLUMN, Color as Ink, FINE, PER_INCH, WIDTH};
 use base64::prelude::{BASE64_STANDARD, Engine};
@@ -38,15 +38,16 @@ impl Figure {
     /// # Errors
     /// See [`FigureError`].
     pub fn draw(&self, width: f64) -> Result<Files, FigureError> {
+        let (page, svg) = self.laid_out(width)?;
         // What finds no room in a column is scrolled on a narrow screen, and has no files of that width.
         let in_column = || {
             let (page, narrow) = self.laid_out(COLUMN)?;
-            let narrow_pdf = pdf(&page, &narrow)?;
+            let narrow_pdf = pdf(&page, &tree(&narrow)?)?;
             Ok::<_, FigureError>((narrow, narrow_pdf))
         };
         let (narrow, narrow_pdf) = in_column().unwrap_or_default();
-        let (page, svg) = self.laid_out(width)?;
-        Ok(Files { png: png(&page, &svg)?, pdf: pdf(&page, &svg)?, svg, narrow, narrow_pdf })
+        let tree = tree(&svg)?;
+        Ok(Files { png: png(&page, &tree)?, pdf: pdf(&page, &tree)?, svg, narrow, narrow_pdf })
     }
 
     /// Draws the figure as SVG at the text width of a page.
@@ -63,7 +64,7 @@ impl Figure {
     /// See [`FigureError`].
     pub fn to_png(&self) -> Result<Vec<u8>, FigureError> {
         let (page, svg) = self.laid_out(WIDTH)?;
-        png(&page, &svg)
+        png(&page, &tree(&svg)?)
     }
 
     /// Draws the figure as a PDF of one page, at the text width of a page.
@@ -72,7 +73,7 @@ impl Figure {
     /// See [`FigureError`].
     pub fn to_pdf(&self) -> Result<Vec<u8>, FigureError> {
         let (page, svg) = self.laid_out(WIDTH)?;
-        pdf(&page, &svg)
+        pdf(&page, &tree(&svg)?)
     }
 
     /// The page at a width in units, and its SVG.
@@ -87,7 +88,8 @@ impl Figure {
     }
 }
 
-/// Draws the page as one SVG element.
+/// Draws the page as one SVG element. Video frames are embedded as PNG, since plotters would draw a rectangle
+/// for each pixel.
 pub fn svg(page: &Page) -> Result<String, FigureError> {
     let size = format!("width=\"{}\" height=\"{}\" ", inches(page.width), inches(page.height.ceil()));
     let (w, h) = fine_size(page);
@@ -108,6 +110,7 @@ pub fn svg(page: &Page) -> Result<String, FigureError> {
     document(page, &size, &under)
 }
 
+/// Width and height of the view box.
 fn fine_size(page: &Page) -> (u32, u32) {
     ((page.width * FINE).round() as u32, (page.height.ceil() * FINE) as u32)
 }
@@ -115,13 +118,12 @@ fn fine_size(page: &Page) -> (u32, u32) {
 /// Draws the shapes of a page over other elements, in an element with these attributes. It has no ids, so that
 /// several can share an HTML page.
 ///
-/// Coordinates of plotters are integers, so the view box has [`FINE`] of them per unit. Video frames are
-/// embedded as PNG, since plotters would draw a rectangle for each pixel.
+/// Coordinates of plotters are integers, so the view box has [`FINE`] of them per unit.
 pub fn document(page: &Page, attributes: &str, under: &str) -> Result<String, FigureError> {
     let (w, h) = fine_size(page);
     let mut body = String::new();
     draw(SVGBackend::with_string(&mut body, (w, h)), &page.shapes)?;
-    // plotters' outer element is replaced by one with the page's size, title and frames.
+    // plotters' outer element is replaced by one with these attributes, a title and what lies under the shapes.
     let inner = body.split_once('>').and_then(|(_, b)| b.rsplit_once("</svg>")).map_or("", |(b, _)| b);
     // What is opaque need not say so; texts have their quotes escaped, so only attributes match.
     let inner = inner.replace(" opacity=\"1\"", "");

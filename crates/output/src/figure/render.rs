@@ -26,32 +26,32 @@ static OPTIONS: LazyLock<Options<'static>> = LazyLock::new(|| {
     options
 });
 
-fn tree(svg: &str) -> Result<Tree, FigureError> {
+/// Reads the SVG of a page, for both formats.
+///
+/// # Errors
+/// [`FigureError::Draw`] if the text is not SVG.
+pub fn tree(svg: &str) -> Result<Tree, FigureError> {
     Tree::from_str(svg, &OPTIONS).map_err(failed)
 }
 
-/// Draws the SVG of a page on an image with [`PIXELS`] per unit.
-///
-/// # Errors
-/// [`FigureError::Draw`] if the SVG cannot be read.
-pub fn paint(image: RgbImage, page: &Page, svg: &str) -> Result<RgbImage, FigureError> {
+/// Draws a page on an image with [`PIXELS`] per unit.
+pub fn paint(image: RgbImage, page: &Page, tree: &Tree) -> Result<RgbImage, FigureError> {
     let (width, height) = image.dimensions();
     let opaque = DynamicImage::ImageRgb8(image).into_rgba8().into_raw();
     let size = IntSize::from_wh(width, height).and_then(|size| Pixmap::from_vec(opaque, size));
     let mut pixels = size.ok_or_else(|| failed("it has no pixels"))?;
-    let tree = tree(svg)?;
     let scale = (page.width * PIXELS) as f32 / tree.size().width();
-    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     let drawn =
         RgbaImage::from_raw(width, height, pixels.take()).ok_or_else(|| failed("it has lost pixels"))?;
     Ok(DynamicImage::ImageRgba8(drawn).into_rgb8())
 }
 
 /// The page as a PNG file.
-pub fn png(page: &Page, svg: &str) -> Result<Vec<u8>, FigureError> {
+pub fn png(page: &Page, tree: &Tree) -> Result<Vec<u8>, FigureError> {
     let side = |units: f64| (units.ceil() * PIXELS) as u32;
     let white = RgbImage::from_pixel(side(page.width), side(page.height), ::image::Rgb([255; 3]));
-    encode(&paint(white, page, svg)?)
+    encode(&paint(white, page, tree)?)
 }
 
 /// Encodes an image as PNG with its pixels per meter, so that programs show a figure at its print size.
@@ -70,7 +70,7 @@ pub fn encode(image: &RgbImage) -> Result<Vec<u8>, FigureError> {
 }
 
 /// The page as a PDF file of its size in print. It holds the glyphs that are used; texts can be searched and copied.
-pub fn pdf(page: &Page, svg: &str) -> Result<Vec<u8>, FigureError> {
+pub fn pdf(page: &Page, tree: &Tree) -> Result<Vec<u8>, FigureError> {
     // As wide and high as in inches to three places, without the noise of narrow numbers.
     let points = |units: f64| ((units * 72.0 / PER_INCH * 1000.0).round() / 1000.0) as f32;
     let (width, height) = (points(page.width), points(page.height.ceil()));
@@ -79,7 +79,7 @@ pub fn pdf(page: &Page, svg: &str) -> Result<Vec<u8>, FigureError> {
     let mut leaf = document.start_page_with(PageSettings::from_wh(width, height).ok_or_else(nothing)?);
     let mut surface = leaf.surface();
     let size = Size::from_wh(width, height).ok_or_else(nothing)?;
-    surface.draw_svg(&tree(svg)?, size, SvgSettings::default()).ok_or_else(nothing)?;
+    surface.draw_svg(tree, size, SvgSettings::default()).ok_or_else(nothing)?;
     surface.finish();
     leaf.finish();
     document.set_metadata(Metadata::new().title(page.title.trim().into()));
@@ -102,7 +102,7 @@ mod tests {
         page.line(vec![(1.0, 2.0), (30.0, 4.0)], Style::solid(INK, 1.0));
         page.text("yₜ (F₁) 漢", (20.0, 20.0), 11.0, HPos::Right, INK);
         page.lines_upwards(vec!["up".into()], (20.0, 20.0), 11.0, INK);
-        let made = || pdf(&page, &svg(&page).unwrap()).unwrap();
+        let made = || pdf(&page, &tree(&svg(&page).unwrap()).unwrap()).unwrap();
         let (bytes, again) = (made(), made());
         let text = String::from_utf8_lossy(&bytes);
         // 3.3 inches of 72 points, 40 units of 0.7.
@@ -116,7 +116,7 @@ mod tests {
         let mut page = Page { height: 40.0, ..Page::new("", 40.0) };
         add(&mut page);
         let white = RgbImage::from_pixel(80, 80, ::image::Rgb([255; 3]));
-        let image = paint(white, &page, &document(&page, "", "").unwrap()).unwrap();
+        let image = paint(white, &page, &tree(&document(&page, "", "").unwrap()).unwrap()).unwrap();
         image.as_raw().iter().map(|v| f64::from(255 - v)).sum::<f64>() / 765.0 / PIXELS / PIXELS
     }
 

@@ -33,6 +33,10 @@ pub struct Finding {
     pub is_met: bool,
     /// The outcome over all trackers.
     pub outcome: ClaimOutcome,
+    /// Number of trackers by outcome: `holds for 2, undecided for 1`; empty for a single tracker.
+    pub counts: String,
+    /// One line for each tracker: the outcome with its numbers, or why the claim cannot be tested.
+    pub details: Vec<String>,
     /// Results for all trackers.
     pub tested: Vec<Tested>,
 }
@@ -103,6 +107,15 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
         tested.push(Tested { tracker, outcome, is_met: false, fails_beyond_chance: false, lines });
     }
     let is_of_anchor = |q: &Quantity| matches!(q, Quantity::Metric(_, name) if is_anchor(experiment, name));
+    let words = |outcome: ClaimOutcome| {
+        let n = tested.iter().filter(|t| t.outcome == outcome).count();
+        (tested.len() > 1 && n > 0).then(|| format!("{} for {n}", outcome.words()))
+    };
+    let words: Vec<String> = ClaimOutcome::ALL.into_iter().filter_map(words).collect();
+    let detail = |Tested { tracker, outcome, lines, .. }: &Tested| {
+        let who = if tracker.is_empty() { String::new() } else { format!("{tracker}: ") };
+        format!("{who}{}: {}", outcome.words(), lines.join("; "))
+    };
     Finding {
         text: claim.text.clone(),
         predicate: claim.predicate.clone(),
@@ -110,6 +123,8 @@ fn test_one(results: &Results, samples: &Samples<'_>, claim: &Claim) -> Finding 
         is_check: references.iter().all(|r| is_of_anchor(&r.quantity)),
         is_met: tested.iter().all(|t| t.is_met),
         outcome: overall(&tested),
+        counts: words.join(", "),
+        details: tested.iter().map(detail).collect(),
         tested,
     }
 }
@@ -220,7 +235,12 @@ impl ClaimOutcome {
 
     /// The outcome in words.
     pub fn words(self) -> &'static str {
-        ["holds", "undecided", "does not hold", "cannot be tested"][self as usize]
+        match self {
+            Self::Holds => "holds",
+            Self::Undecided => "undecided",
+            Self::DoesNotHold => "does not hold",
+            Self::CannotBeTested => "cannot be tested",
+        }
     }
 }
 

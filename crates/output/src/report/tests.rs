@@ -49,10 +49,19 @@ fn page(name: &str) -> Page {
     group.rows.iter_mut().for_each(|row| row.direction = Direction::HigherIsBetter);
     let caption = "12 of 21 targets, 42 failures.".to_string();
     let claim = |text: &str, outcome: ClaimOutcome, detail: &str| {
-        let (tracker, lines) = (detail.into(), vec![detail.into()]);
-        let tested = vec![Tested { tracker, outcome, is_met: true, fails_beyond_chance: false, lines }; 2];
-        let (text, predicate, is_met) = (text.into(), "a > b".into(), true);
-        Finding { text, predicate, required: false, is_check: false, is_met, outcome, tested }
+        let tracker = detail.into();
+        let one = Tested { tracker, outcome, is_met: true, fails_beyond_chance: false, lines: vec![] };
+        Finding {
+            text: text.into(),
+            predicate: "a > b".into(),
+            required: false,
+            is_check: false,
+            is_met: true,
+            outcome,
+            counts: detail.into(),
+            details: vec![detail.into()],
+            tested: vec![one; 2],
+        }
     };
     Page {
         title: format!("Detection on {name}"),
@@ -69,7 +78,7 @@ fn page(name: &str) -> Page {
         claims: vec![
             claim("DTEF has the highest recall", ClaimOutcome::Holds, ".714 >= .667"),
             claim(name, ClaimOutcome::DoesNotHold, name),
-            claim("on D1", ClaimOutcome::CannotBeTested, "no"),
+            claim("on D1", ClaimOutcome::CannotBeTested, "D1 is not public"),
         ],
         tables: vec![table("Table 1", caption, "measure", ["DTEF", "NAIVE", name], vec![group])],
         figures: vec![figure("Sweep"), figure(name)],
@@ -228,7 +237,7 @@ fn markdown_by_hand() {
         "| measure | DTEF | NAIVE | a&#124;b |\n|:--|--:|--:|--:|\n",
         "| P | **.120** | .113 |  |\n| P published (a&#124;b) | .110 | .111 | .087 |\n",
         "![Sweep](<figures/sweep.svg>)",
-        "| on D1 | **cannot be tested (cannot be tested for 2)** | a &gt; b<br>no: cannot be tested: no<br>no: ",
+        "| on D1 | **cannot be tested (D1 is not public)** | a &gt; b<br>D1 is not public |",
     ] {
         assert!(md.contains(part), "{part}");
     }

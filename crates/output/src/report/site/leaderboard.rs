@@ -46,8 +46,10 @@ struct Experiment<'s> {
 /// A method with its standing in each experiment.
 #[derive(Serialize)]
 struct Row<'s> {
-    /// Rank in each experiment; empty where it has none.
-    ranks: Vec<&'s str>,
+    /// Rank in the first experiment; empty for an unranked method.
+    rank: &'s str,
+    /// Reason why the method is unranked; else empty.
+    reason: String,
     /// Standing from which the cost is shown.
     method: &'s Standing,
     standings: Vec<Option<&'s Standing>>,
@@ -114,11 +116,21 @@ fn rows<'s>(experiments: &'s [Experiment<'s>]) -> Vec<Row<'s>> {
         let standings: Vec<Option<&Standing>> =
             experiments.iter().map(|e| Some(e.standings[place(e, method)?])).collect();
         let rank = |e: &'s Experiment<'s>| place(e, method).map_or("", |k| e.ranks[k].as_str());
-        Row { ranks: experiments.iter().map(rank).collect(), method, standings }
+        let own = experiments.first().map_or("", rank);
+        let reason = match experiments.iter().find(|e| !rank(e).is_empty()) {
+            _ if !own.is_empty() => String::new(),
+            _ if method.anchor => "anchor".to_string(),
+            None => format!("tested on fewer than {MIN_SEQUENCES} sequences"),
+            Some(e) => {
+                let of = e.standings.iter().filter(|s| !s.anchor).count();
+                format!("rank {} of {of} in {}", rank(e), e.folder)
+            }
+        };
+        Row { rank: own, reason, method, standings }
     };
     let mut rows: Vec<Row<'s>> = methods.into_iter().map(row).collect();
     let value =
-        |row: &Row<'s>| row.standings.first().filter(|_| !row.ranks[0].is_empty()).and_then(|s| auroc((*s)?));
+        |row: &Row<'s>| row.standings.first().filter(|_| !row.rank.is_empty()).and_then(|s| auroc((*s)?));
     rows.sort_by(|a, b| {
         let by_value = better_first(value(a), value(b), HigherIsBetter);
         a.method.anchor.cmp(&b.method.anchor).then(by_value).then(a.method.method.cmp(&b.method.method))

@@ -1,7 +1,7 @@
 //! The best method or tracker, in a sentence and as a figure, with the certainty.
 
 use super::frames::CHANCE;
-use super::{Field, Standing, Standings};
+use super::{Estimate, Field, Standing, Standings};
 use crate::figure::{Color, Dash, DotPanel, Dots};
 use crate::report::figures::published;
 use crate::report::{colors, sentences::say};
@@ -14,74 +14,130 @@ use trackfail_engine::spec::Experiment;
 
 /// Most rows of the figure.
 const MAX_ROWS: usize = 16;
+/// Most trackers that are named singly.
+const MAX_NAMED: usize = 4;
+/// Largest number of winners that the answer names, if there are more trackers than this.
+const MAX_WINNERS: usize = 3;
 
 /// Anchors drawn as lines through all rows. `random` is drawn only if the level of chance is unknown.
 const ANCHORS: [(&str, Dash); 2] = [("random", Dash::DASHED), ("oracle", Dash::DOTTED)];
 
-/// Best standing of each field that has at least two, with the values for the templates of sentences.
-fn best(of: &Standings) -> Vec<(&Standing, Value)> {
-    let style = of.measured.style;
-    let range = |bounds: Option<(f64, f64)>, shown: fn(Style, f64) -> String| {
-        bounds.map(|(low, high)| format!("{} to {}", shown(style, low), shown(style, high)))
-    };
+/// Best standing of a field, and the next one.
+struct Best<'a> {
+    /// Label of the field.
+    field: &'a str,
+    first: &'a Standing,
+    next: &'a Standing,
+    /// Numbers of the best standing and of the next one.
+    values: [f64; 2],
+    /// Number of further competitors that are equal to the first, as printed.
+    more: usize,
+    /// True if the two are equal, as printed.
+    ties: bool,
+    /// Lead of the first over the next; the difference is reversed if smaller values are better.
+    lead: Estimate,
+}
+
+impl Best<'_> {
+    /// True if the whole interval of the lead is above 0.
+    fn is_beyond_chance(&self) -> bool {
+        self.lead.bounds.is_some_and(|(low, _)| low > 0.0)
+    }
+
+    /// Values for the templates of sentences.
+    fn told(&self, style: Style) -> Value {
+        let [value, other] = self.values;
+        let range = |bounds: Option<(f64, f64)>, shown: fn(Style, f64) -> String| {
+            bounds.map(|(low, high)| format!("{} to {}", shown(style, low), shown(style, high)))
+        };
+        json!({
+            "field": self.field,
+            "first": self.first.spoken(),
+            "next": self.next.spoken(),
+            "value": style.format(value),
+            "interval": range(self.first.estimate.bounds, Style::format),
+            "behind": style.format((style.round(value) - style.round(other)).abs()),
+            "lead": self.lead.value.map(|v| style.format_signed(v)),
+            "lead_interval": range(self.lead.bounds, Style::format_signed),
+            "is_sure": self.is_beyond_chance(),
+            "ties": self.ties,
+            "more": self.more,
+        })
+    }
+}
+
+/// Best standing of each field that has at least two.
+fn best(of: &Standings) -> Vec<Best<'_>> {
+    let round = |v: f64| of.measured.style.round(v);
     let best = |field| {
         let all = of.best_first(field);
         let [(first, value), (next, other), ref rest @ ..] = *all.as_slice() else { return None };
-        // The lead is reversed if smaller values are better.
         let lead = match of.measured.direction {
             Direction::LowerIsBetter => field.difference(next, first),
             _ => field.difference(first, next),
         };
-        let lead = lead.unwrap_or_default();
-        let [own, others] = [value, other].map(|v| style.round(v));
-        let told = json!({
-            "field": field.label,
-            "first": first.spoken(),
-            "next": next.spoken(),
-            "value": style.format(value),
-            "interval": range(first.estimate.bounds, Style::format),
-            "behind": style.format((own - others).abs()),
-            "lead": lead.value.map(|v| style.format_signed(v)),
-            "lead_interval": range(lead.bounds, Style::format_signed),
-            // The whole interval of the lead is above 0.
-            "is_sure": lead.bounds.is_some_and(|(low, _)| low > 0.0),
-            "ties": own == others,
-            // Further competitors that are equal to the first, as printed.
-            "more": rest.iter().filter(|(_, v)| style.round(*v) == own).count(),
-        });
-        Some((first, told))
+        Some(Best {
+            field: field.label.as_str(),
+            first,
+            next,
+            values: [value, other],
+            more: rest.iter().filter(|(_, v)| round(*v) == round(value)).count(),
+            ties: round(value) == round(other),
+            lead: lead.unwrap_or_default(),
+        })
     };
     of.fields.iter().filter_map(best).collect()
 }
 
 /// Name of the best method in each field.
 pub fn best_names(of: &Standings) -> Vec<String> {
-    best(of).iter().map(|(first, _)| first.name.clone()).collect()
+    best(of).iter().map(|best| best.first.name.clone()).collect()
 }
 
 /// Sentence like `Largest F1 score on KCF: DTEF, 0.31 (95 %: 0.22 to 0.41)...`; `None` if no field has two
 /// standings with a value.
 pub fn verdict(of: &Standings) -> Option<String> {
-    let best = best(of);
+    let (best, style) = (best(of), of.measured.style);
     // A tracker whose methods have several protocols is there for each of them.
-    let is_of_protocol = |told: &Value| told["field"].as_str().is_some_and(|field| field.contains(", "));
-    let is_compared = best.iter().any(|(_, told)| is_of_protocol(told));
-    // Trackers with several equal methods at the top, as printed, are won by none.
-    let mut won = grouped(best.iter().filter(|(_, told)| told["ties"] == false), |(first, _)| &first.label);
-    won.sort_by_key(|(_, on)| std::cmp::Reverse(on.len()));
-    let told = |best: &[&(&Standing, Value)]| best.iter().map(|(_, told)| told.clone()).collect::<Vec<_>>();
+    let what = if best.iter().any(|b| b.field.contains(", ")) { "comparisons" } else { "trackers" };
+    let told: Vec<Value> = best.iter().map(|b| b.told(style)).collect();
     let about = json!({
         "measured": of.measured.told(),
-        "best": told(&best.iter().collect::<Vec<_>>()),
-        "what": if is_compared { "comparisons" } else { "trackers" },
-        "won": won.iter().map(|(_, on)| told(on)).collect::<Vec<_>>(),
+        "best": told,
+        "what": what,
+        "won": won(&best, style),
+        "sure": best.iter().filter(|b| b.is_beyond_chance()).count(),
     });
     (!best.is_empty()).then(|| say("verdict", about))
 }
 
+/// For many trackers: how many trackers each of the top methods wins. Trackers with several equal methods at
+/// the top, as printed, count for none.
+fn won(best: &[Best<'_>], style: Style) -> Vec<String> {
+    let most = if best.len() <= MAX_NAMED { MAX_NAMED } else { MAX_WINNERS };
+    let mut winners = grouped(best.iter().filter(|b| !b.ties), |b| b.first.label.as_str());
+    winners.sort_by_key(|(_, fields)| std::cmp::Reverse(fields.len()));
+    let (first, others) = winners.split_at(winners.len().min(most));
+    let of_winner = |(_, fields): &(&str, Vec<&Best<'_>>)| {
+        let on = |b: &&Best<'_>| format!("{} {}", b.field, style.format(b.values[0]));
+        let named: Vec<String> = fields.iter().filter(|_| best.len() <= MAX_NAMED).map(on).collect();
+        let named = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
+        format!("{} on {}{named}", fields[0].first.spoken(), fields.len())
+    };
+    let mut won: Vec<String> = first.iter().map(of_winner).collect();
+    if !others.is_empty() {
+        let on: usize = others.iter().map(|(_, fields)| fields.len()).sum();
+        let methods = if others.len() == 1 { "method" } else { "methods" };
+        won.push(format!("{} more {methods} on {on}", others.len()));
+    }
+    let ties = best.iter().filter(|b| b.ties).count();
+    won.extend((ties > 0).then(|| format!("two or more equal at the top on {ties}")));
+    won
+}
+
 /// Sentence that names the best method frame by frame, with the certainty.
 pub fn frames_verdict(of: &Standings) -> Option<String> {
-    Some(say("frames verdict", best(of).pop()?.1))
+    Some(say("frames verdict", best(of).pop()?.told(of.measured.style)))
 }
 
 /// Figure `headline` with its caption: possible best standings with their intervals, the best at the top, one
