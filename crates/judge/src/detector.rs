@@ -12,6 +12,7 @@ mod arte_star;
 mod conformal_forecast;
 pub mod consistency;
 mod control_chart;
+mod cusum;
 mod example;
 mod forecasting;
 pub mod fused;
@@ -21,6 +22,7 @@ mod learning;
 pub mod level;
 mod matched_kalman_bank;
 mod naive_forecast;
+mod page_hinkley;
 mod relative_drop;
 mod sequential_test;
 mod standard_score;
@@ -207,8 +209,8 @@ pub static DETECTORS: &[Entry<dyn Detector>] = &[
     relative_drop::ENTRY,
     joint_drop::ENTRY,
     fused::ENTRY,
-    control_chart::CUSUM,
-    control_chart::PAGE_HINKLEY,
+    cusum::ENTRY,
+    page_hinkley::ENTRY,
     sequential_test::ENTRY,
     conformal_forecast::ENTRY,
     accumulated_validation::ENTRY,

@@ -1,55 +1,24 @@
-//! Control charts, `cusum` and `page-hinkley`: sums of a signal's deviations from its normal level.
+//! Control charts, shared by `cusum` and `page-hinkley`: sums of a signal's deviations from its normal level.
 //!
 //! ```text
 //! sigma = max(standard deviation of y[0], ..., y[start - 1], floor max(1, |y[0]|, ..., |y[start - 1]|))
 //! z[t]  = (mu[t] - y[t]) / sigma   with `below`          z[t] = (y[t] - mu[t]) / sigma   with `above`
 //! S[t]  = max(0, S[t-1] + z[t] - k),   S[start - 1] = 0          alarm at t when S[t] >= h
-//! mu[t] = mean of y[0], ..., y[start - 1]  (cusum)       or mean of the frames up to t  (page-hinkley)
 //! ```
 //!
 //! `y` is the signal, `mu` its normal level and `sigma` its normal deviation, all in the signal's unit; `S`, `k` and
-//! `h` are in units of `sigma`, and `h` is the parameter `below` (a loss lowers the signal) or `above`. `t` is a 0-based
-//! frame. The standard deviation divides by `start - 1`. High values of `S`, the score, are suspicious; it is 0 in the
-//! frames of the start, which therefore have no alarm.
+//! `h` are in units of `sigma`, and `h` is the parameter `below` or `above`. `t` is a 0-based frame. The standard
+//! deviation divides by `start - 1`. High values of `S`, the score, are suspicious; it is 0 in the frames of the start,
+//! which therefore have no alarm.
 //!
 //! An alarm lasts until the signal is back, `z <= release`, and the sum then starts again from 0; until then it does not
 //! fall below `h`.
 //!
 //! The floor keeps a start that is constant but for rounding from turning rounding into an alarm: without it,
 //! `sigma` is 0 or nearly so.
-//!
-//! `cusum` is the one-sided cumulative sum of Page ("Continuous inspection schemes", Biometrika 41, 1954). Choices, as the
-//! source knows `mu` and `sigma`: both are those of the first 25 frames, where a tracker has just been told its target.
-//! `k = 0.5` finds a shift of one sigma best; `h = 5` then lets an independent normal signal alarm once in some 930
-//! frames. The source has the process stopped and repaired at an alarm. A track goes on, and a loss lasts, so that an
-//! alarm stays until the signal is back at `mu`: a shift of d sigma comes back to there by chance with probability
-//! Phi(-d) a frame, and a target that is found does within a few frames.
-//!
-//! `page-hinkley` has the running mean as normal level, the form of Hinkley ("Inference about the change-point from
-//! cumulative sum tests", Biometrika 58, 1971) that is used on streams of data. `S` is the usual `m[t] - min m` of
-//! `m[t] = sum (z[i] - k)`. The difference from `cusum` is `mu` alone: it follows slow changes of the signal, such as of
-//! light, and in time a lasting loss too. Choices: sigma, `k` and `h` as there. The mean of the start begins the running
-//! mean, which has the current frame in it, as in the usual implementations. Frames that follow an alarm frame are not in
-//! the mean, since the lost target's values are not normal.
 
 use super::level::{self, Level};
 use super::prelude::*;
-
-pub(crate) const CUSUM: Entry<dyn Detector> = Entry::of::<ControlChart<false>>(
-    "cusum",
-    1,
-    "alarm when deviations from the mean of the track's start add up (Page's cumulative sum)",
-)
-.example("{ below = 5.0 }")
-.more(&["{ above = 0.5, start = 4, k = 0.1 }", "{ below = 0.5, start = 4, release = 0.3 }"]);
-
-pub(crate) const PAGE_HINKLEY: Entry<dyn Detector> = Entry::of::<ControlChart<true>>(
-    "page-hinkley",
-    1,
-    "alarm when deviations from the running mean of the track add up (Page-Hinkley test)",
-)
-.example("{ below = 5.0 }")
-.more(&["{ above = 0.5, start = 4 }", "{ below = 0.5, start = 4, floor = 0.1 }"]);
 
 /// Parameters; exactly one of `below` and `above` is given.
 #[derive(Debug, Clone, Serialize, Deserialize, schemars::JsonSchema)]
@@ -197,45 +166,9 @@ impl RunningMean {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::detector::testing::{alone, detect};
+    use crate::detector::testing::alone;
     use proptest::prelude::*;
     use trackfail_testing::assert_near;
-
-    // By hand: the start has mean 0 and standard deviation 1, so that z = y. Of the sum 0.5 is taken off in each frame, and
-    // its alarm of frame 5 lasts until y is 0 again in frame 8. The running mean is 1 from frame 3 on: S = 4 - 1 - 0.5; it
-    // stays 1 in the alarm, where S grows by 2 - 1 - 0.5, and frame 5 ends it. Frame 7 is the sixth in the mean: 1 + 5/6.
-    #[test]
-    fn sums_by_hand() {
-        let signal = [-1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 0.25, 0.5, 0.0, 1.0];
-        let running = [-1.0, 0.0, 1.0, 4.0, 2.0, 1.0, 1.0, 6.0];
-        let held = [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 2.0, 2.0, 0.0, 0.5];
-        let early = [0.0, 0.0, 0.0, 0.0, 0.5, 2.0, 0.0, 0.0, 0.0, 0.5];
-        for (entry, text, signal, h, want) in [
-            (&CUSUM, "above = 2.0", &signal[..], 2.0, &held[..]),
-            (&CUSUM, "above = 2.0, release = 0.25", &signal, 2.0, &early),
-            (&CUSUM, "below = 2.0, k = 0.0", &signal, 2.0, &[0.0; 10]),
-            (&PAGE_HINKLEY, "above = 2.5", &running, 2.5, &[0.0, 0.0, 0.0, 2.5, 3.0, 0.0, 0.0, 11.0 / 3.0]),
-        ] {
-            let output = detect(entry, &format!("{{ {text}, start = 3 }}"), signal);
-            assert_near(&output.score, want, 1e-14, text);
-            assert_eq!(output.alarm, want.iter().map(|s| *s >= h).collect::<Vec<_>>(), "{text}");
-        }
-    }
-
-    // Siegmund ("Sequential Analysis", 1985): mean run length of about (exp(b) - b - 1) / 0.5 for normal values, where
-    // k = 0.5 and b = h + 1.166, here 938; a table's value is 930. A long start stands for known mu and sigma. Any value
-    // ends an alarm, so that the sum begins anew after it.
-    #[test]
-    fn a_normal_signal_alarms_once_in_930_frames() {
-        use rand_distr::{Distribution, StandardNormal};
-        let mut rng = crate::num::seed::rng(1954);
-        let signal: Vec<f64> = (0..2_100_000).map(|_| StandardNormal.sample(&mut rng)).collect();
-        let text = "{ above = 5.0, start = 100000, release = 1000.0 }";
-        let alarm = detect(&CUSUM, text, &signal).alarm;
-        let runs = alarm.iter().filter(|a| **a).count() as f64;
-        // Some 2150 runs, whose lengths have a standard deviation near their mean; mu is known to 0.003 sigma.
-        assert!((2e6 / runs / 930.0 - 1.0).abs() < 0.12, "{}", 2e6 / runs);
-    }
 
     fn chart(running: bool, params: Params, signal: &[f64]) -> DetectorOutput {
         match running {

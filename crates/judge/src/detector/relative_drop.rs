@@ -140,35 +140,55 @@ pub(super) fn check_least(least: usize, window: Option<usize>) -> Result<(), Par
     ParamError::unless(is_fine, "least", "at most `window`", least)
 }
 
-/// Values of a signal in the good frames so far: their mean or, with a window, the last of them.
-#[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct GoodFrames {
-    window: Option<usize>,
-    all: RunningMean,
-    last: VecDeque<f64>,
+/// Values of a signal in the good frames so far.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) enum GoodFrames {
+    All(RunningMean),
+    Last(VecDeque<f64>, usize),
+}
+
+impl Default for GoodFrames {
+    fn default() -> Self {
+        Self::new(None)
+    }
 }
 
 impl GoodFrames {
     pub(super) fn new(window: Option<usize>) -> Self {
-        Self { window, ..Self::default() }
+        match window {
+            None => Self::All(RunningMean::default()),
+            Some(window) => Self::Last(VecDeque::with_capacity(window), window),
+        }
     }
 
     pub(super) fn add(&mut self, y: f64) {
-        let Some(window) = self.window else { return self.all.add(y) };
-        if self.last.len() >= window {
-            self.last.pop_front();
+        match self {
+            Self::All(mean) => mean.add(y),
+            Self::Last(values, window) => {
+                if values.len() >= *window {
+                    values.pop_front();
+                }
+                values.push_back(y);
+            }
         }
-        self.last.push_back(y);
     }
 
     pub(super) fn count(&self) -> usize {
-        self.all.count.max(self.last.len())
+        match self {
+            Self::All(mean) => mean.count,
+            Self::Last(values, _) => values.len(),
+        }
     }
 
     pub(super) fn mean(&self) -> f64 {
-        let mut mean = self.all;
-        self.last.iter().for_each(|y| mean.add(*y));
-        mean.mean
+        match self {
+            Self::All(mean) => mean.mean,
+            Self::Last(values, _) => {
+                let mut mean = RunningMean::default();
+                values.iter().for_each(|y| mean.add(*y));
+                mean.mean
+            }
+        }
     }
 }
 

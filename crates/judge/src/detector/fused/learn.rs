@@ -21,7 +21,7 @@
 
 use super::features::InputHistory;
 use super::logistic::{self, Rows};
-use super::model::{FusedModel, News, Weight, part, probability};
+use super::model::{FusedModel, News, Weight, probability, score};
 use super::{Fused, Params};
 use crate::detector::{Example, LearnError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -116,7 +116,7 @@ pub fn learn(fused: &Fused, examples: &[Example<'_>]) -> Result<FusedModel, Lear
     for left_out in 0..INNER_FOLDS.min(videos.len()) {
         let (weights, bias) = fit(&tracks, |track| fold(track.video) != left_out, columns, *lambda)?;
         for (scores, track) in unseen.iter_mut().zip(&tracks).filter(|(_, t)| fold(t.video) == left_out) {
-            *scores = track.rows.iter().map(|row| bias + part(&weights, &row.features)).collect();
+            *scores = track.rows.iter().map(|row| score(bias, &weights, &row.features)).collect();
         }
     }
     let calibration = calibrate(&tracks, &unseen)?;

@@ -87,8 +87,13 @@ impl News {
     }
 }
 
+/// Score before calibration.
+pub fn score(bias: f64, weights: &[Weight], features: &[f64]) -> f64 {
+    bias + part(weights, features)
+}
+
 /// Contribution of some features to the score.
-pub fn part(weights: &[Weight], features: &[f64]) -> f64 {
+fn part(weights: &[Weight], features: &[f64]) -> f64 {
     weights.iter().zip(features).map(|(feature, value)| feature.weight * feature.deviation(*value)).sum()
 }
 
