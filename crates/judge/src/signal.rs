@@ -30,7 +30,7 @@ mod template_correlation;
 #[cfg(test)]
 mod testing;
 pub(crate) mod uncertainty;
-mod uncertainty_change;
+pub(crate) mod uncertainty_change;
 mod watchdog_agreement;
 
 pub use crate::direction::Direction;

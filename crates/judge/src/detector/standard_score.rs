@@ -130,6 +130,7 @@ impl Causal for FramesBefore {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn detect(text: &str, signal: &[f64]) -> DetectorOutput {
         crate::detector::testing::detect(&ENTRY, text, signal)
@@ -163,5 +164,20 @@ mod tests {
     fn what_hardly_varies_has_no_score() {
         assert_eq!(standard_score(1e6 + 1e-4, &[1e6 + 1e-4, 1e6 - 1e-4]), 0.0);
         assert!((standard_score(1e6 + 1e-2, &[1e6 + 1e-2, 1e6 - 1e-2]) - 1.0).abs() < 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn unit_and_origin_do_not_matter(
+            signal in proptest::collection::vec(-3.0..3.0_f64, 3..60), scale in 0.1..50.0_f64, shift in -9.0..9.0_f64,
+        ) {
+            let moved: Vec<f64> = signal.iter().map(|v| scale * v + shift).collect();
+            for over in ["track", "frames-before"] {
+                let text = format!("{{ above = 2.3, span = 5, over = \"{over}\" }}");
+                for (a, b) in detect(&text, &signal).score.iter().zip(detect(&text, &moved).score) {
+                    prop_assert!((a - b).abs() < 1e-6 * (1.0 + a.abs()));
+                }
+            }
+        }
     }
 }

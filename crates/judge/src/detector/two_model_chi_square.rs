@@ -137,8 +137,14 @@ impl TwoModelChiSquare {
             let (statistic, rise) = self.statistic(reference, test);
             score[t] = statistic;
             alarm[t] = statistic > self.threshold;
-            let now = i32::from(alarm[t]) * if rise < 0.0 { -1 } else { 1 };
-            changes[t] = if now == sign { 0 } else { now };
+            let now = match (alarm[t], rise < 0.0) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => -1,
+            };
+            if now != sign {
+                changes[t] = now;
+            }
             sign = now;
         }
         DetectorOutput { score, alarm, changes: Some(changes), ..DetectorOutput::default() }
@@ -237,5 +243,20 @@ mod tests {
     fn the_floor_of_the_variance_is_in_the_unit_of_the_signal() {
         let text = "{ length = 1, least_reference = 2, variance_floor = 0.01 }";
         near(&detect(text, &[10.0, 10.0, 20.0]).score[2..], &[100.0 / (0.01 / 2.0 + 0.01)]);
+    }
+
+    #[test]
+    fn a_constant_never_alarms() {
+        for test in ["mean", "energy"] {
+            let text = format!("{{ length = 7, test = \"{test}\" }}");
+            for level in [0.0, 0.1, -3.3, 1e300] {
+                assert_eq!(detect(&text, &[level; 60]).score, [0.0; 60], "{text} {level}");
+            }
+            // The windows are 14 and 7 frames: from frame 8 + 20 on they hold the constant alone.
+            let start: Vec<f64> = (0..80).map(|t| if t < 8 { f64::from(t * t) } else { 0.3 }).collect();
+            let output = detect(&text, &start);
+            assert!(output.score[28..].iter().all(|t| *t == 0.0));
+            assert!(output.score[27] != 0.0);
+        }
     }
 }

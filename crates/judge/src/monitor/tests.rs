@@ -78,6 +78,37 @@ fn a_companion_that_leaves_raises_the_alarm() {
     assert_eq!(serde_json::to_string(&all[12]).unwrap(), text);
 }
 
+/// Answers of `Companions` to boxes that are present or not, each with a companion on the last box or far
+/// from it. The signal is 1 or 0; 0 is an alarm.
+fn agreements(frames: &[(bool, bool)]) -> Vec<Answer> {
+    let mut monitor = monitor("Companions");
+    let (here, far) = (Rect::new(10.0, 20.0, 16.0, 14.0), Rect::new(60.0, 20.0, 16.0, 14.0));
+    let answer = |(has_box, agrees): &(bool, bool)| {
+        let region = has_box.then_some(Region::Rect(here));
+        let companions = [Region::Rect(if *agrees { here } else { far })];
+        let update = Update { region: region.as_ref(), companions: &companions, ..Update::default() };
+        monitor.update(&update).unwrap()
+    };
+    frames.iter().map(answer).collect()
+}
+
+#[test]
+fn an_alarm_raised_while_the_target_is_absent_ends_with_the_absence() {
+    // `+` is a box with its companion, `!` one without, `a` no box and a companion, `x` neither.
+    for (text, want) in [
+        ("+++xxx+++", "TTTAAATTT"),
+        ("+++xxx!++", "TTTAAALLL"),
+        ("++!xxx+++", "TTLAAALLL"),
+        ("+x+x+ax+!", "TATATAATL"),
+        // Ten frames in a row without an alarm confirm a recovery, those of an absence among them.
+        ("!aaaaaaaaaax++", "LAAAAAAAAAAATT"),
+        ("!aaaaaaaa++", "LAAAAAAAALT"),
+    ] {
+        let frame = |c: char| ("+!".contains(c), "+a".contains(c));
+        assert_eq!(states(&agreements(&text.chars().map(frame).collect::<Vec<_>>())), want, "{text}");
+    }
+}
+
 #[test]
 fn the_first_frame_with_a_region_chooses_the_method_and_a_budget_one_that_takes_it() {
     let (frame, region) = scene(0);

@@ -143,18 +143,19 @@ fn change(past: &mut VecDeque<f64>, u: f64, window: usize, form: Form, degenerat
     change
 }
 
+/// Change at each value of `u`; see [`change`].
+#[cfg(test)]
+pub(crate) fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
+    let mut past = VecDeque::new();
+    u.iter().map(|&u| change(&mut past, u, window, form, degenerate)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::signal::testing::{run_on_states, takes};
     use crate::tracker::{Moments, TrackerState};
     use proptest::prelude::*;
-
-    /// Change at each value of `u`; see [`change`].
-    fn changes(u: &[f64], window: usize, form: Form, degenerate: f64) -> Vec<f64> {
-        let mut past = VecDeque::new();
-        u.iter().map(|&u| change(&mut past, u, window, form, degenerate)).collect()
-    }
 
     // python3: u=[2.,3.,1.,4.,4.,.5]; [max([abs(u[t]-v)/v for v in u[max(0,t-W):t]], default=0.) for t in range(6)]
     // with W = 2, and max([0.]+[(u[t]-v)/v ...]) for the signed form.

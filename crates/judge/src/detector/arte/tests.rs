@@ -171,6 +171,18 @@ fn uncertainty() -> impl Strategy<Value = Vec<f64>> {
 
 proptest! {
     #[test]
+    fn a_factor_of_the_uncertainty_changes_nothing(u in uncertainty(), by in 1e-3..1e3_f64, power in -20..20_i32) {
+        let labels = |by: f64| {
+            let scaled: Vec<f64> = u.iter().map(|u| u * by).collect();
+            detect("{}", &scaled, &Fake::mixed())
+        };
+        // Exact for powers of two; otherwise the labels are, as no change is that near to a threshold.
+        let (one, other) = (labels(1.0), labels(by));
+        prop_assert_eq!(&one, &labels(2.0_f64.powi(power)));
+        prop_assert_eq!((one.quality, one.alarm), (other.quality, other.alarm));
+    }
+
+    #[test]
     fn alarms_begin_with_a_rise_and_end_with_an_accepted_check(u in uncertainty(), smoothing in 1..8_usize) {
         check_alarms(&detect(&format!("{{ smoothing = {smoothing} }}"), &u, &Fake::mixed()), 2.05);
     }

@@ -2,6 +2,7 @@ use super::super::track_quality::Condition;
 use super::super::track_quality::testing::{Fake, check_alarms, letters, levels, marks, quality, rows, with};
 use super::*;
 use crate::detector::testing::{alone, plugin};
+use crate::signal::uncertainty_change::{Form, changes};
 use proptest::prelude::*;
 use rand::RngExt;
 
@@ -120,6 +121,18 @@ fn series() -> impl Strategy<Value = Vec<f64>> {
 }
 
 proptest! {
+    #[test]
+    fn a_factor_of_the_uncertainty_changes_nothing(
+        u in prop::collection::vec(0.1..10.0_f64, 1..120), power in -20..20_i32, length in 1..8_usize,
+    ) {
+        let detector = built(&format!("{{ length = {length}, beta = 6.0 }}"));
+        let labels = |by: f64| {
+            let scaled: Vec<f64> = u.iter().map(|u| u * by).collect();
+            detector.detect(&with(&changes(&scaled, 25, Form::Absolute, 0.0), &Fake::mixed()))
+        };
+        prop_assert_eq!(labels(1.0), labels(2.0_f64.powi(power)));
+    }
+
     #[test]
     fn alarms_begin_with_an_increase_and_end_with_an_accepted_check(
         c in series(), length in 1..8_usize, limit in 1..8_usize,

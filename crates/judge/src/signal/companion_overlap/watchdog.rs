@@ -128,9 +128,14 @@ pub struct SavedCompanion {
 impl RunningCompanion {
     /// Saves the state; `None` if the tracker cannot be saved.
     pub fn save(&self) -> Option<SavedCompanion> {
-        let tracker = self.tracker.as_ref().map_or(Some(None), |tracker| tracker.save().map(Some))?;
-        let both = |[observed, own]: &[Box<dyn Session>; 2]| Some(Some([observed.save()?, own.save()?]));
-        let likeness = self.likeness.as_ref().map_or(Some(None), both)?;
+        let tracker = match &self.tracker {
+            Some(tracker) => Some(tracker.save()?),
+            None => None,
+        };
+        let likeness = match &self.likeness {
+            Some([observed, own]) => Some([observed.save()?, own.save()?]),
+            None => None,
+        };
         Some(SavedCompanion { tracker, likeness, apart: self.apart })
     }
 
