@@ -209,9 +209,7 @@ fn outputs_are_pinned() {
     trackfail_testing::check_pins("output detector", DETECTORS.iter().map(pin));
 }
 
-/// Inputs that each detector asks for, all its parameters, and the meaning of its scores. Detectors of the AVU paper judge
-/// whole tracks, and anchors are of no use live. Alarms that last until the detector finds the track good again end the loss at
-/// once; other alarms need ten frames.
+/// Inputs that each detector asks for, all its parameters, and the meaning of its scores.
 #[test]
 fn traits_are_pinned() {
     let pin = |(kind, text, detector): (&str, &str, Configured<dyn Detector>)| {
@@ -224,17 +222,38 @@ fn traits_are_pinned() {
             ("pooled", detector.learner().is_some_and(|learner| learner.pools_trackers())),
             ("own-score", !facts.scores_signal),
             ("probability", facts.gives_probability),
-            ("live", detector.stream().is_some()),
         ];
         let flags: Vec<&str> =
             flags.into_iter().filter(|(_, is_set)| *is_set).map(|(name, _)| name).collect();
         // At nine digits.
         let threshold = facts.threshold.map_or("none".into(), |threshold| format!("{threshold:.8e}"));
-        let (signals, frames, flags) = (facts.signals, facts.frames_to_recover, flags.join(" "));
-        let expects = format!("signals {signals}, threshold {threshold}, {frames} to recover");
-        format!("{kind} {text} {expects}: {flags} {}", detector.params())
+        let (signals, params) = (facts.signals, detector.params());
+        format!("{kind} {text} signals {signals}, threshold {threshold}: {} {params}", flags.join(" "))
     };
     trackfail_testing::check_pins("traits detector", all_detectors().into_iter().map(pin));
+}
+
+/// Detectors of the AVU paper judge whole tracks, and anchors are of no use live. Alarms that last until the detector
+/// finds the track good again end the loss at once; other alarms need ten frames.
+#[test]
+fn frames_to_recover_and_streams_are_those_of_the_kind() {
+    let [live, lasting] = [true; 2];
+    let kinds = [
+        ("fused cusum page-hinkley sequential-test", live, lasting),
+        ("arma-forecast naive-forecast conformal-forecast agreement", live, !lasting),
+        ("level standard-score relative-drop joint-drop", live, !lasting),
+        ("accumulated-validation two-model-chi-square matched-kalman-bank arte arte-star", !live, lasting),
+        ("never always oracle", !live, lasting),
+        ("periodic random deviation", !live, !lasting),
+    ];
+    for (kind, text, detector) in all_detectors() {
+        let expected = kinds.iter().find(|row| row.0.split(' ').any(|word| word == kind));
+        let (_, is_live, is_lasting) = expected.unwrap_or_else(|| panic!("{kind}"));
+        assert_eq!(detector.stream().is_some(), *is_live, "{kind} {text}");
+        let is_restarted = text.contains("\"restart\"");
+        let frames = if *is_lasting && !is_restarted { 1 } else { 10 };
+        assert_eq!(detector.facts().frames_to_recover, frames, "{kind} {text}");
+    }
 }
 
 proptest! {

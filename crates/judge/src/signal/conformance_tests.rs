@@ -3,9 +3,9 @@
 mod facts_tests;
 
 use super::testing::build;
-use super::{Facts, Observation, SIGNALS, Session, Signal, testing};
+use super::{Observation, SIGNALS, Session, Signal, testing};
 use crate::image::Frame;
-use crate::plugin::{Entry, RawParams, find};
+use crate::plugin::{Entry, find};
 use crate::region::{Rect, Region};
 use crate::tracker::{Moments, Response, TrackerState};
 use proptest::prelude::*;
@@ -96,6 +96,25 @@ fn parameters_have_defaults_types_and_words() {
     }
 }
 
+/// Parameters that are shown only where they differ from their defaults are part of what is shown then.
+#[test]
+fn readings_are_shown_and_read_back() {
+    for (kind, text) in [
+        ("region-covariance", "{ colors = \"hsv\" }"),
+        ("region-covariance", "{ parts = \"halves\" }"),
+        ("region-covariance", "{ size_history = 2 }"),
+        ("rgb-histogram", "{ channels = \"separate\" }"),
+        ("rgb-histogram", "{ size_history = 2 }"),
+        ("rgb-lbp-histogram", "{ size_history = 2 }"),
+    ] {
+        let shown = build(kind, text).params();
+        assert_ne!(shown, build(kind, "{}").params(), "{kind} {text}");
+        let entry = crate::plugin::find(SIGNALS, kind).unwrap();
+        let again = (entry.build)(crate::plugin::RawParams::Json(&shown)).unwrap();
+        assert_eq!(again.params(), shown, "{kind} {text}");
+    }
+}
+
 #[test]
 fn values_are_deterministic_finite_and_bounded() {
     let (frames, boxes) = track();
@@ -149,27 +168,12 @@ fn outputs_are_those_of_the_version() {
     trackfail_testing::check_pins("output signal", SIGNALS.iter().map(pin));
     let traits = |(kind, text): (&str, &str)| {
         let signal = build(kind, text);
-        let (Facts { direction, bounds, reads, width, .. }, params) = (signal.facts(), signal.params());
-        // What is shown is read back.
-        let again = (find(SIGNALS, kind).unwrap().build)(RawParams::Json(&params)).unwrap();
-        assert_eq!(again.params(), params, "{kind} {text}");
-        format!("{kind} {text} {width} values of {reads:?}, {direction:?} within {bounds:?}: {params}")
+        let (facts, params) = (signal.facts(), signal.params());
+        format!("{kind} {text} {} values of {:?}, {:?}: {params}", facts.width, facts.reads, facts.direction)
     };
-    let all = SIGNALS.iter().map(|entry| (entry.kind, "{}")).chain(SAVED).chain(OTHERS);
+    let all = SIGNALS.iter().map(|entry| (entry.kind, "{}")).chain(SAVED);
     trackfail_testing::check_pins("traits signal", all.map(traits));
 }
-
-/// Further parameters on which direction, bounds or inputs of a signal depend.
-const OTHERS: [(&str, &str); 8] = [
-    ("box-motion", "{ measure = \"scale\" }"),
-    ("box-motion", "{ measure = \"aspect\" }"),
-    ("deep-verification", "{ here = [\"middle\", \"elsewhere\"] }"),
-    ("forward-backward", "{ measure = \"inliers\" }"),
-    ("particle-entropy", "{ good = \"high\" }"),
-    ("response-peak", "{ measure = \"second-peak\" }"),
-    ("watchdog-agreement", "{ values = [\"overlap\", \"distance\"] }"),
-    ("watchdog-agreement", "{ values = [\"distance\"] }"),
-];
 
 /// Signals that can be interrupted, in all their forms of memory.
 const SAVED: [(&str, &str); 29] = [
@@ -196,7 +200,7 @@ const SAVED: [(&str, &str); 29] = [
     ("object-color", "{ object = \"first\", bins = 4 }"),
     ("object-color", "{ object = \"slow\", bins = 4 }"),
     ("region-covariance", "{}"),
-    ("region-covariance", "{ size_history = 2, parts = \"halves\", colors = \"hsv\" }"),
+    ("region-covariance", "{ size_history = 2, parts = \"halves\" }"),
     ("response-peak", "{ measure = \"quality\" }"),
     ("rgb-histogram", "{ reference = \"first\" }"),
     ("rgb-lbp-histogram", "{ reference = \"previous\" }"),

@@ -1,11 +1,63 @@
-//! Laws of the inputs of signals, and of their parameters.
+//! Laws of the facts that signals give (direction, bounds, inputs), and of their parameters.
 
-use super::{moments, response};
+use super::{build, moments, response};
 use crate::plugin::find;
 use crate::region::{Rect, Region};
-use crate::signal::{Reads, SIGNALS};
+use crate::signal::{Direction, Reads, SIGNALS};
 use crate::tracker::TrackerState;
 use trackfail_testing::assert_says;
+
+#[test]
+fn every_signal_has_its_input_direction_and_bounds() {
+    use Direction::{HigherIsBetter as High, LowerIsBetter as Low};
+    use Reads::{Boxes, Companions, Confidence, Pixels, Posterior, Response};
+    const MOST: f64 = f64::INFINITY;
+    let expected = [
+        ("box-motion", Boxes, Low, (0.0, 1000.0)),
+        ("companion-overlap", Companions, High, (0.0, 1.0)),
+        ("confidence", Confidence, High, (-MOST, MOST)),
+        ("deep-verification", Pixels, Low, (-8.0, 8.0)),
+        ("distribution-field", Pixels, High, (0.0, 0.0625)),
+        ("effective-particles", Posterior, Low, (0.0, 1.0)),
+        ("forward-backward", Pixels, Low, (0.0, 1.0)),
+        ("object-color", Pixels, High, (-1.0, 1.0)),
+        ("particle-entropy", Posterior, Low, (0.0, 1.0)),
+        ("region-covariance", Pixels, Low, (0.0, MOST)),
+        ("response-apce", Response, High, (0.0, MOST)),
+        ("response-peak", Response, High, (-MOST, MOST)),
+        ("response-psr", Response, High, (0.0, 1e6)),
+        ("rgb-histogram", Pixels, High, (0.0, 1.0)),
+        ("rgb-lbp-histogram", Pixels, High, (0.0, 1.0)),
+        ("template-correlation", Pixels, High, (-1.0, 1.0)),
+        ("uncertainty", Posterior, Low, (1e-12, MOST)),
+        ("uncertainty-change", Posterior, Low, (0.0, MOST)),
+        ("watchdog-agreement", Pixels, Low, (0.0, 1.0)),
+    ];
+    assert_eq!(SIGNALS.len(), expected.len());
+    for (entry, (kind, reads, direction, bounds)) in SIGNALS.iter().zip(expected) {
+        let signal = entry.build_from_text("{}").unwrap();
+        let facts = signal.facts();
+        assert_eq!((entry.kind, facts.reads, facts.direction), (kind, reads, direction));
+        assert_eq!(facts.bounds, bounds, "{kind}");
+    }
+    for (kind, text, reads, direction, bounds) in [
+        ("box-motion", "{ measure = \"border\" }", Pixels, High, (-1000.0, 1000.0)),
+        ("box-motion", "{ measure = \"acceleration\" }", Boxes, Low, (0.0, 1000.0)),
+        ("box-motion", "{ measure = \"scale\" }", Boxes, Low, (0.0, 1000.0)),
+        ("box-motion", "{ measure = \"aspect\" }", Boxes, Low, (0.0, 1000.0)),
+        ("companion-overlap", "{ companions = [{ tracker = \"kcf\" }] }", Pixels, High, (0.0, 1.0)),
+        ("confidence", "{ scale = \"ratio\" }", Confidence, High, (-1000.0, 1000.0)),
+        ("deep-verification", "{ here = [\"middle\", \"elsewhere\"] }", Pixels, High, (0.0, 1.0)),
+        ("forward-backward", "{ measure = \"inliers\" }", Pixels, High, (0.0, 1.0)),
+        ("particle-entropy", "{ good = \"high\" }", Posterior, High, (0.0, 1.0)),
+        ("response-peak", "{ measure = \"second-peak\" }", Response, Low, (0.0, 1.0)),
+        ("watchdog-agreement", "{ values = [\"overlap\", \"distance\"] }", Pixels, High, (0.0, 1.0)),
+        ("watchdog-agreement", "{ values = [\"distance\"] }", Pixels, Low, (0.0, 3.0)),
+    ] {
+        let facts = build(kind, text).facts();
+        assert_eq!((facts.reads, facts.direction, facts.bounds), (reads, direction, bounds), "{kind} {text}");
+    }
+}
 
 #[test]
 fn parameters_that_make_no_sense_are_refused() {
