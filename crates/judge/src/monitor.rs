@@ -174,7 +174,7 @@ pub struct Monitor {
     chosen: Option<Chosen>,
 }
 
-/// What is kept of a monitor beside its method, in the order of the saved format.
+/// State of a monitor beside its method, in the order of the saved format.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
     /// Index of the next frame.

@@ -25,7 +25,7 @@ const CONNECT: Duration = Duration::from_secs(20);
 
 const CHANGED: &str = "the answer does not continue what was begun, the file is fetched from its start";
 
-/// What is told of a download.
+/// News of a download.
 pub enum Told<'t> {
     /// The number of bytes on disk, and the size of the whole file, if known.
     Arrived(u64, Option<u64>),
